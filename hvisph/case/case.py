@@ -1,0 +1,109 @@
+"""The case: what hits what, computed how, for how long, and what is expected of it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, field_serializer, model_validator
+
+from hvisph.case.bodies import ARRANGEMENTS, Body
+from hvisph.case.checks import problems_of
+from hvisph.case.expected import Expectations, MeasureName, measures_of
+from hvisph.case.formulation import Formulation, RiemannFormulation
+from hvisph.case.model import StrictModel, refuse
+from hvisph.case.output import Output
+from hvisph.case.regions import Clamp, SymmetryPlane
+from hvisph.case.time import Time
+from hvisph.case.units import PositiveLength
+
+DIMENSIONS = {"uniaxial_strain": 1, "plane_strain": 2, "plane_stress": 2, "three_d": 3}
+
+BodyName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,63}$")]
+
+
+class Case(StrictModel):
+    """A complete description of a run. Plain numbers are in SI."""
+
+    title: str = Field(default="", description="One line that says what this is")
+    source: str = Field(default="", description="Where the set-up comes from")
+    units: Literal["si", "none"] = Field(
+        default="si",
+        description="`si`: plain numbers are SI and units may be written; `none`: a non-dimensional case",
+    )
+    kinematics: Literal["uniaxial_strain", "plane_strain", "plane_stress", "three_d"] = Field(
+        description="Dimensions and stress state: `uniaxial_strain` is 1D, `plane_strain` and "
+        "`plane_stress` are 2D, `three_d` is 3D"
+    )
+    resolution: PositiveLength = Field(description="Initial particle spacing dx [m], above 0")
+    bodies: dict[BodyName, Body] = Field(
+        description="Bodies by name, in their order along x: projectile first, then target",
+        min_length=1,
+        max_length=1000,
+    )
+    symmetry: tuple[SymmetryPlane, ...] = Field(
+        default=(), description="Symmetry planes, at most one per axis", max_length=3
+    )
+    clamped: tuple[Clamp, ...] = Field(default=(), description="Regions that are held fixed", max_length=100)
+    formulation: Formulation = Field(default=RiemannFormulation(), description="Scheme that computes the run")
+    time: Time = Field(description="Duration and time stepping")
+    output: Output = Field(default=Output(), description="What is written, and how often")
+    measures: tuple[MeasureName, ...] | None = Field(
+        default=None, description="What to measure; unless given, all that has a meaning in these dimensions"
+    )
+    expected: Expectations = Field(
+        default=Expectations(), description="Expected values, by name of the measure"
+    )
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions."""
+        return DIMENSIONS[self.kinematics]
+
+    @property
+    def smoothing_length(self) -> float:
+        """Initial smoothing length h [m]."""
+        return self.formulation.h_over_dx * self.resolution
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_what_depends_on_dimensions(cls, data: Any, info: ValidationInfo) -> Any:
+        """Write out arrangements, velocities and measures whose defaults hang on the kinematics."""
+        kinematics = data.get("kinematics") if isinstance(data, dict) else None
+        dim = DIMENSIONS.get(kinematics) if isinstance(kinematics, str) else None
+        if dim is None:
+            return data
+        filled = dict(data)
+        if isinstance(filled.get("bodies"), dict):
+            filled["bodies"] = {name: _fill_body(body, dim) for name, body in filled["bodies"].items()}
+        if filled.get("measures") is None:
+            filled["measures"] = measures_of(dim)
+        return filled
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Case:
+        refuse(problems_of(self))
+        return self
+
+    @field_serializer("expected")
+    def _only_expected(self, expected: Any) -> dict[str, Any]:
+        return {name: expectation.model_dump() for name, expectation in expected.items()}
+
+
+def _fill_body(body: Any, dim: int) -> Any:
+    if isinstance(body, Body):
+        defaults = _body_defaults(body.shape.type, dim)
+        missing = {key: value for key, value in defaults.items() if not getattr(body, key)}
+        return body.model_copy(update=missing)
+    if not isinstance(body, dict):
+        return body
+    shape = body.get("shape")
+    kind = shape.get("type") if isinstance(shape, dict) else getattr(shape, "type", None)
+    defaults = _body_defaults(kind, dim)
+    return body | {key: value for key, value in defaults.items() if body.get(key) is None}
+
+
+def _body_defaults(shape: Any, dim: int) -> dict[str, Any]:
+    defaults: dict[str, Any] = {"velocity": (0.0,) * dim}
+    if isinstance(shape, str) and (dim, shape) in ARRANGEMENTS:
+        defaults["arrangement"] = ARRANGEMENTS[dim, shape][0]
+    return defaults

@@ -1,0 +1,153 @@
+"""Reading the models themselves: which fields and which alternatives stand at a place.
+
+Error messages, overrides, the schema and the manual all ask here, so none keeps a list of keys.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Union, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from hvisph.case.model import Shorthand
+from hvisph.case.units import Quantity
+
+
+@dataclass(frozen=True)
+class Spot:
+    """What the models expect at one place.
+
+    Parameters
+    ----------
+    models
+        The mappings that may stand there, by the value of their `type`; a single one that has
+        no `type` is under the empty string.
+    item
+        Annotation of the items, where it is a list or a mapping with free keys.
+    quantity
+        Dimension and range, where it is a number.
+    choices
+        Allowed words.
+    integer
+        Whether it is a whole number.
+    info
+        The field, with its description and default.
+    tagged
+        Whether `type` chooses among `models`.
+    short
+        Kinds of JSON values that may stand there as a shorthand.
+    named
+        Whether the items have names (a mapping) rather than places (a list).
+    """
+
+    models: dict[str, type[BaseModel]]
+    item: Any = None
+    quantity: Quantity | None = None
+    choices: tuple[str, ...] = ()
+    integer: bool = False
+    info: FieldInfo | None = None
+    tagged: bool = False
+    short: tuple[str, ...] = ()
+    named: bool = False
+
+
+def spot_of(annotation: Any, info: FieldInfo | None = None) -> Spot:
+    """Return what `annotation` expects."""
+    metadata = list(info.metadata) if info else []
+    tagged = bool(info and info.discriminator)
+    while get_origin(annotation) is Annotated:
+        annotation, *more = get_args(annotation)
+        metadata += more
+    tagged = tagged or any(isinstance(m, FieldInfo) and m.discriminator for m in metadata)
+    options = get_args(annotation) if _is_union(annotation) else (annotation,)
+    models: dict[str, type[BaseModel]] = {}
+    item, integer, named = None, False, False
+    short = next((m.forms for m in metadata if isinstance(m, Shorthand)), ())
+    choices: list[str] = []
+    quantity = next((m for m in metadata if isinstance(m, Quantity)), None)
+    for option in options:
+        if _is_union(option) or get_origin(option) is Annotated:
+            inner = spot_of(option)
+            models |= inner.models
+            item, quantity, tagged = item or inner.item, quantity or inner.quantity, tagged or inner.tagged
+            choices += inner.choices
+            integer = integer or inner.integer
+        elif isinstance(option, type) and issubclass(option, BaseModel):
+            models[tag_of(option)] = option
+        elif get_origin(option) is tuple:
+            item = get_args(option)[0]
+        elif get_origin(option) is dict:
+            item, named = get_args(option)[1], True
+        elif str(get_origin(option)) == "typing.Literal":
+            choices += map(str, get_args(option))
+        elif option is int:
+            integer = True
+    return Spot(models, item, quantity, tuple(choices), integer, info, tagged, short, named)
+
+
+def tag_of(model: type[BaseModel]) -> str:
+    """Return the value of `type` that stands for `model`, empty if it has none."""
+    field = model.model_fields.get("type")
+    return str(get_args(field.annotation)[0]) if field else ""
+
+
+def walk(root: type[BaseModel], keys: Sequence[str | int], value: Any = None) -> Spot | None:
+    """Return what the models expect at the path `keys` below `root`, None where nothing can stand.
+
+    Parameters
+    ----------
+    root
+        Model to start from.
+    keys
+        Keys as a user writes them, without the tags of alternatives.
+    value
+        Input at `root`, whose `type` entries choose among alternatives; without one, the first
+        alternative that has the key.
+    """
+    spot = Spot({"": root})
+    for key in keys:
+        kind = value.get("type") if isinstance(value, dict) else None
+        fields = next(
+            (m.model_fields for m in _preferred(spot, kind) if key in m.model_fields),
+            None,
+        )
+        if fields is not None:
+            info = fields[str(key)]
+            spot = spot_of(info.annotation, info)
+        elif spot.item is not None:
+            spot = spot_of(spot.item)
+        else:
+            return None
+        value = _below(value, key)
+    return spot
+
+
+def keys_of(spot: Spot, value: Any = None) -> list[str]:
+    """Return the keys that may stand in the mapping at `spot`, given its `type` in `value`."""
+    kind = value.get("type") if isinstance(value, dict) else None
+    names: list[str] = []
+    for model in _preferred(spot, kind):
+        names += [name for name in model.model_fields if name not in names]
+    return names
+
+
+def _preferred(spot: Spot, kind: Any) -> list[type[BaseModel]]:
+    if isinstance(kind, str) and kind in spot.models:
+        return [spot.models[kind]]
+    return list(spot.models.values())
+
+
+def _below(value: Any, key: str | int) -> Any:
+    if isinstance(value, dict):
+        return value.get(key)
+    if isinstance(value, list | tuple) and isinstance(key, int) and 0 <= key < len(value):
+        return value[key]
+    return None
+
+
+def _is_union(annotation: Any) -> bool:
+    return get_origin(annotation) in (Union, types.UnionType)

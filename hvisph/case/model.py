@@ -1,0 +1,74 @@
+"""What all models of the case file share: strictness, and problems with a place of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, PydanticCustomError, core_schema
+
+PROBLEMS = "problems"
+
+Path = tuple[str | int, ...]  # keys and places in lists, from the outermost in
+
+
+class StrictModel(BaseModel):
+    """Frozen, no unknown keys, no non-finite numbers."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, validate_default=False)
+
+
+class Problem(NamedTuple):
+    """Something wrong that no single field can see.
+
+    Parameters
+    ----------
+    path
+        Keys from the checked model down to the field to blame.
+    message
+        What is wrong, what is allowed, what to do.
+    """
+
+    path: Path
+    message: str
+
+
+def refuse(problems: Sequence[Problem]) -> None:
+    """Raise, inside a validator, all `problems` at once; do nothing if there are none."""
+    if problems:
+        text = "; ".join(f"{'.'.join(map(str, p.path))}: {p.message}" for p in problems)
+        raise PydanticCustomError(PROBLEMS, "{text}", {"text": text, PROBLEMS: tuple(problems)})
+
+
+@dataclass(frozen=True)
+class Shorthand:
+    """Annotation: a short way to write a value, turned into the long one before validation.
+
+    Parameters
+    ----------
+    expand
+        Returns the long form of a short one, and anything else unchanged.
+    forms
+        JSON schemas of the short forms.
+    """
+
+    expand: Callable[[Any, ValidationInfo], Any]
+    forms: tuple[str, ...] = ("number", "string")
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_before_validator_function(self.expand, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [handler(schema), *({"type": form} for form in self.forms)]}
+
+
+def _listed(value: Any, info: ValidationInfo) -> Any:
+    return [value] if isinstance(value, int | float | str) and not isinstance(value, bool) else value
+
+
+SCALAR_AS_LIST = Shorthand(_listed)

@@ -1,0 +1,235 @@
+"""Quantities of a case file: "0.1 mm", "3.1 km/s", "27.6 GPa", or plain numbers in SI.
+
+`Quantity` is what the models annotate their floats with. It checks the dimension and
+the range, and stores the value in SI (angles in degrees).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from functools import lru_cache
+from typing import Annotated, Any
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
+
+from hvisph.case.dimensions import (
+    ANGLE,
+    COMMON_UNITS,
+    DENSITY,
+    HEAT_CAPACITY,
+    LENGTH,
+    NUMBER,
+    PRESSURE,
+    RATE,
+    SPECIFIC_ENERGY,
+    TEMPERATURE,
+    TIME,
+    VELOCITY,
+    Dimension,
+    spellings,
+)
+from hvisph.core.errors import nearest
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*(.*?)\s*", re.DOTALL)
+# Unit names, single-digit powers, products and quotients: all that units need, and nothing
+# that an expression evaluator could be kept busy with (no towers of powers, no numbers).
+_UNIT = re.compile(
+    r"(?:1\s*/\s*)?+(?:(?>[^\W\d_]++(?:_[^\W\d_]++)*+(?:(?:\^|\*\*)-?\d(?!\d)|\d?(?!\d))?)|[*/ ()·]++)++"
+)
+_LONGEST = 80
+
+
+def parse_quantity(text: str, dimension: Dimension) -> float:
+    """Return the SI value of a quantity written as text.
+
+    Parameters
+    ----------
+    text
+        A number, and a unit unless the number is in SI already (degrees for angles).
+    dimension
+        What it has to be.
+
+    Raises
+    ------
+    ValueError
+        If it is no number, the unit is unknown, or its dimension is another.
+    """
+    match = _NUMBER.fullmatch(text) if len(text) <= _LONGEST else None
+    if match is None:
+        raise ValueError(f"{_quoted(text)} is not {dimension.name}{_remedy(dimension)}")
+    digits, unit = match.groups()
+    try:
+        number = Decimal(digits.replace("_", ""))
+    except InvalidOperation:
+        raise ValueError(f"{_quoted(text)} is not {dimension.name}{_remedy(dimension)}") from None
+    if not unit:
+        return float(number)
+    if unit in COMMON_UNITS:
+        kind, factor = COMMON_UNITS[unit]
+        if kind is dimension:
+            return float(number * factor)
+        raise ValueError(f"{_quoted(text)} is {kind.name}, expected {dimension.name}{_remedy(dimension)}")
+    return _parse_with_pint(float(number), unit, text, dimension)
+
+
+def _parse_with_pint(number: float, unit: str, text: str, dimension: Dimension) -> float:
+    """Convert by pint's registry what the short table of units lacks."""
+    unknown = f"{_quoted(text)}: unknown unit {_quoted(unit)}{nearest(unit, spellings(dimension))}"
+    if _UNIT.fullmatch(unit) is None:
+        raise ValueError(unknown)
+    if dimension is NUMBER:
+        raise ValueError(f"{_quoted(text)} has a unit, expected a plain number")
+    from pint.errors import DimensionalityError
+
+    registry = _registry()
+    try:
+        return float(registry.Quantity(number, unit).to(dimension.unit).magnitude)
+    except DimensionalityError:
+        raise ValueError(f"{_quoted(text)} is not {dimension.name}{_remedy(dimension)}") from None
+    except Exception:  # pint's parser lets tokenizer, attribute, assertion and overflow errors through
+        raise ValueError(unknown) from None
+
+
+@lru_cache(maxsize=1)
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry()
+
+
+def _quoted(text: str) -> str:
+    return repr(text if len(text) <= _LONGEST else text[:_LONGEST] + "...")
+
+
+def _remedy(dimension: Dimension) -> str:
+    if dimension is NUMBER:
+        return f" (write it like {dimension.example})"
+    return f" (write it like '{dimension.example}', or as a plain number in {dimension.unit})"
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Annotation of a float field: dimension and range.
+
+    Parameters
+    ----------
+    dimension
+        Kind of quantity; its unit is that of plain numbers and of the stored value.
+    above, below
+        Exclusive limits, in that unit.
+    minimum, maximum
+        Inclusive limits, in that unit.
+    """
+
+    dimension: Dimension
+    above: float | None = None
+    below: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self.validate)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        number: JsonSchemaValue = {"type": "number"}
+        limits = {
+            "exclusiveMinimum": self.above,
+            "exclusiveMaximum": self.below,
+            "minimum": self.minimum,
+            "maximum": self.maximum,
+        }
+        number |= {key: value for key, value in limits.items() if value is not None}
+        if self.dimension is NUMBER:
+            return number
+        return {"anyOf": [number, {"type": "string"}], "examples": [self.dimension.example]}
+
+    def validate(self, value: Any, info: ValidationInfo) -> float:
+        """Return `value` in SI, or raise ValueError with what is expected."""
+        result = self._number(value, info)
+        if not math.isfinite(result):
+            raise ValueError(f"{value!r} is not a finite number")
+        if not self._inside(result):
+            raise ValueError(f"{value} is out of range: must be {self.range_text()}")
+        return result
+
+    def _number(self, value: Any, info: ValidationInfo) -> float:
+        if isinstance(value, str):
+            plain = (info.context or {}).get("units") == "none"
+            if plain and self.dimension not in (NUMBER, ANGLE):
+                try:
+                    return parse_quantity(value, NUMBER)
+                except ValueError:
+                    raise ValueError(
+                        f"{_quoted(value)}: the case has `units: none`, so only plain numbers are allowed"
+                    ) from None
+            return parse_quantity(value, self.dimension)
+        if isinstance(value, int | float) and not isinstance(value, bool):
+            try:
+                return float(value)
+            except OverflowError:
+                raise ValueError("the number is too large") from None
+        raise ValueError(f"expected {self.dimension.name}, found {kind_of(value)}{_remedy(self.dimension)}")
+
+    def _inside(self, value: float) -> bool:
+        return (
+            (self.above is None or value > self.above)
+            and (self.below is None or value < self.below)
+            and (self.minimum is None or value >= self.minimum)
+            and (self.maximum is None or value <= self.maximum)
+        )
+
+    def range_text(self) -> str:
+        """Return the allowed range in words, empty if there is none."""
+        limits = (
+            ("above", self.above),
+            ("at least", self.minimum),
+            ("below", self.below),
+            ("at most", self.maximum),
+        )
+        unit = f" {self.dimension.unit}" if self.dimension.unit else ""
+        return " and ".join(
+            f"{word} {limit:g}{unit if limit else ''}" for word, limit in limits if limit is not None
+        )
+
+
+def kind_of(value: Any) -> str:
+    """Return what a value of a case file is, in words."""
+    names: dict[type, str] = {
+        dict: "a mapping",
+        list: "a list",
+        tuple: "a list",
+        str: "text",
+        bool: "true/false",
+        int: "a number",
+        float: "a number",
+        type(None): "nothing (null)",
+    }
+    return names.get(type(value), type(value).__name__)
+
+
+Length = Annotated[float, Quantity(LENGTH)]
+PositiveLength = Annotated[float, Quantity(LENGTH, above=0)]
+NonNegativeLength = Annotated[float, Quantity(LENGTH, minimum=0)]
+PositiveTime = Annotated[float, Quantity(TIME, above=0)]
+Velocity = Annotated[float, Quantity(VELOCITY)]
+PositiveVelocity = Annotated[float, Quantity(VELOCITY, above=0)]
+Pressure = Annotated[float, Quantity(PRESSURE)]
+PositivePressure = Annotated[float, Quantity(PRESSURE, above=0)]
+NonNegativePressure = Annotated[float, Quantity(PRESSURE, minimum=0)]
+NegativePressure = Annotated[float, Quantity(PRESSURE, below=0)]
+PositiveDensity = Annotated[float, Quantity(DENSITY, above=0)]
+NonNegativeSpecificEnergy = Annotated[float, Quantity(SPECIFIC_ENERGY, minimum=0)]
+PositiveHeatCapacity = Annotated[float, Quantity(HEAT_CAPACITY, above=0)]
+PositiveTemperature = Annotated[float, Quantity(TEMPERATURE, above=0)]
+PositiveRate = Annotated[float, Quantity(RATE, above=0)]
+Angle = Annotated[float, Quantity(ANGLE)]
+Number = Annotated[float, Quantity(NUMBER)]
+PositiveNumber = Annotated[float, Quantity(NUMBER, above=0)]
+NonNegativeNumber = Annotated[float, Quantity(NUMBER, minimum=0)]

@@ -1,0 +1,57 @@
+"""The errors that a user can meet, each with the exit code that it ends a command with."""
+
+from __future__ import annotations
+
+from difflib import get_close_matches
+
+
+class HvisphError(Exception):
+    """Base of every error that hvisph raises on purpose."""
+
+    exit_code = 3
+
+
+class CaseError(HvisphError):
+    """Bad input: the case, an override or a command-line value cannot be used.
+
+    Parameters
+    ----------
+    message
+        What is wrong, what is allowed and what is nearest.
+    where
+        Dotted path of the field, such as ``bodies.target.material``.
+    file, line
+        Place in the case file, where known.
+    """
+
+    exit_code = 2
+
+    def __init__(self, message: str, where: str = "", file: str = "", line: int | None = None):
+        self.message, self.where, self.file, self.line = message, where, file, line
+        super().__init__(str(self))
+
+    def __str__(self) -> str:
+        text = f"{self.where}: {self.message}" if self.where else self.message
+        if self.file and self.line is not None:
+            return f"{text} ({self.file}, line {self.line})"
+        return f"{text} ({self.file})" if self.file else text
+
+
+class OutputError(HvisphError):
+    """A file or folder could not be written or read: disk full, no permission, damaged, foreign."""
+
+    exit_code = 3
+
+
+class RunError(HvisphError):
+    """A run failed while computing: non-finite value, runaway particle, collapsed time step."""
+
+    exit_code = 3
+
+
+def nearest(word: str, allowed: list[str] | tuple[str, ...]) -> str:
+    """Return ``"; did you mean 'x'?"`` for the closest of `allowed`, or the list of them when none is close."""
+    close = get_close_matches(str(word), list(allowed), n=1, cutoff=0.5)
+    if close:
+        return f"; did you mean '{close[0]}'?"
+    return "; allowed: " + ", ".join(allowed) if allowed else ""

@@ -1,0 +1,139 @@
+"""The one place with numba's options: compiled scalar functions and specialised loops.
+
+`compiled` marks a scalar function; it costs nothing until a compiled loop calls it.
+
+`specialise` makes a loop out of a template, as C++ does with template parameters:
+the template's free names (a pair law, the number of dimensions, an option) are bound
+to constants and functions, so the compiler sees one straight loop. The result is
+cached on disk under a name made of all that was bound, which closures over compiled
+functions never are.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+import types
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numba
+from llvmlite import ir
+from numba.core import cgutils
+from numba.core.dispatcher import Dispatcher
+from numba.extending import intrinsic
+
+# No 'nnan' and no 'ninf': checks for non-finite values must keep their meaning.
+FASTMATH = {"reassoc", "contract", "arcp", "nsz", "afn"}
+_OPTIONS: dict[str, Any] = {"fastmath": FASTMATH, "error_model": "numpy", "boundscheck": False}
+
+compiled = numba.njit(**_OPTIONS)
+prange = numba.prange
+
+
+@intrinsic
+def larger(typing_context, a, b):
+    """Return the larger of two numbers, NaN if either is: a reduction that vectorises (a plain `max` does not)."""
+
+    def generate(context, builder, signature, arguments):
+        number = arguments[0].type
+        function = ir.FunctionType(number, [number, number])
+        maximum = cgutils.get_or_insert_function(builder.module, function, "llvm.maximum.f64")
+        return builder.call(maximum, arguments)
+
+    return numba.types.float64(numba.types.float64, numba.types.float64), generate
+
+
+@cache
+def _source_fingerprint() -> str:
+    """Hash of every source file of the package: a changed source never meets an old compilation."""
+    root = Path(__file__).resolve().parent.parent
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        stat = path.stat()
+        digest.update(f"{path.relative_to(root)}:{stat.st_size}:{stat.st_mtime_ns};".encode())
+    digest.update(str(root).encode())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def cache_folder() -> Path | None:
+    """Folder of the compiled loops, made if need be; None where none can be written."""
+    from platformdirs import user_cache_path
+
+    base = Path(os.environ.get("HVISPH_CACHE_DIR") or user_cache_path("hvisph", appauthor=False))
+    for candidate in (base, Path(tempfile.gettempdir()) / f"hvisph-cache-{os.getuid() if hasattr(os, 'getuid') else ''}"):
+        folder = candidate / _source_fingerprint()
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        except OSError:
+            if folder.is_dir() and any(folder.iterdir()):
+                return folder
+            continue
+        return folder
+    return None
+
+
+def _key(value: Any) -> str:
+    if isinstance(value, Dispatcher):
+        value = value.py_func
+    if isinstance(value, types.FunctionType):
+        return f"{value.__module__}.{value.__qualname__}"
+    return repr(value)
+
+
+def _bind(template: Callable[..., Any], name: str, bindings: dict[str, Any]) -> types.FunctionType:
+    namespace = dict(template.__globals__)
+    namespace.update(bindings)
+    copy = types.FunctionType(template.__code__, namespace, name, template.__defaults__, None)
+    copy.__qualname__, copy.__module__, copy.__doc__ = name, template.__module__, template.__doc__
+    return copy
+
+
+_made: dict[str, Any] = {}
+_compiling_listeners: list[Callable[[str], None]] = []
+
+
+def on_compile(listener: Callable[[str], None]) -> None:
+    """Call `listener(name)` before any loop is compiled afresh (not when it comes from the cache)."""
+    _compiling_listeners.append(listener)
+
+
+def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **bindings: Any) -> Any:
+    """Return `template` compiled with its free names bound to `bindings`.
+
+    Parameters
+    ----------
+    template
+        A plain function; the names in `bindings` are free (global) names in it.
+    parallel
+        True for a loop with `prange` that is called from Python and cached on disk;
+        None (default) for a function that other compiled code calls.
+    bindings
+        Integers, floats and compiled functions.
+
+    Returns
+    -------
+    A compiled function; the same object for the same arguments.
+    """
+    spelled = ",".join(f"{k}={_key(v)}" for k, v in sorted(bindings.items()))
+    tag = hashlib.sha256(spelled.encode()).hexdigest()[:16]
+    name = f"{template.__name__}_{tag}"
+    full = f"{template.__module__}.{name}.{parallel}"
+    if full in _made:
+        return _made[full]
+    function = _bind(template, name, bindings)
+    if parallel is None:
+        made = numba.njit(**_OPTIONS)(function)
+    else:
+        folder = cache_folder()
+        if folder is not None:
+            numba.config.CACHE_DIR = str(folder)
+        made = numba.njit(parallel=parallel, nogil=True, cache=folder is not None, **_OPTIONS)(function)
+    _made[full] = made
+    return made

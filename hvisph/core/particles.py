@@ -1,0 +1,99 @@
+"""The state: every particle's numbers in one packed array, with named views on it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .fields import CATALOGUE
+
+BASE_FIELDS = (
+    "position",
+    "velocity",
+    "mass",
+    "density",
+    "internal_energy",
+    "smoothing_length",
+    "deviator",
+    "plastic_strain",
+    "damage",
+)
+
+# Columns of `tags`.
+ID, BODY, MATERIAL, FLAGS = 0, 1, 2, 3
+# Bits of the column FLAGS.
+CLAMPED = 1
+
+
+class Particles:
+    """All particles of a run.
+
+    Parameters
+    ----------
+    dim
+        Number of dimensions.
+    count
+        Number of particles.
+    extra
+        Names of the fields that a formulation needs beside `BASE_FIELDS`.
+
+    Attributes
+    ----------
+    data
+        Float array (count, width), a row a particle; fields as laid out in `offsets`.
+    tags
+        Unsigned integers (count, 4): permanent number, body, material, flags.
+    offsets
+        First column of each field.
+    """
+
+    def __init__(self, dim: int, count: int, extra: Sequence[str] = ()):
+        self.dim = dim
+        self.names = (*BASE_FIELDS, *extra)
+        self.offsets: dict[str, int] = {}
+        width = 0
+        for name in self.names:
+            self.offsets[name] = width
+            width += CATALOGUE[name].components(dim)
+        self.data = np.zeros((count, width))
+        self.tags = np.zeros((count, 4), np.uint32)
+
+    @property
+    def count(self) -> int:
+        """Number of particles."""
+        return len(self.data)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """Return the view of a field: (count,) for scalars, (count, components) for others."""
+        field, start = CATALOGUE[name], self.offsets[name]
+        if field.rank == "scalar":
+            return self.data[:, start]
+        return self.data[:, start : start + field.components(self.dim)]
+
+    def __setitem__(self, name: str, value: np.ndarray | float) -> None:
+        self[name][...] = value
+
+    @property
+    def id(self) -> np.ndarray:
+        """Permanent numbers (count,)."""
+        return self.tags[:, ID]
+
+    @property
+    def body(self) -> np.ndarray:
+        """Index of each particle's body (count,)."""
+        return self.tags[:, BODY]
+
+    @property
+    def material(self) -> np.ndarray:
+        """Index of each particle's material (count,)."""
+        return self.tags[:, MATERIAL]
+
+    def bindings(self) -> dict[str, int]:
+        """Return the columns of all fields as constants for compiled loops, such as ``S_VELOCITY``."""
+        return {f"S_{name.upper()}": start for name, start in self.offsets.items()}
+
+    def permute(self, order: np.ndarray) -> None:
+        """Put the particles into a new order, in place: row k becomes the former row order[k]."""
+        self.data[...] = self.data[order]
+        self.tags[...] = self.tags[order]

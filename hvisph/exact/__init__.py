@@ -1,0 +1,1 @@
+"""Exact solutions that results are checked against: Hugoniots, plate impact, layered impact."""

@@ -1,0 +1,138 @@
+"""Exact elastic-plastic plate impact in uniaxial strain.
+
+A flyer plate hits a target plate; in each an elastic precursor runs ahead of a plastic shock,
+or one front where the impact is strong enough to overdrive it. `impact` gives the plateau
+between the two materials, `profile` the stress before any reflection, and `with_reflections`
+follows all later waves: release at the free surfaces, elastic first and then plastic, and what
+comes of it when waves cross.
+
+Equations of state: any. Strength: none, elastic or von Mises.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..materials.table import Material
+from .fronts import Layer, Tracked, track
+from .roots import bracketed_root
+from .solid import SolidLaw
+from .waves import State, Wave
+
+
+@dataclass(frozen=True)
+class PlateImpact:
+    """The state between two plates just after impact, and the fronts that run from it.
+
+    Velocities and speeds are in the frame of the case.
+    """
+
+    interface_velocity: float  # [m/s]
+    stress: float  # compressive stress along x on the plateau [Pa]
+    flyer: State  # state of the flyer on the plateau
+    target: State  # state of the target on the plateau
+    flyer_fronts: tuple[Front, ...]  # fastest first
+    target_fronts: tuple[Front, ...]  # fastest first
+
+    def profile(self, x: np.ndarray, time: float, name: str = "stress") -> np.ndarray:
+        """Return a quantity of `State` at `x` [m] from the impact face, before reflections."""
+        values = np.full(np.shape(x), getattr(self.flyer, name), dtype=float)
+        x = np.asarray(x)
+        values[x > self.interface_velocity * time] = getattr(self.target, name)
+        for front in reversed(self.flyer_fronts):
+            values[x < front.velocity * time] = getattr(front.ahead, name)
+        for front in reversed(self.target_fronts):
+            values[x > front.velocity * time] = getattr(front.ahead, name)
+        return values
+
+
+@dataclass(frozen=True)
+class Front:
+    """A front before any reflection."""
+
+    velocity: float  # in the frame of the case [m/s]
+    speed: float  # relative to the matter ahead [m/s]
+    ahead: State
+    behind: State
+
+
+def impact(flyer: Material, target: Material, velocity: float, target_velocity: float = 0.0) -> PlateImpact:
+    """Return the plateau and the fronts of a flat impact.
+
+    Parameters
+    ----------
+    flyer, target
+        Materials; the flyer is on the left.
+    velocity, target_velocity
+        Of flyer and target [m/s]; the flyer must be the faster.
+
+    Raises
+    ------
+    CaseError
+        If a strength model has no exact waves.
+    RunError
+        If no state satisfies the jump conditions.
+    """
+    left, right = SolidLaw(flyer).at_rest(velocity), SolidLaw(target).at_rest(target_velocity)
+
+    def waves(stress: float) -> tuple[list[Wave], list[Wave]]:
+        return left.law.waves(left, stress, -1, 0.01), right.law.waves(right, stress, 1, 0.01)
+
+    def excess(stress: float) -> float:
+        behind, ahead = waves(stress)
+        return ahead[-1][1].velocity - behind[-1][1].velocity
+
+    closing = velocity - target_velocity
+    high = flyer.density * flyer.longitudinal_sound_speed * closing
+    while excess(high) < 0.0:
+        high *= 2.0
+    stress = bracketed_root(excess, max(left.stress, right.stress) + 1e-9 * high, high)
+    behind, ahead = waves(stress)
+    return PlateImpact(
+        interface_velocity=ahead[-1][1].velocity,
+        stress=stress,
+        flyer=behind[-1][1],
+        target=ahead[-1][1],
+        flyer_fronts=_fronts(left, behind, -1),
+        target_fronts=_fronts(right, ahead, 1),
+    )
+
+
+def _fronts(state: State, waves: Sequence[Wave], direction: int) -> tuple[Front, ...]:
+    fronts = []
+    for flux, behind in waves:
+        speed = flux * state.volume
+        fronts.append(Front(state.velocity + direction * speed, speed, state, behind))
+        state = behind
+    return tuple(fronts)
+
+
+def with_reflections(
+    plates: Sequence[tuple[Material, float, float, float]], end: float, step: float = 0.002, weakest: float = 1e-4, alike: float = 1e-4
+) -> Tracked:
+    """Follow all waves in plates that hit one another.
+
+    Parameters
+    ----------
+    plates
+        (material, begin [m], end [m], velocity [m/s]) from left to right; gaps are allowed.
+    end
+        Time to follow [s].
+    step
+        Change of ln(rho) by which rarefactions are cut into fronts.
+    weakest
+        Waves weaker than this part of the plateau stress are left out.
+
+    Returns
+    -------
+    Free-surface velocities by `.surface()`, histories by `.sample(...)`, profiles by `.profile(time)`.
+    """
+    laws: dict[Material, SolidLaw] = {}
+    made = []
+    for material, begin, finish, velocity in plates:
+        law = laws.setdefault(material, SolidLaw(material))
+        made.append(Layer(law, begin, finish, velocity))
+    return track(made, end, step, weakest, alike)

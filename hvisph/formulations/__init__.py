@@ -1,0 +1,1 @@
+"""Which passes make a step, for each published formulation."""

@@ -1,0 +1,109 @@
+"""Eulerian (updated Lagrangian) SPH in its standard form: Mehra & Chaturvedi's SAV family.
+
+One pass: `sph.laws.standard` with Monaghan's viscosity and, as an option, Gray's artificial stress.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hvisph.sph import artificial_stress
+from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
+from hvisph.sph.laws import standard
+from hvisph.sph.pairs import Pass
+from hvisph.sph.rows import RowLayout
+
+from .formulation import Smoothing
+
+
+@dataclass(frozen=True)
+class Eulerian:
+    """Standard SPH of solids.
+
+    Parameters
+    ----------
+    kernel, h_over_dx, smoothing
+        Kernel, smoothing length over spacing, and how it varies.
+    alpha, beta
+        Linear and quadratic coefficients of Monaghan's viscosity; SAV1 is 1 and 2.
+    stress_eps
+        Strength of the artificial stress, 0 for none.
+    """
+
+    kernel: Kernel = CUBIC_SPLINE
+    h_over_dx: float = 1.4
+    smoothing: Smoothing = field(default_factory=Smoothing)
+    alpha: float = 1.0
+    beta: float = 2.0
+    stress_eps: float = 0.0
+
+    name = "eulerian"
+    fields: tuple[str, ...] = ()
+
+    @property
+    def viscous_factor(self) -> float:
+        """1.2 beta, the share of max|mu| in the signal speed."""
+        return 1.2 * self.beta
+
+    def passes(self, dim: int) -> list[Pass]:
+        """Return the one pass: all rates at once."""
+        return [Pass(standard.accumulate, self.layout(dim), {"ARTIFICIAL_STRESS": int(self.stress_eps != 0.0)})]
+
+    def layout(self, dim: int) -> RowLayout:
+        """Return the row of the standard law."""
+        return standard.row_layout(dim, self.stress_eps != 0.0)
+
+    def coefficients(self) -> np.ndarray:
+        """Return alpha, beta, 1 / w(dx/h), eps."""
+        at_spacing = self.kernel.shape.py_func(1.0 / self.h_over_dx)
+        return np.array([self.alpha, self.beta, 1.0 / at_spacing, self.stress_eps])
+
+    def pack(self) -> tuple[Any, dict[str, Any]]:
+        """Return the packing function and what it is bound to."""
+        return _pack, {
+            "ARTIFICIAL_STRESS": int(self.stress_eps != 0.0),
+            "tensile_part_2d": artificial_stress.tensile_part_2d,
+            "tensile_part_3d": artificial_stress.tensile_part_3d,
+        }
+
+
+def _pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t, s_xx, s_yy, s_zz, s_xy, s_xz, s_yz):
+    """Write what the standard law reads; return the speed of signals without the |mu| term."""
+    inverse2 = 1.0 / (rho * rho)
+    rows[s, U] = u
+    rows[s, H] = h
+    rows[s, M] = mass
+    rows[s, V] = mass / rho
+    rows[s, RHO] = rho
+    rows[s, C] = c
+    rows[s, T] = (s_xx - p) * inverse2
+    if DIM > 1:
+        rows[s, U + 1] = v
+        rows[s, T + 1] = (s_yy - p) * inverse2
+        rows[s, T + DIM] = s_xy * inverse2
+    if DIM > 2:
+        rows[s, U + 2] = w
+        rows[s, T + 2] = (s_zz - p) * inverse2
+        rows[s, T + 4] = s_xz * inverse2
+        rows[s, T + 5] = s_yz * inverse2
+    if ARTIFICIAL_STRESS:
+        scale = -coefficients[3] * inverse2
+        if DIM == 1:
+            rows[s, R] = scale * max(s_xx - p, 0.0)
+        if DIM == 2:
+            a, b, d = tensile_part_2d(s_xx - p, s_yy - p, s_xy)
+            rows[s, R] = scale * a
+            rows[s, R + 1] = scale * b
+            rows[s, R + 2] = scale * d
+        if DIM == 3:
+            t_xx, t_yy, t_zz, t_xy, t_xz, t_yz = tensile_part_3d(s_xx - p, s_yy - p, s_zz - p, s_xy, s_xz, s_yz)
+            rows[s, R] = scale * t_xx
+            rows[s, R + 1] = scale * t_yy
+            rows[s, R + 2] = scale * t_zz
+            rows[s, R + 3] = scale * t_xy
+            rows[s, R + 4] = scale * t_xz
+            rows[s, R + 5] = scale * t_yz
+    return c_l + 1.2 * coefficients[0] * c

@@ -1,0 +1,53 @@
+"""What a formulation declares: its passes over the pairs and what a particle packs for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from hvisph.sph.kernels import Kernel
+from hvisph.sph.pairs import Pass
+from hvisph.sph.rows import RowLayout
+
+
+class Formulation(Protocol):
+    """A published scheme, ready for the step loop."""
+
+    name: str
+    kernel: Kernel
+    h_over_dx: float
+    smoothing: Smoothing
+    fields: tuple[str, ...]
+    viscous_factor: float
+
+    def layout(self, dim: int) -> RowLayout:
+        """Return the widest row that its passes need."""
+
+    def passes(self, dim: int) -> Sequence[Pass]:
+        """Return its passes over the pairs, in order."""
+
+    def coefficients(self) -> np.ndarray:
+        """Return the numbers that its laws and its `pack` read."""
+
+    def pack(self) -> tuple[Any, dict[str, Any]]:
+        """Return the function that packs a particle's row, and the constants to bind into it."""
+
+
+@dataclass(frozen=True)
+class Smoothing:
+    """How the smoothing length follows the flow.
+
+    Parameters
+    ----------
+    variable
+        Whether dh/dt = h/d div u (Farahani 2009 eq. 19; Zisis 2013 eq. 20) or h stays.
+    smallest, largest
+        Limits of h over its start.
+    """
+
+    variable: bool = False
+    smallest: float = 0.5
+    largest: float = 2.0

@@ -1,0 +1,90 @@
+"""CON, contact (Riemann) SPH: no viscosity and no artificial stress to tune.
+
+Passes: with reconstruction, gradients of velocity and stress into each row; then the
+Riemann problem of every pair (`sph.laws.riemann`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
+from hvisph.sph.laws import riemann
+from hvisph.sph.pairs import Pass
+from hvisph.sph.rows import RowLayout
+
+from .formulation import Smoothing
+
+
+@dataclass(frozen=True)
+class Riemann:
+    """Contact SPH, first order as published or with limited reconstruction.
+
+    Parameters
+    ----------
+    kernel, h_over_dx, smoothing
+        Kernel, smoothing length over spacing, and how it varies.
+    reconstruction
+        ``none``, ``minmod`` or ``van_leer``.
+    """
+
+    kernel: Kernel = CUBIC_SPLINE
+    h_over_dx: float = 1.4
+    smoothing: Smoothing = field(default_factory=Smoothing)
+    reconstruction: str = "van_leer"
+
+    name = "riemann"
+    fields: tuple[str, ...] = ()
+    viscous_factor = 0.0
+
+    def passes(self, dim: int) -> list[Pass]:
+        """Return the passes: gradients, where values are reconstructed, and the Riemann problems."""
+        if self.reconstruction == "none":
+            limiters = riemann.LIMITERS["minmod"]  # bound, never called
+        else:
+            limiters = riemann.LIMITERS[self.reconstruction]
+        options = {
+            "RECONSTRUCTION": int(self.reconstruction != "none"),
+            "limit": limiters[0],
+            "share": limiters[1],
+        }
+        flux = Pass(riemann.accumulate, self.layout(dim), options)
+        if self.reconstruction == "none":
+            return [flux]
+        return [Pass(riemann.gradients, riemann.row_layout(dim, False), {}, into_rows=True), flux]
+
+    def layout(self, dim: int) -> RowLayout:
+        """Return the row of the contact law."""
+        return riemann.row_layout(dim, self.reconstruction != "none")
+
+    def coefficients(self) -> np.ndarray:
+        """Return nothing: the law has no coefficient."""
+        return np.zeros(1)
+
+    def pack(self) -> tuple[Any, dict[str, Any]]:
+        """Return the packing function and what it is bound to."""
+        return _pack, {}
+
+
+def _pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t, s_xx, s_yy, s_zz, s_xy, s_xz, s_yz):
+    """Write what the contact law reads; return the speed of signals."""
+    rows[s, U] = u
+    rows[s, H] = h
+    rows[s, M] = mass
+    rows[s, V] = mass / rho
+    rows[s, ZN] = rho * c_l
+    rows[s, ZT] = rho * c_t
+    rows[s, T] = s_xx - p
+    if DIM > 1:
+        rows[s, U + 1] = v
+        rows[s, T + 1] = s_yy - p
+        rows[s, T + DIM] = s_xy
+    if DIM > 2:
+        rows[s, U + 2] = w
+        rows[s, T + 2] = s_zz - p
+        rows[s, T + 4] = s_xz
+        rows[s, T + 5] = s_yz
+    return c_l

@@ -1,0 +1,1 @@
+"""Bodies to particle positions and volumes."""

@@ -1,0 +1,111 @@
+"""Where bodies stand: turned about their centres, then in a row along x, touching or at a gap.
+
+A body's faces along x lie dx / 2 outside its outermost particles, so that two touching bodies have
+their particles dx apart. The row's second body has its first face at x = 0, the struck face, whatever
+the gap before it; a body alone in the row has its own first face there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.geometry.filling import Filling
+
+
+def rotation_matrix(dim: int, angle: float, axis: Sequence[float] = (0.0, 0.0, 1.0)) -> np.ndarray:
+    """Return the matrix (dim, dim) that turns points by `angle` [rad], counter-clockwise.
+
+    Parameters
+    ----------
+    dim
+        2 (about the centre) or 3 (about `axis`, by Rodrigues' formula).
+    angle
+        Angle [rad].
+    axis
+        Direction of the axis, of any length but zero; of no meaning in 2D.
+
+    Raises
+    ------
+    CaseError
+        In 1D, or for an axis without a direction.
+    """
+    c, s = math.cos(angle), math.sin(angle)
+    if dim == 2:
+        return np.array([[c, -s], [s, c]])
+    if dim != 3:
+        raise CaseError("a body in 1D cannot be rotated", where="rotation")
+    direction = np.asarray(axis, dtype=float)
+    length = np.linalg.norm(direction)
+    if direction.shape != (3,) or not (np.isfinite(length) and length > 0):
+        raise CaseError("the axis of a rotation needs 3 components, not all zero", where="rotation.axis")
+    x, y, z = direction / length
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + s * cross + (1 - c) * (cross @ cross)
+
+
+def rotated(filling: Filling, matrix: np.ndarray) -> Filling:
+    """Return `filling` turned about its centre by `matrix` (dim, dim); its `size` stays that of the shape."""
+    return replace(filling, positions=np.ascontiguousarray(filling.positions @ matrix.T))
+
+
+def row(
+    fillings: Sequence[Filling],
+    gaps: Sequence[float],
+    positions: Sequence[Sequence[float] | None],
+    dx: float,
+) -> np.ndarray:
+    """Return the centres of bodies standing in a row along x, shape (bodies, dim) [m].
+
+    Parameters
+    ----------
+    fillings
+        The bodies' particles, in the order of the row, already rotated.
+    gaps
+        Distance [m] from each body to the one before it in the row; of no effect for the first.
+    positions
+        Stated centre of each body [m], or None for a place in the row. A body with a stated
+        centre takes no place in the row.
+    dx
+        Particle spacing [m].
+
+    Raises
+    ------
+    CaseError
+        When a stated position has the wrong number of components.
+    """
+    dim = fillings[0].positions.shape[1] if fillings else 0
+    centres = np.zeros((len(fillings), dim))
+    in_row = []
+    for body, position in enumerate(positions):
+        if position is None:
+            in_row.append(body)
+        elif len(position) != dim:
+            raise CaseError(
+                f"a position has {dim} components in {dim}D, not {len(position)}", where="position"
+            )
+        else:
+            centres[body] = position
+    struck = in_row[1] if len(in_row) > 1 else in_row[0] if in_row else None
+    if struck is None:
+        return centres
+    faces = {body: _faces(fillings[body], dx) for body in in_row}
+    centres[struck, 0] = -faces[struck][0]
+    if struck != in_row[0]:
+        centres[in_row[0], 0] = -gaps[struck] - faces[in_row[0]][1]
+    behind = faces[struck][1] - faces[struck][0]
+    for body in in_row[2:]:
+        front = behind + gaps[body]
+        centres[body, 0] = front - faces[body][0]
+        behind = front + faces[body][1] - faces[body][0]
+    return centres
+
+
+def _faces(filling: Filling, dx: float) -> tuple[float, float]:
+    """Return the x of a body's two faces about its centre [m]."""
+    x = filling.positions[:, 0]
+    return float(x.min()) - dx / 2, float(x.max()) + dx / 2

@@ -1,0 +1,1 @@
+"""Time integrators and named time-step criteria."""

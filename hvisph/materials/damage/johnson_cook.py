@@ -1,0 +1,85 @@
+"""Johnson-Cook damage: plastic strain adds up to failure.
+
+    D = sum d eps_p / eps_f
+    eps_f = (D1 + D2 exp(D3 sigma*)) (1 + D4 ln rate*) (1 + D5 T*)
+    sigma* = -p / q,  q the von Mises stress;  rate* = max(rate / rate0, 1)
+
+Johnson & Cook 1985. sigma* is held at 1.5, up to which the formula was fitted, and eps_f at
+`FRACTURE_STRAIN_FLOOR`, since fits with a negative D1 leave the positive range. Below D = 1
+damage leaves the stress alone; at D = 1 the particle has failed: it carries no deviator and
+no tension, but still compression. A cut-off of the pressure can go with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, inf, log
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.jit import compiled
+from .. import slots
+from ..slots import PRESSURE_MINIMUM
+from .pressure_cutoff import require_tension
+
+D1 = slots.DAMAGE[0]
+D2 = slots.DAMAGE[1]
+D3 = slots.DAMAGE[2]
+D4 = slots.DAMAGE[3]
+D5 = slots.DAMAGE[4]
+INVERSE_REFERENCE_RATE = slots.DAMAGE[5]
+
+FRACTURE_STRAIN_FLOOR = 1e-4
+TRIAXIALITY_LIMIT = 1.5
+_COMPRESSION_LIMIT = 1000.0  # a vanishing von Mises stress must not divide
+_EXPONENT_LIMIT = 100.0  # exp stays finite
+
+
+@dataclass(frozen=True)
+class JohnsonCookDamage:
+    """Parameters of Johnson-Cook damage."""
+
+    d1: float  # [-]
+    d2: float = 0.0  # [-]
+    d3: float = 0.0  # [-]; below zero where tension embrittles
+    d4: float = 0.0  # rate [-]
+    d5: float = 0.0  # temperature [-]; needs Johnson-Cook strength, which knows the temperature
+    reference_rate: float = 1.0  # rate0 [1/s]
+    pressure_minimum: float = -inf  # p_min [Pa]
+
+    name: ClassVar[str] = "johnson_cook"
+    tag: ClassVar[int] = 2
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "reference_rate")
+        require_tension(self.pressure_minimum, self.name)
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[PRESSURE_MINIMUM] = self.pressure_minimum
+        row[D1] = self.d1
+        row[D2] = self.d2
+        row[D3] = self.d3
+        row[D4] = self.d4
+        row[D5] = self.d5
+        row[INVERSE_REFERENCE_RATE] = 1.0 / self.reference_rate
+
+
+@compiled
+def fracture_strain(p, von_mises_stress, strain_rate, homologous, row):
+    """Equivalent plastic strain at which the material fails in the given state."""
+    if von_mises_stress * TRIAXIALITY_LIMIT <= -p:
+        triaxiality = TRIAXIALITY_LIMIT
+    elif von_mises_stress * _COMPRESSION_LIMIT <= p:
+        triaxiality = -_COMPRESSION_LIMIT
+    else:
+        triaxiality = -p / von_mises_stress
+    strain = row[D1]
+    if row[D2] != 0.0:
+        strain += row[D2] * exp(min(max(row[D3] * triaxiality, -_EXPONENT_LIMIT), _EXPONENT_LIMIT))
+    ratio = strain_rate * row[INVERSE_REFERENCE_RATE]
+    if ratio > 1.0:
+        strain *= 1.0 + row[D4] * log(ratio)
+    strain *= 1.0 + row[D5] * homologous
+    return max(strain, FRACTURE_STRAIN_FLOOR)

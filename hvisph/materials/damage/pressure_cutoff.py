@@ -1,0 +1,46 @@
+"""Spall by pressure cut-off: the pressure never falls below p_min.
+
+    p >= p_min,    p_min <= 0
+
+The material keeps no memory of it: once compressed again it is as before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.errors import CaseError
+from ...core.jit import compiled
+from ..slots import PRESSURE_MINIMUM
+
+
+@dataclass(frozen=True)
+class PressureCutoff:
+    """Parameters of the pressure cut-off."""
+
+    pressure_minimum: float  # p_min [Pa], not above zero
+
+    name: ClassVar[str] = "pressure_cutoff"
+    tag: ClassVar[int] = 1
+
+    def __post_init__(self) -> None:
+        require_tension(self.pressure_minimum, self.name)
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[PRESSURE_MINIMUM] = self.pressure_minimum
+
+
+def require_tension(pressure_minimum: float, where: str) -> None:
+    """Raise `CaseError` unless the least pressure is a tension or zero."""
+    if not pressure_minimum <= 0.0:
+        raise CaseError(f"pressure_minimum is {pressure_minimum!r}, but must not be above zero", where=where)
+
+
+@compiled
+def limited_pressure(p, row):
+    """Pressure [Pa] after the cut-off; what is not a number passes through."""
+    return row[PRESSURE_MINIMUM] if p < row[PRESSURE_MINIMUM] else p

@@ -1,0 +1,56 @@
+"""Equations of state, one a file, and the compiled choice between them."""
+
+from __future__ import annotations
+
+from math import sqrt
+from types import ModuleType
+
+from ...core.jit import compiled
+from ..slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
+from . import elastic, ideal_gas, linear, mie_gruneisen, stiffened_gas
+from .elastic import Elastic
+from .ideal_gas import IdealGas
+from .linear import Linear
+from .mie_gruneisen import MieGrueneisen
+from .stiffened_gas import StiffenedGas
+
+REGISTRY: dict[str, type[EquationOfState]] = {
+    model.name: model for model in (Linear, Elastic, StiffenedGas, MieGrueneisen, IdealGas)
+}
+# Where each model's `pressure` and `sound_speed_squared` are, for plain Python.
+MODULES: dict[str, ModuleType] = {
+    "linear": linear,
+    "elastic": elastic,
+    "stiffened_gas": stiffened_gas,
+    "mie_gruneisen": mie_gruneisen,
+    "ideal_gas": ideal_gas,
+}
+
+_STIFFENED_GAS = StiffenedGas.tag
+_MIE_GRUENEISEN = MieGrueneisen.tag
+_IDEAL_GAS = IdealGas.tag
+
+
+@compiled
+def pressure_and_sound_speed(tag, rho, e, row):
+    """Pressure [Pa] and bulk sound speed [m/s] of the model `tag`, with parameters `row`.
+
+    The square of the sound speed is held above the material's floor, a hundredth of the
+    ambient one, so that unstable states of deep tension still have a time step. Values that
+    are not numbers pass through.
+    """
+    if tag == _STIFFENED_GAS:
+        p = stiffened_gas.pressure(rho, e, row)
+        c_squared = stiffened_gas.sound_speed_squared(rho, e, p, row)
+    elif tag == _MIE_GRUENEISEN:
+        p = mie_gruneisen.pressure(rho, e, row)
+        c_squared = mie_gruneisen.sound_speed_squared(rho, e, p, row)
+    elif tag == _IDEAL_GAS:
+        p = ideal_gas.pressure(rho, e, row)
+        c_squared = ideal_gas.sound_speed_squared(rho, e, p, row)
+    else:  # linear and elastic are one law
+        p = linear.pressure(rho, e, row)
+        c_squared = linear.sound_speed_squared(rho, e, p, row)
+    if c_squared < row[SOUND_SPEED_SQUARED_FLOOR]:
+        c_squared = row[SOUND_SPEED_SQUARED_FLOOR]
+    return p, sqrt(c_squared)

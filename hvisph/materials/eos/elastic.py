@@ -1,0 +1,54 @@
+"""Elastic equation of state: the linear one, with the bulk modulus from E and nu.
+
+    p = K (rho / rho0 - 1),    K = E / (3 (1 - 2 nu))
+
+For bodies that stay nearly elastic, such as the steel sphere of Young 2021, section 3.3.
+Give the strength model the shear modulus of the same E and nu: `moduli.shear_modulus`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.errors import CaseError
+from .. import moduli, slots
+from . import linear
+
+# The same law as the linear one, in the same slot.
+pressure = linear.pressure
+sound_speed_squared = linear.sound_speed_squared
+
+
+@dataclass(frozen=True)
+class Elastic:
+    """Parameters of the elastic equation of state."""
+
+    young_modulus: float  # E [Pa]
+    poisson_ratio: float  # nu [-]
+
+    name: ClassVar[str] = "elastic"
+    tag: ClassVar[int] = 1
+    ambient_energy: ClassVar[float] = 0.0
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "young_modulus")
+        if not -1.0 < self.poisson_ratio < 0.5:
+            raise CaseError(
+                f"poisson_ratio is {self.poisson_ratio!r}, but must lie between -1 and 0.5", where=self.name
+            )
+
+    @property
+    def bulk_modulus(self) -> float:
+        """K [Pa]."""
+        return moduli.bulk_modulus(self.young_modulus, self.poisson_ratio)
+
+    def ambient_sound_speed(self, density: float) -> float:
+        """Return sqrt(K/rho0) [m/s]."""
+        return float(np.sqrt(self.bulk_modulus / density))
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[linear.BULK_MODULUS] = self.bulk_modulus

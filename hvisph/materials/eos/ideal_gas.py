@@ -1,0 +1,56 @@
+"""Ideal gas with a constant adiabatic exponent.
+
+    p = (gamma - 1) rho e,    c^2 = gamma (gamma - 1) e
+
+For tests against gas dynamics and for air between bodies. It carries no tension; a
+negative energy gives a negative pressure, and the sound speed its floor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.errors import CaseError
+from ...core.jit import compiled
+from .. import slots
+
+GAMMA_MINUS_ONE = slots.EOS[0]
+
+
+@dataclass(frozen=True)
+class IdealGas:
+    """Parameters of the ideal gas."""
+
+    gamma: float  # adiabatic exponent [-]
+    ambient_energy: float  # specific internal energy that a body starts with [J/kg]
+
+    name: ClassVar[str] = "ideal_gas"
+    tag: ClassVar[int] = 4
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "ambient_energy")
+        if not 1.0 < self.gamma < np.inf:
+            raise CaseError(f"gamma is {self.gamma!r}, but must be above 1", where=self.name)
+
+    def ambient_sound_speed(self, density: float) -> float:
+        """Return sqrt(gamma (gamma - 1) e) at the ambient energy [m/s]."""
+        return float(np.sqrt(self.gamma * (self.gamma - 1.0) * self.ambient_energy))
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[GAMMA_MINUS_ONE] = self.gamma - 1.0
+
+
+@compiled
+def pressure(rho, e, row):
+    """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    return row[GAMMA_MINUS_ONE] * rho * e
+
+
+@compiled
+def sound_speed_squared(rho, e, p, row):
+    """Square of the sound speed [m^2/s^2]; the pressure `p` is not used."""
+    return (row[GAMMA_MINUS_ONE] + 1.0) * row[GAMMA_MINUS_ONE] * e

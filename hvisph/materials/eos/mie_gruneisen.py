@@ -1,0 +1,108 @@
+"""Mie-Grueneisen equation of state on a cubic Us-up reference Hugoniot.
+
+    mu = rho / rho0 - 1,    x = mu / (mu + 1)
+    compression:  p = rho0 c0^2 mu [1 + (1 - gamma0/2) mu - a mu^2/2] / D^2 + (gamma0 + a mu) rho0 e
+                  D = 1 - (s1 - 1) mu - s2 mu x - s3 mu x^2
+    expansion:    p = rho0 c0^2 mu + (gamma0 + a mu) rho0 e
+
+with U = c0 + s1 u + s2 u^2/U + s3 u^3/U^2 (Steinberg 1996; Young 2021, section 3.3). With
+a = s2 = s3 = 0 it is the textbook form p = p_H (1 - gamma0 eta/2) + gamma0 rho0 e with
+eta = 1 - rho0/rho and p_H = rho0 c0^2 eta / (1 - s1 eta)^2.
+
+Valid below the compression at which D vanishes (eta = 1/s1 for the linear Hugoniot). D is
+held at `DENOMINATOR_FLOOR` from there on: the pressure goes on rising, steeply and finite.
+Expansion holds for condensed matter; it is no model of a vapour, whose pressure would vanish
+with the density.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.jit import compiled
+from .. import slots
+from ..slots import INVERSE_RHO0, RHO0
+
+C0_SQUARED = slots.EOS[0]
+GAMMA0 = slots.EOS[1]
+A = slots.EOS[2]
+S1_MINUS_ONE = slots.EOS[3]
+S2 = slots.EOS[4]
+S3 = slots.EOS[5]
+
+DENOMINATOR_FLOOR = 0.1
+
+
+@dataclass(frozen=True)
+class MieGrueneisen:
+    """Parameters of the Mie-Grueneisen equation of state."""
+
+    sound_speed: float  # c0 [m/s]
+    gamma0: float  # Grueneisen coefficient at the reference density [-]
+    s1: float  # slope of the Us-up curve [-]
+    s2: float = 0.0  # its quadratic coefficient [-]
+    s3: float = 0.0  # its cubic coefficient [-]
+    a: float = 0.0  # first-order volume correction of gamma0 [-]
+
+    name: ClassVar[str] = "mie_gruneisen"
+    tag: ClassVar[int] = 3
+    ambient_energy: ClassVar[float] = 0.0
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "sound_speed")
+        slots.require_not_negative(self, "gamma0", "s1")
+
+    def ambient_sound_speed(self, density: float) -> float:
+        """Return c0 [m/s]."""
+        return self.sound_speed
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[C0_SQUARED] = self.sound_speed**2
+        row[GAMMA0] = self.gamma0
+        row[A] = self.a
+        row[S1_MINUS_ONE] = self.s1 - 1.0
+        row[S2] = self.s2
+        row[S3] = self.s3
+
+
+@compiled
+def pressure(rho, e, row):
+    """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    rho0, a, gamma0 = row[RHO0], row[A], row[GAMMA0]
+    s1, s2, s3 = row[S1_MINUS_ONE], row[S2], row[S3]
+    mu = (rho - rho0) * row[INVERSE_RHO0]
+    reference = row[C0_SQUARED] * mu
+    if mu > 0.0:
+        x = mu / (mu + 1.0)
+        d = 1.0 - mu * (s1 + x * (s2 + x * s3))
+        if d < DENOMINATOR_FLOOR:
+            d = DENOMINATOR_FLOOR
+        reference *= (1.0 + mu * (1.0 - 0.5 * gamma0 - 0.5 * a * mu)) / (d * d)
+    return rho0 * (reference + (gamma0 + a * mu) * e)
+
+
+@compiled
+def sound_speed_squared(rho, e, p, row):
+    """Square of the sound speed [m^2/s^2] at pressure `p` [Pa], from p_rho + p p_e / rho^2."""
+    rho0, a, gamma0 = row[RHO0], row[A], row[GAMMA0]
+    s1, s2, s3 = row[S1_MINUS_ONE], row[S2], row[S3]
+    mu = (rho - rho0) * row[INVERSE_RHO0]
+    slope = row[C0_SQUARED]
+    if mu > 0.0:
+        x = mu / (mu + 1.0)
+        first = 1.0 - 0.5 * gamma0
+        numerator = 1.0 + mu * (first - 0.5 * a * mu)
+        d = 1.0 - mu * (s1 + x * (s2 + x * s3))
+        d_slope = -(s1 + x * (s2 * (2.0 - x) + s3 * x * (3.0 - 2.0 * x)))
+        if d < DENOMINATOR_FLOOR:
+            d = DENOMINATOR_FLOOR
+            d_slope = 0.0
+        inverse = 1.0 / d
+        slope *= (numerator + mu * (first - a * mu - 2.0 * numerator * d_slope * inverse)) * (
+            inverse * inverse
+        )
+    return slope + a * e + p * (gamma0 + a * mu) * rho0 / (rho * rho)

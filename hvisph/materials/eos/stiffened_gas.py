@@ -1,0 +1,63 @@
+"""Stiffened-gas equation of state.
+
+    p = c0^2 (rho - rho0) + (gamma0 - 1) rho e
+    c^2 = c0^2 + (gamma0 - 1) (e + p / rho)
+
+The form of Howell & Ball 2002 and Mehra & Chaturvedi 2006. `gamma0` is an adiabatic
+exponent: its effective Grueneisen coefficient is gamma0 - 1. Expansion has no branch of
+its own; c^2 falls below zero in tensions of the order of rho c0^2 / (gamma0 - 1), where
+the floor of the sound speed takes over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.errors import CaseError
+from ...core.jit import compiled
+from .. import slots
+from ..slots import RHO0
+
+C0_SQUARED = slots.EOS[0]
+GAMMA_MINUS_ONE = slots.EOS[1]
+
+
+@dataclass(frozen=True)
+class StiffenedGas:
+    """Parameters of the stiffened gas."""
+
+    sound_speed: float  # c0 [m/s]
+    gamma0: float  # adiabatic exponent [-]
+
+    name: ClassVar[str] = "stiffened_gas"
+    tag: ClassVar[int] = 2
+    ambient_energy: ClassVar[float] = 0.0
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "sound_speed")
+        if not 1.0 <= self.gamma0 < np.inf:
+            raise CaseError(f"gamma0 is {self.gamma0!r}, but must be at least 1", where=self.name)
+
+    def ambient_sound_speed(self, density: float) -> float:
+        """Return c0 [m/s]."""
+        return self.sound_speed
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[C0_SQUARED] = self.sound_speed**2
+        row[GAMMA_MINUS_ONE] = self.gamma0 - 1.0
+
+
+@compiled
+def pressure(rho, e, row):
+    """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    return row[C0_SQUARED] * (rho - row[RHO0]) + row[GAMMA_MINUS_ONE] * rho * e
+
+
+@compiled
+def sound_speed_squared(rho, e, p, row):
+    """Square of the sound speed [m^2/s^2] at pressure `p` [Pa]; below zero where the state is unstable."""
+    return row[C0_SQUARED] + row[GAMMA_MINUS_ONE] * (e + p / rho)

@@ -1,0 +1,28 @@
+"""Elastic strength: Hooke's law in the deviator, without a yield limit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from .. import slots
+from ..slots import SHEAR_MODULUS
+
+
+@dataclass(frozen=True)
+class ElasticStrength:
+    """Parameters of the elastic deviator."""
+
+    shear_modulus: float  # G [Pa]
+
+    name: ClassVar[str] = "elastic"
+    tag: ClassVar[int] = 1
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "shear_modulus")
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[SHEAR_MODULUS] = self.shear_modulus

@@ -1,0 +1,96 @@
+"""Johnson-Cook strength: hardening, rate and heat.
+
+    Y = (A + B eps_p^n) (1 + C ln rate*) (1 - T*^m)
+    rate* = max(rate / rate0, 1),    T* = (T - T_room) / (T_melt - T_room) held in [0, 1]
+    T = T_room + max(e, 0) / c_v
+
+Johnson & Cook 1983. Slower than the reference rate the material is as at the reference
+rate; molten (T* = 1) it has no strength. The temperature takes the whole specific internal
+energy as heat: the cold part of a compression is in it, so that it is somewhat high under
+strong shocks. Plastic heat is in the energy already.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import log
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.errors import CaseError
+from ...core.jit import compiled
+from .. import slots
+from ..slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE, ROOM_TEMPERATURE, SHEAR_MODULUS
+
+YIELD_STRESS = slots.STRENGTH[0]
+HARDENING_COEFFICIENT = slots.STRENGTH[1]
+HARDENING_EXPONENT = slots.STRENGTH[2]
+RATE_COEFFICIENT = slots.STRENGTH[3]
+INVERSE_REFERENCE_RATE = slots.STRENGTH[4]
+THERMAL_EXPONENT = slots.STRENGTH[5]
+
+
+@dataclass(frozen=True)
+class JohnsonCook:
+    """Parameters of Johnson-Cook strength."""
+
+    shear_modulus: float  # G [Pa]
+    yield_stress: float  # A [Pa]
+    hardening_coefficient: float  # B [Pa]
+    hardening_exponent: float  # n [-]
+    rate_coefficient: float  # C [-]
+    thermal_exponent: float  # m [-]
+    melt_temperature: float  # T_melt [K]
+    specific_heat: float  # c_v [J/(kg K)]
+    room_temperature: float = 300.0  # T_room [K]
+    reference_rate: float = 1.0  # rate0 [1/s]
+
+    name: ClassVar[str] = "johnson_cook"
+    tag: ClassVar[int] = 4
+
+    def __post_init__(self) -> None:
+        slots.require_positive(
+            self, "shear_modulus", "hardening_exponent", "thermal_exponent", "specific_heat", "reference_rate"
+        )
+        slots.require_not_negative(self, "yield_stress", "hardening_coefficient", "rate_coefficient")
+        if not self.melt_temperature > self.room_temperature:
+            raise CaseError(
+                f"melt_temperature {self.melt_temperature!r} is not above "
+                f"room_temperature {self.room_temperature!r}",
+                where=self.name,
+            )
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[SHEAR_MODULUS] = self.shear_modulus
+        row[ROOM_TEMPERATURE] = self.room_temperature
+        row[INVERSE_HEAT_CAPACITY] = 1.0 / self.specific_heat
+        row[INVERSE_MELT_RANGE] = 1.0 / (self.melt_temperature - self.room_temperature)
+        row[YIELD_STRESS] = self.yield_stress
+        row[HARDENING_COEFFICIENT] = self.hardening_coefficient
+        row[HARDENING_EXPONENT] = self.hardening_exponent
+        row[RATE_COEFFICIENT] = self.rate_coefficient
+        row[INVERSE_REFERENCE_RATE] = 1.0 / self.reference_rate
+        row[THERMAL_EXPONENT] = self.thermal_exponent
+
+
+@compiled
+def rate_and_heat_factor(strain_rate, homologous, row):
+    """Return (1 + C ln rate*) (1 - T*^m), the part of the yield stress that a return does not change."""
+    factor = 1.0
+    ratio = strain_rate * row[INVERSE_REFERENCE_RATE]
+    if ratio > 1.0:
+        factor += row[RATE_COEFFICIENT] * log(ratio)
+    if homologous > 0.0:
+        factor *= 1.0 - homologous ** row[THERMAL_EXPONENT]
+    return factor
+
+
+@compiled
+def yield_stress(plastic_strain, factor, row):
+    """Yield stress [Pa] at an equivalent plastic strain, with `factor` from `rate_and_heat_factor`."""
+    hardened = row[YIELD_STRESS]
+    if plastic_strain > 0.0:
+        hardened += row[HARDENING_COEFFICIENT] * plastic_strain ** row[HARDENING_EXPONENT]
+    return hardened * factor

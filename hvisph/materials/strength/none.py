@@ -1,0 +1,19 @@
+"""No strength: the material is a fluid, its deviator is zero and its shear modulus too."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class NoStrength:
+    """A fluid; it has no parameters."""
+
+    name: ClassVar[str] = "none"
+    tag: ClassVar[int] = 0
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Leave the shear modulus at zero."""

@@ -1,0 +1,1 @@
+"""Lengths, histories and pictures from a run's files."""

@@ -1,0 +1,1 @@
+"""Snapshots, histories, the run folder and their reader."""

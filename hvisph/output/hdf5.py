@@ -1,0 +1,157 @@
+"""Snapshots as HDF5 files that ParaView opens directly (VTKHDF, an unstructured grid of vertices).
+
+Group `VTKHDF` holds what ParaView reads: points, one vertex cell a particle, every field as point data.
+Dataset `hvisph/header` holds the rest as JSON: time, step, names, metadata. Numbers are stored as they
+are, without compression, which would cost more time than writing; a seal (`hvisph.output.seal`) ends the
+file. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from hvisph.core.errors import OutputError
+from hvisph.output import layout
+from hvisph.output.atomic import reason, replacing
+from hvisph.output.seal import append_seal, verify_seal
+from hvisph.output.snapshot import Snapshot
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_VTK_VERTEX = 1
+
+
+def write_hdf5(path: str | Path, snapshot: Snapshot) -> None:
+    """Write `snapshot` to `path`, complete or not at all.
+
+    Raises
+    ------
+    OutputError
+        When it cannot be written; an earlier file of that name is then untouched.
+    """
+    import h5py
+
+    with replacing(path) as file:
+        sink = _Sink(file)
+        try:
+            with h5py.File(sink, "w") as h5:
+                _write_vtk(h5, snapshot)
+                header = layout.header_text(snapshot).encode("ascii")
+                h5.create_dataset("hvisph/header", data=np.bytes_(header))
+        except (OSError, RuntimeError):
+            if sink.error is None:
+                raise
+        if sink.error is not None:
+            raise sink.error
+        append_seal(file)
+
+
+def read_hdf5(path: str | Path) -> Snapshot:
+    """Read a snapshot that `write_hdf5` wrote, after checking that it is whole.
+
+    Raises
+    ------
+    OutputError
+        When the file is missing, truncated, damaged, of another format version or not a snapshot.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            if file.read(len(SIGNATURE)) != SIGNATURE:
+                raise OutputError("it is not an HDF5 file")
+            verify_seal(file)
+            return _read(file)
+    except OutputError as error:
+        raise OutputError(f"cannot read {path}: {error}") from error
+    except OSError as error:
+        raise OutputError(f"cannot read {path}: {reason(error)}") from error
+    except (KeyError, ValueError, TypeError, RuntimeError, IndexError, AttributeError) as error:
+        raise OutputError(f"cannot read {path}: it is not a snapshot of hvisph ({error})") from error
+
+
+def _write_vtk(h5: Any, snapshot: Snapshot) -> None:
+    import h5py
+
+    n = snapshot.count
+    root = h5.create_group("VTKHDF")
+    # VTK compares this attribute as fixed-length ASCII and rejects h5py's default variable length
+    kind = b"UnstructuredGrid"
+    root.attrs.create("Type", kind, dtype=h5py.string_dtype("ascii", len(kind)))
+    root.attrs["Version"] = np.array([2, 0])
+    for name, count in (("NumberOfPoints", n), ("NumberOfCells", n), ("NumberOfConnectivityIds", n)):
+        root.create_dataset(name, data=np.array([count], dtype=np.int64))
+    position = snapshot.fields["position"]
+    root.create_dataset("Points", data=layout.to_vtk("position", position, snapshot.dimensions))
+    root.create_dataset("Connectivity", data=np.arange(n, dtype=np.int64))
+    root.create_dataset("Offsets", data=np.arange(n + 1, dtype=np.int64))
+    root.create_dataset("Types", data=np.full(n, _VTK_VERTEX, dtype=np.uint8))
+    data = root.create_group("PointData")
+    for name, values in snapshot.fields.items():
+        if name != "position":
+            data.create_dataset(name, data=layout.to_vtk(name, values, snapshot.dimensions))
+    for name in layout.INDICES:
+        data.create_dataset(name, data=getattr(snapshot, name))
+    root.create_dataset("FieldData/TimeValue", data=np.array([snapshot.time]))
+
+
+def _read(file: BinaryIO) -> Snapshot:
+    import h5py
+
+    with h5py.File(file, "r") as h5:
+        if "hvisph/header" not in h5:
+            raise OutputError("it is an HDF5 file, but not a snapshot of hvisph")
+        header = json.loads(h5["hvisph/header"][()])
+        if header["format_version"] != layout.FORMAT_VERSION:
+            raise OutputError(
+                f"its format is version {header['format_version']}, this hvisph reads {layout.FORMAT_VERSION}"
+            )
+        data = h5["VTKHDF/PointData"]
+        arrays = {name: data[name][...] for name in data}
+        arrays["position"] = h5["VTKHDF/Points"][...]
+    return layout.snapshot_from(header, arrays)
+
+
+class _Sink(io.RawIOBase):
+    """The file as HDF5 sees it: after the first failure it takes writes without keeping them.
+
+    HDF5 cannot close a file whose writes fail (disk full) and would complain at the end of the program;
+    so it is left in the belief that all is well, and the writer raises `error` afterwards.
+    """
+
+    def __init__(self, file: BinaryIO):
+        self._file = file
+        self.error: OSError | None = None
+
+    def write(self, data: Any, /) -> int:
+        size = memoryview(data).nbytes
+        if self.error is None:
+            try:
+                self._file.write(data)
+            except OSError as error:
+                self.error = error
+        return size
+
+    def readinto(self, buffer: Any, /) -> int:
+        return self._file.readinto(buffer)  # type: ignore[attr-defined]
+
+    def seek(self, offset: int, whence: int = 0, /) -> int:
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        return self._file.tell()
+
+    def truncate(self, size: int | None = None, /) -> int:
+        try:
+            return self._file.truncate(size)
+        except OSError as error:
+            self.error = self.error or error
+            return size or 0
+
+    def flush(self) -> None:
+        try:
+            self._file.flush()
+        except OSError as error:
+            self.error = self.error or error

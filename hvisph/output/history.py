@@ -1,0 +1,145 @@
+"""The history of a run: one line of a CSV file per record, exact numbers, whole lines only."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from hvisph.core.errors import OutputError
+from hvisph.output.atomic import reason, write_text
+
+
+class HistoryWriter:
+    """Appends records to a CSV file whose first line names the columns.
+
+    Floats are written with the fewest digits that give them back exactly. Records are kept in memory
+    and written together, as whole lines in one write, when `flush_seconds` have passed.
+
+    Parameters
+    ----------
+    path
+        The file; an earlier one is replaced.
+    columns
+        Names of the columns.
+    flush_seconds
+        Wall-clock time [s] after which records are written out.
+
+    Raises
+    ------
+    OutputError
+        Here and in every method, when the file cannot be written; it then ends with a whole line.
+    """
+
+    def __init__(self, path: str | Path, columns: Sequence[str], flush_seconds: float = 1.0):
+        write_text(path, _line(columns))
+        self._start(Path(path), columns, flush_seconds)
+
+    @classmethod
+    def resume(
+        cls, path: str | Path, columns: Sequence[str], step: int, flush_seconds: float = 1.0
+    ) -> HistoryWriter:
+        """Go on with a file, without its records after `step`, by the column ``step``.
+
+        Raises
+        ------
+        OutputError
+            When the file cannot be read or has other columns.
+        """
+        try:
+            content = Path(path).read_bytes()
+            text = content[: content.rfind(b"\n") + 1].decode("utf-8")
+            header, *rows = csv.reader(io.StringIO(text, newline=""))
+            if header != list(columns):
+                raise OutputError(f"cannot go on with {path}: its columns are {', '.join(header)}")
+            at = header.index("step")
+            kept = [row for row in rows if len(row) == len(header) and float(row[at]) <= step]
+        except OSError as error:
+            raise OutputError(f"cannot read {path}: {reason(error)}") from error
+        except ValueError as error:
+            raise OutputError(f"cannot go on with {path}: it is not a history ({error})") from error
+        write_text(path, "".join(map(_line, [header, *kept])))
+        writer = cls.__new__(cls)
+        writer._start(Path(path), columns, flush_seconds)
+        return writer
+
+    def _start(self, path: Path, columns: Sequence[str], flush_seconds: float) -> None:
+        self.path, self.columns = path, tuple(columns)
+        self._flush_seconds = flush_seconds
+        self._pending: list[str] = []
+        self._last = time.monotonic()
+        try:
+            self._handle: int | None = os.open(path, os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0))
+            self._size = os.fstat(self._handle).st_size
+        except OSError as error:
+            raise OutputError(f"cannot write {path}: {reason(error)}") from error
+
+    def append(self, record: Mapping[str, Any] | Sequence[Any]) -> None:
+        """Add one record: a value for each column, by name or in their order."""
+        if isinstance(record, Mapping):
+            if record.keys() != set(self.columns):
+                odd = sorted(record.keys() ^ set(self.columns))
+                raise ValueError(f"record and columns differ in {', '.join(odd)}")
+            record = [record[name] for name in self.columns]
+        elif len(record) != len(self.columns):
+            raise ValueError(f"{len(record)} values for {len(self.columns)} columns")
+        self._pending.append(_line(record))
+        if time.monotonic() - self._last >= self._flush_seconds:
+            self.flush()
+
+    def flush(self) -> None:
+        """Write what is pending; on failure cut the file back to its last whole line."""
+        self._last = time.monotonic()
+        if not self._pending or self._handle is None:
+            return
+        block = "".join(self._pending).encode("utf-8")
+        try:
+            if not os.path.exists(self.path):
+                raise FileNotFoundError(2, "it has vanished")
+            written = 0
+            while written < len(block):
+                written += os.write(self._handle, block[written:])
+        except OSError as error:
+            if os.fstat(self._handle).st_size > self._size:
+                os.ftruncate(self._handle, self._size)
+            raise OutputError(f"cannot write {self.path}: {reason(error)}") from error
+        self._size += len(block)
+        self._pending.clear()
+
+    def close(self) -> None:
+        """Write what is pending, force it to the disk, close the file."""
+        if self._handle is None:
+            return
+        try:
+            self.flush()
+            os.fsync(self._handle)
+        except OSError as error:
+            raise OutputError(f"cannot write {self.path}: {reason(error)}") from error
+        finally:
+            os.close(self._handle)
+            self._handle = None
+
+    def __enter__(self) -> HistoryWriter:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _line(values: Sequence[Any]) -> str:
+    buffer = io.StringIO()
+    csv.writer(buffer, lineterminator="\n").writerow([_text(value) for value in values])
+    return buffer.getvalue()
+
+
+def _text(value: Any) -> str:
+    if hasattr(value, "item"):
+        value = value.item()  # numpy's scalars have a repr of their own
+    return repr(value) if isinstance(value, float) else str(value)

@@ -1,0 +1,127 @@
+"""Reading a run back: snapshots of either format, the history, the summary.
+
+Works on files alone, in any process, while the run goes on or after it was killed.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import OutputError
+from hvisph.output import names
+from hvisph.output.atomic import reason
+from hvisph.output.hdf5 import SIGNATURE, read_hdf5
+from hvisph.output.snapshot import Snapshot
+from hvisph.output.vtu import read_vtu
+
+
+def read_snapshot(path: str | Path) -> Snapshot:
+    """Read a snapshot, HDF5 or VTU by what the file holds, whatever its name.
+
+    Raises
+    ------
+    OutputError
+        When it is missing, truncated, damaged or of no known kind.
+    """
+    start = _bytes(Path(path), 64)
+    if start.startswith(SIGNATURE):
+        return read_hdf5(path)
+    if start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
+        return read_vtu(path)
+    what = "it is empty" if not start else "it is neither an HDF5 nor a VTU file"
+    raise OutputError(f"cannot read {path}: {what}")
+
+
+def list_snapshots(run: str | Path) -> list[Path]:
+    """Return the snapshots of a run folder in order of time: its HDF5 files, or its VTU files if it has none.
+
+    A folder without the sub-folders of a run is searched itself, so that the VTU files of another code
+    can be read. Order of time is the order of the numbers in the names.
+
+    Raises
+    ------
+    OutputError
+        When there is no such folder.
+    """
+    folder = Path(run)
+    if not folder.is_dir():
+        raise OutputError(f"cannot read {run}: no such folder")
+    for place, pattern in (
+        (folder / names.SNAPSHOTS, "*.h5"),
+        (folder / names.VTU, "*.vtu"),
+        (folder, "*.h5"),
+        (folder, "*.vtu"),
+    ):
+        found = sorted(place.glob(pattern), key=lambda path: _natural(path.name))
+        if found:
+            return found
+    return []
+
+
+def read_history(run: str | Path) -> dict[str, np.ndarray]:
+    """Return the columns of a run's `history.csv` by name: floats, or text where a column is not numbers.
+
+    A last line without its end, left by a kill, is not read.
+
+    Raises
+    ------
+    OutputError
+        When the file is missing or not a history.
+    """
+    path = Path(run) / names.HISTORY
+    content = _bytes(path)
+    try:
+        text = content[: content.rfind(b"\n") + 1].decode("utf-8")
+        header, *rows = csv.reader(io.StringIO(text, newline=""), strict=True)
+    except (ValueError, csv.Error) as error:
+        raise OutputError(f"cannot read {path}: it is not a history ({error})") from error
+    if any(len(row) != len(header) for row in rows):
+        bad = next(i for i, row in enumerate(rows) if len(row) != len(header))
+        raise OutputError(f"cannot read {path}: line {bad + 2} has not {len(header)} columns; it is damaged")
+    return {name: _numbers([row[k] for row in rows]) for k, name in enumerate(header)}
+
+
+def read_summary(run: str | Path) -> dict[str, Any]:
+    """Return a run's `summary.json`.
+
+    Raises
+    ------
+    OutputError
+        When the file is missing (the run did not end) or damaged.
+    """
+    path = Path(run) / names.SUMMARY
+    try:
+        summary = json.loads(_bytes(path))
+    except ValueError as error:
+        raise OutputError(f"cannot read {path}: it is truncated or damaged ({error})") from error
+    if not isinstance(summary, dict):
+        raise OutputError(f"cannot read {path}: it is not a summary")
+    return summary
+
+
+def _bytes(path: Path, count: int = -1) -> bytes:
+    try:
+        with path.open("rb") as file:
+            return file.read(count)
+    except OSError as error:
+        raise OutputError(f"cannot read {path}: {reason(error)}") from error
+
+
+def _natural(name: str) -> list[tuple[int, int, str]]:
+    """Return a key that orders plate_9 before plate_10, and numbers before words."""
+    parts = re.split(r"(\d+)", name)
+    return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in parts if part]
+
+
+def _numbers(column: list[str]) -> np.ndarray:
+    try:
+        return np.array(column, dtype=float)
+    except ValueError:
+        return np.array(column)

@@ -1,0 +1,47 @@
+"""One moment of a run, as written to and read from files: the common form of HDF5 and VTU."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+
+@dataclass
+class Snapshot:
+    """All particles at one time, ordered by `id`.
+
+    Parameters
+    ----------
+    time, step
+        Time since the start of the run [s] and number of steps done.
+    dimensions
+        1, 2 or 3.
+    fields
+        Arrays by the names of `hvisph.core.fields.CATALOGUE`: shape (n,) for scalars,
+        (n, components) for others, with the components of the run's dimensions. SI units.
+    body, material, id
+        Integer arrays of shape (n,): index into `bodies`, index into `materials`, permanent number.
+    bodies, materials
+        Names, in the order of the indices. The first body is the projectile, the second the target.
+    metadata
+        What measures need beside the particles, as plain numbers and text: ``spacing`` (dx [m]),
+        ``kinematics``, ``title``, ``units``, ``code_version``, ``case`` (the effective case, YAML text).
+    """
+
+    time: float
+    step: int
+    dimensions: int
+    fields: dict[str, np.ndarray]
+    body: np.ndarray
+    material: np.ndarray
+    id: np.ndarray
+    bodies: list[str]
+    materials: list[str]
+    metadata: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def count(self) -> int:
+        """Number of particles."""
+        return len(self.id)

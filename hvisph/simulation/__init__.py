@@ -1,0 +1,1 @@
+"""From a case to a finished run: build, step loop, monitors, summary."""

@@ -1,0 +1,1 @@
+"""Pairwise numerics: kernels, neighbours, the traversal and its pair laws."""

@@ -1,0 +1,117 @@
+"""The cell grid: particles sorted into cells, so that neighbours are contiguous runs of rows.
+
+The grid is a torus: cell coordinates are taken modulo a power of two along each axis.
+Debris may fly anywhere without growing the grid, and no bounding box is needed; two
+particles within the cell edge of each other always lie in the same or adjacent cells,
+and the distance test removes what only wraps round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hvisph.core.jit import compiled, prange, specialise
+
+
+@dataclass
+class Grid:
+    """A toroidal grid of cells and the order that it puts particles in.
+
+    Parameters
+    ----------
+    shape
+        Number of cells along x, y, z: powers of two, 4 or more along used axes, 1 along others.
+    edge
+        Edge of a cell [m]: at least the largest distance at which two particles are neighbours.
+    """
+
+    shape: tuple[int, int, int]
+    edge: float
+
+    def __post_init__(self) -> None:
+        self.starts = np.zeros(self.shape[0] * self.shape[1] * self.shape[2] + 1, np.uint32)
+
+    @classmethod
+    def around(cls, positions: np.ndarray, edge: float) -> Grid:
+        """Return a grid for particles at `positions` (n, dim) [m], with room for them to spread."""
+        n, dim = positions.shape
+        wanted = np.ptp(positions, axis=0) / edge * 1.5 + 4
+        shape = [int(2 ** np.ceil(np.log2(w))) for w in wanted] + [1] * (3 - dim)
+        while shape[0] * shape[1] * shape[2] > max(4 * n, 4**dim) and max(shape) > 4:
+            shape[int(np.argmax(shape))] //= 2
+        return cls((shape[0], shape[1], shape[2]), edge)
+
+
+@compiled
+def wrapped(x, inverse_edge, count):
+    """Return the cell coordinate of `x` along an axis with `count` cells (a power of two)."""
+    return np.uint64(np.int64(np.floor(x * inverse_edge))) & (count - np.uint64(1))
+
+
+def _find_cells(rows, inverse_edge, nx, ny, nz, cells):
+    for chunk in prange((cells.shape[0] + 1023) // 1024):
+        first = np.uint64(chunk) * np.uint64(1024)
+        for i in range(first, min(first + np.uint64(1024), np.uint64(cells.shape[0]))):
+            cell = wrapped(rows[i, 0], inverse_edge, nx)
+            if DIM > 1:
+                cell += nx * wrapped(rows[i, 1], inverse_edge, ny)
+            if DIM > 2:
+                cell += nx * ny * wrapped(rows[i, 2], inverse_edge, nz)
+            cells[i] = cell
+
+
+def _count_and_place(cells, starts, order, place):
+    n = np.uint64(cells.shape[0])
+    one = np.uint64(1)
+    starts[:] = 0
+    for i in range(n):
+        starts[np.uint64(cells[i])] += np.uint32(1)
+    total = np.uint32(0)
+    for c in range(np.uint64(starts.shape[0])):
+        here = starts[c]
+        starts[c] = total
+        total += here
+    for i in range(n):
+        cell = np.uint64(cells[i])
+        order[np.uint64(starts[cell])] = i
+        place[i] = starts[cell]
+        starts[cell] += np.uint32(1)
+    for c in range(np.uint64(starts.shape[0]) - one, np.uint64(0), -1):
+        starts[c] = starts[c - one]
+    starts[np.uint64(0)] = np.uint32(0)
+
+
+def _gather_rows(rows, order, out, columns):
+    for chunk in prange((order.shape[0] + 1023) // 1024):
+        first = np.uint64(chunk) * np.uint64(1024)
+        for k in range(first, min(first + np.uint64(1024), np.uint64(order.shape[0]))):
+            i = np.uint64(order[k])
+            for f in range(np.uint64(WIDTH)):
+                out[k, f] = rows[i, f]
+            for f in range(np.uint64(DIM)):
+                columns[f, k] = rows[i, f]
+            columns[DIM, k] = rows[i, H]
+
+
+def sort(grid: Grid, rows: np.ndarray, h_slot: int, cells: np.ndarray, order: np.ndarray,
+         place: np.ndarray, out: np.ndarray, columns: np.ndarray, dim: int) -> None:  # fmt: skip
+    """Put `rows` into cell order.
+
+    Parameters
+    ----------
+    grid
+        Its `starts` receive the first sorted index of each cell.
+    rows, h_slot
+        Packed rows (n, width), position first, and the slot of the smoothing length.
+    cells, order, place
+        Work arrays (n,) uint32; `order[k]` becomes the index in `rows` of sorted row k, `place` its inverse.
+    out, columns
+        Sorted rows (n or more, width), and their positions and smoothing lengths by column,
+        (dim + 1, n + 8).
+    """
+    nx, ny, nz = (np.uint64(c) for c in grid.shape)
+    specialise(_find_cells, parallel=True, DIM=dim)(rows, 1.0 / grid.edge, nx, ny, nz, cells)
+    specialise(_count_and_place, parallel=False)(cells, grid.starts, order, place)
+    specialise(_gather_rows, parallel=True, DIM=dim, WIDTH=rows.shape[1], H=h_slot)(rows, order, out, columns)

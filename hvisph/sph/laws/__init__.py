@@ -1,0 +1,1 @@
+"""Pair laws, one a file."""

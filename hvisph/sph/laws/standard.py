@@ -1,0 +1,140 @@
+"""Standard SPH of solids: symmetric stress sum, Monaghan viscosity, Gray's artificial stress.
+
+    L_a  = - sum_b m_b/rho_b u_ab (x) grad_a W_ab
+    a_a  =   sum_b m_b (sigma_a/rho_a^2 + sigma_b/rho_b^2 - Pi_ab I + f^n (R_a + R_b)) . grad_a W_ab
+    de_a = - sum_b m_b u_ab . (sigma_a/rho_a^2 - Pi_ab/2 + f^n (R_a + R_b)/2) . grad_a W_ab
+
+Each particle receives its own stress power and half of the work of what belongs to the
+pair, so the sum of m_a de_a is exactly minus the power of the pair forces.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.core.jit import larger
+from hvisph.sph.rows import RowLayout
+
+
+def row_layout(dim: int, artificial_stress: bool) -> RowLayout:
+    """Return what a particle shows its neighbours; T is sigma/rho^2, R the artificial stress."""
+    fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"),
+              ("rho", "scalar"), ("c", "scalar"), ("t", "symmetric")]  # fmt: skip
+    if artificial_stress:
+        fields.append(("r", "symmetric"))
+    return RowLayout(dim, tuple(fields))
+
+
+def accumulate(block, n, rows, i, constants, out):
+    """Sum the rates of particle `i` over its block of neighbours."""
+    alpha = constants[0]
+    beta = constants[1]
+    inverse_w0 = constants[2]
+    x = rows[i, 0]
+    y = rows[i, 1] if DIM > 1 else 0.0
+    z = rows[i, 2] if DIM > 2 else 0.0
+    u = rows[i, U]
+    v = rows[i, U + 1] if DIM > 1 else 0.0
+    w = rows[i, U + 2] if DIM > 2 else 0.0
+    h = rows[i, H]
+    rho = rows[i, RHO]
+    c = rows[i, C]
+    t_xx = rows[i, T]
+    t_yy = rows[i, T + 1] if DIM > 1 else 0.0
+    t_xy = rows[i, T + DIM] if DIM > 1 else 0.0
+    t_zz = rows[i, T + 2] if DIM > 2 else 0.0
+    t_xz = rows[i, T + 4] if DIM > 2 else 0.0
+    t_yz = rows[i, T + 5] if DIM > 2 else 0.0
+    if ARTIFICIAL_STRESS:
+        r_xx = rows[i, R]
+        r_yy = rows[i, R + 1] if DIM > 1 else 0.0
+        r_xy = rows[i, R + DIM] if DIM > 1 else 0.0
+        r_zz = rows[i, R + 2] if DIM > 2 else 0.0
+        r_xz = rows[i, R + 4] if DIM > 2 else 0.0
+        r_yz = rows[i, R + 5] if DIM > 2 else 0.0
+    l_xx = l_xy = l_xz = l_yx = l_yy = l_yz = l_zx = l_zy = l_zz = 0.0
+    a_x = a_y = a_z = 0.0
+    power = 0.0
+    mu_max = 0.0
+    for k in range(n):
+        dx = x - block[0, k]
+        r2 = dx * dx
+        du = u - block[U, k]
+        ur = du * dx
+        if DIM > 1:
+            dy = y - block[1, k]
+            dv = v - block[U + 1, k]
+            r2 += dy * dy
+            ur += dv * dy
+        else:
+            dy = dv = 0.0
+        if DIM > 2:
+            dz = z - block[2, k]
+            dw = w - block[U + 2, k]
+            r2 += dz * dz
+            ur += dw * dz
+        else:
+            dz = dw = 0.0
+        hm = 0.5 * (h + block[H, k])
+        ih = 1.0 / hm
+        r = np.sqrt(r2)
+        q = r * ih
+        scale = NORM * ih ** (DIM + 1)
+        m = block[M, k]
+        # One division for three: 1/r, 1/(r^2 + 0.01 h^2) and 1/(rho_a + rho_b).
+        soft = r2 + 0.01 * hm * hm
+        densities = rho + block[RHO, k]
+        inverse = 1.0 / (r * soft * densities)
+        f = scale * slope(q) * (inverse * soft * densities)
+        mu = min(hm * ur * (inverse * r * densities), 0.0)
+        mu_max = larger(mu_max, -mu)
+        pi = mu * (2.0 * beta * mu - alpha * (c + block[C, k])) * (inverse * r * soft)
+        g_x = f * dx
+        g_y = f * dy if DIM > 1 else 0.0
+        g_z = f * dz if DIM > 2 else 0.0
+        # own stress
+        own_x = t_xx * g_x + t_xy * g_y + t_xz * g_z
+        own_y = t_xy * g_x + t_yy * g_y + t_yz * g_z
+        own_z = t_xz * g_x + t_yz * g_y + t_zz * g_z
+        b_xx = block[T, k]
+        b_yy = block[T + 1, k] if DIM > 1 else 0.0
+        b_xy = block[T + DIM, k] if DIM > 1 else 0.0
+        b_zz = block[T + 2, k] if DIM > 2 else 0.0
+        b_xz = block[T + 4, k] if DIM > 2 else 0.0
+        b_yz = block[T + 5, k] if DIM > 2 else 0.0
+        if ARTIFICIAL_STRESS:
+            fw = shape(q) * inverse_w0
+            fn = fw * fw
+            fn = fn * fn
+            s_xx = fn * (r_xx + block[R, k]) - pi
+            s_yy = fn * (r_yy + block[R + 1, k]) - pi if DIM > 1 else 0.0
+            s_xy = fn * (r_xy + block[R + DIM, k]) if DIM > 1 else 0.0
+            s_zz = fn * (r_zz + block[R + 2, k]) - pi if DIM > 2 else 0.0
+            s_xz = fn * (r_xz + block[R + 4, k]) if DIM > 2 else 0.0
+            s_yz = fn * (r_yz + block[R + 5, k]) if DIM > 2 else 0.0
+            pair_x = s_xx * g_x + s_xy * g_y + s_xz * g_z
+            pair_y = s_xy * g_x + s_yy * g_y + s_yz * g_z
+            pair_z = s_xz * g_x + s_yz * g_y + s_zz * g_z
+        else:
+            pair_x = -pi * g_x
+            pair_y = -pi * g_y
+            pair_z = -pi * g_z
+        a_x += m * (own_x + pair_x + (b_xx * g_x + b_xy * g_y + b_xz * g_z))
+        power += m * du * (own_x + 0.5 * pair_x)
+        vf = block[V, k]
+        l_xx -= vf * du * g_x
+        if DIM > 1:
+            a_y += m * (own_y + pair_y + (b_xy * g_x + b_yy * g_y + b_yz * g_z))
+            power += m * dv * (own_y + 0.5 * pair_y)
+            l_xy -= vf * du * g_y
+            l_yx -= vf * dv * g_x
+            l_yy -= vf * dv * g_y
+        if DIM > 2:
+            a_z += m * (own_z + pair_z + (b_xz * g_x + b_yz * g_y + b_zz * g_z))
+            power += m * dw * (own_z + 0.5 * pair_z)
+            l_xz -= vf * du * g_z
+            l_yz -= vf * dv * g_z
+            l_zx -= vf * dw * g_x
+            l_zy -= vf * dw * g_y
+            l_zz -= vf * dw * g_z
+    write_rates(out, i, a_x, a_y, a_z, -power, mu_max, l_xx, l_xy, l_xz, l_yx, l_yy, l_yz, l_zx, l_zy, l_zz)

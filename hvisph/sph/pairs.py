@@ -1,0 +1,154 @@
+"""The pairs of one stage: rows sorted into cells, and passes of pair laws over them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import RunError
+from hvisph.core.jit import specialise
+
+from . import cells, rates, traversal
+from .kernels import Kernel
+from .rows import RowLayout
+from .symmetry import Plane, mirror, with_images
+
+# A particle with more candidates than this is inside a collapse that no result survives.
+MOST_NEIGHBOURS = 200_000
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One pass of a pair law over all pairs.
+
+    Parameters
+    ----------
+    law
+        The law's loop, a template with the free names DIM, the slots of its row, NORM, `slope`, `shape`
+        and `write_rates`, and those in `options`.
+    reads
+        The layout of what it reads of each neighbour.
+    options
+        Constants and compiled functions bound into the law.
+    into_rows
+        Whether the law writes into the particles' own rows, for a later pass to read, instead of rates.
+    """
+
+    law: Any
+    reads: RowLayout
+    options: dict[str, Any]
+    into_rows: bool = False
+
+
+class Pairs:
+    """Sorted particles and their rates.
+
+    Parameters
+    ----------
+    layout
+        The widest row that the passes need.
+    kernel
+        The smoothing kernel.
+    passes
+        The passes of an evaluation, in order.
+    coefficients
+        Numbers that the laws read.
+    positions, h
+        Positions at the start (n, dim) [m], for the grid's extent, and the largest smoothing length [m].
+    planes
+        Planes of symmetry.
+    """
+
+    def __init__(self, layout: RowLayout, kernel: Kernel, passes: Sequence[Pass], coefficients: np.ndarray,
+                 positions: np.ndarray, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip
+        dim = layout.dim
+        self.layout, self.kernel, self.planes = layout, kernel, planes
+        self.coefficients = coefficients
+        self.count = len(positions)
+        self.slots = layout.slots()
+        self.rows = np.zeros((self.count, layout.width))
+        self.grid = cells.Grid.around(positions, kernel.reach * h)
+        self.capacity = 64 * 4 ** (dim - 1)
+        self._room = 0
+        self._make_room(self.count)
+        shared = {
+            "DIM": dim,
+            "NORM": kernel.norm(dim),
+            "slope": kernel.slope,
+            "shape": kernel.shape,
+            "write_rates": rates.writer(dim),
+        }
+        self._sweeps = []
+        for one in passes:
+            names = one.law.__code__.co_names
+            slots = {k: v for k, v in self.slots.items() if k in names}
+            bound = {k: v for k, v in (shared | one.options).items() if k in names}
+            law = specialise(one.law, **bound, **slots)
+            sweep = specialise(
+                traversal.sweep, parallel=True, DIM=dim, WIDTH=one.reads.width, H=self.slots["H"], law=law
+            )
+            self._sweeps.append((sweep, one.into_rows))
+
+    def _make_room(self, count: int) -> None:
+        """Make the arrays hold `count` rows, with the far row behind them."""
+        if count > self._room:
+            self._room = count if count == self.count else count + count // 4
+            dim, width = self.layout.dim, self.layout.width
+            self.sorted = np.zeros((self._room + 1, width))
+            self.columns = np.zeros((dim + 1, self._room + traversal.LANES))
+            self.rates = np.zeros((self._room, rates.width(dim)))
+            self.cells = np.zeros(self._room, np.uint32)
+            self.order = np.zeros(self._room, np.uint32)
+            self.place = np.zeros(self._room, np.uint32)
+        far = self.sorted[count]
+        far[:] = 0.0
+        far[: self.layout.dim] = traversal.FAR
+        far[self.slots["H"]] = 1.0
+        if "RHO" in self.slots:
+            far[self.slots["RHO"]] = 1.0
+        self.present = count
+
+    def evaluate(self, h: float) -> None:
+        """Sort the packed `rows` and run all passes: `rates[place[i]]` are then those of particle i.
+
+        Parameters
+        ----------
+        h
+            Largest smoothing length [m].
+
+        Raises
+        ------
+        RunError
+            When a particle has too many neighbours to be anything but a collapse.
+        """
+        rows = self.rows
+        if self.planes:
+            rows, made = with_images(rows, self.planes, self.layout, self.kernel.reach * h)
+            self._make_room(len(rows))
+        n = self.present
+        self.grid.edge = self.kernel.reach * h
+        cells.sort(self.grid, rows, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
+                   self.sorted[:n], self.columns, self.layout.dim)  # fmt: skip
+        for sweep, into_rows in self._sweeps:
+            self._run(sweep, self.sorted if into_rows else self.rates)
+            if self.planes and into_rows:
+                for images in made:
+                    target = self.place[images.first : images.first + len(images.source)]
+                    self.sorted[target] = mirror(self.sorted[self.place[images.source]], images.plane, self.layout)
+
+    def _run(self, sweep: Any, out: np.ndarray) -> None:
+        n = np.uint64(self.present)
+        nx, ny, nz = (np.uint64(c) for c in self.grid.shape)
+        overflow = np.zeros(-(-self.present // traversal.CHUNK), np.uint64)
+        while True:
+            sweep(self.sorted, self.columns, n, self.grid.starts, 1.0 / self.grid.edge, nx, ny, nz,
+                  self.kernel.reach, self.coefficients, np.uint64(self.capacity), out, overflow)  # fmt: skip
+            needed = int(overflow.max(initial=0))
+            if needed == 0:
+                return
+            if needed > MOST_NEIGHBOURS:
+                raise RunError(f"a particle has more than {MOST_NEIGHBOURS} candidates for neighbours: the bodies collapsed")
+            self.capacity = 2 * needed

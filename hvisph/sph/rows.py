@@ -1,0 +1,73 @@
+"""Packed rows: what each particle shows its neighbours in one pass over the pairs.
+
+A pair law declares its row as names with ranks; from these follow the slots that its
+compiled loops use and the signs with which a row is mirrored at a symmetry plane.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+# Components of each rank, as strings of axes; a symmetric tensor has its in-plane components only.
+_AXES = "xyz"
+
+
+def _components(rank: str, dim: int) -> list[str]:
+    vector = list(_AXES[:dim])
+    symmetric = ["xx"], ["xx", "yy", "xy"], ["xx", "yy", "zz", "xy", "xz", "yz"]
+    match rank:
+        case "scalar":
+            return [""]
+        case "vector":
+            return vector
+        case "symmetric":
+            return symmetric[dim - 1]
+        case "gradient":
+            return [a + b for a in vector for b in vector]
+        case "symmetric_gradient":
+            return [a + b for a in symmetric[dim - 1] for b in vector]
+    raise ValueError(f"unknown rank {rank!r}")
+
+
+@dataclass(frozen=True)
+class RowLayout:
+    """The slots of a packed row.
+
+    Parameters
+    ----------
+    dim
+        Number of dimensions.
+    fields
+        Pairs of name and rank (``scalar``, ``vector``, ``symmetric``, ``gradient``,
+        ``symmetric_gradient``); the first is the position.
+    """
+
+    dim: int
+    fields: tuple[tuple[str, str], ...]
+
+    def slots(self) -> dict[str, int]:
+        """Return the first slot of each field, by its name in capitals."""
+        slots, place = {}, 0
+        for name, rank in self.fields:
+            slots[name.upper()] = place
+            place += len(_components(rank, self.dim))
+        return slots
+
+    @property
+    def used(self) -> int:
+        """Number of slots in use."""
+        return sum(len(_components(rank, self.dim)) for _, rank in self.fields)
+
+    @property
+    def width(self) -> int:
+        """Length of a row: `used`, rounded up to whole vectors of eight."""
+        return -(-self.used // 8) * 8
+
+    def mirror_signs(self, axis: int) -> np.ndarray:
+        """Return the sign (width,) of each slot under reflection along `axis`."""
+        names = [c for _, rank in self.fields for c in _components(rank, self.dim)]
+        signs = np.ones(self.width)
+        signs[: len(names)] = [(-1.0) ** c.count(_AXES[axis]) for c in names]
+        return signs

@@ -1,0 +1,98 @@
+"""The one traversal of pairs: every pair law runs inside it.
+
+For each particle, in chunks that threads share: (1) filter the contiguous runs of
+its 3, 9 or 27 cells into a list of neighbours, (2) copy their rows into a
+structure-of-arrays block, padded to whole vectors with a far, massless row, and (3) let
+the pair law sum over the block in one branch-free loop. Row i is written by i alone, in an order
+that does not depend on threads: any number of threads gives the same bits.
+
+A pair law is a module of `hvisph.sph.laws`; `law(block, n, rows, i, constants, out)` is
+its loop, bound into the template below by `hvisph.core.jit.specialise`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.core.jit import prange
+from hvisph.core.simd import append_near, transpose_eight
+from hvisph.sph.cells import wrapped
+
+CHUNK = 256
+LANES = 8
+FAR = 1e30  # coordinate [m] of the row that pads blocks: beyond every kernel, and massless
+
+
+def sweep(rows, columns, n_rows, starts, inverse_edge, nx, ny, nz, reach, constants, capacity, out, overflow):
+    """Run the pair law over all particles: the template, see the module's text.
+
+    Bound names: DIM, WIDTH (slots of a row that the law reads, a multiple of eight), H (slot of the
+    smoothing length) and law.
+
+    Parameters
+    ----------
+    rows, columns
+        Sorted rows (n_rows + 1, width), the last one far away and massless, and the same positions and
+        smoothing lengths by column, (dim + 1, n_rows + 8).
+    n_rows
+        Number of particles, images at symmetry planes included [uint64].
+    starts, inverse_edge, nx, ny, nz
+        The grid: first sorted row of each cell, 1 / edge [1/m], numbers of cells [uint64].
+    reach
+        Support radius of the kernel over h.
+    constants
+        Coefficients of the law.
+    capacity
+        Room for the neighbours of a particle [uint64].
+    out
+        Result rows; the law writes row i alone.
+    overflow
+        (chunks,) receives the room that a chunk would have needed, 0 where it sufficed.
+    """
+    zero, one, three, eight = np.uint64(0), np.uint64(1), np.uint64(3), np.uint64(8)
+    half_reach = 0.5 * reach
+    for chunk in prange((n_rows + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        near = np.empty(capacity + eight, np.uint32)
+        block = np.empty((WIDTH, capacity + eight))
+        needed = zero
+        first = np.uint64(chunk) * np.uint64(CHUNK)
+        for i in range(first, min(first + np.uint64(CHUNK), n_rows)):
+            x = rows[i, 0]
+            y = rows[i, 1] if DIM > 1 else 0.0
+            z = rows[i, 2] if DIM > 2 else 0.0
+            h = rows[i, H]
+            cx = wrapped(x, inverse_edge, nx)
+            cy = wrapped(y, inverse_edge, ny) if DIM > 1 else zero
+            cz = wrapped(z, inverse_edge, nz) if DIM > 2 else zero
+            n = zero
+            for run in range(np.uint64(3 ** (DIM - 1))):
+                ry = (cy + run % three + ny - one) & (ny - one) if DIM > 1 else zero
+                rz = (cz + run // three + nz - one) & (nz - one) if DIM > 2 else zero
+                base = nx * (ry + ny * rz)
+                low = cx - one if cx > zero else zero
+                high = cx + one if cx < nx - one else cx
+                begin = np.uint64(starts[base + low])
+                end = np.uint64(starts[base + high + one])
+                for segment in range(np.uint64(2)):
+                    if segment == one:  # the cell on the other side of the torus
+                        if cx == zero:
+                            begin = np.uint64(starts[base + nx - one])
+                            end = np.uint64(starts[base + nx])
+                        elif cx == nx - one:
+                            begin = np.uint64(starts[base])
+                            end = np.uint64(starts[base + one])
+                        else:
+                            break
+                    if n + end - begin > capacity:
+                        needed = max(needed, n + end - begin)
+                        break
+                    for j in range(begin, end, eight):
+                        n = append_near(columns, DIM, j, end, i, x, y, z, h, half_reach, near, n)
+            padded = (n + eight - one) & ~(eight - one)
+            for k in range(n, padded):
+                near[k] = n_rows
+            for k in range(zero, padded, eight):
+                for f in range(zero, np.uint64(WIDTH), eight):
+                    transpose_eight(rows, near, k, f, block)
+            law(block, padded, rows, i, constants, out)
+        overflow[np.uint64(chunk)] = needed

@@ -1,0 +1,173 @@
+"""Bundled cases and library, the JSON schema, the manual and `explain`."""
+
+import json
+
+import jsonschema
+import pytest
+
+from hvisph.case.bodies import ARRANGEMENTS
+from hvisph.case.data import data_folder
+from hvisph.case.expected import MEASURES
+from hvisph.case.explain import explain
+from hvisph.case.loader import bundled_cases, dump_case, library, load_case, load_material
+from hvisph.case.manual import case_manual
+from hvisph.case.schema import case_schema, generated_files
+from hvisph.case.yaml_text import parse
+from hvisph.core.errors import CaseError
+from hvisph.geometry import shapes
+from hvisph.geometry.fill import allowed_arrangements
+from hvisph.measure.measures import UNITS
+
+ROOT = data_folder("cases").parent
+VALIDATOR = jsonschema.Draft202012Validator(case_schema())
+
+
+def plain(name):
+    return parse(bundled_cases()[name].read_text(encoding="utf-8"), name).value
+
+
+@pytest.mark.parametrize("name", bundled_cases())
+def test_bundled_case(name):
+    path = bundled_cases()[name]
+    first = path.read_text(encoding="utf-8").splitlines()[0]
+    prefix = "../" * (name.count("/") + 1)
+    assert first == f"# yaml-language-server: $schema={prefix}schemas/case.schema.json"
+    case = load_case(name)
+    assert case.title
+    assert case.source
+    assert all(expectation.source for _, expectation in case.expected.items())
+    VALIDATOR.validate(plain(name))
+    VALIDATOR.validate(parse(dump_case(case), "dumped").value)
+
+
+def test_the_published_set_ups():
+    for name, density in (("al_al", 2785.0), ("steel_al", 7900.0)):
+        case = load_case(name)
+        assert (case.resolution, case.time.end, case.time.cfl) == (1e-4, 8e-6, 0.3)
+        assert case.formulation.viscosity.type == "monaghan"
+        assert (case.formulation.viscosity.alpha, case.formulation.viscosity.beta) == (1.0, 2.0)
+        assert case.formulation.artificial_stress.type == "none"
+        assert case.bodies["projectile"].arrangement == "lattice_two_rings"
+        assert case.bodies["projectile"].material.density == density
+        assert case.bodies["target"].shape.size == (0.002, 0.0501)
+    expected = dict(load_case("al_al").expected.items())
+    assert expected["centre_pressure_peak"].tolerance == pytest.approx(0.12 * 18.6e9)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"resolutoin": 1},
+        {"kinematics": "2d"},
+        {"resolution": [1]},
+        {"resolution": -1},
+        {"bodies": {}},
+        {"time": {}},
+        {"formulation": {"viscosity": {"type": "none"}}},
+        {"formulation": {"type": "riemann", "viscosity": {"type": "none"}}},
+        {"time": {"end": 1, "cfl": 2}},
+        {"base": 3},
+    ],
+)
+def test_schema_and_loader_refuse_the_same(change):
+    data = plain("al_al") | change
+    assert not VALIDATOR.is_valid(data)
+    with pytest.raises(CaseError):
+        load_case(data)
+
+
+def test_shorthands_are_in_the_schema():
+    data = plain("plate_impact_al_al")
+    data["bodies"]["projectile"]["velocity"] = "3.1 km/s"
+    VALIDATOR.validate(data)
+    assert load_case(data) == load_case("plate_impact_al_al")
+    data = plain("al_al")
+    data["bodies"]["projectile"]["rotation"] = "30 deg"
+    VALIDATOR.validate(data)
+    load_case(data)
+    VALIDATOR.validate({"base": "al_al.yaml", "formulation": {"h_over_dx": 1.5}})
+
+
+def test_every_field_is_described():
+    schema = case_schema()
+    for name, definition in schema["$defs"].items():
+        assert definition["description"], name
+        for key, field in definition.get("properties", {}).items():
+            assert key == "type" or field.get("description"), f"{name}.{key}"
+
+
+@pytest.mark.parametrize("path", generated_files(ROOT), ids=lambda path: path.name)
+def test_generated_files_are_fresh(path):
+    """Run `python -m hvisph.case.schema --write` after a change of the models."""
+    assert path.read_text(encoding="utf-8") == generated_files(ROOT)[path]
+
+
+def test_schema_is_a_schema():
+    jsonschema.Draft202012Validator.check_schema(case_schema())
+    assert json.loads(json.dumps(case_schema())) == case_schema()
+
+
+def test_manual_names_every_field():
+    manual = case_manual()
+    for definition in case_schema()["$defs"].values():
+        for key in definition.get("properties", {}):
+            assert f"`{key}`" in manual or key in ("type", "value", "tolerance")
+
+
+@pytest.mark.parametrize(
+    ("path", "parts"),
+    [
+        ("time.cfl", ["Courant", "0.3", "at most 1"]),
+        ("bodies.target.shape", ["disc", "diameter", "required"]),
+        ("bodies.x.material.strength.yield_stress", ["Yield stress", "[Pa]"]),
+        ("formulation", ["eulerian", "reconstruction"]),
+        ("formulation.viscosity.alpha", ["Linear coefficient"]),
+        ("", ["kinematics"]),
+    ],
+)
+def test_explain(path, parts):
+    text = explain(path)
+    for part in parts:
+        assert part in text, text
+
+
+def test_explain_names_the_nearest():
+    with pytest.raises(CaseError, match=r"time\.clf: unknown key; did you mean 'cfl'"):
+        explain("time.clf")
+
+
+def test_library():
+    materials = library()
+    assert len(materials) >= 10
+    for name, material in materials.items():
+        assert material.name == name
+        assert material.source
+        # metals: what a slip of units or a swapped pair of constants would leave
+        assert 1e3 < material.density < 2.5e4
+        assert 1e10 < material.shear_modulus < 5e11
+
+
+def test_library_numbers_of_the_papers():
+    aluminium = load_material("aluminium-howell-ball")
+    assert (aluminium.density, aluminium.eos.sound_speed, aluminium.eos.gamma) == (2785.0, 5328.0, 2.0)
+    assert (aluminium.shear_modulus, aluminium.strength.yield_stress) == (27.6e9, 0.3e9)
+    bulk = aluminium.density * aluminium.eos.sound_speed**2
+    assert bulk == pytest.approx(79.06e9, rel=1e-4)  # as Young 2021 gives it, to four digits
+    steel = load_material("steel-young-3d")
+    assert steel.shear_modulus == pytest.approx(200e9 / 2.6)
+    assert steel.eos.bulk_modulus == pytest.approx(200e9 / 1.2)
+    plate = load_material("aluminium-young-3d")
+    assert plate.shear_modulus == pytest.approx(70e9 / 2.66, rel=1e-5)  # written with six digits
+    assert plate.damage.pressure_cutoff == -8e8
+
+
+def test_a_case_can_expect_whatever_is_measured():
+    plate_impact = {"plateau_stress": "Pa", "interface_velocity": "m/s"}
+    assert {name: measure.dimension.unit for name, measure in MEASURES.items()} == UNITS | plate_impact
+
+
+def test_arrangements_are_those_of_the_geometry():
+    built = [shapes.Interval(1), shapes.Disc(1), shapes.Box((1, 1)), shapes.Sphere(1), shapes.Box((1, 1, 1))]
+    built.append(shapes.Cylinder(1, 1))
+    geometry = {(s.dim, type(s).__name__.lower()): tuple(allowed_arrangements(s)) for s in built}
+    assert geometry == ARRANGEMENTS

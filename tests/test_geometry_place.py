@@ -1,0 +1,104 @@
+"""Placement: touching rows, gaps, stated centres, rotations, overlapping bodies."""
+
+import math
+import time
+
+import numpy as np
+import pytest
+
+from hvisph.core.errors import CaseError
+from hvisph.geometry.fill import fill
+from hvisph.geometry.overlap import overlaps
+from hvisph.geometry.place import rotated, rotation_matrix, row
+from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval
+
+DX = 0.1
+
+
+def placed(fillings, gaps, positions):
+    centres = row(fillings, gaps, positions, DX)
+    return [filling.positions + centre for filling, centre in zip(fillings, centres, strict=True)]
+
+
+def test_two_bodies_touch_at_zero():
+    disc, plate = fill(Disc(2.0), "rings", DX), fill(Box([0.4, 3.0]), None, DX)
+    a, b = placed([disc, plate], [0.0, 0.0], [None, None])
+    assert a[:, 0].max() == pytest.approx(-DX / 2, abs=1e-15)
+    assert b[:, 0].min() == pytest.approx(DX / 2, abs=1e-15)
+
+
+def test_a_gap_moves_the_projectile_not_the_struck_face():
+    bodies = [fill(Interval(length), None, DX) for length in (0.5, 0.2, 0.2)]
+    a, b, c = placed(bodies, [0.0, 0.3, 0.1], [None, None, None])
+    assert a[:, 0].max() == pytest.approx(-0.3 - DX / 2)
+    assert b[:, 0].min() == pytest.approx(DX / 2)
+    assert c[:, 0].min() - b[:, 0].max() == pytest.approx(0.1 + DX)
+
+
+def test_a_body_alone_starts_at_zero():
+    (only,) = placed([fill(Box([1.0, 1.0]), None, DX)], [0.0], [None])
+    assert only[:, 0].min() == pytest.approx(DX / 2)
+
+
+def test_a_stated_centre_leaves_the_row_alone():
+    plate = fill(Box([0.4, 3.0]), None, DX)
+    centres = row([plate] * 4, [0.0] * 4, [None, (5.0, 1.0), None, None], DX)
+    assert centres[1].tolist() == [5.0, 1.0]
+    assert centres[[0, 2, 3], 0] == pytest.approx([-0.2, 0.2, 0.6])
+    with pytest.raises(CaseError, match="2 components"):
+        row([plate], [0.0], [(1.0, 2.0, 3.0)], DX)
+
+
+def test_rotations():
+    quarter = rotation_matrix(2, math.pi / 2)
+    assert quarter @ [1.0, 0.0] == pytest.approx([0.0, 1.0])
+    matrix = rotation_matrix(3, 0.7, (1.0, 2.0, -0.5))
+    assert matrix @ matrix.T == pytest.approx(np.eye(3), abs=1e-15)
+    assert np.linalg.det(matrix) == pytest.approx(1.0)
+    assert matrix @ [1.0, 2.0, -0.5] == pytest.approx([1.0, 2.0, -0.5])
+    rod = fill(Cylinder(1.0, 2.0, "x"), None, 0.25)
+    turned = rotated(rod, rotation_matrix(3, math.pi / 2))
+    assert np.ptp(turned.positions, axis=0) == pytest.approx(np.ptp(rod.positions, axis=0)[[1, 0, 2]])
+    for bad in [(1, 0.1, (0, 0, 1)), (3, 0.1, (0.0, 0.0, 0.0)), (3, 0.1, (math.nan, 0, 1))]:
+        with pytest.raises(CaseError):
+            rotation_matrix(*bad)
+
+
+def test_a_rotated_body_still_touches():
+    plate = fill(Box([0.4, 3.0]), None, DX)
+    oblique = rotated(plate, rotation_matrix(2, 0.4))
+    a, b = placed([fill(Disc(1.0), None, DX), oblique], [0.0, 0.0], [None, None])
+    assert b[:, 0].min() - a[:, 0].max() == pytest.approx(DX)
+
+
+def test_overlap_is_found_and_touching_is_not():
+    disc, plate = fill(Disc(2.0), None, DX), fill(Box([0.4, 3.0]), None, DX)
+    a, b = placed([disc, plate], [0.0, 0.0], [None, None])
+    bodies = np.repeat([0, 1], [len(a), len(b)])
+    assert overlaps(np.concatenate([a, b]), bodies, DX) == []
+    assert overlaps(np.concatenate([a + np.array([0.2 * DX, 0.0]), b]), bodies, DX) == []
+    a[:, 0] += 0.61 * DX
+    (found,) = overlaps(np.concatenate([a, b]), bodies, DX)
+    assert found.bodies == (0, 1)
+    assert found.distance == pytest.approx(0.39 * DX)
+    assert found.count == 6  # the disc's foremost column
+    i, j = found.particles
+    assert i < len(a) <= j
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.01, DX / 2])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_body_inside_another_is_found_wherever_the_lattices_meet(dim, offset):
+    outer, inner = fill(Box([2.0] * dim), None, DX), fill(Box([0.5] * dim), None, DX)
+    positions = np.concatenate([outer.positions, inner.positions + offset])
+    (found,) = overlaps(positions, np.repeat([3, 7], [outer.count, inner.count]), DX)
+    assert found.bodies == (3, 7)
+
+
+def test_a_million_particles_in_a_row_are_checked_at_once():
+    plate = fill(Box([5.0, 10.0, 10.0]), None, DX)
+    a, b = placed([plate, plate], [0.0, 0.0], [None, None])
+    positions, bodies = np.concatenate([a, b]), np.repeat([0, 1], plate.count)
+    start = time.perf_counter()
+    assert overlaps(positions, bodies, DX) == []
+    assert time.perf_counter() - start < 1.0

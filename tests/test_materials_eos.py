@@ -1,0 +1,154 @@
+"""Equations of state: ambient state, known points, derivatives, behaviour beyond validity."""
+
+from math import sqrt
+
+import numpy as np
+import pytest
+
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots
+from hvisph.materials.eos import (
+    MODULES,
+    REGISTRY,
+    Elastic,
+    IdealGas,
+    Linear,
+    MieGrueneisen,
+    StiffenedGas,
+    pressure_and_sound_speed,
+)
+from hvisph.materials.table import Material, pack
+
+RHO0 = 2785.0
+MODELS = [
+    Linear(79.06e9),
+    Elastic(74.17e9, 0.344),
+    StiffenedGas(5328.0, 2.0),
+    MieGrueneisen(5328.0, 2.0, 1.338),
+    MieGrueneisen(5328.0, 2.0, 1.2, s2=0.3, s3=-0.1, a=0.48),
+    IdealGas(1.4, 2e5),
+]
+
+
+def identify(model):
+    return f"{model.name}-{getattr(model, 's2', '')}"
+
+
+@pytest.mark.parametrize("model", MODELS, ids=identify)
+def test_a_body_at_rest_is_at_its_ambient_state(model):
+    material = Material("x", RHO0, model)
+    at_rest = material.pressure(RHO0, model.ambient_energy)
+    if model.name != "ideal_gas":
+        assert at_rest == 0.0
+    c = sqrt(material.sound_speed_squared(RHO0, model.ambient_energy))
+    assert c == pytest.approx(material.bulk_sound_speed, rel=1e-14)  # two roundings
+
+
+@pytest.mark.parametrize("model", MODELS, ids=identify)
+@pytest.mark.parametrize("compression", [0.9, 0.99, 1.001, 1.1, 1.4])
+@pytest.mark.parametrize("e", [0.0, 1e5, 4e6])
+def test_sound_speed_is_the_slope_of_an_isentrope(model, compression, e):
+    material = Material("x", RHO0, model)
+    rho, step = compression * RHO0, 1e-5 * RHO0
+    # Along an isentrope de = p drho / rho^2; a midpoint gradient keeps the second order.
+    p = material.pressure(rho, e)
+    slope = p / rho**2
+    curvature = (material.pressure(rho + step, e + slope * step) - p) / step / rho**2 - 2.0 * p / rho**3
+
+    def on_isentrope(d):
+        return material.pressure(rho + d, e + slope * d + 0.5 * curvature * d * d)
+
+    difference = (on_isentrope(step) - on_isentrope(-step)) / (2.0 * step)
+    scale = material.bulk_sound_speed**2
+    # Central difference: error of order (step/rho)^2 = 1e-10, and rounding 1e-16/1e-5.
+    assert abs(material.sound_speed_squared(rho, e) - difference) < 1e-7 * (scale + abs(difference))
+
+
+@pytest.mark.parametrize("model", MODELS, ids=identify)
+def test_compiled_dispatch_agrees_with_each_models_own_functions(model):
+    material = Material("x", RHO0, model)
+    row, module = material.row(), MODULES[model.name]
+    for rho in (0.7 * RHO0, RHO0, 1.3 * RHO0):
+        p, c = pressure_and_sound_speed(model.tag, rho, 3e5, tuple(row))
+        plain = module.pressure.py_func(rho, 3e5, row)
+        # fastmath reorders: a few roundings of the largest term
+        assert p == pytest.approx(plain, rel=1e-12, abs=1e-12 * 79e9)
+        square = max(
+            module.sound_speed_squared.py_func(rho, 3e5, plain, row), row[slots.SOUND_SPEED_SQUARED_FLOOR]
+        )
+        assert c == pytest.approx(sqrt(square), rel=1e-12)
+
+
+def test_mie_grueneisen_returns_its_reference_hugoniot():
+    """On the Hugoniot p = rho0 U u and e = u^2/2 with U = c0 + s u: the model must give p back."""
+    material = Material("al", RHO0, MieGrueneisen(5328.0, 2.0, 1.338))
+    for u in (100.0, 1550.0, 3000.0):
+        shock = 5328.0 + 1.338 * u
+        rho = RHO0 * shock / (shock - u)
+        assert material.pressure(rho, 0.5 * u * u) == pytest.approx(RHO0 * shock * u, rel=1e-11)
+
+
+def test_cubic_hugoniot_solves_its_us_up_relation():
+    """U = c0 + s1 u + s2 u^2/U + s3 u^3/U^2 (Steinberg): with gamma0 = a = 0 the pressure is p_H."""
+    s1, s2, s3, c0 = 1.2, 0.3, -0.1, 5328.0
+    material = Material("x", RHO0, MieGrueneisen(c0, 0.0, s1, s2=s2, s3=s3))
+    # Without gamma the model's p = rho0 c0^2 mu (1 + mu)/D^2 is exactly rho0 U u at u/U = x.
+    for x in (0.05, 0.2, 0.35):
+        shock = c0 / (1.0 - x * (s1 + x * (s2 + x * s3)))
+        rho = RHO0 / (1.0 - x)
+        assert material.pressure(rho, 0.0) == pytest.approx(RHO0 * shock * shock * x, rel=1e-11)
+
+
+def test_mie_grueneisen_stays_finite_and_rising_beyond_the_limiting_compression():
+    material = Material("al", RHO0, MieGrueneisen(5328.0, 2.0, 1.338))
+    rho = np.linspace(1.0, 12.0, 400) * RHO0
+    p = np.array([material.pressure(r, 0.0) for r in rho])
+    assert np.isfinite(p).all()
+    assert (np.diff(p) > 0.0).all()
+
+
+@pytest.mark.parametrize("model", MODELS, ids=identify)
+def test_sound_speed_is_never_below_a_tenth_of_the_ambient_one(model):
+    material = Material("x", RHO0, model)
+    row = tuple(material.row())
+    for rho in (0.02 * RHO0, 0.3 * RHO0, 5.0 * RHO0):
+        for e in (-1e6, 0.0, 1e7):
+            _, c = pressure_and_sound_speed(model.tag, rho, e, row)
+            assert c >= 0.1 * material.bulk_sound_speed * (1 - 1e-12)
+
+
+def test_a_value_that_is_no_number_stays_none():
+    for model in MODELS:
+        p, _ = pressure_and_sound_speed(model.tag, np.nan, np.nan, tuple(Material("x", RHO0, model).row()))
+        assert np.isnan(p)
+
+
+def test_registry_names_every_model_and_every_tag_is_its_own():
+    assert set(REGISTRY) == set(MODULES) == {model.name for model in MODELS}
+    assert len({model.tag for model in REGISTRY.values()}) == len(REGISTRY)
+
+
+def test_packing_puts_every_field_in_its_own_slot():
+    """Changing any one field must change the packed row, inside the block of the model's kind."""
+    changed = StiffenedGas(5000.0, 2.0)
+    table, models = pack([Material("a", RHO0, StiffenedGas(5328.0, 2.0)), Material("b", RHO0, changed)])
+    assert table.shape == (2, slots.SLOT_COUNT)
+    assert table.dtype == np.float64
+    assert models.dtype == np.int64
+    assert (table[0] != table[1]).nonzero()[0].tolist() == [slots.SOUND_SPEED_SQUARED_FLOOR, slots.EOS[0]]
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: Linear(-1.0),
+        lambda: Elastic(1e9, 0.5),
+        lambda: StiffenedGas(5000.0, 0.9),
+        lambda: MieGrueneisen(float("nan"), 2.0, 1.3),
+        lambda: IdealGas(1.0, 1e5),
+        lambda: Material("x", 0.0, Linear(1e9)),
+    ],
+)
+def test_parameters_out_of_range_are_refused(make):
+    with pytest.raises(CaseError):
+        make()

@@ -1,0 +1,281 @@
+"""The stress update: elasticity, rotation, yield, hardening, damage."""
+
+import types
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from numba.core.dispatcher import Dispatcher
+
+from hvisph.core.errors import CaseError
+from hvisph.materials import damage, slots, strength
+from hvisph.materials.damage import JohnsonCookDamage, NoDamage, PressureCutoff
+from hvisph.materials.eos import MieGrueneisen, StiffenedGas
+from hvisph.materials.response import equilibrium_state, longitudinal_speed, respond, rotated, shear_speed
+from hvisph.materials.strength import (
+    ElasticStrength,
+    JohnsonCook,
+    LinearHardening,
+    NoStrength,
+    VonMises,
+    temperature,
+)
+from hvisph.materials.table import Material, pack
+
+RHO0, G, Y = 2785.0, 27.6e9, 0.3e9
+GAS = StiffenedGas(5328.0, 2.0)
+JC = JohnsonCook(G, 479e6, 323e6, 0.41, 0.101, 1.8, 850.0, 875.0)
+STRENGTHS = [NoStrength(), ElasticStrength(G), VonMises(G, Y), LinearHardening(G, Y, 2e9), JC]
+DAMAGES = [NoDamage(), PressureCutoff(-8e8), JohnsonCookDamage(0.45, d4=0.0138, pressure_minimum=-8e8)]
+M = np.uint64(0)
+
+
+def material(model, harm=NoDamage(), eos=GAS):  # noqa: B008 - a frozen object without parameters
+    return Material("al", RHO0, eos, model, harm)
+
+
+def step(made, gradient, dt, s=(0.0,) * 6, rho=RHO0, e=0.0, plastic_strain=0.0, harm=0.0, function=respond):
+    table, models = pack([made])
+    out = function(table, models, M, dt, rho, e, *s, plastic_strain, harm, *np.ravel(gradient))
+    return np.array(out[:6]), *out[6:]
+
+
+def full(s):
+    return np.array([[s[0], s[3], s[4]], [s[3], s[1], s[5]], [s[4], s[5], s[2]]])
+
+
+def von_mises_stress(s):
+    return np.sqrt(1.5 * np.sum(full(s) ** 2))
+
+
+def plain(function, seen=None):
+    """The plain Python twin of a compiled function, all the way down."""
+    seen = {} if seen is None else seen
+    if function in seen:
+        return seen[function]
+    source = function.py_func
+    twin = types.FunctionType(source.__code__, {}, source.__name__, source.__defaults__)
+    seen[function] = twin
+
+    def replaced(value):
+        if isinstance(value, Dispatcher):
+            return plain(value, seen)
+        if isinstance(value, types.ModuleType) and value.__name__.startswith("hvisph"):
+            return types.SimpleNamespace(
+                **{k: plain(v, seen) for k, v in vars(value).items() if isinstance(v, Dispatcher)}
+            )
+        return value
+
+    twin.__globals__.update({k: replaced(v) for k, v in source.__globals__.items()})
+    return twin
+
+
+def random_deviator(generator, size):
+    tensor = generator.standard_normal((3, 3))
+    tensor = tensor + tensor.T
+    tensor -= np.eye(3) * np.trace(tensor) / 3.0
+    tensor *= size / np.sqrt(1.5 * np.sum(tensor**2))
+    return tensor[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+
+
+# All pairs but damage by plastic strain without any strength, which Material refuses.
+PAIRS = [(m, h) for m in STRENGTHS for h in DAMAGES if m.name != "none" or h.name != "johnson_cook"]
+
+
+@pytest.mark.parametrize(("model", "harm"), PAIRS, ids=lambda x: x.name)
+@pytest.mark.parametrize("eos", [GAS, MieGrueneisen(5328.0, 2.0, 1.338, a=0.48)], ids=lambda x: x.name)
+def test_compiled_update_agrees_with_its_plain_twin(model, harm, eos):
+    generator = np.random.default_rng(3)
+    for size in (0.1, 0.9):
+        arguments = {
+            "gradient": generator.standard_normal((3, 3)) * 1e5,
+            "dt": 2e-8,
+            "s": random_deviator(generator, size * Y),
+            "rho": RHO0 * (1 + 0.1 * generator.standard_normal()),
+            "e": 2e5,
+            "plastic_strain": 0.02,
+            "harm": 0.1,
+        }
+        made = material(model, harm, eos)
+        fast = step(made, **arguments)
+        slow = step(made, **arguments, function=plain(respond))
+        for a, b in zip(fast, slow, strict=True):
+            # fastmath reorders sums: a few roundings, of terms of the size of the moduli
+            np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-12 * 79e9 * (np.ndim(a) > 0) + 1e-12)
+
+
+@pytest.mark.parametrize("model", STRENGTHS[1:], ids=lambda x: x.name)
+def test_no_time_leaves_an_admissible_deviator_to_the_last_bit(model):
+    generator = np.random.default_rng(5)
+    for _ in range(20):
+        s = random_deviator(generator, 0.99 * Y)
+        out = step(material(model), generator.standard_normal((3, 3)) * 1e5, 0.0, s)
+        assert (out[0] == s).all()
+        assert out[1] == 0.0
+
+
+def test_a_returned_deviator_is_not_returned_again():
+    s, strain, *_ = step(material(VonMises(G, Y)), np.diag([-1e5, 0, 0]), 1e-6)
+    again, strain_again, *_ = step(material(VonMises(G, Y)), np.zeros((3, 3)), 0.0, s, plastic_strain=strain)
+    assert (again == s).all()
+    assert strain_again == strain
+
+
+def test_elastic_increment_is_hooke_in_every_component():
+    gradient = np.array([[3.0, 1.0, -2.0], [1.0, -1.0, 0.5], [-2.0, 0.5, 4.0]])
+    s, *_ = step(material(ElasticStrength(G)), gradient, 1e-6)
+    expected = 2 * G * 1e-6 * (gradient - np.eye(3) * np.trace(gradient) / 3)
+    np.testing.assert_allclose(full(s), expected, rtol=1e-14, atol=1e-9)
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 1.0), (1.0, 0, 0), (0.6, -0.3, 0.74)])
+def test_rigid_rotation_turns_the_stress_with_the_body(axis):
+    """A spin by a whole turn in 400 steps: the stress must arrive where the body does."""
+    axis = np.array(axis) / np.linalg.norm(axis)
+    w = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
+    start = random_deviator(np.random.default_rng(1), 0.5 * Y)
+    steps, angle = 100, np.pi / 2
+    s, dt = start, 1e-6
+    for _ in range(steps):
+        s, *_ = step(material(ElasticStrength(G)), w * angle / steps / dt, dt, s)
+    turn = np.eye(3) + np.sin(angle) * w + (1 - np.cos(angle)) * w @ w
+    expected = turn @ full(start) @ turn.T
+    # each step misses its angle a by a^3/12: in all (pi/2)^3/12/100^2 = 3e-5 radians
+    np.testing.assert_allclose(full(s), expected, atol=6e-5 * Y)
+    assert von_mises_stress(s) == pytest.approx(0.5 * Y, rel=1e-12)  # an exact rotation keeps the size
+
+
+def test_rotation_in_the_plane_is_the_same_in_both_branches():
+    generator = np.random.default_rng(7)
+    s = random_deviator(generator, 1.0)
+    flat = rotated.py_func(*s, 0.0, 0.0, 0.3)
+    # a tilt far below rounding sends it through the general branch
+    np.testing.assert_allclose(rotated.py_func(*s, 1e-300, 0.0, 0.3), flat, atol=1e-15)
+
+
+def test_uniaxial_strain_yields_at_the_elastic_limit_and_holds_two_thirds_of_y():
+    s, strain, *_ = step(material(VonMises(G, Y)), np.diag([-1.0, 0, 0]), 0.99 * Y / (2 * G))
+    assert strain == 0.0  # the Hugoniot elastic limit is at a strain of Y/(2G)
+    s, strain, *_ = step(material(VonMises(G, Y)), np.diag([-1.0, 0, 0]), 0.02)
+    assert s[0] == pytest.approx(-2 * Y / 3, rel=1e-12)
+    assert s[1] == pytest.approx(Y / 3, rel=1e-12)
+    # plastic part of the deviatoric strain: 2/3 (0.02 - Y/(2G))
+    assert strain == pytest.approx(2 / 3 * (0.02 - Y / (2 * G)), rel=1e-12)
+
+
+@pytest.mark.parametrize("model", [LinearHardening(G, Y, 16.2e9), VonMises(G, Y)])
+def test_hardening_ends_on_the_new_yield_surface(model):
+    s, strain, *_ = step(material(model), np.array([[0, 3e4, 0], [0, 0, 0], [0, 0, -1e4]]), 1e-6)
+    hardening = getattr(model, "hardening_modulus", 0.0)
+    assert strain > 0.0
+    assert von_mises_stress(s) == pytest.approx(Y + hardening * strain, rel=1e-12)
+
+
+def test_johnson_cook_stays_inside_its_surface_and_near_it():
+    rate, dt = 2e4, 1e-7
+    gradient = np.zeros((3, 3))
+    gradient[0, 1] = gradient[1, 0] = rate * np.sqrt(3) / 2  # equivalent rate is `rate`
+    s, strain = np.zeros(6), 0.0
+    for _ in range(200):
+        s, strain, *_ = step(material(JC), gradient, dt, s, plastic_strain=strain, e=1e5)
+    t = 1e5 / 875 / 550
+    surface = (479e6 + 323e6 * strain**0.41) * (1 + 0.101 * np.log(rate)) * (1 - t**1.8)
+    reached = von_mises_stress(s)
+    assert reached <= surface * (1 + 1e-12)
+    assert reached == pytest.approx(surface, rel=1e-4)  # the secant's second-order error
+    # all strain beyond the elastic part is plastic
+    assert strain == pytest.approx(200 * dt * rate - reached / (3 * G), rel=1e-12)
+
+
+def test_johnson_cook_rate_has_a_floor_and_melting_takes_all_strength():
+    slow = step(material(JC), np.diag([-1.0, 0.5, 0.5]) * 1e-3, 30.0)
+    assert von_mises_stress(slow[0]) == pytest.approx(479e6 + 323e6 * slow[1] ** 0.41, rel=0.02)
+    molten = step(material(JC), np.diag([-1e5, 0.5e5, 0.5e5]), 1e-6, e=875 * 600.0)
+    assert von_mises_stress(molten[0]) == pytest.approx(0.0, abs=1e-3)
+    assert temperature(875 * 100.0, tuple(material(JC).row())) == pytest.approx(400.0)
+    assert temperature(-1e5, tuple(material(JC).row())) == 300.0
+
+
+def test_pressure_cutoff_limits_tension_only():
+    made = material(VonMises(G, Y), PressureCutoff(-8e8))
+    assert step(made, np.zeros((3, 3)), 0.0, rho=0.9 * RHO0)[3] == -8e8
+    free = step(material(VonMises(G, Y)), np.zeros((3, 3)), 0.0, rho=1.1 * RHO0)[3]
+    assert step(made, np.zeros((3, 3)), 0.0, rho=1.1 * RHO0)[3] == free > 0
+
+
+def test_damage_adds_up_to_failure_and_leaves_compression():
+    made = material(VonMises(G, Y), JohnsonCookDamage(0.45))
+    gradient = np.diag([2e5, -1e5, -1e5])
+    s, strain, harm = np.zeros(6), 0.0, 0.0
+    while harm < 1.0:
+        s, strain, harm, p, _ = step(made, gradient, 1e-8, s, 0.98 * RHO0, 0.0, strain, harm)
+        if harm < 1.0:
+            assert harm == pytest.approx(strain / 0.45, rel=1e-10)
+            assert p < 0
+    assert harm == 1.0
+    assert 0.45 <= strain < 0.453  # one step's strain is 0.002
+    assert (s == 0).all()
+    assert p == 0.0
+    later = step(made, gradient, 1e-8, s, 1.1 * RHO0, 0.0, strain, harm)
+    assert (later[0] == 0).all()
+    assert later[1] == strain
+    assert later[3] > 0
+
+
+@pytest.mark.parametrize(
+    ("p", "expected"), [(-1.0, 0.1 + 0.5 * np.exp(-2.0)), (1.0, 0.1 + 0.5 * np.exp(2.0))]
+)
+def test_fracture_strain_follows_triaxiality_rate_and_heat(p, expected):
+    row = material(JC, JohnsonCookDamage(0.1, 0.5, -2.0, 0.02, 1.5)).row()
+    function = damage.johnson_cook.fracture_strain.py_func
+    assert function(p, 1.0, 0.5, 0.0, row) == pytest.approx(expected)
+    assert function(p, 1.0, 1e4, 0.4, row) == pytest.approx(expected * (1 + 0.02 * np.log(1e4)) * 1.6)
+    assert function(-9.0, 1.0, 0.0, 0.0, row) == function(-1.5, 1.0, 0.0, 0.0, row)  # held at 1.5
+    assert np.isfinite(function(1e10, 0.0, 0.0, 0.0, row))
+
+
+def test_wave_speeds_and_state_without_a_step():
+    table, models = pack([material(VonMises(G, Y))])
+    p, c = equilibrium_state(table, models, M, RHO0, 0.0, 0.0)
+    assert (p, c) == (0.0, 5328.0)
+    assert longitudinal_speed(c, RHO0, table, M) == pytest.approx(np.sqrt(5328.0**2 + 4 * G / (3 * RHO0)))
+    assert shear_speed(RHO0, table, M) == pytest.approx(np.sqrt(G / RHO0))
+    assert equilibrium_state(table, models, M, 0.9 * RHO0, 0.0, 1.0)[0] == 0.0
+
+
+def test_row_reader_covers_every_slot():
+    table, _ = pack([material(JC, DAMAGES[2]), material(VonMises(G, Y))])
+    for m in range(2):
+        assert slots.parameters(table, np.uint64(m)) == tuple(table[m])
+
+
+CONTRACT = [*STRENGTHS, *DAMAGES, MieGrueneisen(5328.0, 2.0, 1.3, 0.1, 0.1, 0.1), GAS]
+
+
+@pytest.mark.parametrize("model", CONTRACT, ids=lambda x: type(x).__name__)
+def test_every_parameter_reaches_the_table(model):
+    before = np.zeros(slots.SLOT_COUNT)
+    model.pack(before, RHO0)
+    for field in fields(model):
+        value = getattr(model, field.name)
+        changed = replace(model, **{field.name: value + 0.25 * abs(value) if value > 0 else value - 0.5})
+        after = np.zeros(slots.SLOT_COUNT)
+        changed.pack(after, RHO0)
+        assert (before != after).any(), field.name
+
+
+@pytest.mark.parametrize(("registry", "models"), [(strength.REGISTRY, STRENGTHS), (damage.REGISTRY, DAMAGES)])
+def test_registries_name_every_model_and_tags_differ(registry, models):
+    assert {m.name: type(m) for m in models} == registry
+    assert len({m.tag for m in registry.values()}) == len(registry)
+
+
+def test_combinations_without_meaning_are_refused():
+    with pytest.raises(CaseError, match="no strength"):
+        material(NoStrength(), JohnsonCookDamage(0.4))
+    with pytest.raises(CaseError, match="d5"):
+        material(VonMises(G, Y), JohnsonCookDamage(0.4, d5=1.0))
+    with pytest.raises(CaseError, match="melt_temperature"):
+        replace(JC, melt_temperature=200.0)
+    with pytest.raises(CaseError, match="pressure_minimum"):
+        PressureCutoff(1e8)
