@@ -15,7 +15,8 @@ import hashlib
 import os
 import tempfile
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,7 @@ from typing import Any
 import numba
 from llvmlite import ir
 from numba.core import cgutils
+from numba.core import event
 from numba.core.dispatcher import Dispatcher
 from numba.extending import intrinsic
 
@@ -96,12 +98,24 @@ def _bind(template: Callable[..., Any], name: str, bindings: dict[str, Any]) -> 
 
 
 _made: dict[str, Any] = {}
-_compiling_listeners: list[Callable[[str], None]] = []
 
+@contextmanager
+def heard_compiling(listener: Callable[[str], None]) -> Iterator[None]:
+    """Call `listener(name)` when a loop is compiled afresh in this block, not when it comes from the cache."""
 
-def on_compile(listener: Callable[[str], None]) -> None:
-    """Call `listener(name)` before any loop is compiled afresh (not when it comes from the cache)."""
-    _compiling_listeners.append(listener)
+    class Heard(event.Listener):
+        def on_start(self, event: Any) -> None:
+            listener(event.data["dispatcher"].py_func.__name__)
+
+        def on_end(self, event: Any) -> None:
+            pass
+
+    heard = Heard()
+    event.register("numba:compile", heard)
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", heard)
 
 
 def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **bindings: Any) -> Any:

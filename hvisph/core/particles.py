@@ -89,6 +89,11 @@ class Particles:
         """Index of each particle's material (count,)."""
         return self.tags[:, MATERIAL]
 
+    @property
+    def has_previous(self) -> bool:
+        """Whether the integrator carries the rates of the step before."""
+        return "previous_velocity" in self.offsets
+
     def bindings(self) -> dict[str, int]:
         """Return the columns of all fields as constants for compiled loops, such as ``S_VELOCITY``."""
         return {f"S_{name.upper()}": start for name, start in self.offsets.items()}

@@ -9,138 +9,23 @@ do that feel each other through their kernel sums. Outer ends are free.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
+from itertools import pairwise
 from math import inf
 
 import numpy as np
 
 from ..core.errors import CaseError, RunError
+from .history import Front, Layer, Tracked
 from .roots import bracketed_root
-from .waves import Law, State, Wave
+from .waves import State, Wave
 
 _TOGETHER = 1e-12  # events this close, in relation to the time span, are one
 
 
-@dataclass(frozen=True)
-class Layer:
-    """One layer at the start."""
-
-    law: Law
-    begin: float  # [m]
-    end: float  # [m]
-    velocity: float  # [m/s]
-
-
-@dataclass
-class Front:
-    """A straight piece of a front's way through mass and time; `left` or `right` is None outside the matter."""
-
-    mass: float  # mass coordinate at birth [kg/m^2]
-    born: float  # [s]
-    speed: float  # mass flux, signed [kg/(m^2 s)]
-    left: State | None
-    right: State | None
-    position: float = 0.0  # of a surface at birth [m]
-    died: float = inf  # [s]
-
-    def mass_at(self, time: float) -> float:
-        """Return the mass coordinate at `time` [kg/m^2]."""
-        return self.mass + self.speed * (time - self.born)
-
-    def position_at(self, time: float) -> float:
-        """Return the position of a surface at `time` [m]."""
-        side = self.left or self.right
-        return self.position + (side.velocity if side else 0.0) * (time - self.born)
-
-
-@dataclass
-class Tracked:
-    """All fronts of a run, from which histories and profiles are read.
-
-    Parameters
-    ----------
-    layers
-        The layers at the start.
-    bounds
-        Mass coordinates of their faces, one more than there are layers [kg/m^2].
-    fronts
-        Every piece of every front.
-    end
-        Time reached [s].
-    """
-
-    layers: Sequence[Layer]
-    bounds: np.ndarray
-    fronts: list[Front] = field(repr=False)
-    end: float = 0.0
-
-    def mass_of(self, position: float) -> float:
-        """Return the mass coordinate of the matter that began at `position` [m]."""
-        for layer, low, high in zip(self.layers, self.bounds[:-1], self.bounds[1:], strict=True):
-            if layer.begin <= position <= layer.end:
-                return float(low + (high - low) * (position - layer.begin) / (layer.end - layer.begin))
-        raise CaseError(f"no layer holds the point x = {position:g} at the start", where="gauge")
-
-    def states_at(self, time: float) -> list[tuple[float, float, State]]:
-        """Return (mass from, mass to, state) of the uniform regions at `time`, from left to right."""
-        alive = [front for front in self.fronts if front.born <= time < front.died]
-        # At a meeting place the speed decides the order, and across a gap the side.
-        alive.sort(key=lambda front: (front.mass_at(time), front.speed, front.right is not None))
-        regions = []
-        for here, there in zip(alive, alive[1:], strict=False):
-            low, high = here.mass_at(time), there.mass_at(time)
-            if high > low and here.right is not None:
-                regions.append((low, high, here.right))
-        return regions
-
-    def gauge(self, position: float) -> tuple[np.ndarray, list[State]]:
-        """Return the history of the matter that began at `position`: times [s] and the states from each on."""
-        mass = self.mass_of(position)
-        start = next(s for low, high, s in self.states_at(0.0) if low <= mass <= high)
-        passed = []
-        for front in self.fronts:
-            if front.speed == 0.0:
-                continue
-            time = front.born + (mass - front.mass) / front.speed
-            behind = front.left if front.speed > 0.0 else front.right
-            if front.born <= time < min(front.died, self.end) and behind is not None:
-                passed.append((time, behind))
-        passed.sort(key=lambda item: item[0])
-        return np.array([0.0, *(time for time, _ in passed)]), [start, *(state for _, state in passed)]
-
-    def sample(self, position: float, times: np.ndarray, name: str = "velocity") -> np.ndarray:
-        """Return a quantity of `State` at a gauge and at given times."""
-        changes, states = self.gauge(position)
-        index = np.searchsorted(changes, times, side="right") - 1
-        return np.array([getattr(states[i], name) for i in index])
-
-    def surface(self, last: bool = True) -> tuple[np.ndarray, np.ndarray]:
-        """Return times [s] and velocities [m/s] from each on of the last (or first) free surface."""
-        mass = self.bounds[-1] if last else self.bounds[0]
-        found = []
-        for front in self.fronts:
-            side, outside = (front.left, front.right) if last else (front.right, front.left)
-            if front.mass == mass and outside is None and side is not None:
-                found.append((front.born, side.velocity))
-        found.sort()
-        return np.array([time for time, _ in found]), np.array([velocity for _, velocity in found])
-
-    def profile(self, time: float) -> tuple[np.ndarray, list[State]]:
-        """Return the uniform regions at `time`: positions [m], shape (regions, 2), and their states."""
-        alive = [f for f in self.fronts if f.born <= time < f.died and f.left is None and f.right is not None]
-        surfaces = sorted(alive, key=lambda front: front.mass)
-        edges, states = [], []
-        x = surfaces[0].position_at(time)
-        starts = {front.mass: front.position_at(time) for front in surfaces}
-        for low, high, state in self.states_at(time):
-            x = starts.get(low, x)  # a gap ends here
-            edges.append((x, x + (high - low) * state.volume))
-            x = edges[-1][1]
-            states.append(state)
-        return np.array(edges).reshape(-1, 2), states
-
-
-def track(layers: Sequence[Layer], end: float, step: float = 0.01, weakest: float = 1e-7, alike: float = 1e-7) -> Tracked:
+def track(
+    layers: Sequence[Layer], end: float, step: float = 0.01, weakest: float = 1e-7, alike: float = 1e-7
+) -> Tracked:
     """Follow all waves of an impact up to the time `end`.
 
     Parameters
@@ -153,6 +38,9 @@ def track(layers: Sequence[Layer], end: float, step: float = 0.01, weakest: floa
         Change of ln(rho) by which rarefactions are cut into fronts.
     weakest
         Waves weaker than this part of the strongest stress are left out.
+    alike
+        States of one material that differ by less than this part (in volume, and in the deviator
+        by this part of the strongest stress) become one when waves have crossed.
 
     Raises
     ------
@@ -196,7 +84,9 @@ def _checked_bounds(layers: Sequence[Layer]) -> np.ndarray:
         if not layer.end > layer.begin:
             raise CaseError(f"layer {number + 1} ends at {layer.end:g}, not beyond its begin {layer.begin:g}")
         if number and layer.begin < layers[number - 1].end - 1e-12 * span:
-            raise CaseError(f"layer {number + 1} begins at {layer.begin:g}, inside the one before or ahead of it")
+            raise CaseError(
+                f"layer {number + 1} begins at {layer.begin:g}, inside the one before or ahead of it"
+            )
         bounds.append(bounds[-1] + (layer.end - layer.begin) * layer.law.at_rest(0.0).density)
     return np.array(bounds)
 
@@ -213,7 +103,8 @@ def _ending_at(waves: list[Wave], ahead: State | None, end: State, direction: in
     if before is None or end.velocity == before.velocity:
         return flux, state
     changed = direction * (end.stress - before.stress) / (end.velocity - before.velocity)
-    if not 0.5 * flux < changed < 2.0 * flux:
+    fastest = waves[-2][0] if len(waves) > 1 else 1.01 * flux
+    if not 0.99 * flux < changed < fastest:
         return flux, state
     volume = before.volume - (end.stress - before.stress) / changed**2
     return changed, replace(state, velocity=end.velocity, stress=end.stress, volume=volume)
@@ -222,7 +113,7 @@ def _ending_at(waves: list[Wave], ahead: State | None, end: State, direction: in
 class _Tracker:
     """The fronts alive, in order of mass, and the next meeting of any two neighbours."""
 
-    def __init__(self, step: float, weakest: float, alike: float, most: int = 200_000):
+    def __init__(self, step: float, weakest: float, alike: float, most: int = 300_000):
         self.step, self.weakest, self.alike, self.most = step, weakest, alike, most
         self.alive: list[Front] = []
         self.dead: list[Front] = []
@@ -231,7 +122,7 @@ class _Tracker:
     def run(self, end: float) -> None:
         now = 0.0
         while True:
-            times = [self._meeting(a, b, now) for a, b in zip(self.alive, self.alive[1:], strict=False)]
+            times = [self._meeting(a, b, now) for a, b in pairwise(self.alive)]
             now = min(times)
             if now >= end:
                 return
@@ -241,7 +132,9 @@ class _Tracker:
                 last += 1
             self.meet(first, last + 1, now)
             if len(self.dead) > self.most:
-                raise RunError(f"more than {self.most} fronts by t = {now:.6g}; coarser rarefactions would help")
+                raise RunError(
+                    f"more than {self.most} fronts by t = {now:.6g}; coarser rarefactions would help"
+                )
 
     @staticmethod
     def _meeting(a: Front, b: Front, now: float) -> float:
@@ -269,7 +162,8 @@ class _Tracker:
                 rows[direction] = state.law.waves(state, stress, direction, self.step)
         for state, direction in ((left, -1), (right, 1)):
             if state and not rows[direction] and rows[-direction]:
-                rows[-direction][-1] = _ending_at(rows[-direction], right if direction < 0 else left, state, -direction)
+                ahead = right if direction < 0 else left
+                rows[-direction][-1] = _ending_at(rows[-direction], ahead, state, -direction)
         made, state = [], left
         for flux, behind in rows[-1]:
             made.append(Front(mass, now, -flux, state, behind))

@@ -12,7 +12,8 @@ from collections.abc import Sequence
 from ..core.errors import CaseError
 from ..materials.eos import Elastic, Linear
 from ..materials.table import Material
-from .fronts import Layer, Tracked, track
+from .fronts import track
+from .history import Layer, Tracked
 from .waves import LinearLaw
 
 

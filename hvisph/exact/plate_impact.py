@@ -17,7 +17,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..materials.table import Material
-from .fronts import Layer, Tracked, track
+from .fronts import track
+from .history import Layer, Tracked
 from .roots import bracketed_root
 from .solid import SolidLaw
 from .waves import State, Wave
@@ -110,10 +111,29 @@ def _fronts(state: State, waves: Sequence[Wave], direction: int) -> tuple[Front,
     return tuple(fronts)
 
 
+def free_surface_velocity(plateau: State, direction: int = 1, step: float = 1e-3) -> float:
+    """Return the velocity [m/s] of matter on the plateau once a free surface has released it.
+
+    The release path is followed to zero stress: elastic through twice the elastic range, then
+    plastic. It is the velocity a free surface settles at after the precursor has run to and fro
+    before the shock; twice the particle velocity is 1 % more where strength matters.
+    `direction` is +1 for a surface on the right.
+    """
+    waves = plateau.law.waves(plateau, 0.0, -direction, step)
+    return waves[-1][1].velocity if waves else plateau.velocity
+
+
 def with_reflections(
-    plates: Sequence[tuple[Material, float, float, float]], end: float, step: float = 0.002, weakest: float = 1e-4, alike: float = 1e-4
+    plates: Sequence[tuple[Material, float, float, float]],
+    end: float,
+    step: float = 0.004,
+    weakest: float = 5e-4,
+    alike: float = 1e-2,
 ) -> Tracked:
     """Follow all waves in plates that hit one another.
+
+    Crossing elastic waves multiply without end, so the weakest are left out: momentum balances
+    to about 1e-3, and plateaus are good to as much.
 
     Parameters
     ----------
@@ -123,8 +143,8 @@ def with_reflections(
         Time to follow [s].
     step
         Change of ln(rho) by which rarefactions are cut into fronts.
-    weakest
-        Waves weaker than this part of the plateau stress are left out.
+    weakest, alike
+        Limits below which waves and borders are left out: see `fronts.track`.
 
     Returns
     -------

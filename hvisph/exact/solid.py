@@ -84,7 +84,7 @@ class SolidLaw:
         return waves
 
     def _corner(self, state: State, sign: float) -> float | None:
-        """Volume at which the deviator, changing elastically, reaches `sign` times its limit; None if never."""
+        """Volume at which the deviator, changing elastically, comes to `sign` times its limit, if ever."""
         if self.shear == 0.0 or self.limit == inf:
             return None
         way = 0.75 * (sign * self.limit - state.deviator) / self.shear

@@ -49,9 +49,10 @@ def sweep(rows, columns, n_rows, starts, inverse_edge, nx, ny, nz, reach, consta
     overflow
         (chunks,) receives the room that a chunk would have needed, 0 where it sufficed.
     """
-    zero, one, three, eight = np.uint64(0), np.uint64(1), np.uint64(3), np.uint64(8)
     half_reach = 0.5 * reach
     for chunk in prange((n_rows + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        # Inside the parallel loop: constants from outside would reach its body as arguments in memory.
+        zero, one, three, eight = np.uint64(0), np.uint64(1), np.uint64(3), np.uint64(8)
         near = np.empty(capacity + eight, np.uint32)
         block = np.empty((WIDTH, capacity + eight))
         needed = zero
@@ -89,8 +90,8 @@ def sweep(rows, columns, n_rows, starts, inverse_edge, nx, ny, nz, reach, consta
                     for j in range(begin, end, eight):
                         n = append_near(columns, DIM, j, end, i, x, y, z, h, half_reach, near, n)
             padded = (n + eight - one) & ~(eight - one)
-            for k in range(n, padded):
-                near[k] = n_rows
+            for k in range(eight):
+                near[n + k] = n_rows
             for k in range(zero, padded, eight):
                 for f in range(zero, np.uint64(WIDTH), eight):
                     transpose_eight(rows, near, k, f, block)

@@ -1,0 +1,241 @@
+"""What a case will take before it runs: particles, steps, time, memory and disk. Compiles nothing.
+
+Steps follow from the time-step criterion at the start of the impact, time from speeds measured on
+a laptop core: both are there to tell a minute from a day.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hvisph.core.errors import CaseError
+from hvisph.core.fields import CATALOGUE
+from hvisph.core.particles import BASE_FIELDS
+from hvisph.geometry.fill import estimated_count
+from hvisph.simulation.bodies import PlacedBody, placed_bodies, shape_of
+from hvisph.simulation.materials import material_of
+
+# Bodies of more particles than this are counted by their volumes instead of being filled.
+MOST_FILLED = 5_000_000
+# Measured by the programs of `benchmarks/`: memory of a run beside the interpreter's own, by
+# dimensions [bytes a particle]; time on one core, by formulation and dimensions [us a particle-step].
+MEMORY = {1: 600, 2: 700, 3: 1000}
+INTERPRETER = 250_000_000  # [bytes]
+MICROSECONDS = {"eulerian": {1: 0.15, 2: 0.25, 3: 0.85}, "riemann": {1: 0.3, 2: 0.6, 3: 2.4}}
+THREAD_GAIN = 0.85  # of each further thread
+# Share of the impact velocity that the signals of a run gain over those at rest, on the mean of steps.
+COMPRESSION = 0.4
+HISTORY_LINE = 300  # [bytes]
+# What a snapshot holds beside the state, as padded for ParaView [bytes a particle].
+SNAPSHOT_EXTRAS = 8 * 4 + 17 + 12
+VTU_GROWTH = 4 / 3  # numbers as text in base 64
+
+
+@dataclass(frozen=True)
+class BodyEstimate:
+    """One body, as particles.
+
+    Parameters
+    ----------
+    name
+        Name in the case.
+    particles
+        Number of particles.
+    across
+        Particles across the shot line, in 1D along the body.
+    mass
+        Mass [kg], per metre of depth in 2D and per square metre in 1D.
+    note
+        Why its size differs from the one asked for; empty when it does not.
+    """
+
+    name: str
+    particles: int
+    across: int
+    mass: float
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a case will take.
+
+    Parameters
+    ----------
+    bodies
+        Its bodies.
+    counted
+        Whether particles were made and counted; otherwise their number follows from volumes.
+    steps
+        Number of steps.
+    seconds
+        Wall time on `threads` threads without compilation [s].
+    threads
+        Number of threads.
+    memory, disk
+        Memory of the process and size of the run's folder [bytes].
+    snapshots
+        Number of snapshots.
+    """
+
+    bodies: tuple[BodyEstimate, ...]
+    counted: bool
+    steps: int
+    seconds: float
+    threads: int
+    memory: float
+    disk: float
+    snapshots: int
+
+    @property
+    def particles(self) -> int:
+        """Number of particles of all bodies."""
+        return sum(body.particles for body in self.bodies)
+
+
+def estimate(case: Any, threads: int | None = None) -> Estimate:
+    """Return what running `case` will take.
+
+    Parameters
+    ----------
+    case
+        A `hvisph.case.case.Case`.
+    threads
+        Number of threads; all that this process may use unless given.
+
+    Raises
+    ------
+    CaseError
+        When the case cannot run: overlapping bodies, a shape that cannot be filled, too little memory.
+    """
+    refuse_impossible(case)
+    counted = rough_count(case) <= MOST_FILLED
+    bodies = tuple(map(_counted, placed_bodies(case)) if counted else _uncounted(case))
+    particles = sum(body.particles for body in bodies)
+    steps, threads = estimated_steps(case), threads or available_threads()
+    pace = MICROSECONDS.get(case.formulation.type, MICROSECONDS["eulerian"])[case.dim]
+    speedup = 1.0 + THREAD_GAIN * (threads - 1)
+    snapshots = 1 + (math.ceil(case.time.end / case.output.every - 1e-9) if case.output.every else 1)
+    written = _snapshot_bytes(case.dim) * sum(VTU_GROWTH if f == "vtu" else 1.0 for f in case.output.formats)
+    return Estimate(
+        bodies=bodies,
+        counted=counted,
+        steps=steps,
+        seconds=1e-6 * pace * particles * steps / speedup,
+        threads=threads,
+        memory=_memory(particles, case.dim),
+        disk=snapshots * particles * written + HISTORY_LINE * steps / case.output.history_every,
+        snapshots=snapshots,
+    )
+
+
+def refuse_impossible(case: Any, free: float | None = None) -> None:
+    """Refuse a case that surely needs more memory than there is, before a particle is made.
+
+    Overlapping bodies are refused where they are placed (`hvisph.simulation.bodies`).
+
+    Parameters
+    ----------
+    case
+        A `hvisph.case.case.Case`.
+    free
+        Memory that may be used [bytes]; asked of the system unless given.
+
+    Raises
+    ------
+    CaseError
+        Naming what is needed, what there is, and a resolution that fits.
+    """
+    count = rough_count(case)
+    needed = _memory(count, case.dim)
+    free = free_memory() if free is None else free
+    if needed <= free:
+        return
+    room = max(free - INTERPRETER, 0.0)
+    shrink = (count * MEMORY[case.dim] / room) ** (1.0 / case.dim) if room else math.inf
+    fits = f"{case.resolution * shrink:.2g}{' m' if case.units == 'si' else ''}" if room else "none"
+    raise CaseError(
+        f"about {count:.2g} particles need about {needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB are "
+        f"free; the finest resolution that fits is about {fits}",
+        where="resolution",
+    )
+
+
+def rough_count(case: Any) -> float:
+    """Return the number of particles by volume; each plane of symmetry is taken to halve it."""
+    whole = sum(estimated_count(shape_of(body.shape), case.resolution) for body in case.bodies.values())
+    return whole * 0.5 ** len(case.symmetry)
+
+
+def estimated_steps(case: Any) -> int:
+    """Return about how many steps `case` takes."""
+    step = case.time.step or case.time.cfl * case.smoothing_length / _signal_speed(case)
+    steps = math.ceil(case.time.end / step - 1e-9)
+    return min(steps, case.time.max_steps or steps)
+
+
+def available_threads() -> int:
+    """Return the number of processors that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def free_memory() -> float:
+    """Return the memory that a run may take [bytes]: what the system has free, within a container's limit."""
+    import psutil
+
+    free = float(psutil.virtual_memory().available)
+    try:
+        limit = Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii").strip()
+        used = Path("/sys/fs/cgroup/memory.current").read_text(encoding="ascii").strip()
+    except OSError:
+        return free
+    return free if limit == "max" else min(free, max(float(limit) - float(used), 0.0))
+
+
+def _signal_speed(case: Any) -> float:
+    """Return the speed of signals that sets the step [m/s]: at rest with viscosity, and a share of the impact's."""
+    viscosity = getattr(case.formulation, "viscosity", None)
+    alpha = getattr(viscosity, "alpha", 0.0)
+    at_rest = 0.0
+    for body in case.bodies.values():
+        material = material_of(body.material, body.internal_energy)
+        speed = material.longitudinal_sound_speed + 1.2 * alpha * material.bulk_sound_speed
+        at_rest = max(at_rest, speed)
+    velocities = [body.velocity for body in case.bodies.values()]
+    fastest = max(math.dist(one, other) for one in velocities for other in velocities)
+    return at_rest + COMPRESSION * fastest
+
+
+def _counted(body: PlacedBody) -> BodyEstimate:
+    size, dim = body.filling.size, len(body.filling.size)
+    spacing = float(body.volumes[0]) ** (1.0 / dim)
+    mass = body.model.material.density * float(body.volumes.sum())
+    return BodyEstimate(
+        body.name, len(body.positions), round(size[min(1, dim - 1)] / spacing), mass, body.filling.note
+    )
+
+
+def _uncounted(case: Any) -> list[BodyEstimate]:
+    found = []
+    for name, body in case.bodies.items():
+        shape = shape_of(body.shape)
+        kept = estimated_count(shape, case.resolution) * 0.5 ** len(case.symmetry)
+        across = shape.extent()[min(1, case.dim - 1)] / case.resolution
+        mass = body.material.density * kept * case.resolution**case.dim
+        found.append(BodyEstimate(name, round(kept), round(across), mass))
+    return found
+
+
+def _memory(particles: float, dim: int) -> float:
+    return INTERPRETER + MEMORY[dim] * particles
+
+
+def _snapshot_bytes(dim: int) -> int:
+    padded = {"scalar": 1, "vector": 3, "symmetric": 6, "gradient": 9}
+    return 8 * sum(padded[CATALOGUE[name].rank] for name in BASE_FIELDS) + SNAPSHOT_EXTRAS

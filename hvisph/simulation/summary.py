@@ -1,0 +1,62 @@
+"""The summary of a run: what it cost, what it conserved, what was measured and what was expected."""
+
+from __future__ import annotations
+
+import hashlib
+from typing import Any
+
+from hvisph import __version__
+from hvisph.core.errors import HvisphError
+from hvisph.measure.expected import compare
+from hvisph.measure.measures import measure_snapshot, unmeasured
+from hvisph.output.snapshot import Snapshot
+
+
+def case_hash(text: str) -> str:
+    """Return the hash of an effective case's text."""
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def summarise(case: Any, text: str, *, status: str, time: float, failure: dict[str, Any] | None, particles: int,
+              steps: int, threads: int, wall_seconds: float, conservation: dict[str, float | None],
+              start: Snapshot, now: Snapshot, history: dict[str, Any]) -> dict[str, Any]:  # fmt: skip
+    """Return the content of ``summary.json``, as ``schemas/summary.schema.json`` describes it.
+
+    Parameters
+    ----------
+    case, text
+        The effective case and its text.
+    status, time, failure
+        ``done``, ``failed`` or ``interrupted``; time reached [s]; what stopped the run, if anything did.
+    particles, steps, threads, wall_seconds
+        Size and cost; the wall time is that of the steps [s].
+    conservation
+        Changes from the start to the end.
+    start, now, history
+        First and last snapshot, and the columns of the history.
+    """
+    try:
+        results = measure_snapshot(now, start, history).results
+    except HvisphError as error:
+        results = unmeasured(str(error))
+    except (ValueError, FloatingPointError) as error:
+        if status != "failed":
+            raise
+        results = unmeasured(f"the run failed and its last state cannot be measured ({error})")
+    found = dict(results) | {name: value for name, value in conservation.items()}
+    return {
+        "title": case.title,
+        "code_version": __version__,
+        "case_hash": case_hash(text),
+        "status": status,
+        "end_time": time,
+        "failure": failure,
+        "particles": particles,
+        "steps": steps,
+        "threads": threads,
+        "wall_seconds": wall_seconds,
+        "microseconds_per_particle_step": 1e6 * wall_seconds / (particles * steps) if steps else None,
+        "measures": {name: result.as_dict() for name, result in results.items()},
+        "conservation": conservation,
+        "expected": compare(found, case.expected),
+    }
