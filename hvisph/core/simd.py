@@ -127,16 +127,19 @@ def transpose_eight(typing_context, rows, near, k, slot, block):
         undefined = ir.Constant(vector, ir.Undefined)
 
         def shuffled(a, b, order):
-            return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_i32, LANES), order))
+            return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_i32, LANES), list(order)))
 
-        loaded = []
+        # Half rows are loaded in pairs: two of the three rounds of exchanges remain for shuffles.
+        half, halves = LANES // 2, []
         numbers = builder.load(_pointer(context, builder, signature.args[1], near, [k], _i32), align=4)
         for lane in range(LANES):
             index = builder.zext(builder.extract_element(numbers, ir.Constant(_i32, lane)), _i64)
             pointer = _pointer(context, builder, signature.args[0], rows, [index, slot], _f64)
-            loaded.append(builder.load(pointer, align=8))
-        v = loaded
-        for span in (1, 2, 4):
+            pointer = builder.bitcast(pointer, ir.VectorType(_f64, half).as_pointer())
+            halves.append([builder.load(builder.gep(pointer, [ir.Constant(_i64, part)]), align=8) for part in (0, 1)])
+        v = [shuffled(halves[lane % half][lane // half], halves[lane % half + half][lane // half], range(LANES))
+             for lane in range(LANES)]
+        for span in (1, 2):
             low = [lane if not lane & span else lane - span + LANES for lane in range(LANES)]
             high = [lane + span if not lane & span else lane + LANES for lane in range(LANES)]
             nxt = [undefined] * LANES

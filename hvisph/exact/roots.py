@@ -56,18 +56,3 @@ def bracketed_root(
 def _falsi(low: float, high: float, f_low: float, f_high: float) -> float:
     middle = low - f_low * (high - low) / (f_high - f_low)
     return middle if min(low, high) < middle < max(low, high) else 0.5 * (low + high)
-
-
-def rising_root(function: Callable[[float], float], start: float, step: float) -> float:
-    """Return the root of a rising function, looking for a bracket from `start` in growing steps."""
-    value = function(start)
-    if value == 0.0:
-        return start
-    sign = -1.0 if value > 0.0 else 1.0
-    near, width = start, abs(step)
-    for _ in range(200):
-        far = near + sign * width
-        if (function(far) > 0.0) != (value > 0.0):
-            return bracketed_root(function, min(near, far), max(near, far))
-        near, width = far, 2.0 * width
-    raise RunError(f"no root found from {start:.6g}")

@@ -84,8 +84,8 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
         case = load_case(case)
     listener = listener or Listener()
     _set_threads(threads)
+    refuse_impossible(case)
     bodies = placed_bodies(case)
-    refuse_impossible(case, bodies)
     with heard_compiling(listener.compiling):
         setup = build(case, bodies)
         with RunFolder.create(out if out is not None else Path("runs") / name, force) as folder:

@@ -1,0 +1,50 @@
+"""The command `hvisph`: every command is a file of this room, and imports what it needs when it is called."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+import hvisph
+from hvisph.cli import cases, check, doctor, explain, materials, measure, run, schema
+from hvisph.cli.guard import guarded
+
+app = typer.Typer(
+    name="hvisph",
+    help="Smoothed particle hydrodynamics for solids under high-velocity impact, from a case file.",
+    epilog="Start with: hvisph run quickstart",
+    no_args_is_help=True,
+    add_completion=False,
+    # plain text and no tracebacks: both would import rich, which takes longer than all of the rest
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+for command in (
+    run.run,
+    check.check,
+    measure.measure,
+    cases.cases,
+    materials.materials,
+    explain.explain,
+    schema.schema,
+    doctor.doctor,
+):
+    app.command()(guarded(command))
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"hvisph {hvisph.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _hvisph(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version and exit.", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Smoothed particle hydrodynamics for solids under high-velocity impact, from a case file."""

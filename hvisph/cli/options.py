@@ -1,0 +1,27 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+CaseArgument = Annotated[
+    str, typer.Argument(metavar="CASE", help="Case file, or name of a bundled case (see `hvisph cases`).")
+]
+ResolutionOption = Annotated[
+    str | None,
+    typer.Option("--resolution", metavar="LENGTH", help="Particle spacing in place of the case's: 0.2mm."),
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="PATH=VALUE", help="Set any field of the case: time.end=2us. Repeatable."),
+]
+ThreadsOption = Annotated[
+    int | None, typer.Option("--threads", min=1, metavar="N", help="Number of threads; all unless given.")
+]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for programs, SI units, nothing else.")]
+OutOption = Annotated[
+    Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; runs/NAME unless given.")
+]

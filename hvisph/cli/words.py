@@ -1,0 +1,49 @@
+"""Numbers with units, and tables, as text for people."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import typer
+
+_PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "u"), (1e-9, "n"), (1e-12, "p"))
+
+
+def quantity(value: float, unit: str = "", digits: int = 4) -> str:
+    """Return `value` [SI] with the prefix that suits it: 0.0001 m as ``0.1 mm``; as it is without a unit."""
+    if not unit or value == 0.0 or not math.isfinite(value):
+        return f"{value:.{digits}g} {unit}".rstrip()
+    # a tenth of a unit reads better than a hundred of the next smaller: 0.1 mm, not 100 um
+    factor, prefix = next((p for p in _PREFIXES if abs(value) >= 0.0999 * p[0]), _PREFIXES[-1])
+    return f"{value / factor:.{digits}g} {prefix}{unit}"
+
+
+def duration(seconds: float) -> str:
+    """Return a wall-clock time in the two units that suit it: ``2 min 5 s``."""
+    if seconds < 9.95:
+        return f"{seconds:.1f} s"
+    whole = round(seconds)
+    for size, unit, next_size, next_unit in ((86400, "d", 3600, "h"), (3600, "h", 60, "min"), (60, "min", 1, "s")):
+        if whole >= size:
+            return f"{whole // size} {unit} {whole % size // next_size} {next_unit}"
+    return f"{whole} s"
+
+
+def size(count: float) -> str:
+    """Return a number of bytes as ``12 MB``."""
+    return quantity(count, "B", 3) if count >= 1000 else f"{count:.0f} B"
+
+
+def table(rows: Sequence[Sequence[str]], indent: int = 2) -> str:
+    """Return `rows` as text in aligned columns; trailing empty cells cost nothing."""
+    widths = [max(len(row[k]) for row in rows if k < len(row)) for k in range(max(map(len, rows), default=0))]
+    lines = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)) for row in rows)
+    return "\n".join(" " * indent + line.rstrip() for line in lines)
+
+
+def echo_json(content: Any) -> None:
+    """Print `content` as JSON on standard output."""
+    typer.echo(json.dumps(content, indent=2, ensure_ascii=False))
