@@ -34,7 +34,13 @@ def duration(seconds: float) -> str:
 
 def size(count: float) -> str:
     """Return a number of bytes as ``12 MB``."""
-    return quantity(count, "B", 3) if count >= 1000 else f"{count:.0f} B"
+    factor, prefix = next(((f, p) for f, p in _PREFIXES if count >= f), (1.0, ""))
+    return f"{count / factor:.3g} {prefix}B"
+
+
+def rounded(count: float) -> str:
+    """Return a number to two figures, written out: ``2700``."""
+    return f"{float(f'{count:.2g}'):.0f}"
 
 
 def table(rows: Sequence[Sequence[str]], indent: int = 2) -> str:

@@ -13,7 +13,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-LANES = 8
+from .lanes import LANES, lanes
 
 _i1, _i8, _i32, _i64, _f64 = ir.IntType(1), ir.IntType(8), ir.IntType(32), ir.IntType(64), ir.DoubleType()
 _lane_numbers = ir.Constant(ir.VectorType(_i64, LANES), list(range(LANES)))
@@ -152,5 +152,60 @@ def transpose_eight(typing_context, rows, near, k, slot, block):
             row = builder.add(slot, ir.Constant(_i64, f))
             builder.store(v[f], _pointer(context, builder, signature.args[4], block, [row, k], _f64), align=8)
         return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def neighbours(typing_context, rows, near, k, width):
+    """Return the rows near[k] to near[k+7] as `width` vectors, one a slot.
+
+    Parameters
+    ----------
+    rows
+        Array (count, width or more), contiguous.
+    near
+        Array of uint32 with the rows' numbers.
+    k
+        First place in `near`.
+    width
+        Number of slots to return, a literal; a multiple of eight.
+    """
+    if not isinstance(width, types.Literal):
+        return None
+    slots = width.literal_value
+    signature = types.UniTuple(lanes, slots)(rows, near, types.uint64, width)
+
+    def generate(context, builder, signature, arguments):
+        rows, near, k, _ = arguments
+        half = ir.VectorType(_f64, LANES // 2)
+
+        def shuffled(a, b, order):
+            return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_i32, LANES), list(order)))
+
+        numbers = builder.load(_pointer(context, builder, signature.args[1], near, [k], _i32), align=4)
+        places = []
+        for lane in range(LANES):
+            index = builder.zext(builder.extract_element(numbers, ir.Constant(_i32, lane)), _i64)
+            pointer = _pointer(context, builder, signature.args[0], rows, [index, ir.Constant(_i64, 0)], _f64)
+            places.append(builder.bitcast(pointer, half.as_pointer()))
+
+        def part(row, number):
+            return builder.load(builder.gep(places[row], [ir.Constant(_i64, number)]), align=8)
+
+        found = []
+        for first in range(0, slots // (LANES // 2), 2):
+            # Half rows are loaded in pairs: two of the three rounds of exchanges remain for shuffles.
+            v = [shuffled(part(lane % 4, first + lane // 4), part(lane % 4 + 4, first + lane // 4), range(LANES))
+                 for lane in range(LANES)]
+            for span in (1, 2):
+                low = [lane if not lane & span else lane - span + LANES for lane in range(LANES)]
+                high = [lane + span if not lane & span else lane + LANES for lane in range(LANES)]
+                for lane in range(LANES):
+                    if not lane & span:
+                        a, b = v[lane], v[lane + span]
+                        v[lane], v[lane + span] = shuffled(a, b, low), shuffled(a, b, high)
+            found += v
+        return context.make_tuple(builder, signature.return_type, found)
 
     return signature, generate

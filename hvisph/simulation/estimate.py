@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -133,8 +134,10 @@ def estimate(case: Any, threads: int | None = None) -> Estimate:
     )
 
 
-def refuse_impossible(case: Any, free: float | None = None) -> None:
-    """Refuse a case that surely needs more memory than there is, before a particle is made.
+def refuse_impossible(
+    case: Any, bodies: Sequence[PlacedBody] | None = None, *, free: float | None = None
+) -> None:
+    """Refuse a case that surely needs more memory than there is; without `bodies`, before a particle is made.
 
     Overlapping bodies are refused where they are placed (`hvisph.simulation.bodies`).
 
@@ -142,6 +145,8 @@ def refuse_impossible(case: Any, free: float | None = None) -> None:
     ----------
     case
         A `hvisph.case.case.Case`.
+    bodies
+        Its bodies, where they are placed already; otherwise particles are estimated by volume.
     free
         Memory that may be used [bytes]; asked of the system unless given.
 
@@ -150,7 +155,7 @@ def refuse_impossible(case: Any, free: float | None = None) -> None:
     CaseError
         Naming what is needed, what there is, and a resolution that fits.
     """
-    count = rough_count(case)
+    count = rough_count(case) if bodies is None else float(sum(len(body.positions) for body in bodies))
     needed = _memory(count, case.dim)
     free = free_memory() if free is None else free
     if needed <= free:

@@ -85,10 +85,10 @@ class Pairs:
         for one in passes:
             names = one.law.__code__.co_names
             slots = {k: v for k, v in self.slots.items() if k in names}
-            bound = {k: v for k, v in (shared | one.options).items() if k in names}
+            bound = {k: v for k, v in (shared | one.options | {"WIDTH": one.reads.width}).items() if k in names}
             law = specialise(one.law, **bound, **slots)
             sweep = specialise(
-                traversal.sweep, parallel=True, DIM=dim, WIDTH=one.reads.width, H=self.slots["H"], law=law
+                traversal.sweep, parallel=True, DIM=dim, H=self.slots["H"], law=law
             )
             self._sweeps.append((sweep, one.into_rows))
 

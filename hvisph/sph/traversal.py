@@ -54,7 +54,6 @@ def sweep(rows, columns, n_rows, starts, inverse_edge, nx, ny, nz, reach, consta
         # Inside the parallel loop: constants from outside would reach its body as arguments in memory.
         zero, one, three, eight = np.uint64(0), np.uint64(1), np.uint64(3), np.uint64(8)
         near = np.empty(capacity + eight, np.uint32)
-        block = np.empty((WIDTH, capacity + eight))
         needed = zero
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for i in range(first, min(first + np.uint64(CHUNK), n_rows)):
@@ -92,8 +91,5 @@ def sweep(rows, columns, n_rows, starts, inverse_edge, nx, ny, nz, reach, consta
             padded = (n + eight - one) & ~(eight - one)
             for k in range(eight):
                 near[n + k] = n_rows
-            for k in range(zero, padded, eight):
-                for f in range(zero, np.uint64(WIDTH), eight):
-                    transpose_eight(rows, near, k, f, block)
-            law(block, padded, rows, i, constants, out)
+            law(near, padded, rows, i, constants, out)
         overflow[np.uint64(chunk)] = needed

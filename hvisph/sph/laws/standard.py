@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.jit import larger
+from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
+from hvisph.core.simd import neighbours
 from hvisph.sph.rows import RowLayout
 
 
@@ -25,7 +26,7 @@ def row_layout(dim: int, artificial_stress: bool) -> RowLayout:
     return RowLayout(dim, tuple(fields))
 
 
-def accumulate(block, n, rows, i, constants, out):
+def accumulate(near, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its block of neighbours."""
     alpha = constants[0]
     beta = constants[1]
@@ -52,43 +53,47 @@ def accumulate(block, n, rows, i, constants, out):
         r_zz = rows[i, R + 2] if DIM > 2 else 0.0
         r_xz = rows[i, R + 4] if DIM > 2 else 0.0
         r_yz = rows[i, R + 5] if DIM > 2 else 0.0
-    l_xx = l_xy = l_xz = l_yx = l_yy = l_yz = l_zx = l_zy = l_zz = 0.0
-    a_x = a_y = a_z = 0.0
-    power = 0.0
-    mu_max = 0.0
-    for k in range(n):
-        dx = x - block[0, k]
+    none = all_lanes(0.0)
+    l_xx = l_xy = l_xz = l_yx = l_yy = l_yz = l_zx = l_zy = l_zz = none
+    a_x = a_y = a_z = power = mu_max = none
+    for k in range(np.uint64(0), n, np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        dx = x - b[0]
         r2 = dx * dx
-        du = u - block[U, k]
+        du = u - b[U]
         ur = du * dx
         if DIM > 1:
-            dy = y - block[1, k]
-            dv = v - block[U + 1, k]
+            dy = y - b[1]
+            dv = v - b[U + 1]
             r2 += dy * dy
             ur += dv * dy
         else:
             dy = dv = 0.0
         if DIM > 2:
-            dz = z - block[2, k]
-            dw = w - block[U + 2, k]
+            dz = z - b[2]
+            dw = w - b[U + 2]
             r2 += dz * dz
             ur += dw * dz
         else:
             dz = dw = 0.0
-        hm = 0.5 * (h + block[H, k])
+        hm = 0.5 * (h + b[H])
         ih = 1.0 / hm
         r = np.sqrt(r2)
         q = r * ih
-        scale = NORM * ih ** (DIM + 1)
-        m = block[M, k]
+        scale = NORM * ih * ih
+        if DIM > 1:
+            scale *= ih
+        if DIM > 2:
+            scale *= ih
+        m = b[M]
         # One division for three: 1/r, 1/(r^2 + 0.01 h^2) and 1/(rho_a + rho_b).
         soft = r2 + 0.01 * hm * hm
-        densities = rho + block[RHO, k]
+        densities = rho + b[RHO]
         inverse = 1.0 / (r * soft * densities)
         f = scale * slope(q) * (inverse * soft * densities)
         mu = min(hm * ur * (inverse * r * densities), 0.0)
-        mu_max = larger(mu_max, -mu)
-        pi = mu * (2.0 * beta * mu - alpha * (c + block[C, k])) * (inverse * r * soft)
+        mu_max = larger_lanes(mu_max, -mu)
+        pi = mu * (2.0 * beta * mu - alpha * (c + b[C])) * (inverse * r * soft)
         g_x = f * dx
         g_y = f * dy if DIM > 1 else 0.0
         g_z = f * dz if DIM > 2 else 0.0
@@ -96,22 +101,22 @@ def accumulate(block, n, rows, i, constants, out):
         own_x = t_xx * g_x + t_xy * g_y + t_xz * g_z
         own_y = t_xy * g_x + t_yy * g_y + t_yz * g_z
         own_z = t_xz * g_x + t_yz * g_y + t_zz * g_z
-        b_xx = block[T, k]
-        b_yy = block[T + 1, k] if DIM > 1 else 0.0
-        b_xy = block[T + DIM, k] if DIM > 1 else 0.0
-        b_zz = block[T + 2, k] if DIM > 2 else 0.0
-        b_xz = block[T + 4, k] if DIM > 2 else 0.0
-        b_yz = block[T + 5, k] if DIM > 2 else 0.0
+        b_xx = b[T]
+        b_yy = b[T + 1] if DIM > 1 else 0.0
+        b_xy = b[T + DIM] if DIM > 1 else 0.0
+        b_zz = b[T + 2] if DIM > 2 else 0.0
+        b_xz = b[T + 4] if DIM > 2 else 0.0
+        b_yz = b[T + 5] if DIM > 2 else 0.0
         if ARTIFICIAL_STRESS:
             fw = shape(q) * inverse_w0
             fn = fw * fw
             fn = fn * fn
-            s_xx = fn * (r_xx + block[R, k]) - pi
-            s_yy = fn * (r_yy + block[R + 1, k]) - pi if DIM > 1 else 0.0
-            s_xy = fn * (r_xy + block[R + DIM, k]) if DIM > 1 else 0.0
-            s_zz = fn * (r_zz + block[R + 2, k]) - pi if DIM > 2 else 0.0
-            s_xz = fn * (r_xz + block[R + 4, k]) if DIM > 2 else 0.0
-            s_yz = fn * (r_yz + block[R + 5, k]) if DIM > 2 else 0.0
+            s_xx = fn * (r_xx + b[R]) - pi
+            s_yy = fn * (r_yy + b[R + 1]) - pi if DIM > 1 else 0.0
+            s_xy = fn * (r_xy + b[R + DIM]) if DIM > 1 else 0.0
+            s_zz = fn * (r_zz + b[R + 2]) - pi if DIM > 2 else 0.0
+            s_xz = fn * (r_xz + b[R + 4]) if DIM > 2 else 0.0
+            s_yz = fn * (r_yz + b[R + 5]) if DIM > 2 else 0.0
             pair_x = s_xx * g_x + s_xy * g_y + s_xz * g_z
             pair_y = s_xy * g_x + s_yy * g_y + s_yz * g_z
             pair_z = s_xz * g_x + s_yz * g_y + s_zz * g_z
@@ -121,7 +126,7 @@ def accumulate(block, n, rows, i, constants, out):
             pair_z = -pi * g_z
         a_x += m * (own_x + pair_x + (b_xx * g_x + b_xy * g_y + b_xz * g_z))
         power += m * du * (own_x + 0.5 * pair_x)
-        vf = block[V, k]
+        vf = b[V]
         l_xx -= vf * du * g_x
         if DIM > 1:
             a_y += m * (own_y + pair_y + (b_xy * g_x + b_yy * g_y + b_yz * g_z))
@@ -137,4 +142,6 @@ def accumulate(block, n, rows, i, constants, out):
             l_zx -= vf * dw * g_x
             l_zy -= vf * dw * g_y
             l_zz -= vf * dw * g_z
-    write_rates(out, i, a_x, a_y, a_z, -power, mu_max, l_xx, l_xy, l_xz, l_yx, l_yy, l_yz, l_zx, l_zy, l_zz)
+    write_rates(out, i, total(a_x), total(a_y), total(a_z), -total(power), largest(mu_max),
+                total(l_xx), total(l_xy), total(l_xz), total(l_yx), total(l_yy), total(l_yz),
+                total(l_zx), total(l_zy), total(l_zz))  # fmt: skip

@@ -1,0 +1,140 @@
+"""`hvisph check`: a case in plain words, and what it will take, without running or compiling anything."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+
+from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption, ThreadsOption
+
+
+def check(
+    case: CaseArgument,
+    resolution: ResolutionOption = None,
+    settings: SetOption = None,
+    threads: ThreadsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Explain a case and what it will take, without running it."""
+    from hvisph.case.loader import load_case
+    from hvisph.simulation.estimate import estimate
+
+    loaded = load_case(case, settings or (), resolution)
+    taken = estimate(loaded, threads)
+    shock, reason = plane_shock(loaded)
+    if as_json:
+        from hvisph.cli.words import echo_json
+
+        echo_json(_plain(loaded, taken, shock, reason))
+    else:
+        typer.echo(_words(loaded, taken, shock, reason))
+
+
+def plane_shock(case: Any) -> tuple[Any, str]:
+    """Return what follows from impedance matching of the first two bodies.
+
+    Returns
+    -------
+    tuple
+        The `hvisph.exact.hugoniot.Impact`, in the frame of the second body, and an empty text;
+        or None and the reason why there is none.
+    """
+    from hvisph.core.errors import HvisphError
+
+    bodies = list(case.bodies.values())
+    if len(bodies) < 2:
+        return None, "there is only one body"
+    velocity = bodies[0].velocity[0] - bodies[1].velocity[0]
+    if velocity <= 0.0:
+        return None, "the first two bodies do not approach each other along x"
+    from hvisph.exact.hugoniot import impedance_match
+    from hvisph.simulation.materials import material_of
+
+    try:
+        projectile, target = (material_of(body.material, body.internal_energy) for body in bodies[:2])
+        return impedance_match(projectile, target, velocity), ""
+    except HvisphError as error:
+        return None, str(error)
+
+
+def _plain(case: Any, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    found = {
+        "title": case.title,
+        "kinematics": case.kinematics,
+        "formulation": case.formulation.type,
+        "resolution": case.resolution,
+        "smoothing_length": case.smoothing_length,
+        "particles": taken.particles,
+    }
+    found |= asdict(taken)
+    found["plane_shock"] = {"reason": reason} if shock is None else asdict(shock)
+    return found
+
+
+def _words(case: Any, taken: Any, shock: Any, reason: str) -> str:
+    from hvisph.cli.words import duration, quantity, rounded, size, table
+
+    si = case.units == "si"
+
+    def number(value: float, unit: str, digits: int = 4) -> str:
+        return quantity(value, unit if si else "", digits)
+
+    about = "" if taken.counted else "about "
+    rows = [("body", "material", "shape", "velocity", "particles")]
+    for body in taken.bodies:
+        model = case.bodies[body.name]
+        velocity = ", ".join(f"{v:g}" for v in model.velocity) + (" m/s" if si else "")
+        across = f"{about}{body.particles}, {body.across} {'along' if case.dim == 1 else 'across'}"
+        rows.append((body.name, model.material.name or "own", _shape(model, number), velocity, across))
+    lines = [
+        case.title or "untitled case",
+        f"{case.kinematics.replace('_', ' ')} ({case.dim}D), {case.formulation.type} formulation, "
+        f"dx = {number(case.resolution, 'm')}, h = {number(case.smoothing_length, 'm')}",
+        "",
+        table(rows),
+        *(f"  note: {body.name}: {body.note}" for body in taken.bodies if body.note),
+        "",
+    ]
+    facts = [("particles", f"{about}{taken.particles}")]
+    if shock is None:
+        facts.append(("plane shock", f"none: {reason}"))
+    else:
+        facts.append(
+            (
+                "plane shock",
+                f"{number(shock.pressure, 'Pa')} by impedance matching without strength; "
+                f"interface at {number(shock.interface_velocity, 'm/s')} relative to the second body",
+            )
+        )
+        facts.append(
+            (
+                "",
+                f"shock speeds {number(shock.projectile.shock_speed, 'm/s')} and "
+                f"{number(shock.target.shock_speed, 'm/s')} into the bodies at rest",
+            )
+        )
+    plural = "s" if taken.threads > 1 else ""
+    facts += [
+        ("steps", f"about {rounded(taken.steps)} to t = {number(case.time.end, 's')}"),
+        (
+            "time",
+            f"about {duration(taken.seconds)} on {taken.threads} thread{plural}, after up to 15 s of "
+            "compilation the first time",
+        ),
+        ("memory", f"about {size(taken.memory)}"),
+        ("disk", f"about {size(taken.disk)} in {taken.snapshots} snapshots ({', '.join(case.output.formats)})"),
+    ]
+    names = [name for name, _ in case.expected.items()]
+    if names:
+        facts.append(("expected", ", ".join(names)))
+    return "\n".join([*lines, table(facts)])
+
+
+def _shape(body: Any, number: Any) -> str:
+    sizes = " x ".join(number(side, "m") for side in dict.fromkeys(body.shape.extent()))
+    if body.shape.type == "box":
+        sizes = " x ".join(number(side, "m") for side in body.shape.size)
+    return f"{body.shape.type} {sizes}, {body.arrangement}"

@@ -1,0 +1,68 @@
+"""Measures against what was expected of them, as a table for people."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import typer
+
+from hvisph.cli.words import table
+
+
+def results_table(
+    measures: Mapping[str, Mapping[str, Any]],
+    expected: Sequence[Mapping[str, Any]] = (),
+    unitless: bool = False,
+    further: Mapping[str, float | None] | None = None,
+) -> str:
+    """Return the measures of a summary as aligned text.
+
+    Parameters
+    ----------
+    measures
+        As in ``summary.json``.
+    expected
+        Its list of expectations.
+    unitless
+        True for a case without units.
+    further
+        Other figures by name, such as drifts.
+    """
+    from hvisph.measure.table import rows
+
+    found: dict[str, Any] = {name: _result(plain) for name, plain in measures.items()}
+    lines = [("measure", "value", "expected", "", "")]
+    for row in rows(found | dict(further or {}), expected, unitless):
+        # what has no value and was not asked for is noise; its reason is in the summary
+        if row.value != "-" or row.passed is not None:
+            lines.append((row.label, row.value, row.expected, _verdict(row.passed), row.note))
+    if not any(line[2] for line in lines[1:]):
+        lines = [("measure", "value")] + [(label, value, note) for label, value, _, _, note in lines[1:]]
+    return _coloured(table(lines))
+
+
+def conservation_rows(summary: Mapping[str, Any]) -> dict[str, float | None]:
+    """Return the drifts of a summary, those it has."""
+    return {name: value for name, value in summary["conservation"].items() if value is not None}
+
+
+def _result(plain: Mapping[str, Any]) -> Any:
+    from hvisph.measure.result import Result
+
+    return Result(
+        plain["value"], plain["unit"], plain["uncertainty"], plain.get("time"), plain.get("reason", "")
+    )
+
+
+def _verdict(passed: bool | None) -> str:
+    return "" if passed is None else "ok" if passed else "MISSED"
+
+
+def _coloured(text: str) -> str:
+    # after alignment: escape codes have no width
+    if not sys.stdout.isatty():
+        return text
+    missed = typer.style("MISSED", fg=typer.colors.RED, bold=True)
+    return text.replace("  ok ", f"  {typer.style('ok', fg=typer.colors.GREEN)} ").replace("MISSED", missed)
