@@ -6,7 +6,15 @@ from typing import Any
 
 import typer
 
+from hvisph.cli.loading import load, placed
 from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption, ThreadsOption
+
+_KINEMATICS = {
+    "uniaxial_strain": "uniaxial strain (1D)",
+    "plane_strain": "plane strain (2D)",
+    "plane_stress": "plane stress (2D)",
+    "three_d": "3D",
+}
 
 
 def check(
@@ -17,11 +25,15 @@ def check(
     as_json: JsonOption = False,
 ) -> None:
     """Explain a case and what it will take, without running it."""
-    from hvisph.case.loader import load_case
     from hvisph.simulation.estimate import estimate
 
-    loaded = load_case(case, settings or (), resolution)
-    taken = estimate(loaded, threads)
+    from hvisph.case.checks import warnings_of
+
+    loaded = load(case, settings, resolution)
+    for warning in warnings_of(loaded):
+        typer.echo(f"warning: {warning}", err=True)
+    with placed(case):
+        taken = estimate(loaded, threads)
     shock, reason = plane_shock(loaded)
     if as_json:
         from hvisph.cli.words import echo_json
@@ -91,7 +103,7 @@ def _words(case: Any, taken: Any, shock: Any, reason: str) -> str:
         rows.append((body.name, model.material.name or "own", _shape(model, number), velocity, across))
     lines = [
         case.title or "untitled case",
-        f"{case.kinematics.replace('_', ' ')} ({case.dim}D), {case.formulation.type} formulation, "
+        f"{_KINEMATICS[case.kinematics]}, {case.formulation.type} formulation, "
         f"dx = {number(case.resolution, 'm')}, h = {number(case.smoothing_length, 'm')}",
         "",
         table(rows),
@@ -125,7 +137,10 @@ def _words(case: Any, taken: Any, shock: Any, reason: str) -> str:
             "compilation the first time",
         ),
         ("memory", f"about {size(taken.memory)}"),
-        ("disk", f"about {size(taken.disk)} in {taken.snapshots} snapshots ({', '.join(case.output.formats)})"),
+        (
+            "disk",
+            f"about {size(taken.disk)} in {taken.snapshots} snapshots ({', '.join(case.output.formats)})",
+        ),
     ]
     names = [name for name, _ in case.expected.items()]
     if names:

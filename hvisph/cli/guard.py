@@ -48,10 +48,11 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
         except Exception as error:
             if os.environ.get(DEBUG):
                 raise
-            what = f"{type(error).__name__}: {error}".strip().rstrip(":")
+            first = (str(error).strip().splitlines() or [""])[0]
+            what = f"{type(error).__name__}: {first[:300]}".rstrip(": ")
             _end(
-                f"error: unexpected {what}\nThis is a bug in hvisph. Please report it with the command and the "
-                f"case; {DEBUG}=1 shows where it happened.",
+                f"error: unexpected {what}\nThis is a bug in hvisph. Please report it with the command "
+                f"and the case; {DEBUG}=1 shows where it happened.",
                 FAILED,
             )
 

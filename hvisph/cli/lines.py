@@ -8,6 +8,7 @@ from typing import Any
 
 import typer
 
+from hvisph.cli.interrupt import raise_noted
 from hvisph.cli.words import duration, quantity
 from hvisph.simulation.listener import Listener, Progress
 
@@ -16,10 +17,18 @@ EVERY_SECONDS = 60.0
 
 
 class Silence(Listener):
-    """Hears and says nothing."""
+    """Hears and says nothing, but passes on an interrupt that got lost on its way."""
 
     def opening(self) -> None:
         """Before anything slow is imported."""
+
+    def compiling(self, name: str) -> None:
+        """Go on."""
+        raise_noted()
+
+    def progress(self, progress: Progress) -> None:
+        """Go on."""
+        raise_noted()
 
     def close(self) -> None:
         """Leave the terminal as it was."""
@@ -46,6 +55,7 @@ class Lines(Silence):
 
     def compiling(self, name: str) -> None:
         """Say once that loops are being compiled."""
+        raise_noted()
         if not self._compiling:
             self._compiling = True
             typer.echo("compiling kernels (once; they are kept for later runs)")
@@ -56,6 +66,7 @@ class Lines(Silence):
 
     def progress(self, progress: Progress) -> None:
         """Say where the run is, now and then."""
+        raise_noted()
         share, now = progress.time / progress.end, wall.monotonic()
         if share < self._share and now - self._said < EVERY_SECONDS:
             return

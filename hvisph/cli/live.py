@@ -12,6 +12,7 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
+from hvisph.cli.interrupt import raise_noted
 from hvisph.cli.lines import Lines, time_left
 from hvisph.cli.words import duration, quantity
 from hvisph.simulation.listener import Progress
@@ -46,6 +47,7 @@ class Live(Lines):
 
     def compiling(self, name: str) -> None:
         """Show which loop is being compiled."""
+        raise_noted()
         loop = name.rsplit("_", 1)[0]
         self._display.update(
             Spinner("dots", f"compiling kernels ({loop}); they are kept for later runs"), refresh=True
@@ -58,6 +60,7 @@ class Live(Lines):
 
     def progress(self, progress: Progress) -> None:
         """Draw where the run is."""
+        raise_noted()
         self._display.update(self.drawn(progress))
 
     def drawn(self, progress: Progress) -> Group:
@@ -72,10 +75,10 @@ class Live(Lines):
             Text(f"{duration(left)} left" if left is not None else "", style="dim"),
         )
         line = f"dt {quantity(progress.dt, unit, 3)} ({progress.criterion}, {progress.body})"
-        line += f"   {progress.steps_per_second:.0f} steps/s   step {progress.step}"
+        line += f"   {progress.steps_per_second:.0f} steps/s"
         if progress.energy_drift is not None:
             line += f"   energy drift {1e2 * progress.energy_drift:+.1e} %"
-        return Group(bar, Text(line, style="dim"))
+        return Group(bar, Text(line, style="dim", no_wrap=True, overflow="ellipsis"))
 
     def message(self, text: str) -> None:
         """Print it above the bar."""

@@ -7,7 +7,20 @@ from typing import Annotated
 import typer
 
 import hvisph
-from hvisph.cli import cases, check, doctor, explain, materials, measure, run, schema
+from hvisph.cli import (
+    cases,
+    check,
+    compare,
+    doctor,
+    exact,
+    explain,
+    gauges,
+    materials,
+    measure,
+    resume,
+    run,
+    schema,
+)
 from hvisph.cli.guard import guarded
 
 app = typer.Typer(
@@ -24,8 +37,12 @@ app = typer.Typer(
 
 for command in (
     run.run,
+    resume.resume,
     check.check,
     measure.measure,
+    compare.compare,
+    gauges.gauges,
+    exact.exact,
     cases.cases,
     materials.materials,
     explain.explain,

@@ -18,7 +18,9 @@ def measure(
     at: Annotated[
         str | None,
         typer.Option(
-            "--at", metavar="TIME|all", help="Snapshot nearest to a time (4us), or all; the last unless given."
+            "--at",
+            metavar="TIME|all",
+            help="Snapshot nearest to a time (4us), or all; the last unless given.",
         ),
     ] = None,
     as_json: JsonOption = False,
@@ -90,13 +92,16 @@ def _series(series: Any, unitless: bool) -> str:
 
     shown = [{row.name: row for row in rows(moment.results, unitless=unitless)} for moment in series]
     names = [name for name in shown[0] if any(found[name].value != "-" for found in shown)]
-    head = ["t", *(shown[0][name].label for name in names)]
-    lines = [
-        [
-            quantity(moment.time, "" if unitless else "s", 3),
-            *(found[name].value.split(" ±")[0] for name in names),
-        ]
-        for moment, found in zip(series, shown, strict=True)
-    ]
-    units = ["", *(next((v.rsplit(" ", 1)[-1] for f in shown if " " in (v := f[name].value)), "") for name in names)]
-    return table([head, units, *lines]) if not unitless else table([head, *lines])
+    table_rows = [["t", *(shown[0][name].label for name in names)]]
+    if not unitless:
+        table_rows.append(["", *(_unit([found[name].value for found in shown]) for name in names)])
+    for moment, found in zip(series, shown, strict=True):
+        time = quantity(moment.time, "" if unitless else "s", 3)
+        table_rows.append([time, *(found[name].value.split(" ")[0] for name in names)])
+    return table(table_rows)
+
+
+def _unit(values: list[str]) -> str:
+    """Return the unit that stands behind the numbers in `values`."""
+    last = next(value for value in values if value != "-").split(" ")[-1]
+    return "" if last[-1].isdigit() else last

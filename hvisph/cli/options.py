@@ -22,6 +22,7 @@ ThreadsOption = Annotated[
     int | None, typer.Option("--threads", min=1, metavar="N", help="Number of threads; all unless given.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for programs, SI units, nothing else.")]
+QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
 OutOption = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; runs/NAME unless given.")
 ]

@@ -33,13 +33,15 @@ def results_table(
     from hvisph.measure.table import rows
 
     found: dict[str, Any] = {name: _result(plain) for name, plain in measures.items()}
-    lines = [("measure", "value", "expected", "", "")]
-    for row in rows(found | dict(further or {}), expected, unitless):
-        # what has no value and was not asked for is noise; its reason is in the summary
-        if row.value != "-" or row.passed is not None:
-            lines.append((row.label, row.value, row.expected, _verdict(row.passed), row.note))
-    if not any(line[2] for line in lines[1:]):
-        lines = [("measure", "value")] + [(label, value, note) for label, value, _, _, note in lines[1:]]
+    shown = rows(found | dict(further or {}), expected, unitless)
+    # what has no value and was not asked for is noise; its reason is in the summary
+    shown = [row for row in shown if row.value != "-" or row.passed is not None]
+    lines: list[tuple[str, ...]]
+    if expected:
+        lines = [("measure", "value", "expected", "", "")]
+        lines += [(row.label, row.value, row.expected, _verdict(row.passed), row.note) for row in shown]
+    else:
+        lines = [("measure", "value"), *((row.label, row.value, row.note) for row in shown)]
     return _coloured(table(lines))
 
 

@@ -12,7 +12,8 @@ NAMES = ("case", "summary")
 
 def schema(
     name: Annotated[
-        str | None, typer.Argument(metavar="[case|summary]", help="Schema to print or write; case unless given.")
+        str | None,
+        typer.Argument(metavar="[case|summary]", help="Schema to print or write; case unless given."),
     ] = None,
     write: Annotated[
         Path | None, typer.Option("--write", metavar="DIR", help="Write it, or both, into a folder instead.")
@@ -35,4 +36,6 @@ def schema(
             (write / file).write_text(text, encoding="utf-8")
             typer.echo(str(write / file))
     except OSError as error:
-        raise OutputError(f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}") from error
+        raise OutputError(
+            f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}"
+        ) from error

@@ -18,18 +18,22 @@ from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import BASE_FIELDS
 from hvisph.geometry.fill import estimated_count
 from hvisph.simulation.bodies import PlacedBody, placed_bodies, shape_of
+from hvisph.simulation.build import build
 from hvisph.simulation.materials import material_of
 
 # Bodies of more particles than this are counted by their volumes instead of being filled.
-MOST_FILLED = 5_000_000
+MOST_FILLED = 2_000_000
 # Measured by the programs of `benchmarks/`: memory of a run beside the interpreter's own, by
 # dimensions [bytes a particle]; time on one core, by formulation and dimensions [us a particle-step].
 MEMORY = {1: 600, 2: 700, 3: 1000}
 INTERPRETER = 250_000_000  # [bytes]
-MICROSECONDS = {"eulerian": {1: 0.15, 2: 0.25, 3: 0.85}, "riemann": {1: 0.3, 2: 0.6, 3: 2.4}}
+MICROSECONDS = {"eulerian": {1: 0.15, 2: 0.25, 3: 0.85}, "riemann": {1: 0.3, 2: 0.6, 3: 2.4},
+                "projection": {1: 0.1, 2: 0.25, 3: 1.2}}  # fmt: skip
+STEP_OVERHEAD = 2e-4  # whatever the number of particles [s]
 THREAD_GAIN = 0.85  # of each further thread
-# Share of the impact velocity that the signals of a run gain over those at rest, on the mean of steps.
-COMPRESSION = 0.4
+# Share of the impact velocity that the signals of a run gain over those at rest, on the mean of steps:
+# 0.7 to 1.0 in the bundled cases.
+COMPRESSION = 0.8
 HISTORY_LINE = 300  # [bytes]
 # What a snapshot holds beside the state, as padded for ParaView [bytes a particle].
 SNAPSHOT_EXTRAS = 8 * 4 + 17 + 12
@@ -111,11 +115,16 @@ def estimate(case: Any, threads: int | None = None) -> Estimate:
     Raises
     ------
     CaseError
-        When the case cannot run: overlapping bodies, a shape that cannot be filled, too little memory.
+        When the case cannot be built: overlapping bodies, a shape that cannot be filled, too little memory.
     """
     refuse_impossible(case)
     counted = rough_count(case) <= MOST_FILLED
-    bodies = tuple(map(_counted, placed_bodies(case)) if counted else _uncounted(case))
+    if counted:
+        placed = placed_bodies(case)
+        build(case, placed)  # compiles nothing, and refuses what a run would refuse
+        bodies = tuple(map(_counted, placed))
+    else:
+        bodies = tuple(_uncounted(case))
     particles = sum(body.particles for body in bodies)
     steps, threads = estimated_steps(case), threads or available_threads()
     pace = MICROSECONDS.get(case.formulation.type, MICROSECONDS["eulerian"])[case.dim]
@@ -126,7 +135,7 @@ def estimate(case: Any, threads: int | None = None) -> Estimate:
         bodies=bodies,
         counted=counted,
         steps=steps,
-        seconds=1e-6 * pace * particles * steps / speedup,
+        seconds=steps * (STEP_OVERHEAD + 1e-6 * pace * particles / speedup),
         threads=threads,
         memory=_memory(particles, case.dim),
         disk=snapshots * particles * written + HISTORY_LINE * steps / case.output.history_every,
@@ -164,8 +173,8 @@ def refuse_impossible(
     shrink = (count * MEMORY[case.dim] / room) ** (1.0 / case.dim) if room else math.inf
     fits = f"{case.resolution * shrink:.2g}{' m' if case.units == 'si' else ''}" if room else "none"
     raise CaseError(
-        f"about {count:.2g} particles need about {needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB are "
-        f"free; the finest resolution that fits is about {fits}",
+        f"about {count:.2g} particles need about {needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB "
+        f"are free; the finest resolution that fits is about {fits}",
         where="resolution",
     )
 
@@ -204,7 +213,7 @@ def free_memory() -> float:
 
 
 def _signal_speed(case: Any) -> float:
-    """Return the speed of signals that sets the step [m/s]: at rest with viscosity, and a share of the impact's."""
+    """Return the speed of signals that sets the step [m/s]: that at rest and a share of the impact's."""
     viscosity = getattr(case.formulation, "viscosity", None)
     alpha = getattr(viscosity, "alpha", 0.0)
     at_rest = 0.0

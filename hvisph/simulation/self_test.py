@@ -29,11 +29,11 @@ def self_test() -> dict[str, Any]:
     reason = ""
     with heard_compiling(heard.append):
         try:
-            specialise(_roots, parallel=True, POWER=3)(x, found)
+            specialise(_powers, parallel=True)(x, found)
         except Exception as error:  # whatever the compiler says is the answer
             reason = f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - start
-    if not reason and not np.allclose(found, np.sqrt(x) ** 3, rtol=1e-13, atol=0.0):
+    if not reason and not np.allclose(found, x**1.5, rtol=1e-13, atol=0.0):
         reason = "a compiled loop gives wrong numbers"
     return {
         "passed": not reason,
@@ -44,9 +44,6 @@ def self_test() -> dict[str, Any]:
     }
 
 
-def _roots(x, out):
+def _powers(x, out):
     for k in prange(len(x)):
-        power = 1.0
-        for _ in range(POWER):  # noqa: F821 - bound by `specialise`
-            power *= np.sqrt(x[k])
-        out[k] = power
+        out[k] = np.sqrt(x[k]) * x[k]

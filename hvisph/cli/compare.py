@@ -1,0 +1,140 @@
+"""`hvisph compare`: runs side by side, and in one picture."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from hvisph.cli.guard import FAILED
+from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption
+
+PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".eps", ".ps")
+
+
+def compare(
+    sources: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SOURCE...",
+            help="Folders of runs, snapshots, case files, names of bundled cases, folders of any of these.",
+        ),
+    ],
+    runs: Annotated[
+        Path, typer.Option("--runs", metavar="DIR", help="Where cases run that have not been run.")
+    ] = Path("runs"),
+    resolution: ResolutionOption = None,
+    settings: SetOption = None,
+    threads: ThreadsOption = None,
+    field: Annotated[
+        str | None,
+        typer.Option("--field", metavar="NAME", help="What colours the picture; pressure unless given."),
+    ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            "--picture", metavar="FILE", help="Draw the final states into one picture: png, pdf, svg."
+        ),
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Run again what has been run.")] = False,
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare runs: measures, differences from published values, conservation, cost.
+
+    Cases run first, unless they have been run. Exit codes: 0 done, 2 bad input, 3 a run failed.
+    """
+    from hvisph.core.errors import CaseError
+
+    if field is not None and picture is None:
+        raise CaseError("needs --picture FILE, which it colours", where="--field")
+    from hvisph.simulation.comparison import entries
+
+    found = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
+    if picture is not None and any(entry.case is not None for entry in found):
+        _refuse_picture(picture, field)
+    _complete(found, threads, force, quiet or as_json)
+    from hvisph.measure.compare import last_snapshot, row
+
+    rows = [row(entry.name, entry.folder) for entry in found]
+    if picture is not None:
+        from hvisph.measure.gallery import gallery
+
+        moments = {entry.name: last_snapshot(entry.folder) for entry in found}
+        gallery(moments, picture, field or "pressure")
+    if as_json:
+        from hvisph.cli.words import echo_json
+
+        echo_json({"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)})
+    elif not quiet:
+        from hvisph.cli.comparison_table import comparison_tables
+
+        unitless = any(_unitless(entry) for entry in found)
+        typer.echo(comparison_tables(rows, unitless))
+        if picture is not None:
+            typer.echo(f"\n{picture}")
+    failed = [r.name for r in rows if r.status == "failed"]
+    if failed:
+        typer.secho(f"error: failed: {', '.join(failed)}", err=True, fg=typer.colors.RED)
+        raise typer.Exit(FAILED)
+
+
+def _refuse_picture(picture: Path, field: str | None) -> None:
+    """Refuse before anything runs what would fail after it all."""
+    from hvisph.core.errors import CaseError, nearest
+    from hvisph.core.fields import CATALOGUE
+
+    if picture.suffix.lower() not in PICTURES:
+        raise CaseError(
+            f"{picture}: pictures cannot be stored as '{picture.suffix}'{nearest(picture.suffix, PICTURES)}",
+            where="--picture",
+        )
+    if field not in (None, "body", *CATALOGUE):
+        raise CaseError(
+            f"there is no field '{field}'{nearest(str(field), ['body', *CATALOGUE])}", where="--field"
+        )
+
+
+def _complete(found: Sequence[Any], threads: int | None, force: bool, silent: bool) -> None:
+    """Run what has not been run; an interrupt ends the command."""
+    from hvisph.simulation.comparison import is_run
+
+    todo = [entry for entry in found if entry.case is not None and (force or not is_run(entry))]
+    if not todo:
+        return
+    from hvisph.cli.ending import listener_for
+    from hvisph.cli.interrupt import noted_interrupts
+    from hvisph.cli.loading import placed
+    from hvisph.simulation.campaign import complete
+
+    for number, entry in enumerate(todo, 1):
+        if not silent:
+            typer.echo(f"[{number}/{len(todo)}] {entry.name}")
+        listener = listener_for(entry.case, silent)
+        listener.opening()
+        try:
+            with placed(str(entry.file)), noted_interrupts():
+                outcome = complete(entry, threads=threads, force=force, listener=listener)
+        finally:
+            listener.close()
+        if outcome is not None and outcome.summary["status"] == "interrupted":
+            typer.secho(f"interrupted; the same command goes on with {entry.name}", err=True)
+            raise typer.Exit(outcome.exit_code)
+        if not silent:
+            sys.stdout.flush()
+
+
+def _unitless(entry: Any) -> bool:
+    case = entry.case
+    if case is None and (entry.folder / "case.yaml").is_file():
+        from hvisph.case.loader import load_case
+        from hvisph.core.errors import CaseError
+
+        # a run of a later version, say: it can be shown all the same
+        with suppress(CaseError):
+            case = load_case(entry.folder / "case.yaml")
+    return case is not None and case.units == "none"

@@ -1,0 +1,63 @@
+"""How a run ends on the terminal: its results, its cost, and the exit code of the command."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from hvisph.cli.guard import FAILED
+
+if TYPE_CHECKING:
+    from hvisph.cli.lines import Silence
+
+
+def listener_for(case: Any, silent: bool) -> Silence:
+    """Return what tells people how the run goes: a live display on a terminal, lines elsewhere."""
+    from hvisph.cli.lines import Lines, Silence
+
+    if silent:
+        return Silence()
+    if not sys.stdout.isatty():
+        return Lines(case)
+    from hvisph.cli.live import Live
+
+    return Live(case)
+
+
+def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool) -> None:
+    """Print how a run ended and leave the command with its exit code."""
+    if as_json:
+        from hvisph.cli.words import echo_json
+
+        echo_json(outcome.summary)
+    elif not quiet:
+        typer.echo(_results(outcome.summary, outcome.folder, unitless))
+    failure = outcome.summary["failure"]
+    if failure is not None:
+        typer.secho(f"error: the run failed: {failure['message']}", err=True, fg=typer.colors.RED)
+    if outcome.summary["status"] == "interrupted":
+        typer.echo(f"stopped by {outcome.signal}; go on with: hvisph resume {outcome.folder}", err=True)
+    raise typer.Exit(outcome.exit_code or (FAILED if failure is not None else 0))
+
+
+def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
+    from hvisph.cli.results import conservation_rows, results_table
+    from hvisph.cli.words import duration
+
+    pace = summary["microseconds_per_particle_step"]
+    cost = f", {pace:.3f} us per particle-step" if pace is not None else ""
+    state = {"done": "Done", "failed": "Failed", "interrupted": "Interrupted"}[summary["status"]]
+    lines = [
+        "",
+        results_table(summary["measures"], summary["expected"], unitless, conservation_rows(summary)),
+        "",
+        f"{state} after {summary['steps']} steps in {duration(summary['wall_seconds'])} "
+        f"on {summary['threads']} thread{'s' if summary['threads'] > 1 else ''}{cost}: {folder}",
+    ]
+    missed = [entry["name"] for entry in summary["expected"] if not entry["passed"]]
+    if missed:
+        lines.append(f"Not as expected: {', '.join(missed)}")
+    return "\n".join(lines)

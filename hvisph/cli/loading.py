@@ -1,0 +1,44 @@
+"""The case that a command is given, and the place in its file of whatever is found wrong later."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+
+def load(case: str, settings: Sequence[str] | None, resolution: str | None) -> Any:
+    """Return the validated case that the arguments of a command mean."""
+    from hvisph.case.loader import load_case
+
+    return load_case(case, settings or (), resolution)
+
+
+@contextmanager
+def placed(case: str) -> Iterator[None]:
+    """Add file and line to a `CaseError` that names a field of the case, raised in this block.
+
+    What shows only when particles are made, such as bodies that overlap, knows the field alone.
+    """
+    from hvisph.core.errors import CaseError
+
+    try:
+        yield
+    except CaseError as error:
+        keys = tuple(int(key) if key.isdigit() else key for key in error.where.split("."))
+        if error.file or error.where.startswith("-") or not error.where:
+            raise
+        from hvisph.case.loader import find_case
+        from hvisph.case.problems import located
+        from hvisph.case.reading import read_yaml
+
+        raise located(keys, error.message, read_yaml(find_case(case)).places) from None
+
+
+def run_folder(case: str) -> Path:
+    """Return where a case runs unless told otherwise: under ``runs``, by its file's or its bundled name."""
+    from hvisph.case.data import bundled_cases
+
+    bundled = case in bundled_cases() and not Path(case).is_file()
+    return Path("runs") / (case if bundled else Path(case).stem)

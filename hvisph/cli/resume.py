@@ -1,0 +1,39 @@
+"""`hvisph resume`: go on with a run that was stopped, killed or has ended."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hvisph.cli.ending import conclude, listener_for
+from hvisph.cli.interrupt import noted_interrupts
+from hvisph.cli.options import JsonOption, QuietOption, ThreadsOption
+
+
+def resume(
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the run.")],
+    end: Annotated[
+        str | None, typer.Option("--end", metavar="TIME", help="A new end: 10us; the case's unless given.")
+    ] = None,
+    max_steps: Annotated[
+        int | None,
+        typer.Option("--max-steps", min=0, metavar="N", help="Stop early after so many steps; 0 for never."),
+    ] = None,
+    threads: ThreadsOption = None,
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Go on with a run from its newest checkpoint."""
+    from hvisph.simulation.resume import resume_case, resume_run
+
+    case = resume_case(folder, end, max_steps)
+    listener = listener_for(case, quiet or as_json)
+    listener.opening()
+    try:
+        with noted_interrupts():
+            outcome = resume_run(folder, case, threads=threads, listener=listener)
+    finally:
+        listener.close()
+    conclude(outcome, case.units == "none", quiet, as_json)
