@@ -1,6 +1,6 @@
 """hvisph: smoothed particle hydrodynamics for solids under high-velocity impact.
 
-`load_case`, `run` and `measure` are imported when first used, so that importing
+`load_case`, `run`, `resume` and `measure` are imported when first used, so that importing
 the package stays light.
 """
 
@@ -8,11 +8,12 @@ from importlib import import_module
 from typing import Any
 
 __version__ = "0.1.0"
-__all__ = ["load_case", "measure", "run"]
+__all__ = ["load_case", "measure", "resume", "run"]
 
 _LAZY = {
     "load_case": ("hvisph.case.loader", "load_case"),
     "run": ("hvisph.simulation.run", "run"),
+    "resume": ("hvisph.simulation.resume", "resume"),
     "measure": ("hvisph.measure.measures", "measure"),
 }
 

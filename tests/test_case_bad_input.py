@@ -106,7 +106,7 @@ BAD = [
         ["formulation.h_over_dx", "at least 1 and at most 2.5"],
         14,
     ),
-    ("type: eulerian", "type: lagrange", ["formulation.type: unknown 'lagrange'", "'eulerian'"], 13),
+    ("type: eulerian", "type: eulerain", ["formulation.type: unknown 'eulerain'", "'eulerian'"], 13),
     ("end: 8 us", "cfl: 0.3", ["time.end: missing", "Time at which the run ends"], 15),
     ("end: 8 us", "{end: 8 us", ["is no YAML"], 17),
     ("end: 8 us", "end: 8 us\n  cfl: 1.5", ["time.cfl", "at most 1"], 17),

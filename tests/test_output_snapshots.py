@@ -191,8 +191,8 @@ def test_a_kill_while_writing_leaves_no_partial_file_under_the_name(tmp_path):
         import os, sys
         sys.path.insert(0, sys.argv[-1])
         from test_output_snapshots import WRITERS, make_snapshot
-        from hvisph.output import seal, vtu, hdf5
-        for module in (vtu, hdf5):
+        from hvisph.output import sealed, vtu
+        for module in (vtu, sealed):
             module.append_seal = lambda file: os.kill(os.getpid(), 9)
         WRITERS[sys.argv[2]](sys.argv[1], make_snapshot())
     """

@@ -144,6 +144,11 @@ class Body(StrictModel):
     rotation: Annotated[Rotation | None, Shorthand(_angle_alone)] = Field(
         default=None, description="Turn about the centre before placing: an angle [deg], or angle and axis"
     )
+    formulation: Literal["eulerian", "total_lagrangian", "adaptive"] | None = Field(
+        default=None,
+        description="Kernels of this body, where the case's formulation is `total_lagrangian` or `adaptive`; that of "
+        "the case unless given",
+    )
     internal_energy: NonNegativeSpecificEnergy = Field(
         default=0.0, description="Initial specific internal energy [J/kg], at least 0"
     )

@@ -8,13 +8,17 @@ from pydantic import Field, ValidationInfo, field_serializer, model_validator
 
 from hvisph.case.bodies import ARRANGEMENTS, Body
 from hvisph.case.checks import problems_of
+from hvisph.case.conversion import InitialLoad
 from hvisph.case.expected import Expectations, MeasureName, measures_of
 from hvisph.case.formulation import Formulation, RiemannFormulation
+from hvisph.case.gauges import Gauge
 from hvisph.case.model import StrictModel, refuse
 from hvisph.case.output import Output
-from hvisph.case.regions import Clamp, SymmetryPlane
+from hvisph.case.projection import default_step
+from hvisph.case.regions import BoxRegion, Clamp, SymmetryPlane
 from hvisph.case.time import Time
 from hvisph.case.units import PositiveLength
+from hvisph.case.watch import Watch
 
 DIMENSIONS = {"uniaxial_strain": 1, "plane_strain": 2, "plane_stress": 2, "three_d": 3}
 
@@ -44,8 +48,20 @@ class Case(StrictModel):
         default=(), description="Symmetry planes, at most one per axis", max_length=3
     )
     clamped: tuple[Clamp, ...] = Field(default=(), description="Regions that are held fixed", max_length=100)
+    initial_loads: tuple[InitialLoad, ...] = Field(
+        default=(), description="Impulses: pressures that act during the first step", max_length=100
+    )
     formulation: Formulation = Field(default=RiemannFormulation(), description="Scheme that computes the run")
     time: Time = Field(description="Duration and time stepping")
+    gauges: dict[BodyName, Gauge] = Field(
+        default={}, description="Gauges by name: their records go to history.csv", max_length=1000
+    )
+    domain: BoxRegion | None = Field(
+        default=None,
+        description="Box outside of which particles are retired: they leave the computation, and their mass, "
+        "momentum and energy stay in the balance; none unless given",
+    )
+    watch: Watch = Field(default=Watch(), description="What stops a run that has failed")
     output: Output = Field(default=Output(), description="What is written, and how often")
     measures: tuple[MeasureName, ...] | None = Field(
         default=None, description="What to measure; unless given, all that has a meaning in these dimensions"
@@ -77,6 +93,9 @@ class Case(StrictModel):
             filled["bodies"] = {name: _fill_body(body, dim) for name, body in filled["bodies"].items()}
         if filled.get("measures") is None:
             filled["measures"] = measures_of(dim)
+        step = default_step(filled)
+        if step is not None:
+            filled["time"] = {**filled["time"], "step": step}
         return filled
 
     @model_validator(mode="after")

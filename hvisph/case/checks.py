@@ -8,11 +8,16 @@ from typing import TYPE_CHECKING
 
 from hvisph.case.bodies import ARRANGEMENTS, SHAPES, Body
 from hvisph.case.expected import MEASURES
+from hvisph.case.formulation import EulerianFormulation
+from hvisph.case.gauges import gauge_problems
+from hvisph.case.lagrangian_checks import lagrangian_problems
 from hvisph.case.model import Path, Problem
+from hvisph.case.projection import projection_problems, projection_warnings
 from hvisph.core.errors import nearest
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
+    from hvisph.case.regions import BoxRegion
 
 FASTEST = 1e5  # [m/s]; ten times any impact in the solar system's inner part is a slip of units
 MOST_PARTICLES = 2**31 - 1  # indices in compiled loops are 32 bits wide
@@ -26,9 +31,19 @@ def problems_of(case: Case) -> list[Problem]:
         *_count(case),
         *_symmetry(case),
         *_clamped(case),
+        *_domain(case),
+        *gauge_problems(case),
+        *_in_pieces(case),
         *_schedule(case),
         *_measures(case),
+        *lagrangian_problems(case),
+        *projection_problems(case),
     ]
+
+
+def warnings_of(case: Case) -> list[str]:
+    """Return what a user should know about a valid `case` before it runs."""
+    return [*projection_warnings(case)]
 
 
 def _bodies(case: Case) -> Iterator[Problem]:
@@ -82,7 +97,7 @@ def _thickness(case: Case, body: Body, path: tuple[str, ...]) -> Iterator[Proble
         yield Problem(
             (*path, "shape"),
             f"the body is {thickness:g}{unit} thick, thinner than the kernel's support "
-            f"2h = {support:g}{unit} (h = {h:g}{unit}); "
+            f"{case.formulation.support_over_h:g}h = {support:g}{unit} (h = {h:g}{unit}); "
             f"make it thicker or the resolution {finest:.3g}{unit} or finer",
         )
 
@@ -139,13 +154,22 @@ def _clamped(case: Case) -> Iterator[Problem]:
                 yield Problem(
                     (*path, "bodies", number), f"unknown body '{name[:64]}'{nearest(name, list(case.bodies))}"
                 )
-        for side in ("min", "max"):
-            corner = getattr(clamp.box, side)
-            if corner and len(corner) != case.dim:
-                yield _length((*path, "box", side), case.dim, len(corner), "components")
-        for axis, low, high in zip(AXES, clamp.box.min, clamp.box.max, strict=False):
-            if low is not None and high is not None and not low < high:
-                yield Problem((*path, "box"), f"min {low:g} must be below max {high:g} along {axis}")
+        yield from _box(case, clamp.box, (*path, "box"))
+
+
+def _domain(case: Case) -> Iterator[Problem]:
+    if case.domain is not None:
+        yield from _box(case, case.domain, ("domain",))
+
+
+def _box(case: Case, box: BoxRegion, path: Path) -> Iterator[Problem]:
+    for side in ("min", "max"):
+        corner = getattr(box, side)
+        if corner and len(corner) != case.dim:
+            yield _length((*path, side), case.dim, len(corner), "components")
+    for axis, low, high in zip(AXES, box.min, box.max, strict=False):
+        if low is not None and high is not None and not low < high:
+            yield Problem(path, f"min {low:g} must be below max {high:g} along {axis}")
 
 
 def _schedule(case: Case) -> Iterator[Problem]:
@@ -161,6 +185,26 @@ def _schedule(case: Case) -> Iterator[Problem]:
         )
     if len(set(case.output.formats)) < len(case.output.formats):
         yield Problem(("output", "formats"), "names a format twice")
+
+
+def _in_pieces(case: Case) -> Iterator[Problem]:
+    """Yield what bodies that are Total Lagrangian, or parted by a contact algorithm, cannot have."""
+    formulation = case.formulation
+    contact = getattr(formulation, "contact", None)
+    parted = contact is not None and contact.type == "repulsive"
+    if formulation.type not in ("total_lagrangian", "adaptive") and not parted:
+        return
+    if case.time.integrator == "staggered":
+        yield Problem(
+            ("time", "integrator"),
+            "'staggered' is for Eulerian bodies that meet through the kernel sums; leave it out here",
+        )
+    if isinstance(formulation, EulerianFormulation) and parted:
+        why = "not available where a contact algorithm parts the bodies"
+        if formulation.momentum_form != "sigma_over_rho_squared":
+            yield Problem(("formulation", "momentum_form"), f"{why}; leave it out")
+        if formulation.density_dissipation.type != "none":
+            yield Problem(("formulation", "density_dissipation", "type"), f"{why}; give 'none'")
 
 
 def _measures(case: Case) -> Iterator[Problem]:

@@ -28,6 +28,7 @@ class Dimension:
 LENGTH = Dimension("a length", "m", "0.1 mm")
 TIME = Dimension("a time", "s", "8 us")
 VELOCITY = Dimension("a velocity", "m/s", "3.1 km/s")
+ACCELERATION = Dimension("an acceleration", "m/s^2", "9.81 m/s^2")
 PRESSURE = Dimension("a pressure", "Pa", "27.6 GPa")
 DENSITY = Dimension("a density", "kg/m^3", "2785 kg/m^3")
 SPECIFIC_ENERGY = Dimension("a specific energy", "J/kg", "1.2 MJ/kg")
@@ -41,6 +42,7 @@ DIMENSIONS = (
     LENGTH,
     TIME,
     VELOCITY,
+    ACCELERATION,
     PRESSURE,
     DENSITY,
     SPECIFIC_ENERGY,
@@ -58,6 +60,7 @@ _SPELLINGS: dict[Dimension, str] = {
     LENGTH: "m=1 cm=1e-2 mm=1e-3 um=1e-6 µm=1e-6 nm=1e-9 km=1e3",
     TIME: "s=1 ms=1e-3 us=1e-6 µs=1e-6 ns=1e-9 ps=1e-12",
     VELOCITY: "m/s=1 km/s=1e3 mm/us=1e3 mm/µs=1e3 mm/ms=1 cm/us=1e4 mm/s=1e-3",
+    ACCELERATION: "m/s^2=1 m/s**2=1 km/s^2=1e3 mm/s^2=1e-3",
     PRESSURE: "Pa=1 kPa=1e3 MPa=1e6 GPa=1e9 TPa=1e12 bar=1e5 kbar=1e8 Mbar=1e11",
     DENSITY: "kg/m^3=1 kg/m**3=1 g/cm^3=1e3 g/cm**3=1e3 g/cc=1e3 kg/m3=1 g/cm3=1e3",
     SPECIFIC_ENERGY: "J/kg=1 kJ/kg=1e3 MJ/kg=1e6 J/g=1e3 kJ/g=1e6",

@@ -4,21 +4,72 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, ValidationInfo, model_validator
 
 from hvisph.case.dimensions import NUMBER
-from hvisph.case.model import StrictModel
-from hvisph.case.units import NonNegativeNumber, Number, PositivePressure, PositiveVelocity, Quantity
+from hvisph.case.model import Problem, StrictModel, refuse
+from hvisph.case.units import (
+    NonNegativeNumber,
+    Number,
+    PositiveNumber,
+    PositivePressure,
+    PositiveVelocity,
+    Quantity,
+)
 
 PoissonRatio = Annotated[float, Quantity(NUMBER, above=-1, below=0.5)]
 AdiabaticIndex = Annotated[float, Quantity(NUMBER, above=1)]
 
 
 class LinearEos(StrictModel):
-    """p = K (rho/rho0 - 1), blind to energy."""
+    """p = K (rho/rho0 - 1), blind to energy.
+
+    In a case with `units: none` a Cauchy number Ca may stand for K: p = (rho - rho0)/Ca, that is
+    K = rho0/Ca and a sound speed of Ca^-1/2 whatever rho0 is. The other reading of Zisis 2013,
+    p = (rho/rho0 - 1)/Ca, is K = 1/Ca.
+    """
 
     type: Literal["linear"] = "linear"
-    bulk_modulus: PositivePressure = Field(description="Bulk modulus K [Pa]")
+    bulk_modulus: PositivePressure | None = Field(
+        default=None, description="Bulk modulus K [Pa]; unless a Cauchy number is given"
+    )
+    cauchy_number: PositiveNumber | None = Field(
+        default=None,
+        description="Cauchy number Ca = rho0 v^2/K of the impact velocity v = 1 [-], above 0; only with "
+        "`units: none`, and in place of the modulus",
+    )
+    reading: Literal["density_difference", "density_ratio"] = Field(
+        default="density_difference",
+        description="What Ca divides: `density_difference` rho - rho0, `density_ratio` rho/rho0 - 1",
+    )
+
+    @model_validator(mode="after")
+    def _one_stiffness(self, info: ValidationInfo) -> LinearEos:
+        units = (info.context or {}).get("units")
+        if self.cauchy_number is None and self.bulk_modulus is None:
+            message = "missing: give the bulk modulus K" + (" or a cauchy_number" if units == "none" else "")
+            refuse([Problem(("bulk_modulus",), message)])
+        if self.cauchy_number is not None and self.bulk_modulus is not None:
+            refuse(
+                [
+                    Problem(
+                        ("cauchy_number",), "given beside `bulk_modulus`, which says the same; leave one out"
+                    )
+                ]
+            )
+        if self.cauchy_number is not None and units != "none":
+            message = "has a meaning only in a case with `units: none`; give `bulk_modulus` in Pa"
+            refuse([Problem(("cauchy_number",), message)])
+        if self.cauchy_number is None and self.reading != "density_difference":
+            refuse([Problem(("reading",), "has a meaning only beside `cauchy_number`; leave it out")])
+        return self
+
+    def modulus(self, density: float) -> float:
+        """Return K [Pa] of a material of reference density `density` [kg/m^3]."""
+        if self.bulk_modulus is not None:
+            return self.bulk_modulus
+        assert self.cauchy_number is not None
+        return (density if self.reading == "density_difference" else 1.0) / self.cauchy_number
 
 
 class ElasticEos(StrictModel):

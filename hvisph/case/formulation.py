@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from hvisph.case.dimensions import NUMBER
-from hvisph.case.model import StrictModel
-from hvisph.case.units import Quantity
+from hvisph.case.contact import Contact, KernelContact, RepulsiveContact
+from hvisph.case.conversion import ConversionLimits, EulerianRegion
+from hvisph.case.correction import Correction, NoCorrection, correction_problems, fill_correction
+from hvisph.case.dimensions import NUMBER, TIME
+from hvisph.case.model import SCALAR_AS_LIST, StrictModel, refuse
+from hvisph.case.units import NonNegativeNumber, Acceleration, Quantity
 from hvisph.case.viscosity import (
     ArtificialStress,
     DensityDissipation,
+    GrayArtificialStress,
     MonaghanViscosity,
     NoArtificialStress,
     NoDensityDissipation,
+    NoViscosity,
     Viscosity,
 )
 
-Kernel = Literal["cubic_spline"]
+Kernel = Literal[
+    "cubic_spline", "quadratic", "quartic_spline", "quintic_spline", "gaussian", "wendland_c2", "wendland_c4"
+]
+# Support radius over h of those that do not reach to 2h.
+REACH = {"quartic_spline": 2.5, "quintic_spline": 3.0, "gaussian": 3.0}
 
 
 class FixedSmoothingLength(StrictModel):
@@ -46,7 +55,9 @@ class KernelOptions(StrictModel):
     """What every kernel-based formulation shares."""
 
     kernel: Kernel = Field(
-        default="cubic_spline", description="Smoothing kernel; `cubic_spline` reaches to 2h"
+        default="cubic_spline",
+        description="Smoothing kernel; reaches to 2h, `quartic_spline` to 2.5h, `quintic_spline` and "
+        "`gaussian` (cut off there) to 3h",
     )
     h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = Field(
         default=1.4, description="Initial smoothing length h over the resolution dx [-], 1 to 2.5"
@@ -58,7 +69,7 @@ class KernelOptions(StrictModel):
     @property
     def support_over_h(self) -> float:
         """Reach of the kernel in smoothing lengths [-]."""
-        return 2.0
+        return REACH.get(self.kernel, 2.0)
 
 
 class EulerianFormulation(KernelOptions):
@@ -73,9 +84,75 @@ class EulerianFormulation(KernelOptions):
         default="sigma_over_rho_squared",
         description="Pair stress: sigma_a/rho_a^2 + sigma_b/rho_b^2, or (sigma_a + sigma_b)/(rho_a rho_b)",
     )
+    correction: Correction = Field(
+        default=NoCorrection(),
+        description="Correction of the kernel and its gradient (Young 2021 eqs. 3-5); its momentum form is `product`",
+    )
     density_dissipation: DensityDissipation = Field(
         default=NoDensityDissipation(), description="Density dissipation at material interfaces"
     )
+    contact: Contact = Field(default=KernelContact(), description="How bodies meet")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_what_depends_on_correction(cls, data: Any) -> Any:
+        return fill_correction(data)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> EulerianFormulation:
+        refuse(tuple(correction_problems(self)))
+        return self
+
+
+PlainViscosity = Annotated[NoViscosity | MonaghanViscosity, Field(discriminator="type")]
+
+
+class TotalLagrangianFormulation(KernelOptions):
+    """SPH in the reference configuration: no tensile instability, for distortions that a body survives.
+
+    Bodies, or regions of them, may be Eulerian (standard SPH) in the same run.
+    """
+
+    type: Literal["total_lagrangian"] = "total_lagrangian"
+    viscosity: PlainViscosity = Field(default=MonaghanViscosity(), description="Artificial viscosity")
+    viscosity_gradient: Literal["current", "reference"] = Field(
+        default="current",
+        description="Gradient of the viscosity between Total Lagrangian particles: the plain one at current "
+        "positions, which dissipates in every pair, or that of Young 2021 eq. 9 in the reference configuration",
+    )
+    correction: Literal["none", "gradient", "mixed"] = Field(
+        default="mixed", description="Correction of the reference kernel (Young 2021 eqs. 3-5)"
+    )
+    hourglass: NonNegativeNumber = Field(
+        default=0.0,
+        description="Coefficient of the control of zero-energy modes (Ganzenmueller 2015) [-], at least 0, 0 is "
+        "off; 10 to 50 is usual",
+    )
+    failed_particles: Literal["leave", "stay"] = Field(
+        default="leave",
+        description="Whether a failed Total Lagrangian particle leaves its neighbours' lists; it bears no stress",
+    )
+    artificial_stress: ArtificialStress = Field(
+        default=NoArtificialStress(), description="Artificial stress of the Eulerian particles"
+    )
+    artificial_stress_at_interface: Literal["both", "neither"] = Field(
+        default="both",
+        description="Whether it acts between Eulerian and Total Lagrangian particles, on both sides or on neither",
+    )
+    contact: Contact = Field(default=RepulsiveContact(), description="How bodies meet")
+    eulerian_regions: tuple[EulerianRegion, ...] = Field(
+        default=(), description="Regions that are Eulerian from the start", max_length=100
+    )
+
+
+class AdaptiveFormulation(TotalLagrangianFormulation):
+    """AdapTLE (Young 2021): Total Lagrangian until a particle's strain or damage turns it Eulerian, for good."""
+
+    type: Literal["adaptive"] = "adaptive"  # type: ignore[assignment]
+    artificial_stress: ArtificialStress = Field(
+        default=GrayArtificialStress(), description="Artificial stress of the Eulerian particles"
+    )
+    conversion: ConversionLimits = Field(description="What turns a particle Eulerian")
 
 
 class RiemannFormulation(KernelOptions):
@@ -88,4 +165,38 @@ class RiemannFormulation(KernelOptions):
     )
 
 
-Formulation = Annotated[EulerianFormulation | RiemannFormulation, Field(discriminator="type")]
+class ProjectionFormulation(KernelOptions):
+    """SPH-projection (Farahani 2009): density restored each step by a pressure from a Poisson equation.
+
+    Neither equation of state nor energy: a material gives its density and its strength alone.
+    """
+
+    type: Literal["projection"] = "projection"
+    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = Field(
+        default=1.5, description="Initial smoothing length h over the resolution dx [-], 1 to 2.5"
+    )
+    pressure_gradient: Literal["conjugate", "printed"] = Field(
+        default="conjugate",
+        description="Pair pressure: `conjugate` is (P_a + P_b)/(rho_a rho_b); `printed` is the paper's eq. 31, "
+        "P_a/rho_a^2 + P_b/rho_b^2, which fails where bodies of different densities meet",
+    )
+    guard: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
+        default=0.3,
+        description="Fullness of a particle's neighbourhood below which it has no pressure [-], at least 0 and "
+        "below 1; inside a body it is 1, at a flat surface 0.5. It stops small detached groups, whose Poisson "
+        "equation is ill-posed, from pumping each other",
+    )
+    pressure_average: Annotated[float, Quantity(TIME, above=0)] = Field(
+        default=2e-7,
+        description="Time over which the pressures of the history are averaged [s], above 0: single values ring",
+    )
+    body_force: Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST] = Field(
+        default=(),
+        description="Acceleration of all particles, one component per dimension [m/s^2]; none unless given",
+    )
+
+
+Formulation = Annotated[
+    EulerianFormulation | RiemannFormulation | ProjectionFormulation | TotalLagrangianFormulation | AdaptiveFormulation,
+    Field(discriminator="type"),
+]

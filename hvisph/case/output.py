@@ -26,3 +26,8 @@ class Output(StrictModel):
     history_every: Annotated[int, Field(strict=True, ge=1, le=10**9)] = Field(
         default=1, description="Steps between lines of history.csv, at least 1"
     )
+    checkpoint_every: PositiveTime | None = Field(
+        default=60.0,
+        description="Wall time between checkpoints [s], from which `hvisph resume` goes on; at most "
+        "2 % of the run is spent on them; null for one at the end only",
+    )

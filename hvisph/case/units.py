@@ -18,6 +18,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
 from hvisph.case.dimensions import (
+    ACCELERATION,
     ANGLE,
     COMMON_UNITS,
     DENSITY,
@@ -220,6 +221,7 @@ NonNegativeLength = Annotated[float, Quantity(LENGTH, minimum=0)]
 PositiveTime = Annotated[float, Quantity(TIME, above=0)]
 Velocity = Annotated[float, Quantity(VELOCITY)]
 PositiveVelocity = Annotated[float, Quantity(VELOCITY, above=0)]
+Acceleration = Annotated[float, Quantity(ACCELERATION)]
 Pressure = Annotated[float, Quantity(PRESSURE)]
 PositivePressure = Annotated[float, Quantity(PRESSURE, above=0)]
 NonNegativePressure = Annotated[float, Quantity(PRESSURE, minimum=0)]

@@ -8,7 +8,7 @@ from pydantic import Field
 
 from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import StrictModel
-from hvisph.case.units import NonNegativeNumber, PositiveNumber, Quantity
+from hvisph.case.units import NonNegativeNumber, Quantity
 
 
 class NoViscosity(StrictModel):
@@ -41,7 +41,9 @@ class GrayArtificialStress(StrictModel):
     eps: NonNegativeNumber = Field(
         default=0.3, description="Strength of the repulsion [-], at least 0; 0.15 is Young 2021's"
     )
-    n: PositiveNumber = Field(default=4.0, description="Exponent of W/W(dx) [-], above 0")
+    n: Annotated[int, Field(strict=True, ge=1, le=16)] = Field(
+        default=4, description="Exponent of W/W(dx) [-], a whole number from 1 to 16"
+    )
 
 
 ArtificialStress = Annotated[NoArtificialStress | GrayArtificialStress, Field(discriminator="type")]

@@ -54,12 +54,45 @@ CATALOGUE: dict[str, Field] = {
         Field("damage", "scalar", "", "damage, 0 intact to 1 failed"),
         Field("pressure", "scalar", "Pa", "pressure, positive in compression"),
         Field("sound_speed", "scalar", "m/s", "bulk sound speed"),
+        Field("stress", "symmetric", "Pa", "Cauchy stress, tension positive"),
         Field("von_mises_stress", "scalar", "Pa", "equivalent (von Mises) stress"),
         Field("temperature", "scalar", "K", "temperature"),
         Field("previous_velocity", "vector", "m/s", "velocity at the last evaluation of the forces"),
         Field("previous_acceleration", "vector", "m/s^2", "acceleration at the last evaluation"),
         Field("previous_power", "scalar", "W/kg", "rate of internal energy at the last evaluation"),
         Field("previous_gradient", "gradient", "1/s", "velocity gradient at the last evaluation"),
+        Field("kernel_type", "scalar", "", "0 Eulerian, 1 Total Lagrangian"),
+        Field("reference_position", "vector", "m", "position in the reference configuration"),
+        Field("previous_density_rate", "scalar", "1/s", "rate of ln(rho) by dissipation at the last evaluation"),
         Field("viscosity_alpha", "scalar", "", "own viscosity coefficient of the Morris-Monaghan switch"),
     )
 }
+
+_AXES = "xyz"
+
+
+def component_names(name: str, dim: int) -> list[str]:
+    """Return the columns of a field in `dim` dimensions: `velocity_x`, `velocity_y`; a component is its own."""
+    field = CATALOGUE.get(name)
+    if field is None or field.rank == "scalar":
+        return [name]
+    if field.rank == "vector":
+        return [f"{name}_{axis}" for axis in _AXES[:dim]]
+    if field.rank == "symmetric":
+        return [f"{name}_{pair}" for pair in SYMMETRIC_COMPONENTS[: SYMMETRIC_LENGTH[dim]]]
+    return [f"{name}_{a}{b}" for a in _AXES[:dim] for b in _AXES[:dim]]
+
+
+def recordable(dim: int) -> list[str]:
+    """Return the names of all fields, and components of fields, that a gauge can record in `dim` dimensions."""
+    found = []
+    for name in CATALOGUE:
+        if not name.startswith("previous_") and name != "temperature":
+            columns = component_names(name, dim)
+            found += [name, *columns] if columns != [name] else columns
+    return found
+
+
+def field_of(column: str) -> Field:
+    """Return the field that a column of `component_names` belongs to."""
+    return CATALOGUE[column if column in CATALOGUE else column.rpartition("_")[0]]

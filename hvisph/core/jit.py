@@ -22,31 +22,16 @@ from pathlib import Path
 from typing import Any
 
 import numba
-from llvmlite import ir
-from numba.core import cgutils
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
-from numba.extending import intrinsic
 
 # No 'nnan' and no 'ninf': checks for non-finite values must keep their meaning.
 FASTMATH = {"reassoc", "contract", "arcp", "nsz", "afn"}
 _OPTIONS: dict[str, Any] = {"fastmath": FASTMATH, "error_model": "numpy", "boundscheck": False}
 
-compiled = numba.njit(**_OPTIONS)
+# Left to itself the compiler calls larger functions, such as the stress update, at three times the cost.
+compiled = numba.njit(forceinline=True, **_OPTIONS)
 prange = numba.prange
-
-
-@intrinsic
-def larger(typing_context, a, b):
-    """Return the larger of two numbers, NaN if either is: a reduction that vectorises (a plain `max` does not)."""
-
-    def generate(context, builder, signature, arguments):
-        number = arguments[0].type
-        function = ir.FunctionType(number, [number, number])
-        maximum = cgutils.get_or_insert_function(builder.module, function, "llvm.maximum.f64")
-        return builder.call(maximum, arguments)
-
-    return numba.types.float64(numba.types.float64, numba.types.float64), generate
 
 
 @cache
@@ -143,7 +128,7 @@ def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **
         return _made[full]
     function = _bind(template, name, bindings)
     if parallel is None:
-        made = numba.njit(**_OPTIONS)(function)
+        made = compiled(function)
     else:
         folder = cache_folder()
         if folder is not None:

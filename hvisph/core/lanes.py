@@ -1,8 +1,8 @@
-"""Eight numbers at once: a number type of compiled loops, with the arithmetic of floats.
+"""Several numbers at once: a number type of compiled loops, with the arithmetic of floats.
 
-A pair law is written for one neighbour and runs over eight. All operations are element by element;
-a plain float beside a vector counts for all of its lanes. They are LLVM's target-independent vectors:
-one register on AVX-512, two on AVX2, with the same results.
+A pair law is written for one neighbour and runs over LANES of them: eight where the processor's vectors
+hold as many, otherwise four. All operations are element by element; a plain float beside a vector counts
+for all of its lanes.
 """
 
 from __future__ import annotations
@@ -10,31 +10,39 @@ from __future__ import annotations
 import operator
 from typing import Any
 
+import numba
 import numpy as np
-from llvmlite import ir
+from llvmlite import binding, ir
 from numba import types
 from numba.core import cgutils
-from numba.core.typing.templates import ConcreteTemplate, signature
-from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model, typeof_impl
-from numba.core.typing.templates import infer_global
+from numba.core.typeconv import Conversion
+from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 
-LANES = 8
+
+def _has_wide_vectors() -> bool:
+    """Whether the processor that numba compiles for has AVX-512."""
+    chosen: str | None = numba.config.CPU_FEATURES  # type: ignore[attr-defined]
+    if chosen is not None:
+        return "+avx512f" in chosen
+    return bool(binding.get_host_cpu_features().get("avx512f", False))
+
+
+LANES = 8 if _has_wide_vectors() else 4
 FAST = ("reassoc", "contract", "arcp", "nsz", "afn")
 _f64, _i32 = ir.DoubleType(), ir.IntType(32)
 VECTOR = ir.VectorType(_f64, LANES)
 
 
 class Lanes(types.Type):
-    """Type of eight float64."""
+    """Type of LANES float64."""
 
     def __init__(self) -> None:
         super().__init__("lanes")
 
     def can_convert_from(self, typing_context, other):
-        """Take a float for eight equal ones."""
-        if isinstance(other, (types.Float, types.Integer)):
-            return typing_context.can_convert(other, types.float64) and 4 or None
-        return None
+        """Take a float for LANES equal ones, where branches of a template give one or the other."""
+        return Conversion.unsafe if isinstance(other, types.Float) else None
 
 
 lanes = Lanes()
@@ -46,15 +54,17 @@ class _LanesModel(models.PrimitiveModel):
         super().__init__(manager, kind, VECTOR)
 
 
-def splat(builder: Any, value: Any) -> Any:
+def splat(builder: Any, value: Any, count: int = LANES) -> Any:
     """Return a vector with `value` in all lanes."""
-    vector = ir.VectorType(value.type, LANES)
+    vector = ir.VectorType(value.type, count)
     single = builder.insert_element(ir.Constant(vector, ir.Undefined), value, ir.Constant(_i32, 0))
-    zeros = ir.Constant(ir.VectorType(_i32, LANES), [0] * LANES)
+    zeros = ir.Constant(ir.VectorType(_i32, count), [0] * count)
     return builder.shuffle_vector(single, ir.Constant(vector, ir.Undefined), zeros)
 
 
-def _call(name: str):
+def _call(name: str) -> Any:
+    """Return a generator of LLVM's function `name`."""
+
     def generate(builder, *arguments):
         kind = ir.FunctionType(VECTOR, [VECTOR] * len(arguments))
         function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{LANES}f64")
@@ -63,7 +73,9 @@ def _call(name: str):
     return generate
 
 
-def _larger(comparison: str):
+def _choose(comparison: str) -> Any:
+    """Return a generator that takes the first of two where the comparison holds, and the second elsewhere."""
+
     def generate(builder, a, b):
         return builder.select(builder.fcmp_ordered(comparison, a, b, flags=FAST), a, b)
 
@@ -71,22 +83,18 @@ def _larger(comparison: str):
 
 
 def _define(functions: tuple[Any, ...], count: int, generate: Any) -> None:
-    if count == 1:
-        cases = [(lanes,)]
-    else:
-        cases = [(lanes, lanes), (lanes, types.float64), (types.float64, lanes)]
+    """Give `functions` of `count` arguments a meaning for vectors: `generate(builder, *vectors)`."""
+    mixed = [(lanes, lanes), (lanes, types.float64), (types.float64, lanes)]
+    cases = [signature(lanes, *case) for case in ([(lanes,)] if count == 1 else mixed)]
+
+    def lower(context, builder, sig, arguments):
+        pairs = zip(arguments, sig.args, strict=True)
+        return generate(builder, *(a if kind == lanes else splat(builder, a) for a, kind in pairs))
+
     for function in functions:
-        template = type("_Template", (ConcreteTemplate,), {"key": function, "cases": [signature(lanes, *c) for c in cases]})
-        infer_global(function)(template)
+        infer_global(function)(type("_Template", (ConcreteTemplate,), {"key": function, "cases": cases}))
         for case in cases:
-
-            def lower(context, builder, sig, arguments):
-                vectors = [
-                    a if kind == lanes else splat(builder, a) for a, kind in zip(arguments, sig.args, strict=True)
-                ]
-                return generate(builder, *vectors)
-
-            lower_builtin(function, *case)(lower)
+            lower_builtin(function, *case.args)(lower)
 
 
 _define((operator.add, operator.iadd), 2, lambda builder, a, b: builder.fadd(a, b, flags=FAST))
@@ -94,15 +102,14 @@ _define((operator.sub, operator.isub), 2, lambda builder, a, b: builder.fsub(a, 
 _define((operator.mul, operator.imul), 2, lambda builder, a, b: builder.fmul(a, b, flags=FAST))
 _define((operator.truediv, operator.itruediv), 2, lambda builder, a, b: builder.fdiv(a, b, flags=FAST))
 _define((operator.neg,), 1, lambda builder, a: builder.fneg(a, flags=FAST))
-_define((min,), 2, _larger("<"))
-_define((max,), 2, _larger(">"))
+_define((min,), 2, _choose("<"))
+_define((max,), 2, _choose(">"))
 _define((abs,), 1, _call("fabs"))
 _define((np.sqrt,), 1, _call("sqrt"))
 _define((np.copysign,), 2, _call("copysign"))
 
 
 @lower_cast(types.Float, Lanes)
-@lower_cast(types.Integer, Lanes)
 def _from_float(context, builder, kind, target, value):
     return splat(builder, context.cast(builder, value, kind, types.float64))
 
@@ -119,7 +126,7 @@ def all_lanes(typing_context, value):
 
 @intrinsic
 def larger_lanes(typing_context, a, b):
-    """Return the larger, NaN where either is."""
+    """Return the larger of each two lanes, NaN where either is; `max` would lose it."""
 
     def generate(context, builder, sig, arguments):
         return _call("maximum")(builder, *arguments)
@@ -127,12 +134,14 @@ def larger_lanes(typing_context, a, b):
     return lanes(lanes, lanes), generate
 
 
-def _reduction(name: str, start: float | None):
+def _reduction(name: str, start: float | None) -> Any:
+    """Return a compiled function from a vector to a number: LLVM's reduction `name`."""
+
     def declare(typing_context, value):
         def generate(context, builder, sig, arguments):
             kinds = [VECTOR] if start is None else [_f64, VECTOR]
-            kind = ir.FunctionType(_f64, kinds)
-            function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.vector.reduce.{name}.v{LANES}f64")
+            kind, full = ir.FunctionType(_f64, kinds), f"llvm.vector.reduce.{name}.v{LANES}f64"
+            function = cgutils.get_or_insert_function(builder.module, kind, full)
             first = [] if start is None else [ir.Constant(_f64, start)]
             return builder.call(function, [*first, *arguments], fastmath=FAST)
 

@@ -24,6 +24,7 @@ BASE_FIELDS = (
 ID, BODY, MATERIAL, FLAGS = 0, 1, 2, 3
 # Bits of the column FLAGS.
 CLAMPED = 1
+RETIRED = 2
 
 
 class Particles:

@@ -30,10 +30,15 @@ def _diagnose(state, tags, table, models, pressure, sound_speed, von_mises):
 
 
 def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dict[str, np.ndarray]:
-    """Return pressure [Pa], sound speed [m/s] and von Mises stress [Pa] of the state as it stands, each (n,)."""
+    """Return pressure [Pa], sound speed [m/s] and von Mises stress [Pa] of the state as it stands, each (n,).
+
+    The pressure is that of the state where it carries one, otherwise that of the equation of state.
+    """
     found = {name: np.zeros(particles.count) for name in ("pressure", "sound_speed", "von_mises_stress")}
     columns = {k: v for k, v in particles.bindings().items() if k in _diagnose.__code__.co_names}
     loop = specialise(_diagnose, parallel=True, equilibrium_state=response.equilibrium_state,
                       COMPONENTS=particles["deviator"].shape[1], **columns)  # fmt: skip
     loop(particles.data, particles.tags, table, models, *found.values())
+    if "pressure" in particles.offsets:  # a scheme whose pressure is no function of the state
+        found["pressure"] = particles["pressure"].copy()
     return found

@@ -1,6 +1,7 @@
 """Eulerian (updated Lagrangian) SPH in its standard form: Mehra & Chaturvedi's SAV family.
 
-One pass: `sph.laws.standard` with Monaghan's viscosity and, as an option, Gray's artificial stress.
+One pass: `sph.laws.standard` with Monaghan's viscosity and, as options, Gray's artificial stress and
+Zisis's density dissipation.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
 
 from .formulation import Smoothing
+from .stepper import Stepper
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,12 @@ class Eulerian:
         Linear and quadratic coefficients of Monaghan's viscosity; SAV1 is 1 and 2.
     stress_eps
         Strength of the artificial stress, 0 for none.
+    stress_exponent
+        Its exponent n of W/W(dx).
+    product
+        Whether the pair stress is (sigma_a + sigma_b)/(rho_a rho_b).
+    alpha_rho
+        Coefficient of the density dissipation, 0 for none.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -39,9 +47,17 @@ class Eulerian:
     alpha: float = 1.0
     beta: float = 2.0
     stress_eps: float = 0.0
+    stress_exponent: int = 4
+    product: bool = False
+    alpha_rho: float = 0.0
 
     name = "eulerian"
-    fields: tuple[str, ...] = ()
+    stepper = Stepper
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """What particles carry beside the state."""
+        return ("previous_density_rate",) if self.alpha_rho else ()
 
     @property
     def viscous_factor(self) -> float:
@@ -50,21 +66,28 @@ class Eulerian:
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the one pass: all rates at once."""
-        return [Pass(standard.accumulate, self.layout(dim), {"ARTIFICIAL_STRESS": int(self.stress_eps != 0.0)})]
+        options = self._options() | {"COUPLED": 0, "EXPONENT": self.stress_exponent}
+        return [Pass(standard.accumulate, self.layout(dim), options, density_rate=self.alpha_rho != 0.0)]
+
+    def _options(self) -> dict[str, int]:
+        return {
+            "ARTIFICIAL_STRESS": int(self.stress_eps != 0.0),
+            "PRODUCT": int(self.product),
+            "DISSIPATION": int(self.alpha_rho != 0.0),
+        }
 
     def layout(self, dim: int) -> RowLayout:
         """Return the row of the standard law."""
-        return standard.row_layout(dim, self.stress_eps != 0.0)
+        return standard.row_layout(dim, self.stress_eps != 0.0, (("p", "scalar"),) if self.alpha_rho else ())
 
     def coefficients(self) -> np.ndarray:
-        """Return alpha, beta, 1 / w(dx/h), eps."""
+        """Return alpha, beta, 1 / w(dx/h), eps, alpha_rho."""
         at_spacing = self.kernel.shape.py_func(1.0 / self.h_over_dx)
-        return np.array([self.alpha, self.beta, 1.0 / at_spacing, self.stress_eps])
+        return np.array([self.alpha, self.beta, 1.0 / at_spacing, self.stress_eps, self.alpha_rho])
 
     def pack(self) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
-        return _pack, {
-            "ARTIFICIAL_STRESS": int(self.stress_eps != 0.0),
+        return _pack, self._options() | {
             "tensile_part_2d": artificial_stress.tensile_part_2d,
             "tensile_part_3d": artificial_stress.tensile_part_3d,
         }
@@ -76,7 +99,6 @@ def _pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t, s_xx,
     rows[s, U] = u
     rows[s, H] = h
     rows[s, M] = mass
-    rows[s, V] = mass / rho
     rows[s, RHO] = rho
     rows[s, C] = c
     rows[s, T] = (s_xx - p) * inverse2
@@ -106,4 +128,7 @@ def _pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t, s_xx,
             rows[s, R + 3] = scale * t_xy
             rows[s, R + 4] = scale * t_xz
             rows[s, R + 5] = scale * t_yz
+    if DISSIPATION:
+        rows[s, P] = p
+        return c_l + 1.2 * (coefficients[0] + coefficients[4]) * c
     return c_l + 1.2 * coefficients[0] * c

@@ -17,6 +17,7 @@ from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
 
 from .formulation import Smoothing
+from .stepper import Stepper
 
 
 @dataclass(frozen=True)
@@ -38,6 +39,7 @@ class Riemann:
 
     name = "riemann"
     fields: tuple[str, ...] = ()
+    stepper = Stepper
     viscous_factor = 0.0
 
     def passes(self, dim: int) -> list[Pass]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
 from hvisph.materials import response
 from hvisph.materials.table import Material, pack
+from hvisph.sph.cells import Grid
 from hvisph.sph.pairs import Pairs
+from hvisph.sph.rows import RowLayout
 from hvisph.sph.symmetry import Plane
 
 from . import update as single
@@ -35,6 +39,8 @@ class Stepper:
         Smoothing length at the start [m].
     planes
         Planes of symmetry.
+    drift
+        kappa of the integrator.
 
     Attributes
     ----------
@@ -44,8 +50,11 @@ class Stepper:
         Sums over the completed state, columns as named in `update`.
     """
 
+    has_energy = True
+
     def __init__(self, particles: Particles, formulation: Formulation, materials: list[Material], stage: float,
-                 previous: float, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip
+                 previous: float, h: float, planes: tuple[Plane, ...] = (),
+                 drift: float = 0.5):  # fmt: skip
         dim, count = particles.dim, particles.count
         self.particles, self.formulation, self.stage_share = particles, formulation, stage
         self.table, self.models = pack(materials)
@@ -58,26 +67,47 @@ class Stepper:
         self.h_max = h
         self.lengths, self.signals, self.pressures = np.zeros(count), np.zeros(count), np.zeros(count)
         self._partial = np.zeros((-(-count // single.CHUNK), single.SUMS))
+        self._update = self._specialised_update(layout, previous, drift)
+        self.pairs.place[:count] = np.arange(count, dtype=np.uint32)
+
+    def _specialised_update(self, layout: RowLayout, previous: float, drift: float = 0.5) -> Any:
+        """Return the pass over single particles, compiled for this formulation, its row and scheme."""
+        particles, dim, smoothing = self.particles, self.particles.dim, self.formulation.smoothing
         slots = layout.slots()
-        packer, options = formulation.pack()
+        packer, options = self.formulation.pack()
         names = packer.__code__.co_names
         bound = {k: v for k, v in ({"DIM": dim} | options | slots).items() if k in names}
         used = single.update.__code__.co_names
         columns = {k: v for k, v in particles.bindings().items() if k in used}
-        if previous == 0.0:  # never read: the branches that name them are compiled away
-            columns |= {k: 0 for k in used if k.startswith("S_PREVIOUS")}
-        self._update = specialise(
+        # Never read where there are none: the branches that name them are compiled away.
+        columns = {k: 0 for k in used if k.startswith("S_PREVIOUS")} | columns
+        return specialise(
             single.update, parallel=True, DIM=dim, U=slots["U"], PREVIOUS=int(previous != 0.0),
+            DENSITY_RATE=int("previous_density_rate" in particles.offsets), DRIFT=drift,
             VARIABLE_H=int(smoothing.variable), respond=response.respond,
             longitudinal_speed=response.longitudinal_speed, shear_speed=response.shear_speed,
             pack=specialise(packer, **bound), **columns,
         )  # fmt: skip
-        self.pairs.place[:count] = np.arange(count, dtype=np.uint32)
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Packed rows of the next stage, in the particles' order."""
+        return self.pairs.rows
+
+    @property
+    def stage_rows(self) -> np.ndarray:
+        """Packed rows of the last evaluation; `place` says which is whose."""
+        return self.pairs.sorted
 
     @property
     def rates(self) -> np.ndarray:
         """Rows of rates in cell order; `place` says which is whose."""
         return self.pairs.rates
+
+    @property
+    def support(self) -> float:
+        """The largest distance at which two particles can ever be neighbours [m]."""
+        return self.pairs.kernel.reach * self.h_high
 
     @property
     def place(self) -> np.ndarray:
@@ -86,7 +116,7 @@ class Stepper:
 
     def start(self) -> None:
         """Evaluate the forces of the state as it stands, without a step."""
-        self.pairs.rates[:] = 0.0
+        self.rates[:] = 0.0
         self._carry(0.0, 0.0, complete=False)
         self.evaluate()
 
@@ -103,14 +133,21 @@ class Stepper:
         self._carry(0.0, self.stage_share * following, complete=False)
 
     def _carry(self, step: float, stage: float, complete: bool) -> None:
-        pairs, particles = self.pairs, self.particles
-        self._update(particles.data, particles.tags, self.place, pairs.rates, pairs.sorted, self.table, self.models,
-                     self.coefficients, step, stage, complete, self.h_low, self.h_high, pairs.rows, self.lengths,
+        particles = self.particles
+        self._update(particles.data, particles.tags, self.place, self.rates, self.stage_rows, self.table, self.models,
+                     self.coefficients, step, stage, complete, self.h_low, self.h_high, self.rows, self.lengths,
                      self.signals, self.pressures, self._partial)  # fmt: skip
+        self._sum_up()
+
+    def _sum_up(self) -> None:
         self.sums = self._partial.sum(axis=0)
         self.sums[single.FASTEST] = np.sqrt(self._partial[:, single.FASTEST].max())
         self.sums[single.LONGEST] = self._partial[:, single.LONGEST].max()
         self.h_max = float(self.sums[single.LONGEST])
+
+    def limits(self) -> list[tuple[float, str, int]]:
+        """Return what else limits the step: times [s] of which a step takes the Courant share, names, particles."""
+        return []
 
     def permute(self) -> np.ndarray:
         """Put state and rates into cell order; return the order taken. Call it between `complete` steps only."""
@@ -123,3 +160,29 @@ class Stepper:
         pairs.rows[:] = pairs.rows[order]
         pairs.place[:count] = pairs.place[order]
         return order
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return all that the next step needs beside the particles, between steps, by name.
+
+        The packed rows are among it, though they follow from state and rates: rebuilt by other
+        compiled code they might differ in the last bit. A formulation with a memory of its own adds it.
+        """
+        pairs = self.pairs
+        return {
+            "rows": self.rows, "rates": self.rates[self.place], "lengths": self.lengths, "signals": self.signals,
+            "pressures": self.pressures, "partial_sums": self._partial, "grid_shape": np.array(pairs.grid.shape),
+            "capacity": np.array([pairs.capacity]),
+        }  # fmt: skip
+
+    def restore(self, history: dict[str, np.ndarray]) -> None:
+        """Go back to where `history` was taken; the particles must be those of that moment, in their order."""
+        pairs, count = self.pairs, self.particles.count
+        for name, own in (("rows", self.rows), ("lengths", self.lengths), ("signals", self.signals),
+                          ("pressures", self.pressures), ("partial_sums", self._partial)):  # fmt: skip
+            own[...] = history[name]
+        self.rates[:count] = history["rates"]
+        pairs.place[:count] = np.arange(count, dtype=np.uint32)
+        nx, ny, nz = (int(cells) for cells in history["grid_shape"])
+        pairs.grid = Grid((nx, ny, nz), pairs.grid.edge)
+        pairs.capacity = int(history["capacity"][0])
+        self._sum_up()

@@ -23,7 +23,8 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
     """Complete the step of length `step` (if `complete`) and pack the stage `stage` ahead: the template.
 
     Bound names: DIM, PREVIOUS (1 for schemes that use the
-    rates of the step before), VARIABLE_H, columns of the state (S_...), slots of the row (U), functions
+    rates of the step before), VARIABLE_H, DENSITY_RATE
+    (1 where the rates hold one of ln(rho)), DRIFT (share of the acceleration in the stage's position), columns of the state (S_...), slots of the row (U), functions
     `respond`, `longitudinal_speed`, `shear_speed` and `pack`.
     """
     count = np.uint64(state.shape[0])
@@ -64,6 +65,7 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
             if DIM == 3:
                 l_xy, l_xz, l_yx, l_yy = rates[k, 6], rates[k, 7], rates[k, 8], rates[k, 9]
                 l_yz, l_zx, l_zy, l_zz = rates[k, 10], rates[k, 11], rates[k, 12], rates[k, 13]
+            dissipated = rates[k, DIM + 2 + DIM * DIM] if DENSITY_RATE else 0.0
             if fixed:
                 f_x += mass * a_x
                 f_y += mass * a_y
@@ -98,6 +100,9 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
                         g_zx = 0.5 * (l_zx + state[s, G + 6])
                         g_zy = 0.5 * (l_zy + state[s, G + 7])
                         g_zz = 0.5 * (l_zz + state[s, G + 8])
+                swelling = g_xx + g_yy + g_zz - dissipated
+                if PREVIOUS and DENSITY_RATE:
+                    swelling += 0.5 * (dissipated - state[s, S_PREVIOUS_DENSITY_RATE])
                 # Mean velocity of the step; the work of the forces at it is what the energy receives.
                 m_x = u + 0.5 * step * n_x
                 m_y = v + 0.5 * step * n_y
@@ -119,7 +124,7 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
                 v += step * n_y
                 w += step * n_z
                 # Continuity over a finite step, positive for every step that a criterion allows.
-                half = 0.5 * step * (g_xx + g_yy + g_zz)
+                half = 0.5 * step * swelling
                 ratio = (1.0 - half) / (1.0 + half)
                 rho *= ratio
                 if VARIABLE_H:
@@ -157,6 +162,8 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
                         state[s, V + 2] = e_z
                         state[s, A + 2] = a_z
                     state[s, S_PREVIOUS_POWER] = power
+                    if DENSITY_RATE:
+                        state[s, S_PREVIOUS_DENSITY_RATE] = dissipated
                     for f in range(np.uint64(DIM * DIM)):
                         state[s, np.uint64(G) + f] = rates[k, np.uint64(DIM + 2) + f]
             speed2 = u * u + v * v + w * w
@@ -167,14 +174,14 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
             p_z += mass * w
             fastest = max(fastest, speed2)
             # The stage: where the rates are evaluated next.
-            x += stage * (u + 0.5 * stage * a_x)
-            y += stage * (v + 0.5 * stage * a_y)
-            z += stage * (w + 0.5 * stage * a_z)
+            x += stage * (u + DRIFT * stage * a_x)
+            y += stage * (v + DRIFT * stage * a_y)
+            z += stage * (w + DRIFT * stage * a_z)
             u += stage * a_x
             v += stage * a_y
             w += stage * a_z
             e += stage * power
-            half = 0.5 * stage * (l_xx + l_yy + l_zz)
+            half = 0.5 * stage * (l_xx + l_yy + l_zz - dissipated)
             rho *= (1.0 - half) / (1.0 + half)
             if VARIABLE_H:
                 h = min(max(h * (1.0 + half / DIM) / (1.0 - half / DIM), h_low), h_high)

@@ -2,7 +2,7 @@
 
 Both are one family. Rates f are evaluated at a stage ahead of the state,
 
-    y* = y_n + theta dt f_(n-1),        f_n = f(y*),
+    y* = y_n + theta dt f_(n-1),        x* = x_n + theta dt (u_n + kappa theta dt a_(n-1)),        f_n = f(y*, x*),
     y_(n+1) = y_n + dt ((1 - w) f_n + w f_(n-1)),
 
 with positions moved by the mean of the old and the new velocity.
@@ -10,6 +10,12 @@ with positions moved by the mean of the old and the new velocity.
 Leapfrog, drift-kick-drift (theta = 1/2, w = 0): velocities a half step ahead of the drift, the
 second-order scheme that conserves what a mid-point rule conserves. Predictor-corrector
 (theta = 1, w = 1/2): forces at the predicted end of the step, trapezoidal correction.
+
+Staggered (theta = 1/2, w = 0, kappa = 0): Zisis 2013 eq. 18. There density and velocity are kept at the
+half steps, {rho, u}_(k+1/2) = {rho, u}_(k-1/2) + dt f_k, are carried on by dt/2 f_(k-1) for the evaluation at k,
+and x_(k+1) = x_k + dt u_(k+1/2). With n for k - 1/2 and x_n = x_k - dt/2 u_n, the positions at that very
+moment, it is this family: x* is x_k, and x_(n+1) + dt/2 u_(n+1) is x_(k+1). All of the state then stands at one
+time, as output wants it. It differs from leapfrog by dt^2/8 a in the places of the evaluation.
 
 Energy. The pair forces do the work f . (mean of old and new velocity), while the energy equation was
 evaluated with the predicted velocity. Each particle's energy therefore receives the difference times
@@ -34,11 +40,18 @@ class Scheme:
         theta: place of the evaluation within the step.
     previous
         w: weight of the rates of the step before.
+    drift
+        kappa: share of the acceleration in the predicted positions.
     """
 
     name: str
     stage: float
     previous: float
+    drift: float = 0.5
+
+    def further(self) -> dict[str, float]:
+        """Return what a stepper must be told beside theta and w."""
+        return {} if self.drift == 0.5 else {"drift": self.drift}
 
     def extra_fields(self) -> tuple[str, ...]:
         """Return the state that the scheme carries from step to step."""
@@ -49,5 +62,6 @@ class Scheme:
 
 LEAPFROG = Scheme("leapfrog", 0.5, 0.0)
 PREDICTOR_CORRECTOR = Scheme("predictor_corrector", 1.0, 0.5)
+STAGGERED = Scheme("staggered", 0.5, 0.0, 0.0)
 
-SCHEMES = {scheme.name: scheme for scheme in (LEAPFROG, PREDICTOR_CORRECTOR)}
+SCHEMES = {scheme.name: scheme for scheme in (LEAPFROG, PREDICTOR_CORRECTOR, STAGGERED)}

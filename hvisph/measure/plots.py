@@ -82,15 +82,22 @@ def picture(
         axes = figure.add_subplot()
         draw_particles(axes, scene, shown, field, limits)
     figure.suptitle(_title(snapshot, int(13 * figure.get_figwidth())), fontsize=9)
-    return _store(figure, path)
+    return store(figure, path)
 
 
 def draw_particles(
-    axes: Axes, scene: Scene, shown: np.ndarray, field: str, limits: tuple[float, float] | None = None
-) -> None:
-    """Draw the particles `shown` (indices) of a scene into `axes`, with a colour bar or a legend."""
+    axes: Axes,
+    scene: Scene,
+    shown: np.ndarray,
+    field: str,
+    limits: tuple[float, float] | None = None,
+    bare: bool = False,
+) -> Any:
+    """Draw the particles `shown` (indices) of a scene into `axes`, with a colour bar and a legend.
+
+    With `bare`, the two are left to the caller, who gets what a colour bar is made from: None for bodies.
+    """
     from matplotlib.collections import EllipseCollection
-    from matplotlib.lines import Line2D
 
     snapshot = scene.now
     x = scene.position[shown, :2] * 1e3
@@ -101,26 +108,24 @@ def draw_particles(
     # wider discs in the body's colour underneath: neighbours cover them but for the body's outline
     reach = float(np.ptp(x, axis=0).max()) if len(x) else 0.0
     wide = size + max(0.3 * scene.spacing * 1e3, 0.005 * reach)
+    discs = None
     rims = EllipseCollection(wide, wide, 0.0 * size, facecolors=edges, lw=0.0, **look)
     axes.add_collection(rims)
     if field == "body":
         axes.add_collection(EllipseCollection(size, size, 0.0 * size, facecolors=edges, lw=0.0, **look))
     else:
-        values, label, colours, symmetric = _values(snapshot, field)
+        values, label, colours, symmetric = field_values(snapshot, field)
         discs = EllipseCollection(size, size, 0.0 * size, array=values[shown], cmap=colours, lw=0.0, **look)
-        low, high = _range(field, values[shown], symmetric, limits)
+        low, high = field_range(field, values[shown], symmetric, limits)
         discs.set_clim(low, high)
         axes.add_collection(discs)
-        axes.figure.colorbar(
-            discs, ax=axes, label=label, shrink=0.85, pad=0.03, extend=_beyond(values[shown], low, high)
-        )
-    marks = [
-        Line2D([], [], ls="", marker="o", ms=6, color=BODY_COLOURS[index % len(BODY_COLOURS)], label=name)
-        for index, name in enumerate(snapshot.bodies)
-        if (body == index).any()
-    ]
+        if not bare:
+            open_ends = beyond(values[shown], low, high)
+            axes.figure.colorbar(discs, ax=axes, label=label, shrink=0.85, pad=0.03, extend=open_ends)
+    marks = [] if bare else body_marks(snapshot, body)
     place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.2}
-    axes.legend(handles=marks, ncols=min(len(marks), 3), fontsize=8, frameon=False, **place)
+    if marks:
+        axes.legend(handles=marks, ncols=min(len(marks), 3), fontsize=8, frameon=False, **place)
     axes.set_aspect("equal")
     if len(x):
         start, end = x.min(axis=0), x.max(axis=0)
@@ -129,11 +134,23 @@ def draw_particles(
         axes.set_ylim(start[1] - margin, end[1] + margin)
     axes.set_xlabel("x [mm]")
     axes.set_ylabel("y [mm]")
+    return discs
+
+
+def body_marks(snapshot: Snapshot, body: np.ndarray) -> list[Any]:
+    """Return the entries of a legend for the bodies whose indices occur in `body`."""
+    from matplotlib.lines import Line2D
+
+    return [
+        Line2D([], [], ls="", marker="o", ms=6, color=BODY_COLOURS[index % len(BODY_COLOURS)], label=name)
+        for index, name in enumerate(snapshot.bodies)
+        if (body == index).any()
+    ]
 
 
 def draw_profile(axes: Axes, snapshot: Snapshot, field: str) -> None:
     """Draw a field of a 1D snapshot over x into `axes`, a line for each body."""
-    values, label, _, _ = _values(snapshot, field)
+    values, label, _, _ = field_values(snapshot, field)
     x = snapshot.fields["position"].reshape(snapshot.count, -1)[:, 0] * 1e3
     for index, name in enumerate(snapshot.bodies):
         own = np.flatnonzero(snapshot.body == index)
@@ -183,10 +200,11 @@ def history_plot(
     panels[-1].set_xlabel("time [us]")
     if title:
         figure.suptitle(title, fontsize=10)
-    return _store(figure, path)
+    return store(figure, path)
 
 
-def _store(figure: Figure, path: str | os.PathLike[str]) -> Path:
+def store(figure: Figure, path: str | os.PathLike[str]) -> Path:
+    """Write a figure beside and rename it; the ending of `path` tells the format."""
     target = Path(path)
     ending = target.suffix.lstrip(".").lower() or "png"
     allowed = sorted(figure.canvas.get_supported_filetypes())
@@ -197,7 +215,8 @@ def _store(figure: Figure, path: str | os.PathLike[str]) -> Path:
     return target
 
 
-def _values(snapshot: Snapshot, field: str) -> tuple[np.ndarray, str, str, bool]:
+def field_values(snapshot: Snapshot, field: str) -> tuple[np.ndarray, str, str, bool]:
+    """Return a field in the unit of pictures (n,), label, colour map, and whether zero is its middle."""
     if field not in snapshot.fields:
         allowed = ["body", *snapshot.fields]
         raise CaseError(f"the snapshot has no field '{field}'{nearest(field, allowed)}", where="field")
@@ -207,26 +226,28 @@ def _values(snapshot: Snapshot, field: str) -> tuple[np.ndarray, str, str, bool]
     return magnitude * factor, label, colours, symmetric
 
 
-def _range(
+def field_range(
     field: str,
     values: np.ndarray,
     symmetric: bool,
     limits: tuple[float, float] | None,
+    outside: float = OUTSIDE,
 ) -> tuple[float, float]:
+    """Return the ends of a colour scale: `limits` [SI], or the range of `values` less its outermost share."""
     if limits is not None:
         factor = LOOK.get(field, ("", 1.0, "", False))[1]
         return limits[0] * factor, limits[1] * factor
     finite = values[np.isfinite(values)]
     if len(finite) == 0:
         return 0.0, 1.0
-    low, high = (float(end) for end in np.quantile(finite, [OUTSIDE, 1.0 - OUTSIDE]))
+    low, high = (float(end) for end in np.quantile(finite, [outside, 1.0 - outside]))
     if symmetric:
         top = max(abs(low), abs(high))
         low, high = -top, top
     return (low, high) if high > low else (low - 0.5, low + 0.5)
 
 
-def _beyond(values: np.ndarray, low: float, high: float) -> Literal["neither", "min", "max", "both"]:
+def beyond(values: np.ndarray, low: float, high: float) -> Literal["neither", "min", "max", "both"]:
     """Which ends of a colour bar are open: those that values lie beyond."""
     under, over = bool((values < low).any()), bool((values > high).any())
     return "both" if under and over else "min" if under else "max" if over else "neither"

@@ -84,7 +84,14 @@ class RunFolder:
         folder = Path(path)
         if not folder.is_dir() or not looks_like_a_run(folder):
             raise CaseError(f"{folder} is not the folder of a run")
-        return cls(folder, _locked(folder))
+        lock = _locked(folder)
+        try:
+            for name in names.FOLDERS:
+                (folder / name).mkdir(exist_ok=True)
+        except OSError as error:
+            lock.release()
+            raise OutputError(f"cannot write {folder}: {reason(error)}") from error
+        return cls(folder, lock)
 
     def snapshot_path(self, number: int | str) -> Path:
         """Return the name of the HDF5 snapshot with this number, or of one with a name of its own."""

@@ -8,20 +8,17 @@ file. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format
 
 from __future__ import annotations
 
-import io
 import json
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
 from hvisph.core.errors import OutputError
 from hvisph.output import layout
-from hvisph.output.atomic import reason, replacing
-from hvisph.output.seal import append_seal, verify_seal
+from hvisph.output.sealed import reading, writing
 from hvisph.output.snapshot import Snapshot
 
-SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _VTK_VERTEX = 1
 
 
@@ -33,21 +30,9 @@ def write_hdf5(path: str | Path, snapshot: Snapshot) -> None:
     OutputError
         When it cannot be written; an earlier file of that name is then untouched.
     """
-    import h5py
-
-    with replacing(path) as file:
-        sink = _Sink(file)
-        try:
-            with h5py.File(sink, "w") as h5:
-                _write_vtk(h5, snapshot)
-                header = layout.header_text(snapshot).encode("ascii")
-                h5.create_dataset("hvisph/header", data=np.bytes_(header))
-        except (OSError, RuntimeError):
-            if sink.error is None:
-                raise
-        if sink.error is not None:
-            raise sink.error
-        append_seal(file)
+    with writing(path) as h5:
+        _write_vtk(h5, snapshot)
+        h5.create_dataset("hvisph/header", data=np.bytes_(layout.header_text(snapshot).encode("ascii")))
 
 
 def read_hdf5(path: str | Path) -> Snapshot:
@@ -58,18 +43,18 @@ def read_hdf5(path: str | Path) -> Snapshot:
     OutputError
         When the file is missing, truncated, damaged, of another format version or not a snapshot.
     """
-    try:
-        with Path(path).open("rb") as file:
-            if file.read(len(SIGNATURE)) != SIGNATURE:
-                raise OutputError("it is not an HDF5 file")
-            verify_seal(file)
-            return _read(file)
-    except OutputError as error:
-        raise OutputError(f"cannot read {path}: {error}") from error
-    except OSError as error:
-        raise OutputError(f"cannot read {path}: {reason(error)}") from error
-    except (KeyError, ValueError, TypeError, RuntimeError, IndexError, AttributeError) as error:
-        raise OutputError(f"cannot read {path}: it is not a snapshot of hvisph ({error})") from error
+    with reading(path, "a snapshot") as h5:
+        if "hvisph/header" not in h5:
+            raise OutputError("it is an HDF5 file, but not a snapshot of hvisph")
+        header = json.loads(h5["hvisph/header"][()])
+        if header["format_version"] != layout.FORMAT_VERSION:
+            raise OutputError(
+                f"its format is version {header['format_version']}, this hvisph reads {layout.FORMAT_VERSION}"
+            )
+        data = h5["VTKHDF/PointData"]
+        arrays = {name: data[name][...] for name in data}
+        arrays["position"] = h5["VTKHDF/Points"][...]
+        return layout.snapshot_from(header, arrays)
 
 
 def _write_vtk(h5: Any, snapshot: Snapshot) -> None:
@@ -95,63 +80,3 @@ def _write_vtk(h5: Any, snapshot: Snapshot) -> None:
     for name in layout.INDICES:
         data.create_dataset(name, data=getattr(snapshot, name))
     root.create_dataset("FieldData/TimeValue", data=np.array([snapshot.time]))
-
-
-def _read(file: BinaryIO) -> Snapshot:
-    import h5py
-
-    with h5py.File(file, "r") as h5:
-        if "hvisph/header" not in h5:
-            raise OutputError("it is an HDF5 file, but not a snapshot of hvisph")
-        header = json.loads(h5["hvisph/header"][()])
-        if header["format_version"] != layout.FORMAT_VERSION:
-            raise OutputError(
-                f"its format is version {header['format_version']}, this hvisph reads {layout.FORMAT_VERSION}"
-            )
-        data = h5["VTKHDF/PointData"]
-        arrays = {name: data[name][...] for name in data}
-        arrays["position"] = h5["VTKHDF/Points"][...]
-    return layout.snapshot_from(header, arrays)
-
-
-class _Sink(io.RawIOBase):
-    """The file as HDF5 sees it: after the first failure it takes writes without keeping them.
-
-    HDF5 cannot close a file whose writes fail (disk full) and would complain at the end of the program;
-    so it is left in the belief that all is well, and the writer raises `error` afterwards.
-    """
-
-    def __init__(self, file: BinaryIO):
-        self._file = file
-        self.error: OSError | None = None
-
-    def write(self, data: Any, /) -> int:
-        size = memoryview(data).nbytes
-        if self.error is None:
-            try:
-                self._file.write(data)
-            except OSError as error:
-                self.error = error
-        return size
-
-    def readinto(self, buffer: Any, /) -> int:
-        return self._file.readinto(buffer)  # type: ignore[attr-defined]
-
-    def seek(self, offset: int, whence: int = 0, /) -> int:
-        return self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        return self._file.tell()
-
-    def truncate(self, size: int | None = None, /) -> int:
-        try:
-            return self._file.truncate(size)
-        except OSError as error:
-            self.error = self.error or error
-            return size or 0
-
-    def flush(self) -> None:
-        try:
-            self._file.flush()
-        except OSError as error:
-            self.error = self.error or error

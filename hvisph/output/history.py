@@ -49,7 +49,7 @@ class HistoryWriter:
         Raises
         ------
         OutputError
-            When the file cannot be read or has other columns.
+            When the file cannot be read, has other columns or damaged records.
         """
         try:
             content = Path(path).read_bytes()
@@ -58,20 +58,27 @@ class HistoryWriter:
             if header != list(columns):
                 raise OutputError(f"cannot go on with {path}: its columns are {', '.join(header)}")
             at = header.index("step")
-            kept = [row for row in rows if len(row) == len(header) and float(row[at]) <= step]
+            kept = []
+            for number, row in enumerate(rows):
+                if len(row) != len(header):
+                    raise ValueError(f"line {number + 2} has not {len(header)} columns; it is damaged")
+                if float(row[at]) <= step:
+                    kept.append(row)
         except OSError as error:
             raise OutputError(f"cannot read {path}: {reason(error)}") from error
-        except ValueError as error:
+        except (ValueError, csv.Error) as error:
             raise OutputError(f"cannot go on with {path}: it is not a history ({error})") from error
         write_text(path, "".join(map(_line, [header, *kept])))
         writer = cls.__new__(cls)
         writer._start(Path(path), columns, flush_seconds)
+        writer.last_step = int(kept[-1][at]) if kept else None
         return writer
 
     def _start(self, path: Path, columns: Sequence[str], flush_seconds: float) -> None:
         self.path, self.columns = path, tuple(columns)
         self._flush_seconds = flush_seconds
         self._pending: list[str] = []
+        self.last_step: int | None = None  # of the last record that a resumed file holds
         self._last = time.monotonic()
         try:
             self._handle: int | None = os.open(path, os.O_WRONLY | os.O_APPEND | getattr(os, "O_BINARY", 0))
@@ -111,15 +118,22 @@ class HistoryWriter:
         self._size += len(block)
         self._pending.clear()
 
+    def sync(self) -> None:
+        """Write what is pending and force it to the disk."""
+        if self._handle is None:
+            return
+        self.flush()
+        try:
+            os.fsync(self._handle)
+        except OSError as error:
+            raise OutputError(f"cannot write {self.path}: {reason(error)}") from error
+
     def close(self) -> None:
         """Write what is pending, force it to the disk, close the file."""
         if self._handle is None:
             return
         try:
-            self.flush()
-            os.fsync(self._handle)
-        except OSError as error:
-            raise OutputError(f"cannot write {self.path}: {reason(error)}") from error
+            self.sync()
         finally:
             os.close(self._handle)
             self._handle = None

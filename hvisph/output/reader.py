@@ -17,7 +17,8 @@ import numpy as np
 from hvisph.core.errors import OutputError
 from hvisph.output import names
 from hvisph.output.atomic import reason
-from hvisph.output.hdf5 import SIGNATURE, read_hdf5
+from hvisph.output.hdf5 import read_hdf5
+from hvisph.output.sealed import SIGNATURE
 from hvisph.output.snapshot import Snapshot
 from hvisph.output.vtu import read_vtu
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -86,18 +87,32 @@ def placed_bodies(case: Any) -> list[PlacedBody]:
         if not kept.any():
             raise CaseError("the symmetry planes leave no particle of this body", where=f"bodies.{name}")
         bodies.append(PlacedBody(name, model, filling, positions[kept], filling.volumes[kept]))
-    _refuse_overlaps(bodies, dx)
+    _refuse_overlaps(bodies, dx, case.units)
+    if dim == 1:
+        _refuse_disorder(bodies)
     return bodies
 
 
-def _refuse_overlaps(bodies: list[PlacedBody], dx: float) -> None:
+def _refuse_disorder(bodies: list[PlacedBody]) -> None:
+    """Refuse layers that do not stand from left to right: projectile and target are told by their order."""
+    for before, body in pairwise(bodies):
+        if body.positions.min() < before.positions.min():
+            raise CaseError(
+                f"stands left of '{before.name}', which is listed before it; list the layers from left to "
+                "right, or change their positions",
+                where=f"bodies.{body.name}.position",
+            )
+
+
+def _refuse_overlaps(bodies: list[PlacedBody], dx: float, units: str) -> None:
     positions = np.concatenate([body.positions for body in bodies])
     owner = np.concatenate([np.full(len(body.positions), i) for i, body in enumerate(bodies)])
     for overlap in overlaps(positions, owner, dx):
         first, second = (bodies[i].name for i in overlap.bodies)
-        place = ", ".join(f"{1e3 * float(c):.4g}" for c in positions[overlap.particles[0]])
+        scale, unit = (1e3, " mm") if units == "si" else (1.0, "")
+        place = ", ".join(f"{scale * float(c):.4g}" for c in positions[overlap.particles[0]])
         raise CaseError(
             f"overlaps '{second}': {overlap.count} pairs of particles are closer than particles of touching "
-            f"bodies, the first at ({place}) mm; move one (position, gap) or shrink it",
+            f"bodies, the first at ({place}){unit}; move one (position, gap) or shrink it",
             where=f"bodies.{first}",
         )

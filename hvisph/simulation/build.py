@@ -9,11 +9,14 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
-from hvisph.formulations.stepper import Stepper
+from hvisph.formulations.protocol import AnyStepper
 from hvisph.integrators.criteria import Criteria
 from hvisph.integrators.scheme import SCHEMES
+from hvisph.materials.table import Material
 from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.formulations import formulation_of
+from hvisph.simulation.gauges import Gauges
+from hvisph.simulation.kernel_types import filled_region, set_kernel_types, set_loads
 from hvisph.simulation.materials import material_of
 from hvisph.sph.symmetry import Plane
 
@@ -30,13 +33,19 @@ class Setup:
         Names, in the order of the particles' tags.
     planes
         Planes of symmetry.
+    gauges
+        What is recorded where.
+    density_limits
+        Density [kg/m^3] of each material below which its equation of state holds, infinite for most.
     """
 
-    stepper: Stepper
+    stepper: AnyStepper
     criteria: Criteria
     bodies: list[str]
     materials: list[str]
     planes: tuple[Plane, ...]
+    gauges: Gauges
+    density_limits: np.ndarray
 
     @property
     def particles(self) -> Particles:
@@ -63,7 +72,7 @@ def build(case: Any, bodies: list[PlacedBody] | None = None) -> Setup:
         raise CaseError("'plane_stress' is not available yet; use plane_strain", where="kinematics")
     placed = bodies or placed_bodies(case)
     dim, dx = case.dim, case.resolution
-    formulation = formulation_of(case.formulation)
+    formulation = formulation_of(case.formulation, case)
     scheme = SCHEMES[case.time.integrator]
     h = formulation.h_over_dx * dx
     particles = Particles(dim, sum(len(b.positions) for b in placed), (*formulation.fields, *scheme.extra_fields()))
@@ -85,27 +94,21 @@ def build(case: Any, bodies: list[PlacedBody] | None = None) -> Setup:
     particles.tags[:, ID] = np.arange(particles.count)
     names = [body.name for body in placed]
     for number, clamp in enumerate(case.clamped):
-        held = _held(particles, clamp, names)
-        if not held.any():
-            raise CaseError("this region holds no particle; check its corners and bodies", where=f"clamped.{number}")
+        held = filled_region(particles, clamp, names, f"clamped.{number}")
         particles.tags[held, FLAGS] |= CLAMPED
         particles["velocity"][held] = 0.0
+    set_kernel_types(particles, case, names)
     planes = tuple(Plane("xyz".index(plane.axis), plane.at) for plane in case.symmetry)
-    stepper = Stepper(particles, formulation, materials, scheme.stage, scheme.previous, h, planes)
+    stepper = formulation.stepper(particles, formulation, materials, scheme.stage, scheme.previous, h, planes,
+                                  **scheme.further())
+    set_loads(stepper, case, names)
     criteria = Criteria(dim, particles.count, case.time.cfl, formulation.viscous_factor)
-    return Setup(stepper, criteria, names, [material.name for material in materials], planes)
+    gauges = Gauges(case.gauges, placed, dx, stepper)
+    limits = np.array([_largest_density(material) for material in materials])
+    return Setup(stepper, criteria, names, [material.name for material in materials], planes, gauges, limits)
 
 
-def _held(particles: Particles, clamp: Any, names: list[str]) -> np.ndarray:
-    """Return which particles a clamp holds (n,)."""
-    position = particles["position"]
-    held = np.ones(particles.count, bool)
-    for axis, corner in enumerate(clamp.box.min):
-        if corner is not None:
-            held &= position[:, axis] >= corner
-    for axis, corner in enumerate(clamp.box.max):
-        if corner is not None:
-            held &= position[:, axis] <= corner
-    if clamp.bodies:
-        held &= np.isin(particles.body, [names.index(name) for name in clamp.bodies])
-    return held
+def _largest_density(material: Material) -> float:
+    """Return the density [kg/m^3] at which a material's equation of state ends."""
+    largest = getattr(material.eos, "largest_density", None)
+    return float("inf") if largest is None else float(largest(material.density))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import floor
 
 # A step may be longer than the one before by this factor: rates change within a few steps at a shock.
 GROWTH = 1.1
@@ -38,8 +39,8 @@ class Clock:
         Time [s] and number of steps done.
     outputs
         Moments of output that are done, the start not counted.
-    allowed
-        The last step that the criteria allowed, before it was cut to land on an output [s].
+    allowed, allowed_by
+        The last step that the criteria allowed, before it was cut to land on an output [s], and which did.
     """
 
     end: float
@@ -49,6 +50,7 @@ class Clock:
     steps: int = 0
     outputs: int = 0
     allowed: float = 0.0
+    allowed_by: str = ""
 
     def moment(self, number: int) -> float:
         """Return the moment of output with this number [s], at most the end."""
@@ -68,7 +70,7 @@ class Clock:
             return Step(self.fixed, "fixed")
         if under_way is not None and allowed > GROWTH * self.allowed:
             allowed, criterion = GROWTH * self.allowed, "growth"
-        self.allowed = allowed
+        self.allowed, self.allowed_by = allowed, criterion
         start, outputs = self.time, self.outputs
         if under_way is not None:
             start = under_way.lands_on if under_way.lands_on is not None else start + under_way.length
@@ -93,6 +95,12 @@ class Clock:
             reached = step.lands_on is not None
         self.outputs += reached
         return reached
+
+    def extend(self) -> Step:
+        """Return the step from here after `end` was moved, in place of the one under way."""
+        if self.every is not None:
+            self.outputs = floor(self.time / self.every * (1.0 + 1e-12))
+        return self.choose(self.allowed, self.allowed_by, None)
 
     @property
     def done(self) -> bool:

@@ -4,13 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+from hvisph.formulations.conversion import Conversion
+from hvisph.formulations.corrected import Corrected
 from hvisph.formulations.eulerian import Eulerian
-from hvisph.formulations.formulation import Formulation, Smoothing
+from hvisph.formulations.formulation import Smoothing
+from hvisph.formulations.projection import Projection
+from hvisph.formulations.protocol import AnyFormulation
 from hvisph.formulations.riemann import Riemann
+from hvisph.formulations.total_lagrangian import TotalLagrangian
 from hvisph.sph.kernels import KERNELS
+from hvisph.sph.laws.contact import Contact
 
 
-def formulation_of(model: Any) -> Formulation:
+def formulation_of(model: Any, case: Any = None) -> AnyFormulation:
     """Return the scheme that a case's `model` (of `hvisph.case.formulation`) describes."""
     length = model.smoothing_length
     shared: dict[str, Any] = {
@@ -20,15 +26,75 @@ def formulation_of(model: Any) -> Formulation:
         if length.type == "variable"
         else Smoothing(),
     }
+    if model.type in ("total_lagrangian", "adaptive") or _parts(model):
+        return _composite(model, case)
     match model.type:
         case "eulerian":
             viscous = model.viscosity.type == "monaghan"
-            return Eulerian(
-                **shared,
-                alpha=model.viscosity.alpha if viscous else 0.0,
-                beta=model.viscosity.beta if viscous else 0.0,
-                stress_eps=model.artificial_stress.eps if model.artificial_stress.type == "gray" else 0.0,
-            )
+            shared |= {
+                "alpha": model.viscosity.alpha if viscous else 0.0,
+                "beta": model.viscosity.beta if viscous else 0.0,
+                "stress_eps": model.artificial_stress.eps if model.artificial_stress.type == "gray" else 0.0,
+            }
+            shared["stress_exponent"] = getattr(model.artificial_stress, "n", 4)
+            if model.density_dissipation.type == "zisis":
+                shared["alpha_rho"] = model.density_dissipation.alpha
+            shared["product"] = model.momentum_form == "product"
+            if model.correction.type == "none":
+                return Eulerian(**shared)
+            return Corrected(**shared, correction=model.correction.type, factor=model.correction.factor)
         case "riemann":
             return Riemann(**shared, reconstruction=model.reconstruction)
+        case "projection":
+            return Projection(
+                **shared,
+                printed=model.pressure_gradient == "printed",
+                guard=model.guard,
+                body_force=model.body_force,
+                pressure_average=model.pressure_average,
+            )
     raise ValueError(model.type)
+
+
+def _parts(model: Any) -> bool:
+    """Whether a contact algorithm parts the bodies."""
+    contact = getattr(model, "contact", None)
+    return contact is not None and contact.type == "repulsive"
+
+
+def _composite(model: Any, case: Any) -> TotalLagrangian:
+    """Return the scheme of bodies that meet: Total Lagrangian, adaptive, or Eulerian ones in contact."""
+    viscous = model.viscosity.type == "monaghan"
+    shared: dict[str, Any] = {
+        "kernel": KERNELS[model.kernel],
+        "h_over_dx": model.h_over_dx,
+        "alpha": model.viscosity.alpha if viscous else 0.0,
+        "beta": model.viscosity.beta if viscous else 0.0,
+        "stress_eps": model.artificial_stress.eps if model.artificial_stress.type == "gray" else 0.0,
+        "stress_exponent": getattr(model.artificial_stress, "n", 4),
+        "contact": Contact(model.contact.stiffness, model.contact.exponent, model.contact.absolute_stiffness)
+        if _parts(model)
+        else None,
+    }
+    if model.type == "eulerian":
+        return TotalLagrangian(**shared)
+    limits = getattr(model, "conversion", None)
+    kinds = [body.formulation or model.type for body in case.bodies.values()]
+    return TotalLagrangian(
+        **shared,
+        stress_at_interface=model.artificial_stress_at_interface == "both",
+        correction=model.correction,
+        printed_viscosity=model.viscosity_gradient == "reference",
+        hourglass=model.hourglass,
+        failed_leave=model.failed_particles == "leave",
+        conversion=Conversion()
+        if limits is None
+        else Conversion(
+            strain=limits.strain,
+            damage=limits.damage,
+            neighbours=limits.neighbours,
+            bodies=tuple(number for number, kind in enumerate(kinds) if kind == "adaptive"),
+            guard=limits.guard,
+            guard_strain=limits.guard_strain,
+        ),
+    )

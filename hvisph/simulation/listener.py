@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import time as wall
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+# Wall time between two reports of progress [s].
+REPORT_EVERY = 0.1
 
 
 @dataclass(frozen=True)
@@ -53,3 +57,40 @@ class Listener:
 
     def finished(self, summary: dict[str, Any]) -> None:
         """The summary is written."""
+
+
+class Reporter:
+    """Tells a listener where the run is, some ten times a second.
+
+    Parameters
+    ----------
+    listener
+        Who hears it.
+    setup, clock
+        The run.
+    before
+        Wall time of its earlier steps [s].
+    """
+
+    def __init__(self, listener: Listener, setup: Any, clock: Any, before: float):
+        self._listener, self._setup, self._clock = listener, setup, clock
+        self._began = wall.perf_counter() - before
+        self._last, self._last_steps = 0.0, clock.steps
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of all steps so far [s]."""
+        return wall.perf_counter() - self._began
+
+    def report(self, step: Any, body: int, drift: float | None) -> None:
+        """Report, if it is time, with the next step, the body that limits it and the energy drift."""
+        now, clock = wall.perf_counter(), self._clock
+        since = now - self._last
+        if since < REPORT_EVERY:
+            return
+        pace = (clock.steps - self._last_steps) / since
+        self._last, self._last_steps = now, clock.steps
+        self._listener.progress(
+            Progress(clock.time, clock.end, clock.steps, step.length, step.criterion, self._setup.bodies[body],
+                     now - self._began, pace, drift)
+        )  # fmt: skip

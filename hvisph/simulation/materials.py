@@ -25,16 +25,16 @@ def material_of(model: Any, internal_energy: float = 0.0) -> Material:
     return Material(
         model.name,
         model.density,
-        _eos(model.eos, internal_energy),
+        _eos(model.eos, model.density, internal_energy),
         _strength(model.strength, shear),
         _damage(model.damage),
     )
 
 
-def _eos(eos: Any, internal_energy: float) -> Any:
+def _eos(eos: Any, density: float, internal_energy: float) -> Any:
     match eos.type:
         case "linear":
-            return Linear(eos.bulk_modulus)
+            return Linear(eos.modulus(density))
         case "elastic":
             return Elastic(eos.youngs_modulus, eos.poisson_ratio)
         case "stiffened_gas":

@@ -6,9 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from hvisph import __version__
+from hvisph.core.errors import OutputError
+from hvisph.core.particles import FLAGS, RETIRED
 from hvisph.formulations.diagnose import diagnose
 from hvisph.measure.scene import reference
 from hvisph.output import names
+from hvisph.output.atomic import reason
 from hvisph.output.folder import RunFolder
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.snapshot import Snapshot
@@ -17,7 +21,7 @@ from hvisph.simulation.build import Setup
 
 # Fields of the state that files hold; those that only the integrator needs stay out.
 STATE_FIELDS = ("position", "velocity", "mass", "density", "internal_energy", "smoothing_length", "deviator",
-                "plastic_strain", "damage")  # fmt: skip
+                "plastic_strain", "damage", "kernel_type")  # fmt: skip
 
 
 class SnapshotWriter:
@@ -29,35 +33,50 @@ class SnapshotWriter:
         The run's folder.
     setup
         The run.
-    formats
-        ``hdf5`` and ``vtu``.
-    metadata
-        What every snapshot says beside its particles.
+    case, text
+        The case and its effective text.
+    axis
+        Lateral coordinates of the shot line [m], where the particles do not show it.
     """
 
-    def __init__(self, folder: RunFolder, setup: Setup, formats: tuple[str, ...], metadata: dict[str, Any]):
-        self.folder, self.setup, self.formats = folder, setup, formats
-        self.metadata = metadata
+    def __init__(self, folder: RunFolder, setup: Setup, case: Any, text: str, axis: np.ndarray | None):
+        self.folder, self.setup, self.formats = folder, setup, case.output.formats
+        self.metadata = {"spacing": case.resolution, "kinematics": case.kinematics, "title": case.title,
+                         "units": case.units, "code_version": __version__, "case": text}  # fmt: skip
+        if axis is not None:
+            self.metadata["axis"] = axis.tolist()
         self.series: list[tuple[float, str]] = []
 
     def snapshot(self, time: float, step: int) -> Snapshot:
         """Return the state as it stands, ordered by the particles' permanent numbers."""
         particles, stepper = self.setup.particles, self.setup.stepper
         order = np.argsort(particles.id)
-        fields = {name: particles[name][order] for name in STATE_FIELDS}
+        order = order[particles.tags[order, FLAGS] & RETIRED == 0]
+        fields = {name: particles[name][order] for name in STATE_FIELDS if name in particles.names}
         for name, values in diagnose(particles, stepper.table, stepper.models).items():
             fields[name] = values[order]
         return Snapshot(time, step, particles.dim, fields, particles.body[order].astype(np.int64),
                         particles.material[order].astype(np.int64), particles.id[order].astype(np.int64),
                         self.setup.bodies, self.setup.materials, dict(self.metadata))  # fmt: skip
 
-    def first(self, time: float, step: int) -> Snapshot:
-        """Write the start, and keep what later snapshots need of it to be measured alone."""
-        start = self.snapshot(time, step)
+    def start(self) -> Snapshot:
+        """Return the start, and keep what later snapshots need of it to be measured alone."""
+        start = self.snapshot(0.0, 0)
         self.metadata.update(reference(start))
         start.metadata.update(self.metadata)
-        self.write(start, 0)
         return start
+
+    def forget_after(self, number: int) -> None:
+        """Delete the snapshots after `number` and that of a failure: a run that went back makes them again."""
+        stale = [self.folder.snapshot_path("post_mortem")]
+        for folder, pattern in ((names.SNAPSHOTS, "*.h5"), (names.VTU, "*.vtu")):
+            found = (self.folder.path / folder).glob(pattern)
+            stale += [path for path in found if path.stem.isdigit() and int(path.stem) > number]
+        try:
+            for path in stale:
+                path.unlink(missing_ok=True)
+        except OSError as error:
+            raise OutputError(f"cannot delete {path}: {reason(error)}") from error
 
     def write(self, snapshot: Snapshot, number: int | str) -> None:
         """Write a snapshot under its number, or one with a name of its own, in every format."""
@@ -66,5 +85,7 @@ class SnapshotWriter:
         if "vtu" in self.formats and not isinstance(number, str):
             path = self.folder.vtu_path(number)
             write_vtu(path, snapshot)
-            self.series.append((snapshot.time, f"{names.VTU}/{path.name}"))
+            entry = f"{names.VTU}/{path.name}"
+            self.series[:] = [one for one in self.series if one[1] != entry]
+            self.series.append((snapshot.time, entry))
             write_pvd(self.folder.path / names.SERIES, self.series)

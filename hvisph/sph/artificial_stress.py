@@ -34,7 +34,7 @@ def tensile_part_2d(xx, yy, xy):
 
 @compiled
 def _rotation(p, q, pq):
-    """Return cosine and sine of the rotation that makes the off-diagonal `pq` of [[p, pq], [pq, q]] vanish."""
+    """Return cosine and sine of the rotation that makes `pq` of [[p, pq], [pq, q]] vanish."""
     if pq == 0.0:
         return 1.0, 0.0
     theta = (q - p) / (2.0 * pq)
@@ -63,20 +63,20 @@ def tensile_part_3d(xx, yy, zz, xy, xz, yz):
     w_x, w_y, w_z = 0.0, 0.0, 1.0
     for _ in range(_SWEEPS):
         k, s = _rotation(a, b, d)
-        a, b, d, e, f = (k * k * a - 2.0 * k * s * d + s * s * b, s * s * a + 2.0 * k * s * d + k * k * b, 0.0,
-                         k * e - s * f, s * e + k * f)  # fmt: skip
+        a, b, d = k * k * a - 2.0 * k * s * d + s * s * b, s * s * a + 2.0 * k * s * d + k * k * b, 0.0
+        e, f = k * e - s * f, s * e + k * f
         u_x, v_x = k * u_x - s * v_x, s * u_x + k * v_x
         u_y, v_y = k * u_y - s * v_y, s * u_y + k * v_y
         u_z, v_z = k * u_z - s * v_z, s * u_z + k * v_z
         k, s = _rotation(a, c, e)
-        a, c, e, d, f = (k * k * a - 2.0 * k * s * e + s * s * c, s * s * a + 2.0 * k * s * e + k * k * c, 0.0,
-                         k * d - s * f, s * d + k * f)  # fmt: skip
+        a, c, e = k * k * a - 2.0 * k * s * e + s * s * c, s * s * a + 2.0 * k * s * e + k * k * c, 0.0
+        d, f = k * d - s * f, s * d + k * f
         u_x, w_x = k * u_x - s * w_x, s * u_x + k * w_x
         u_y, w_y = k * u_y - s * w_y, s * u_y + k * w_y
         u_z, w_z = k * u_z - s * w_z, s * u_z + k * w_z
         k, s = _rotation(b, c, f)
-        b, c, f, d, e = (k * k * b - 2.0 * k * s * f + s * s * c, s * s * b + 2.0 * k * s * f + k * k * c, 0.0,
-                         k * d - s * e, s * d + k * e)  # fmt: skip
+        b, c, f = k * k * b - 2.0 * k * s * f + s * s * c, s * s * b + 2.0 * k * s * f + k * k * c, 0.0
+        d, e = k * d - s * e, s * d + k * e
         v_x, w_x = k * v_x - s * w_x, s * v_x + k * w_x
         v_y, w_y = k * v_y - s * w_y, s * v_y + k * w_y
         v_z, w_z = k * v_z - s * w_z, s * v_z + k * w_z

@@ -13,7 +13,8 @@ from hvisph.core.jit import specialise
 
 from . import cells, rates, traversal
 from .kernels import Kernel
-from .rows import RowLayout
+from .kernels.kernel import scale
+from .rows import RowLayout, aligned_zeros
 from .symmetry import Plane, mirror, with_images
 
 # A particle with more candidates than this is inside a collapse that no result survives.
@@ -27,20 +28,23 @@ class Pass:
     Parameters
     ----------
     law
-        The law's loop, a template with the free names DIM, the slots of its row, NORM, `slope`, `shape`
-        and `write_rates`, and those in `options`.
+        The law's loop, a template with the free names DIM, the slots of its row and their number WIDTH,
+        `scale`, `slope`, `shape` and `write_rates`, and those in `options`.
     reads
         The layout of what it reads of each neighbour.
     options
         Constants and compiled functions bound into the law.
     into_rows
         Whether the law writes into the particles' own rows, for a later pass to read, instead of rates.
+    density_rate
+        Whether the law writes a rate of ln(rho) behind the other rates.
     """
 
     law: Any
     reads: RowLayout
     options: dict[str, Any]
     into_rows: bool = False
+    density_rate: bool = False
 
 
 class Pairs:
@@ -67,6 +71,7 @@ class Pairs:
         dim = layout.dim
         self.layout, self.kernel, self.planes = layout, kernel, planes
         self.coefficients = coefficients
+        self._density_rate = any(one.density_rate for one in passes)
         self.count = len(positions)
         self.slots = layout.slots()
         self.rows = np.zeros((self.count, layout.width))
@@ -76,7 +81,7 @@ class Pairs:
         self._make_room(self.count)
         shared = {
             "DIM": dim,
-            "NORM": kernel.norm(dim),
+            "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
             "slope": kernel.slope,
             "shape": kernel.shape,
             "write_rates": rates.writer(dim),
@@ -84,12 +89,11 @@ class Pairs:
         self._sweeps = []
         for one in passes:
             names = one.law.__code__.co_names
-            slots = {k: v for k, v in self.slots.items() if k in names}
-            bound = {k: v for k, v in (shared | one.options | {"WIDTH": one.reads.width}).items() if k in names}
+            slots: dict[str, Any] = {k: v for k, v in self.slots.items() if k in names}
+            options = shared | one.options | {"WIDTH": one.reads.used}
+            bound = {k: v for k, v in options.items() if k in names}
             law = specialise(one.law, **bound, **slots)
-            sweep = specialise(
-                traversal.sweep, parallel=True, DIM=dim, H=self.slots["H"], law=law
-            )
+            sweep = specialise(traversal.sweep, parallel=True, DIM=dim, H=self.slots["H"], law=law)
             self._sweeps.append((sweep, one.into_rows))
 
     def _make_room(self, count: int) -> None:
@@ -97,9 +101,9 @@ class Pairs:
         if count > self._room:
             self._room = count if count == self.count else count + count // 4
             dim, width = self.layout.dim, self.layout.width
-            self.sorted = np.zeros((self._room + 1, width))
+            self.sorted = aligned_zeros(self._room + 1, width)
             self.columns = np.zeros((dim + 1, self._room + traversal.LANES))
-            self.rates = np.zeros((self._room, rates.width(dim)))
+            self.rates = np.zeros((self._room, rates.width(dim) + self._density_rate))
             self.cells = np.zeros(self._room, np.uint32)
             self.order = np.zeros(self._room, np.uint32)
             self.place = np.zeros(self._room, np.uint32)
@@ -127,6 +131,7 @@ class Pairs:
         rows = self.rows
         if self.planes:
             rows, made = with_images(rows, self.planes, self.layout, self.kernel.reach * h)
+        if len(rows) != self.present:
             self._make_room(len(rows))
         n = self.present
         self.grid.edge = self.kernel.reach * h
@@ -137,7 +142,8 @@ class Pairs:
             if self.planes and into_rows:
                 for images in made:
                     target = self.place[images.first : images.first + len(images.source)]
-                    self.sorted[target] = mirror(self.sorted[self.place[images.source]], images.plane, self.layout)
+                    source = self.sorted[self.place[images.source]]
+                    self.sorted[target] = mirror(source, images.plane, self.layout)
 
     def _run(self, sweep: Any, out: np.ndarray) -> None:
         n = np.uint64(self.present)
@@ -150,5 +156,7 @@ class Pairs:
             if needed == 0:
                 return
             if needed > MOST_NEIGHBOURS:
-                raise RunError(f"a particle has more than {MOST_NEIGHBOURS} candidates for neighbours: the bodies collapsed")
+                raise RunError(
+                    f"a particle has more than {MOST_NEIGHBOURS} candidate neighbours: the bodies collapsed"
+                )
             self.capacity = 2 * needed

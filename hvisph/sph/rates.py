@@ -1,6 +1,7 @@
 """The rates that a pair law writes for each particle, and where they stand in the row of rates.
 
-    acceleration (dim), rate of specific internal energy, largest |mu| of its pairs, velocity gradient (dim^2)
+In order: acceleration (dim), rate of specific internal energy, largest |mu| of its pairs,
+velocity gradient (dim^2); from laws that have one, a rate of ln(rho) beside the gradient's.
 """
 
 from __future__ import annotations

@@ -31,6 +31,13 @@ def _components(rank: str, dim: int) -> list[str]:
     raise ValueError(f"unknown rank {rank!r}")
 
 
+def aligned_zeros(count: int, width: int) -> np.ndarray:
+    """Return zeros (count, width) that start on a cache line: a row of eight slots then lies in one."""
+    raw = np.zeros(count * width + 7)
+    start = -(raw.ctypes.data // 8) % 8
+    return raw[start : start + count * width].reshape(count, width)
+
+
 @dataclass(frozen=True)
 class RowLayout:
     """The slots of a packed row.

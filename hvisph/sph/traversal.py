@@ -1,13 +1,13 @@
 """The one traversal of pairs: every pair law runs inside it.
 
-For each particle, in chunks that threads share: (1) filter the contiguous runs of
-its 3, 9 or 27 cells into a list of neighbours, (2) copy their rows into a
-structure-of-arrays block, padded to whole vectors with a far, massless row, and (3) let
-the pair law sum over the block in one branch-free loop. Row i is written by i alone, in an order
+For each particle, in chunks that threads share: filter the contiguous runs of its 3, 9 or 27
+cells into a list of neighbours, fill the list up to whole vectors with a far, massless row, and let the
+pair law sum over it in one branch-free loop. Row i is written by i alone, in an order
 that does not depend on threads: any number of threads gives the same bits.
 
-A pair law is a module of `hvisph.sph.laws`; `law(block, n, rows, i, constants, out)` is
-its loop, bound into the template below by `hvisph.core.jit.specialise`.
+A pair law is a module of `hvisph.sph.laws`; `law(near, n, rows, i, constants, out)` is
+its loop, bound into the template below by `hvisph.core.jit.specialise`. It reads its neighbours, a
+vector at a time, with `hvisph.core.simd.neighbours`.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import prange
-from hvisph.core.simd import append_near, transpose_eight
+from hvisph.core.lanes import LANES as VECTOR
+from hvisph.core.simd import EIGHT, append_near
 from hvisph.sph.cells import wrapped
 
 CHUNK = 256
-LANES = 8
-FAR = 1e30  # coordinate [m] of the row that pads blocks: beyond every kernel, and massless
+LANES = EIGHT  # particles that the filter takes at once
+FAR = 1e30  # coordinate [m] of the row that pads lists: beyond every kernel, and massless
 
 
 def sweep(rows, columns, n_rows, starts, inverse_edge, nx, ny, nz, reach, constants, capacity, out, overflow):
     """Run the pair law over all particles: the template, see the module's text.
 
-    Bound names: DIM, WIDTH (slots of a row that the law reads, a multiple of eight), H (slot of the
-    smoothing length) and law.
+    Bound names: DIM, H (slot of the smoothing length) and law.
 
     Parameters
     ----------
@@ -88,8 +88,8 @@ def sweep(rows, columns, n_rows, starts, inverse_edge, nx, ny, nz, reach, consta
                         break
                     for j in range(begin, end, eight):
                         n = append_near(columns, DIM, j, end, i, x, y, z, h, half_reach, near, n)
-            padded = (n + eight - one) & ~(eight - one)
-            for k in range(eight):
+            for k in range(np.uint64(VECTOR)):
                 near[n + k] = n_rows
+            padded = (n + np.uint64(VECTOR - 1)) & ~np.uint64(VECTOR - 1)
             law(near, padded, rows, i, constants, out)
         overflow[np.uint64(chunk)] = needed

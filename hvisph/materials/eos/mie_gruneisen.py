@@ -59,6 +59,14 @@ class MieGrueneisen:
         """Return c0 [m/s]."""
         return self.sound_speed
 
+    def largest_density(self, density: float) -> float:
+        """Return the density [kg/m^3] at which D falls to its floor: the end of the range of validity."""
+        compression = np.linspace(0.0, 20.0, 20_001)
+        x = compression / (compression + 1.0)
+        d = 1.0 - compression * (self.s1 - 1.0 + x * (self.s2 + x * self.s3))
+        beyond = d < DENOMINATOR_FLOOR
+        return density * float(1.0 + compression[beyond.argmax()]) if beyond.any() else np.inf
+
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
         row[C0_SQUARED] = self.sound_speed**2

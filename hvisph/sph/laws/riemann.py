@@ -22,6 +22,8 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import compiled
+from hvisph.core.lanes import LANES, all_lanes, total
+from hvisph.core.simd import neighbours
 from hvisph.sph.rows import RowLayout
 
 # Keeps a pair without any shear impedance from dividing zero by zero.
@@ -33,11 +35,12 @@ SINGULAR = 0.05
 
 
 def row_layout(dim: int, reconstruct: bool) -> RowLayout:
-    """Return what a particle shows its neighbours; T is the stress, GU and GT are the gradients of U and T."""
-    fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"),
-              ("zn", "scalar"), ("zt", "scalar"), ("t", "symmetric")]  # fmt: skip
+    """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T."""
+    fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("zn", "scalar"),
+              ("zt", "scalar"), ("t", "symmetric")]  # fmt: skip
     if reconstruct:
         fields += [("gu", "gradient"), ("gt", "symmetric_gradient")]
+    fields.append(("m", "scalar"))  # the pairs never read it
     return RowLayout(dim, tuple(fields))
 
 
@@ -70,16 +73,17 @@ def van_leer_share(a, b):
 LIMITERS = {"minmod": (minmod, minmod_share), "van_leer": (van_leer, van_leer_share)}
 
 
-def gradients(block, n, rows, i, constants, out):
+def gradients(near, n, rows, i, constants, out):
     """Write the renormalised gradients of velocity and stress into row `i`."""
     x = rows[i, 0]
     y = rows[i, 1] if DIM > 1 else 0.0
     z = rows[i, 2] if DIM > 2 else 0.0
     h = rows[i, H]
-    b_xx = b_yy = b_zz = b_xy = b_xz = b_yz = 0.0
-    u_xx = u_xy = u_xz = u_yx = u_yy = u_yz = u_zx = u_zy = u_zz = 0.0
-    xx_x = xx_y = xx_z = yy_x = yy_y = yy_z = zz_x = zz_y = zz_z = 0.0
-    xy_x = xy_y = xy_z = xz_x = xz_y = xz_z = yz_x = yz_y = yz_z = 0.0
+    none = all_lanes(0.0)
+    m_xx = m_yy = m_zz = m_xy = m_xz = m_yz = none
+    u_xx = u_xy = u_xz = u_yx = u_yy = u_yz = u_zx = u_zy = u_zz = none
+    xx_x = xx_y = xx_z = yy_x = yy_y = yy_z = zz_x = zz_y = zz_z = none
+    xy_x = xy_y = xy_z = xz_x = xz_y = xz_z = yz_x = yz_y = yz_z = none
     u = rows[i, U]
     s_xx = rows[i, T]
     if DIM > 1:
@@ -91,79 +95,82 @@ def gradients(block, n, rows, i, constants, out):
         s_zz = rows[i, T + 2]
         s_xz = rows[i, T + 4]
         s_yz = rows[i, T + 5]
-    for k in range(n):
-        dx = block[0, k] - x
-        dy = block[1, k] - y if DIM > 1 else 0.0
-        dz = block[2, k] - z if DIM > 2 else 0.0
+    for k in range(np.uint64(0), n, np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        dx = b[0] - x
+        dy = b[1] - y if DIM > 1 else 0.0
+        dz = b[2] - z if DIM > 2 else 0.0
         r = np.sqrt(dx * dx + dy * dy + dz * dz)
-        ih = 2.0 / (h + block[H, k])
-        f = -block[V, k] * NORM * ih ** (DIM + 1) * slope(r * ih) / r
+        ih = 2.0 / (h + b[H])
+        f = -b[V] * scale(ih) * slope(r * ih) / r
         g_x = f * dx
         g_y = f * dy if DIM > 1 else 0.0
         g_z = f * dz if DIM > 2 else 0.0
-        b_xx += dx * g_x
-        d = block[U, k] - u
+        m_xx += dx * g_x
+        d = b[U] - u
         u_xx += d * g_x
-        e = block[T, k] - s_xx
+        e = b[T] - s_xx
         xx_x += e * g_x
         if DIM > 1:
-            b_yy += dy * g_y
-            b_xy += dx * g_y
+            m_yy += dy * g_y
+            m_xy += dx * g_y
             u_xy += d * g_y
-            d = block[U + 1, k] - v
+            d = b[U + 1] - v
             u_yx += d * g_x
             u_yy += d * g_y
             xx_y += e * g_y
-            e = block[T + 1, k] - s_yy
+            e = b[T + 1] - s_yy
             yy_x += e * g_x
             yy_y += e * g_y
-            e = block[T + DIM, k] - s_xy
+            e = b[T + DIM] - s_xy
             xy_x += e * g_x
             xy_y += e * g_y
         if DIM > 2:
-            b_zz += dz * g_z
-            b_xz += dx * g_z
-            b_yz += dy * g_z
+            m_zz += dz * g_z
+            m_xz += dx * g_z
+            m_yz += dy * g_z
             u_yz += d * g_z
-            u_xz += (block[U, k] - u) * g_z
-            d = block[U + 2, k] - w
+            u_xz += (b[U] - u) * g_z
+            d = b[U + 2] - w
             u_zx += d * g_x
             u_zy += d * g_y
             u_zz += d * g_z
             xy_z += e * g_z
-            xx_z += (block[T, k] - s_xx) * g_z
-            yy_z += (block[T + 1, k] - s_yy) * g_z
-            e = block[T + 2, k] - s_zz
+            xx_z += (b[T] - s_xx) * g_z
+            yy_z += (b[T + 1] - s_yy) * g_z
+            e = b[T + 2] - s_zz
             zz_x += e * g_x
             zz_y += e * g_y
             zz_z += e * g_z
-            e = block[T + 4, k] - s_xz
+            e = b[T + 4] - s_xz
             xz_x += e * g_x
             xz_y += e * g_y
             xz_z += e * g_z
-            e = block[T + 5, k] - s_yz
+            e = b[T + 5] - s_yz
             yz_x += e * g_x
             yz_y += e * g_y
             yz_z += e * g_z
+    b_xx, b_yy, b_zz = total(m_xx), total(m_yy), total(m_zz)
+    b_xy, b_xz, b_yz = total(m_xy), total(m_xz), total(m_yz)
     if DIM == 1:
         k_xx = 1.0 / b_xx if b_xx > SINGULAR else 1.0
-        out[i, GU] = u_xx * k_xx
-        out[i, GT] = xx_x * k_xx
+        out[i, GU] = total(u_xx) * k_xx
+        out[i, GT] = total(xx_x) * k_xx
     elif DIM == 2:
         determinant = b_xx * b_yy - b_xy * b_xy
         k_xx, k_yy, k_xy = 1.0, 1.0, 0.0
         if determinant > SINGULAR * 0.25 * (b_xx + b_yy) ** 2 and b_xx + b_yy > SINGULAR:
             k_xx, k_yy, k_xy = b_yy / determinant, b_xx / determinant, -b_xy / determinant
-        out[i, GU] = u_xx * k_xx + u_xy * k_xy
-        out[i, GU + 1] = u_xx * k_xy + u_xy * k_yy
-        out[i, GU + 2] = u_yx * k_xx + u_yy * k_xy
-        out[i, GU + 3] = u_yx * k_xy + u_yy * k_yy
-        out[i, GT] = xx_x * k_xx + xx_y * k_xy
-        out[i, GT + 1] = xx_x * k_xy + xx_y * k_yy
-        out[i, GT + 2] = yy_x * k_xx + yy_y * k_xy
-        out[i, GT + 3] = yy_x * k_xy + yy_y * k_yy
-        out[i, GT + 4] = xy_x * k_xx + xy_y * k_xy
-        out[i, GT + 5] = xy_x * k_xy + xy_y * k_yy
+        out[i, GU] = total(u_xx) * k_xx + total(u_xy) * k_xy
+        out[i, GU + 1] = total(u_xx) * k_xy + total(u_xy) * k_yy
+        out[i, GU + 2] = total(u_yx) * k_xx + total(u_yy) * k_xy
+        out[i, GU + 3] = total(u_yx) * k_xy + total(u_yy) * k_yy
+        out[i, GT] = total(xx_x) * k_xx + total(xx_y) * k_xy
+        out[i, GT + 1] = total(xx_x) * k_xy + total(xx_y) * k_yy
+        out[i, GT + 2] = total(yy_x) * k_xx + total(yy_y) * k_xy
+        out[i, GT + 3] = total(yy_x) * k_xy + total(yy_y) * k_yy
+        out[i, GT + 4] = total(xy_x) * k_xx + total(xy_y) * k_xy
+        out[i, GT + 5] = total(xy_x) * k_xy + total(xy_y) * k_yy
     else:
         c_xx = b_yy * b_zz - b_yz * b_yz
         c_xy = b_xz * b_yz - b_xy * b_zz
@@ -183,14 +190,14 @@ def gradients(block, n, rows, i, constants, out):
             (xy_x, xy_y, xy_z), (xz_x, xz_y, xz_z), (yz_x, yz_y, yz_z),
         )  # fmt: skip
         for f in range(9):
-            a, b, c = sums[f]
+            a, b, c = total(sums[f][0]), total(sums[f][1]), total(sums[f][2])
             out[i, GU + 3 * f] = a * k_xx + b * k_xy + c * k_xz
             out[i, GU + 3 * f + 1] = a * k_xy + b * k_yy + c * k_yz
             out[i, GU + 3 * f + 2] = a * k_xz + b * k_yz + c * k_zz
 
 
-def accumulate(block, n, rows, i, constants, out):
-    """Sum the rates of particle `i` over its block of neighbours."""
+def accumulate(near, n, rows, i, constants, out):
+    """Sum the rates of particle `i` over its neighbours."""
     x = rows[i, 0]
     u = rows[i, U]
     h = rows[i, H]
@@ -219,39 +226,41 @@ def accumulate(block, n, rows, i, constants, out):
             gu_xy, gu_yx, gu_yy = rows[i, GU + 1], rows[i, GU + 2], rows[i, GU + 3]
             gt_xx_y, gt_yy_x, gt_yy_y = rows[i, GT + 1], rows[i, GT + 2], rows[i, GT + 3]
             gt_xy_x, gt_xy_y = rows[i, GT + 4], rows[i, GT + 5]
-    l_xx = l_xy = l_xz = l_yx = l_yy = l_yz = l_zx = l_zy = l_zz = 0.0
-    a_x = a_y = a_z = power = 0.0
-    for k in range(n):
-        dx = block[0, k] - x
-        dy = block[1, k] - y if DIM > 1 else 0.0
-        dz = block[2, k] - z if DIM > 2 else 0.0
+    none = all_lanes(0.0)
+    l_xx = l_xy = l_xz = l_yx = l_yy = l_yz = l_zx = l_zy = l_zz = none
+    a_x = a_y = a_z = power = none
+    for k in range(np.uint64(0), n, np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        dx = b[0] - x
+        dy = b[1] - y if DIM > 1 else 0.0
+        dz = b[2] - z if DIM > 2 else 0.0
         r2 = dx * dx + dy * dy + dz * dz
         r = np.sqrt(r2)
-        ih = 2.0 / (h + block[H, k])
+        ih = 2.0 / (h + b[H])
         ir = 1.0 / r
-        g = -2.0 * block[V, k] * NORM * ih ** (DIM + 1) * slope(r * ih)
+        g = -2.0 * b[V] * scale(ih) * slope(r * ih)
         e_x = dx * ir
         e_y = dy * ir if DIM > 1 else 0.0
         e_z = dz * ir if DIM > 2 else 0.0
         # Tractions on e and velocities of both sides, then their parts along e.
-        b_u = block[U, k]
-        b_v = block[U + 1, k] if DIM > 1 else 0.0
-        b_w = block[U + 2, k] if DIM > 2 else 0.0
+        b_u = b[U]
+        b_v = b[U + 1] if DIM > 1 else 0.0
+        b_w = b[U + 2] if DIM > 2 else 0.0
         if DIM == 1:
             ta_x, ta_y, ta_z = s_xx * e_x, 0.0, 0.0
-            tb_x, tb_y, tb_z = block[T, k] * e_x, 0.0, 0.0
+            tb_x, tb_y, tb_z = b[T] * e_x, 0.0, 0.0
         elif DIM == 2:
             ta_x, ta_y, ta_z = s_xx * e_x + s_xy * e_y, s_xy * e_x + s_yy * e_y, 0.0
-            b_xy = block[T + DIM, k]
-            tb_x, tb_y, tb_z = block[T, k] * e_x + b_xy * e_y, b_xy * e_x + block[T + 1, k] * e_y, 0.0
+            b_xy = b[T + DIM]
+            tb_x, tb_y, tb_z = b[T] * e_x + b_xy * e_y, b_xy * e_x + b[T + 1] * e_y, 0.0
         else:
             ta_x = s_xx * e_x + s_xy * e_y + s_xz * e_z
             ta_y = s_xy * e_x + s_yy * e_y + s_yz * e_z
             ta_z = s_xz * e_x + s_yz * e_y + s_zz * e_z
-            b_xy, b_xz, b_yz = block[T + DIM, k], block[T + 4, k], block[T + 5, k]
-            tb_x = block[T, k] * e_x + b_xy * e_y + b_xz * e_z
-            tb_y = b_xy * e_x + block[T + 1, k] * e_y + b_yz * e_z
-            tb_z = b_xz * e_x + b_yz * e_y + block[T + 2, k] * e_z
+            b_xy, b_xz, b_yz = b[T + DIM], b[T + 4], b[T + 5]
+            tb_x = b[T] * e_x + b_xy * e_y + b_xz * e_z
+            tb_y = b_xy * e_x + b[T + 1] * e_y + b_yz * e_z
+            tb_z = b_xz * e_x + b_yz * e_y + b[T + 2] * e_z
         ua_n = u * e_x + v * e_y + w * e_z
         ub_n = b_u * e_x + b_v * e_y + b_w * e_z
         ta_n = ta_x * e_x + ta_y * e_y + ta_z * e_z
@@ -266,17 +275,17 @@ def accumulate(block, n, rows, i, constants, out):
             tb_x, tb_y, tb_z = tb_x - tb_n * e_x, tb_y - tb_n * e_y, tb_z - tb_n * e_z
         if RECONSTRUCTION:
             if DIM == 1:
-                du_a, du_b = gu_xx * r, block[GU, k] * r
+                du_a, du_b = gu_xx * r, b[GU] * r
                 d = ub_n - ua_n
                 ua_n, ub_n = ua_n + 0.5 * limit(d, 2.0 * du_a - d), ub_n - 0.5 * limit(d, 2.0 * du_b - d)
                 d = tb_n - ta_n
-                dt_a, dt_b = gt_xx_x * dx, block[GT, k] * dx
+                dt_a, dt_b = gt_xx_x * dx, b[GT] * dx
                 ta_n, tb_n = ta_n + 0.5 * limit(d, 2.0 * dt_a - d), tb_n - 0.5 * limit(d, 2.0 * dt_b - d)
             if DIM == 2:
                 p, q = gu_xx * dx + gu_xy * dy, gu_yx * dx + gu_yy * dy
                 da_n, da_t = p * e_x + q * e_y, q * e_x - p * e_y
-                p = block[GU, k] * dx + block[GU + 1, k] * dy
-                q = block[GU + 2, k] * dx + block[GU + 3, k] * dy
+                p = b[GU] * dx + b[GU + 1] * dy
+                q = b[GU + 2] * dx + b[GU + 3] * dy
                 db_n, db_t = p * e_x + q * e_y, q * e_x - p * e_y
                 d = ub_n - ua_n
                 ua_n += 0.5 * limit(d, 2.0 * da_n - d)
@@ -288,9 +297,9 @@ def accumulate(block, n, rows, i, constants, out):
                 m_xy = gt_xy_x * dx + gt_xy_y * dy
                 p, q = m_xx * e_x + m_xy * e_y, m_xy * e_x + m_yy * e_y
                 da_n, da_t = p * e_x + q * e_y, q * e_x - p * e_y
-                m_xx = block[GT, k] * dx + block[GT + 1, k] * dy
-                m_yy = block[GT + 2, k] * dx + block[GT + 3, k] * dy
-                m_xy = block[GT + 4, k] * dx + block[GT + 5, k] * dy
+                m_xx = b[GT] * dx + b[GT + 1] * dy
+                m_yy = b[GT + 2] * dx + b[GT + 3] * dy
+                m_xy = b[GT + 4] * dx + b[GT + 5] * dy
                 p, q = m_xx * e_x + m_xy * e_y, m_xy * e_x + m_yy * e_y
                 db_n, db_t = p * e_x + q * e_y, q * e_x - p * e_y
                 d = tb_n - ta_n
@@ -303,18 +312,18 @@ def accumulate(block, n, rows, i, constants, out):
                 pa_x = rows[i, GU] * dx + rows[i, GU + 1] * dy + rows[i, GU + 2] * dz
                 pa_y = rows[i, GU + 3] * dx + rows[i, GU + 4] * dy + rows[i, GU + 5] * dz
                 pa_z = rows[i, GU + 6] * dx + rows[i, GU + 7] * dy + rows[i, GU + 8] * dz
-                pb_x = block[GU, k] * dx + block[GU + 1, k] * dy + block[GU + 2, k] * dz
-                pb_y = block[GU + 3, k] * dx + block[GU + 4, k] * dy + block[GU + 5, k] * dz
-                pb_z = block[GU + 6, k] * dx + block[GU + 7, k] * dy + block[GU + 8, k] * dz
+                pb_x = b[GU] * dx + b[GU + 1] * dy + b[GU + 2] * dz
+                pb_y = b[GU + 3] * dx + b[GU + 4] * dy + b[GU + 5] * dz
+                pb_z = b[GU + 6] * dx + b[GU + 7] * dy + b[GU + 8] * dz
                 qa_x, qa_y, qa_z = _traction_slope(rows[i, GT], rows[i, GT + 1], rows[i, GT + 2],
                     rows[i, GT + 3], rows[i, GT + 4], rows[i, GT + 5], rows[i, GT + 6], rows[i, GT + 7],
                     rows[i, GT + 8], rows[i, GT + 9], rows[i, GT + 10], rows[i, GT + 11], rows[i, GT + 12],
                     rows[i, GT + 13], rows[i, GT + 14], rows[i, GT + 15], rows[i, GT + 16], rows[i, GT + 17],
                     dx, dy, dz, e_x, e_y, e_z)  # fmt: skip
-                qb_x, qb_y, qb_z = _traction_slope(block[GT, k], block[GT + 1, k], block[GT + 2, k],
-                    block[GT + 3, k], block[GT + 4, k], block[GT + 5, k], block[GT + 6, k], block[GT + 7, k],
-                    block[GT + 8, k], block[GT + 9, k], block[GT + 10, k], block[GT + 11, k], block[GT + 12, k],
-                    block[GT + 13, k], block[GT + 14, k], block[GT + 15, k], block[GT + 16, k], block[GT + 17, k],
+                qb_x, qb_y, qb_z = _traction_slope(b[GT], b[GT + 1], b[GT + 2],
+                    b[GT + 3], b[GT + 4], b[GT + 5], b[GT + 6], b[GT + 7],
+                    b[GT + 8], b[GT + 9], b[GT + 10], b[GT + 11], b[GT + 12],
+                    b[GT + 13], b[GT + 14], b[GT + 15], b[GT + 16], b[GT + 17],
                     dx, dy, dz, e_x, e_y, e_z)  # fmt: skip
                 d = ub_n - ua_n
                 pa_n = pa_x * e_x + pa_y * e_y + pa_z * e_z
@@ -339,7 +348,7 @@ def accumulate(block, n, rows, i, constants, out):
                 ta_x, ta_y, ta_z = ta_x + fa * d_x, ta_y + fa * d_y, ta_z + fa * d_z
                 tb_x, tb_y, tb_z = tb_x - fb * d_x, tb_y - fb * d_y, tb_z - fb * d_z
         # The acoustic Riemann problem, normal and tangential.
-        zb = block[ZN, k]
+        zb = b[ZN]
         inverse = 1.0 / (zn + zb)
         star_u = (zn * ua_n + zb * ub_n + tb_n - ta_n) * inverse
         star_t = (zb * ta_n + zn * tb_n + zn * zb * (ub_n - ua_n)) * inverse
@@ -350,7 +359,7 @@ def accumulate(block, n, rows, i, constants, out):
         ts_y = star_t * e_y
         ts_z = star_t * e_z
         if DIM > 1:
-            zb = block[ZT, k]
+            zb = b[ZT]
             inverse = 1.0 / (zt + zb + TINY)
         if DIM == 2:
             star_u = (zt * ua_t + zb * ub_t + tb_t - ta_t) * inverse
@@ -385,13 +394,15 @@ def accumulate(block, n, rows, i, constants, out):
             l_zy += us_z * ge_y
             l_zz += us_z * ge_z
     weight = rows[i, V] / rows[i, M]
-    write_rates(out, i, weight * a_x, weight * a_y, weight * a_z, weight * power, 0.0,
-                l_xx, l_xy, l_xz, l_yx, l_yy, l_yz, l_zx, l_zy, l_zz)  # fmt: skip
+    write_rates(out, i, weight * total(a_x), weight * total(a_y), weight * total(a_z),
+                weight * total(power), 0.0,
+                total(l_xx), total(l_xy), total(l_xz), total(l_yx), total(l_yy), total(l_yz),
+                total(l_zx), total(l_zy), total(l_zz))  # fmt: skip
 
 
 @compiled
-def _traction_slope(xx_x, xx_y, xx_z, yy_x, yy_y, yy_z, zz_x, zz_y, zz_z,
-                    xy_x, xy_y, xy_z, xz_x, xz_y, xz_z, yz_x, yz_y, yz_z, dx, dy, dz, e_x, e_y, e_z):  # fmt: skip
+def _traction_slope(xx_x, xx_y, xx_z, yy_x, yy_y, yy_z, zz_x, zz_y, zz_z, xy_x, xy_y, xy_z,
+                    xz_x, xz_y, xz_z, yz_x, yz_y, yz_z, dx, dy, dz, e_x, e_y, e_z):  # fmt: skip
     """Return ((grad sigma) . d) . e from the gradients of the six stress components."""
     m_xx = xx_x * dx + xx_y * dy + xx_z * dz
     m_yy = yy_x * dx + yy_y * dy + yy_z * dz

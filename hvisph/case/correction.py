@@ -1,0 +1,92 @@
+"""Corrections of the kernel and its gradient, and the numbers that follow from having one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BaseModel, Field
+
+from hvisph.case.dimensions import NUMBER
+from hvisph.case.model import Problem, StrictModel
+from hvisph.case.units import Quantity
+
+if TYPE_CHECKING:
+    from hvisph.case.formulation import EulerianFormulation
+
+# C_f without and with artificial stress (Young 2021 section 3.2).
+FACTORS = {"none": 7.5, "gray": 90.0}
+
+
+class NoCorrection(StrictModel):
+    """The plain kernel gradient."""
+
+    type: Literal["none"] = "none"
+
+
+class _Limited(StrictModel):
+    factor: Annotated[float, Quantity(NUMBER, above=1)] | None = Field(
+        default=None,
+        description="C_f: a pair whose corrected gradient has a component of more than C_f times the plain one, "
+        "or of less than its inverse, takes the plain one [-], above 1; unless given, 7.5 without artificial "
+        "stress and 90 with it",
+    )
+
+
+class ShepardCorrection(_Limited):
+    """The kernel over its own sum: a constant is exact."""
+
+    type: Literal["shepard"] = "shepard"
+
+
+class GradientCorrection(_Limited):
+    """The gradient times the inverse of its moment matrix: the gradient of a linear field is exact."""
+
+    type: Literal["gradient"] = "gradient"
+
+
+class MixedCorrection(_Limited):
+    """Both (Young 2021 eqs. 3-5, 14)."""
+
+    type: Literal["mixed"] = "mixed"
+
+
+Correction = Annotated[
+    NoCorrection | ShepardCorrection | GradientCorrection | MixedCorrection, Field(discriminator="type")
+]
+
+
+def fill_correction(data: Any) -> Any:
+    """Write out what a formulation's correction decides: C_f, by the artificial stress, and the momentum form."""
+    if not isinstance(data, dict):
+        return data
+    correction = data.get("correction")
+    if isinstance(correction, BaseModel):
+        correction = correction.model_dump()
+    if not isinstance(correction, dict) or correction.get("type") not in ("shepard", "gradient", "mixed"):
+        return data
+    stress = data.get("artificial_stress")
+    kind = stress.get("type") if isinstance(stress, dict) else getattr(stress, "type", "none")
+    filled = dict(data)
+    if correction.get("factor") is None and isinstance(kind, str) and kind in FACTORS:
+        filled["correction"] = correction | {"factor": FACTORS[kind]}
+    return {"momentum_form": "product"} | filled
+
+
+def correction_problems(formulation: EulerianFormulation) -> Iterator[Problem]:
+    """Yield what has no meaning beside the formulation's correction."""
+    kind = formulation.correction.type
+    if kind == "none":
+        return
+    if formulation.momentum_form != "product":
+        yield Problem(
+            ("momentum_form",),
+            f"'{formulation.momentum_form}' has no meaning with correction '{kind}', where each side's gradient "
+            "goes with its own stress; leave it out or give 'product'",
+        )
+    if formulation.viscosity.type not in ("none", "monaghan"):
+        yield Problem(("viscosity", "type"), f"not available with correction '{kind}'; give 'monaghan' or 'none'")
+    if formulation.density_dissipation.type != "none":
+        yield Problem(("density_dissipation", "type"), f"not available with correction '{kind}'; give 'none'")
+    if formulation.contact.type != "kernel":
+        yield Problem(("contact", "type"), f"not available with correction '{kind}'; give 'kernel'")

@@ -1,0 +1,79 @@
+"""Gauges: what is recorded where, beside the history of the whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from hvisph.case.bodies import Position
+from hvisph.case.model import SCALAR_AS_LIST, Path, Problem, StrictModel
+from hvisph.core.errors import nearest
+from hvisph.core.fields import component_names, recordable
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+Fields = Annotated[
+    tuple[Annotated[str, Field(max_length=64)], ...], SCALAR_AS_LIST, Field(min_length=1, max_length=64)
+]
+
+
+class GaugeOptions(StrictModel):
+    """What every gauge has."""
+
+    at: Position = Field(description="Place of the gauge at the start [m], a coordinate per dimension")
+    fields: Fields = Field(
+        default=("velocity", "pressure"),
+        description="What it records: names of fields, such as `pressure`, `velocity` (all components), "
+        "`velocity_x`, `stress_xx`, `density`, `plastic_strain`",
+    )
+    every: Annotated[int, Field(strict=True, ge=1, le=10**9)] | None = Field(
+        default=None,
+        description="Steps between its records, at least 1; with every line of history.csv unless given",
+    )
+
+
+class MaterialGauge(GaugeOptions):
+    """Rides with the particle that begins nearest to `at`."""
+
+    type: Literal["material"] = "material"
+
+
+class FixedGauge(GaugeOptions):
+    """Stays at `at`: the kernel's mean over the particles that pass; empty while none is near."""
+
+    type: Literal["fixed"] = "fixed"
+
+
+class FreeSurfaceGauge(GaugeOptions):
+    """Rides with the outermost particle of the body at `at`, looking along `direction` from there."""
+
+    type: Literal["free_surface"] = "free_surface"
+    direction: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = Field(
+        default="+x", description="Direction in which the surface lies, seen from `at`"
+    )
+
+
+Gauge = Annotated[MaterialGauge | FixedGauge | FreeSurfaceGauge, Field(discriminator="type")]
+
+
+def gauge_problems(case: Case) -> Iterator[Problem]:
+    """Yield what is wrong with the gauges beyond their single fields."""
+    for name, gauge in case.gauges.items():
+        path: Path = ("gauges", name)
+        if len(gauge.at) != case.dim:
+            axes = ", ".join("xyz"[: case.dim])
+            yield Problem(
+                (*path, "at"), f"has {len(gauge.at)} coordinates, needs {case.dim} in {case.dim}D: [{axes}]"
+            )
+        if isinstance(gauge, FreeSurfaceGauge) and gauge.direction[1] not in "xyz"[: case.dim]:
+            yield Problem((*path, "direction"), f"there is no axis {gauge.direction[1]} in {case.dim}D")
+        allowed = recordable(case.dim)
+        for number, field in enumerate(gauge.fields):
+            if field not in allowed:
+                yield Problem((*path, "fields", number), f"unknown field '{field}'{nearest(field, allowed)}")
+        columns = [c for field in gauge.fields if field in allowed for c in component_names(field, case.dim)]
+        if len(set(columns)) < len(columns):
+            yield Problem((*path, "fields"), "names a field twice")

@@ -1,0 +1,368 @@
+"""One step of bodies that meet: Total Lagrangian and Eulerian particles, and contact.
+
+An evaluation runs, each only where it is needed,
+1. `deform` over reference neighbours: F, stress, density of Total Lagrangian particles;
+2. `accumulate` over them: their pair forces;
+3. the standard law over current neighbours, for Eulerian particles and those near one;
+4. contact forces, for particles near another body.
+Particles keep the order that they have at the start, sorted by place: reference lists hold their numbers.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.jit import prange, specialise
+from hvisph.core.particles import Particles
+from hvisph.materials import response
+from hvisph.materials.table import Material, pack
+from hvisph.sph import rates as rate_slots
+from hvisph.sph.kernels.kernel import scale
+from hvisph.sph.laws import contact, coupling, reference, standard
+from hvisph.sph.pairs import Pairs, Pass
+from hvisph.sph.reference import Reference
+from hvisph.sph.rows import aligned_zeros
+from hvisph.sph.selection import Selection
+from hvisph.sph.symmetry import Plane, mirror, with_images
+from hvisph.sph.traversal import FAR
+
+from . import update as single
+from .stepper import Stepper
+
+CHUNK = 256
+
+
+def _spatial_rows(rows, chosen, bodies, pressures, loads, coefficients, out):
+    """Pack the rows of the `chosen` particles for the standard law: a template."""
+    count = np.uint64(chosen.shape[0])
+    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        first = np.uint64(chunk) * np.uint64(CHUNK)
+        for k in range(first, min(first + np.uint64(CHUNK), count)):
+            i = np.uint64(chosen[k])
+            out[k, 0] = rows[i, 0]
+            out[k, TO_D] = rows[i, 0] - rows[i, X0]
+            v = w = s_yy = s_zz = s_xy = s_xz = s_yz = 0.0
+            if DIM > 1:
+                out[k, 1] = rows[i, 1]
+                out[k, TO_D + 1] = rows[i, 1] - rows[i, X0 + 1]
+                v, s_yy, s_xy = rows[i, U + 1], rows[i, S + 1], rows[i, S + DIM]
+            if DIM > 2:
+                out[k, 2] = rows[i, 2]
+                out[k, TO_D + 2] = rows[i, 2] - rows[i, X0 + 2]
+                w, s_zz, s_xz, s_yz = rows[i, U + 2], rows[i, S + 2], rows[i, S + 4], rows[i, S + 5]
+            out[k, TO_KIND] = rows[i, KIND]
+            out[k, TO_BODY] = bodies[i]
+            write(out, k, coefficients, rows[i, U], v, w, rows[i, M], rows[i, RHO], 0.0, rows[i, H],
+                  pressures[i] + loads[i], rows[i, C], 0.0, 0.0, rows[i, S], s_yy, s_zz, s_xy, s_xz, s_yz)  # fmt: skip
+
+
+class CompositeStepper(Stepper):
+    """Moves Total Lagrangian and Eulerian particles, and bodies in contact.
+
+    Parameters as those of `Stepper`; the particles carry `kernel_type`, `reference_position` is set here.
+
+    Attributes
+    ----------
+    jacobians, strains
+        J and equivalent strain of every particle whose deformation gradient is known, at the stage (n,).
+    loads
+        Pressure [Pa] that is added to every particle's own until the first step is done (n,).
+    """
+
+    def __init__(self, particles: Particles, formulation: Any, materials: list[Material], stage: float,
+                 previous: float, h: float, planes: tuple[Plane, ...] = (), drift: float = 0.5):  # fmt: skip
+        dim, count = particles.dim, particles.count
+        self.particles, self.formulation, self.stage_share = particles, formulation, stage
+        self.materials, self.planes, self.h = materials, planes, h
+        self.table, self.models = pack(materials)
+        self.coefficients = formulation.coefficients()
+        self.h_low = self.h_high = self.h_max = h
+        self.lengths, self.signals, self.pressures = np.zeros(count), np.zeros(count), np.zeros(count)
+        self.loads = np.zeros(count)
+        self._partial = np.zeros((-(-count // single.CHUNK), single.SUMS))
+        self.layout, self._read = formulation.row(dim)
+        self.slots = self.layout.slots()
+        self._update = self._specialised_update(self.layout, previous, drift)
+        self._sort()
+        particles["reference_position"] = particles["position"]
+        self._set_up()
+
+    def _sort(self) -> None:
+        """Put the particles into the order of cells, body by body."""
+        position = self.particles["position"]
+        cells = np.floor(position / (self.formulation.kernel.reach * self.h)).astype(np.int64)
+        self.particles.permute(np.lexsort((*cells.T, self.particles.body)))
+
+    def _set_up(self) -> None:
+        """Build all that follows from state and reference positions."""
+        particles, formulation, slots, dim = self.particles, self.formulation, self.slots, self.particles.dim
+        count, kernel, h = particles.count, formulation.kernel, self.h
+        at, body = particles["reference_position"], particles.body
+        reach = kernel.reach * h
+        density = np.array([material.density for material in self.materials])[particles.material]
+        head = np.column_stack([at, np.arange(count)])
+        extended, self._images = with_images(head, self.planes, _plain(dim), reach)
+        origin = extended[:, dim].astype(np.int64)
+        self._origin = origin[count:]
+        volume = (particles["mass"] / density)[origin]
+        self.rows_ = aligned_zeros(len(extended) + 1, self.layout.width)
+        x0 = slots["X0"]
+        self.rows_[:-1, x0 : x0 + dim] = extended[:, :dim]
+        self.rows_[-1, :dim] = self.rows_[-1, x0 : x0 + dim] = FAR
+        self.rows_[-1, slots["RHO"]] = 1.0
+        if "EM" in slots:
+            moduli = np.array([_young_modulus(material) for material in self.materials])[particles.material]
+            self.rows_[:-1, slots["EM"]] = moduli[origin]
+        self.reference = Reference(extended[:, :dim], volume, body[origin], count, kernel, h, formulation.correction)
+        self._rates = np.zeros((count, rate_slots.width(dim)))
+        self._place = np.arange(count, dtype=np.uint32)
+        self.jacobians, self.strains = np.ones(count), np.zeros(count)
+        self._omega = np.zeros(count)
+        self._stage = 0.0
+        self.loose = np.zeros(count, bool)
+        turning = formulation.conversion.bodies
+        self._convertible = np.ones(count, bool) if turning is None else np.isin(body, turning)
+        self._selection = Selection(at, body, reach)
+        self._bodies = body.astype(np.float64)
+        self._one_body = len(np.unique(body)) == 1
+        self._can_fail = any(material.damage.name == "johnson_cook" for material in self.materials)
+        self._undamaged, self._none = np.zeros(count), np.zeros(count, bool)
+        self._specialise()
+        self._classify()
+
+    def _specialise(self) -> None:
+        formulation, slots, dim = self.formulation, self.slots, self.particles.dim
+        kernel = formulation.kernel
+        options = {
+            "DIM": dim, "MIXED": int(formulation.correction == "mixed"), "PRINTED": int(formulation.printed_viscosity),
+            "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": self._read, "PLACES": 3 * dim,
+            "equilibrium_state": response.equilibrium_state, "longitudinal_speed": response.longitudinal_speed,
+            "S_DENSITY": self.particles.bindings()["S_DENSITY"], "slope": kernel.slope, "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+        }  # fmt: skip
+
+        def bound(law: Any, **more: Any) -> Any:
+            names = law.__code__.co_names
+            return specialise(law, parallel=True, **{k: v for k, v in (options | slots | more).items() if k in names})
+
+        self._deform = bound(reference.deform)
+        self._sums = {coupled: bound(reference.accumulate, COUPLED=coupled) for coupled in (0, 1)}
+        euler = formulation.eulerian
+        layout = standard.row_layout(dim, euler.stress_eps != 0.0, coupling.FIELDS)
+        to = layout.slots()
+        parted = formulation.contact is not None
+        shares = specialise(coupling.shares, DIM=dim, KIND=to["KIND"], BODY=to["BODY"], D=to["D"], CONTACT=float(parted),
+                            STRESS_AT_INTERFACE=float(formulation.stress_at_interface),
+                            REACH2=(kernel.reach * self.h) ** 2)  # fmt: skip
+        one = Pass(standard.accumulate, layout,
+                   {"ARTIFICIAL_STRESS": int(euler.stress_eps != 0.0), "COUPLED": 1, "shares": shares,
+                    "EXPONENT": euler.stress_exponent})  # fmt: skip
+        position = self.particles["position"]
+        self.pairs = self.spatial = Pairs(layout, kernel, [one], euler.coefficients(), position, self.h, self.planes)
+        packer, more = euler.pack()
+        names = packer.__code__.co_names
+        write = specialise(packer, **{k: v for k, v in ({"DIM": dim} | more | to).items() if k in names})
+        self._spatial_rows = bound(_spatial_rows, TO_D=to["D"], TO_KIND=to["KIND"], TO_BODY=to["BODY"], write=write)
+        if not parted:
+            return
+        constants = formulation.contact.coefficients(kernel, formulation.h_over_dx)
+        spacing = self.h / formulation.h_over_dx
+        stiffness = [formulation.contact.of_material(m.density, m.bulk_sound_speed, spacing, dim) for m in self.materials]
+        self._stiffness = np.array(stiffness)[self.particles.material]
+        layout = contact.row_layout(dim)
+        law = Pass(contact.accumulate, layout, {"EXPONENT": formulation.contact.exponent})
+        self.contact = Pairs(layout, kernel, [law], constants, position, self.h, self.planes)
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Packed rows, in the particles' order; behind them images at symmetry planes and the far row."""
+        return self.rows_
+
+    @property
+    def stage_rows(self) -> np.ndarray:
+        """The same rows: an evaluation leaves the velocities of its stage in them."""
+        return self.rows_
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Rows of rates in the particles' order."""
+        return self._rates
+
+    @property
+    def place(self) -> np.ndarray:
+        """Row of each particle's rates: its own number."""
+        return self._place
+
+    @property
+    def lagrangian(self) -> np.ndarray:
+        """Which particles are Total Lagrangian (n,), bool."""
+        return self._lagrangian
+
+    def _classify(self) -> None:
+        """Find which particles need a deformation gradient, and bring the rows' kinds up to date."""
+        kinds = self.particles["kernel_type"]
+        self.rows_[:-1, self.slots["KIND"]] = np.concatenate([kinds, kinds[self._origin]])
+        tied = (kinds == 1.0) & ~self.loose
+        flags = np.concatenate([tied, tied[self._origin]])
+        near_tied = self.reference.neighbours_of(flags)
+        self._active = (tied | near_tied).astype(np.uint8)
+        self._lagrangian = kinds == 1.0
+        self._eulerian = (~self._lagrangian).astype(np.uint8)
+        if self._eulerian.any():
+            near_eulerian = self.reference.neighbours_of(np.concatenate([~self._lagrangian, kinds[self._origin] == 0.0]))
+            self._active[(self._active == 1) & (near_eulerian | ~self._lagrangian)] = 2
+        self._tied = np.flatnonzero(tied)
+        self._any_active, self._any_eulerian = bool(self._active.any()), bool(self._eulerian.any())
+
+    def start(self) -> None:
+        """Evaluate the forces of the state as it stands, without a step."""
+        self._turn()
+        super().start()
+
+    def evaluate(self) -> None:
+        """Evaluate the pair forces at the stage."""
+        ref, formulation = self.reference, self.formulation
+        self._rates[:] = 0.0
+        if self._any_active:
+            self._mirror()
+            if self._can_fail:
+                self.rows_[: self.particles.count, self.slots["DAMAGE"]] = self.particles["damage"]
+            self._deform(self.rows_, self._active, self.particles.data, self._stage, ref.starts, ref.near, ref.slopes,
+                         ref.shapes, ref.matrix, ref.vector, ref.start_gradient, ref.volume, self.particles.tags,
+                         self.table, self.models, self.loads, 1.2 * formulation.alpha, self.jacobians, self.strains,
+                         self.pressures, self.signals, self._rates)  # fmt: skip
+            self._mirror()
+            for coupled in range(1 + self._any_eulerian):
+                self._sums[coupled](
+                    self.rows_, self._active, 1 + coupled, ref.starts, ref.near, ref.slopes, ref.shapes, ref.volume,
+                    ref.first_sums, ref.zeroth_sums, formulation.alpha, formulation.beta, formulation.hourglass,
+                    1.0 / self.h, self._rates)  # fmt: skip
+        parted = formulation.contact is not None
+        if not self._any_eulerian and self._one_body:
+            return
+        near_body, near_spatial = self._selection.choose(self.rows_, self._eulerian)
+        if not parted:
+            near_spatial = np.union1d(near_body, near_spatial)
+        if len(near_spatial) and (self._any_eulerian or not parted):
+            self._add_spatial(near_spatial[~self.loose[near_spatial]])
+        if parted and len(near_body):
+            self._add_contact(near_body)
+        else:
+            self._omega[:] = 0.0
+
+    def _mirror(self) -> None:
+        for images in self._images:
+            last = images.first + len(images.source)
+            made = mirror(self.rows_[images.source], images.plane, self.layout)
+            made[:, self.slots["X0"] + images.plane.axis] += 2.0 * images.plane.at
+            self.rows_[images.first : last] = made
+
+    def _add_spatial(self, chosen: np.ndarray) -> None:
+        dim = self.particles.dim
+        packed = np.zeros((len(chosen), self.spatial.layout.width))
+        self._spatial_rows(self.rows_, chosen, self._bodies, self.pressures, self.loads, self.spatial.coefficients, packed)
+        self.spatial.rows = packed
+        self.spatial.evaluate(self.h)
+        found = self.spatial.rates[self.spatial.place[: len(chosen)]]
+        self._rates[chosen, : dim + 1] += found[:, : dim + 1]
+        self._rates[chosen, dim + 1] = np.maximum(self._rates[chosen, dim + 1], found[:, dim + 1])
+        own = self._eulerian[chosen] == 1
+        self._rates[chosen[own], dim + 2 :] = found[own, dim + 2 :]
+
+    def _add_contact(self, chosen: np.ndarray) -> None:
+        dim, slots, to = self.particles.dim, self.slots, self.contact.slots
+        rows, packed = self.rows_[chosen], np.zeros((len(chosen), self.contact.layout.width))
+        packed[:, :dim] = rows[:, :dim]
+        packed[:, to["U"] : to["U"] + dim] = rows[:, slots["U"] : slots["U"] + dim]
+        packed[:, to["H"]] = self.h
+        packed[:, to["M"]] = rows[:, slots["M"]]
+        packed[:, to["V"]] = rows[:, slots["M"]] / rows[:, slots["RHO"]]
+        packed[:, to["BODY"]] = self._bodies[chosen]
+        packed[:, to["K"]] = self._stiffness[chosen]
+        self.contact.rows = packed
+        self.contact.evaluate(self.h)
+        found = self.contact.rates[self.contact.place[: len(chosen)]]
+        self._rates[chosen, : dim + 1] += found[:, : dim + 1]
+        self._omega[:] = 0.0
+        self._omega[chosen] = found[:, dim + 1]
+
+    def _carry(self, step: float, stage: float, complete: bool) -> None:
+        super()._carry(step, stage, complete)
+        self._stage = stage
+
+    def complete(self, step: float, following: float) -> None:
+        """Carry the state over `step` [s], predict the next stage, and turn the particles that must."""
+        super().complete(step, following)
+        if step > 0.0:
+            self.loads[:] = 0.0
+        self._turn()
+
+    def _turn(self) -> None:
+        """Let particles turn Eulerian, or leave the lists."""
+        particles, formulation = self.particles, self.formulation
+        if not len(self._tied) or (formulation.conversion.off and not self._any_eulerian and not self._can_fail):
+            return
+        lagrangian = self._lagrangian & ~self.loose
+        damage = particles["damage"] if self._can_fail else self._undamaged
+        turns = formulation.conversion.turning(lagrangian, self._convertible, self._active != 0, self.jacobians,
+                                               self.strains, damage, self.reference, self._origin)  # fmt: skip
+        leaves = lagrangian & ~turns & (damage >= 1.0) if formulation.failed_leave else self._none
+        if leaves.any():
+            self.reference.remove(np.concatenate([leaves, leaves[self._origin]]))
+            self.loose |= leaves
+        if turns.any():
+            particles["kernel_type"][turns] = 0.0
+        if turns.any() or leaves.any():
+            self._classify()
+
+    def limits(self) -> list[tuple[float, str, int]]:
+        """Return what else limits the step: inverted particles, and contact. See `Stepper`."""
+        if len(self._tied):
+            worst = int(self._tied[self.jacobians[self._tied].argmin()])
+            if not self.jacobians[worst] > 0.0:
+                return [(0.0, "inverted", worst)]
+        stiffest = int(self._omega.argmax())
+        if self._omega[stiffest] > 0.0:
+            return [(2.0 / float(np.sqrt(self._omega[stiffest])), "contact", stiffest)]
+        return []
+
+    def permute(self) -> np.ndarray:
+        """Leave the particles where they are: reference lists hold their numbers."""
+        return np.arange(self.particles.count)
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return all that the next step needs beside the particles, between steps, by name."""
+        return {
+            "rows": self.rows_, "rates": self._rates, "lengths": self.lengths, "signals": self.signals,
+            "pressures": self.pressures, "partial_sums": self._partial, "jacobians": self.jacobians,
+            "strains": self.strains, "loads": self.loads, "loose": self.loose, "stage": np.array([self._stage]),
+        }  # fmt: skip
+
+    def restore(self, history: dict[str, np.ndarray]) -> None:
+        """Go back to where `history` was taken; the particles must be those of that moment, in their order."""
+        self._set_up()
+        loose = np.asarray(history["loose"], bool)
+        if loose.any():
+            self.reference.remove(np.concatenate([loose, loose[self._origin]]))
+        for name, own in (("rows", self.rows_), ("rates", self._rates), ("lengths", self.lengths),
+                          ("signals", self.signals), ("pressures", self.pressures), ("partial_sums", self._partial),
+                          ("jacobians", self.jacobians), ("strains", self.strains), ("loads", self.loads),
+                          ("loose", self.loose)):  # fmt: skip
+            own[...] = history[name]
+        self._stage = float(history["stage"][0])
+        self._classify()
+        self._sum_up()
+
+
+def _plain(dim: int) -> Any:
+    """Return the layout of a row of a position and a number."""
+    from hvisph.sph.rows import RowLayout
+
+    return RowLayout(dim, (("x", "vector"), ("number", "scalar")))
+
+
+def _young_modulus(material: Material) -> float:
+    """Return E [Pa] from bulk and shear modulus, 0 without strength."""
+    bulk, shear = material.density * material.bulk_sound_speed**2, material.shear_modulus
+    return 9.0 * bulk * shear / (3.0 * bulk + shear) if shear > 0.0 else 0.0

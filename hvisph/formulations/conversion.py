@@ -1,0 +1,90 @@
+"""AdapTLE: when Total Lagrangian particles turn Eulerian, for good (Young 2021 sec. 2.3).
+
+    strain   deviatoric Green-Lagrange equivalent strain sqrt(2/3 E':E') at or above a limit (eps_33 = 0 in 2D)
+    damage   damage of 1
+
+with or without their reference neighbours. The guard keeps the interface sound: an Eulerian particle whose
+deformation gradient has J outside [0.2, 5] or a strain above its limit, because neighbours were torn off,
+turns its Total Lagrangian reference neighbours; a Total Lagrangian particle with J below 0.2 turns.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hvisph.sph.reference import Reference
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """Parameters of the conversion.
+
+    Parameters
+    ----------
+    strain
+        Limit of the equivalent strain; None for none, 0 for Eulerian from the first step on.
+    damage
+        Whether failed particles turn.
+    neighbours
+        Whether the reference neighbours of a particle that turns do, too.
+    bodies
+        Indices of the bodies that turn; None for all.
+    guard
+        Whether the interface is guarded.
+    guard_strain
+        Strain above which the guard acts; None for 1.5 in 1D and 2D and 1.0 in 3D.
+    """
+
+    strain: float | None = None
+    damage: bool = False
+    neighbours: bool = True
+    bodies: tuple[int, ...] | None = None
+    guard: bool = True
+    guard_strain: float | None = None
+    smallest: float = 0.2
+    largest: float = 5.0
+
+    @property
+    def off(self) -> bool:
+        """Whether no particle turns by itself."""
+        return self.strain is None and not self.damage
+
+    def turning(self, lagrangian: np.ndarray, convertible: np.ndarray, active: np.ndarray, jacobians: np.ndarray,
+                strains: np.ndarray, damage: np.ndarray, reference: Reference, images: np.ndarray) -> np.ndarray:  # fmt: skip
+        """Return which particles turn Eulerian now (n,), bool.
+
+        Parameters
+        ----------
+        lagrangian, convertible, active
+            Which particles are Total Lagrangian, which may turn by their own strain or damage, and of
+            which F is known (n,), bool.
+        jacobians, strains, damage
+            J, equivalent strain and damage (n,).
+        reference, images
+            The lists of neighbours, and the particles that their images mirror.
+        """
+        turns = np.zeros(len(lagrangian), bool)
+        own = lagrangian & convertible
+        if self.strain is not None:
+            turns |= own & (strains >= self.strain)
+        if self.damage:
+            turns |= own & (damage >= 1.0)
+        guarded = self.guard and not (self.off and lagrangian.all())
+        if guarded:
+            turns |= lagrangian & active & (jacobians < self.smallest)
+        if self.neighbours and turns.any():
+            turns |= lagrangian & reference.neighbours_of(with_images(turns, images))
+        if guarded:
+            limit = self.guard_strain or (1.0 if reference.dim == 3 else 1.5)
+            torn = (jacobians < self.smallest) | (jacobians > self.largest) | (strains > limit)
+            torn &= active & ~lagrangian
+            if torn.any():
+                turns |= lagrangian & reference.neighbours_of(with_images(torn, images))
+        return turns
+
+
+def with_images(flags: np.ndarray, images: np.ndarray) -> np.ndarray:
+    """Return `flags` (n,) followed by those of the particles that images mirror."""
+    return np.concatenate([flags, flags[images]]) if len(images) else flags

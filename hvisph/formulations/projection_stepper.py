@@ -1,0 +1,233 @@
+"""A step of SPH-projection: four passes over a list of neighbours that lasts for many of its small steps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hvisph.core.jit import specialise
+from hvisph.core.particles import Particles
+from hvisph.materials import response
+from hvisph.materials.table import Material, pack
+from hvisph.sph import rates, traversal
+from hvisph.sph.kernels import scale
+from hvisph.sph.laws import projection as laws
+from hvisph.sph.neighbour_list import NeighbourList
+from hvisph.sph.rows import RowLayout, aligned_zeros
+from hvisph.sph.symmetry import Plane, mirror
+
+from . import projection_passes as passes
+from . import update
+from .trailing_mean import TrailingMean
+
+if TYPE_CHECKING:
+    from .projection import Projection
+
+# How far beyond the kernel's reach neighbours are listed, over h. At the published step the fastest
+# particle crosses half of it in 24 steps, a little more than the run waits until it sorts the particles.
+MARGIN = 0.1
+
+
+class ProjectionStepper:
+    """Particles under SPH-projection; what `Stepper` offers the step loop.
+
+    Parameters
+    ----------
+    particles
+        The state at the start, with the field ``pressure``.
+    formulation
+        The scheme's numbers.
+    materials
+        Materials, in the order of the particles' tags; their equations of state are not used.
+    stage, previous
+        Not used: the scheme has its own order of things in a step.
+    h
+        Smoothing length at the start [m].
+    planes
+        Planes of symmetry.
+
+    Attributes
+    ----------
+    lengths, signals
+        Smoothing length [m] and speed of longitudinal waves at rest [m/s] of every particle.
+    rates, place
+        Rows of rates, and the row of each particle.
+    sums
+        Sums over the completed state, columns as named in `update`.
+    support
+        Reach of the kernel at the start [m].
+    """
+
+    has_energy = False
+
+    def __init__(self, particles: Particles, formulation: Projection, materials: list[Material], stage: float,
+                 previous: float, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip
+        dim, count = particles.dim, particles.count
+        self.particles, self.formulation = particles, formulation
+        self.table, self.models = pack(materials)
+        self.place = np.arange(count, dtype=np.uint32)
+        self.rates = np.zeros((count, rates.width(dim)))
+        self.lengths = np.full(count, h)
+        self.signals = np.array([m.longitudinal_sound_speed for m in materials])[particles.material]
+        self._h_limits = formulation.smoothing.smallest * h, formulation.smoothing.largest * h
+        self._eta2 = (0.1 * h) ** 2
+        self._fullness = formulation.fullness(dim)
+        self._body_force = tuple(formulation.body_force) + (0.0,) * (3 - len(formulation.body_force))
+        self._partial = np.zeros((-(-count // passes.CHUNK), update.SUMS))
+        self._step = 0.0
+        self._averaged = TrailingMean(count, formulation.pressure_average)
+        self.support = formulation.kernel.reach * h
+
+        self.list = NeighbourList(formulation.kernel, MARGIN, particles["position"], h, planes)
+        self._crossed = np.inf  # most that a particle has moved since the list was made [m]
+        self._listed_at = np.zeros((0, dim))
+        self._kernels = np.zeros(0)
+        self._layouts = [make(dim) for make in (laws.motion_layout, laws.stress_layout, laws.poisson_layout,
+                                                laws.pressure_layout)]  # fmt: skip
+        self._width = max(layout.width for layout in self._layouts)
+        self._rows = [aligned_zeros(count + 1, self._width) for _ in range(2)]
+        self._loops = self._compiled()
+
+    def _compiled(self) -> list[Any]:
+        """Return the loops of the four passes and of the step's completion."""
+        dim, kernel = self.particles.dim, self.formulation.kernel
+        options = {
+            "DIM": dim,
+            "slope": kernel.slope,
+            "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+            "respond": response.respond,
+        }  # fmt: skip
+        sums = (laws.velocity_gradient, laws.stress_divergence, laws.poisson, laws.pressure_gradient)
+        loops = (passes.stress, passes.velocity, passes.pressure, passes.acceleration)
+        found = []
+        for number, (law, loop) in enumerate(zip(sums, loops, strict=True)):
+            layout = self._layouts[number]
+            bound = self._bound(law, options | layout.slots() | {"WIDTH": layout.used})
+            following = self._layouts[(number + 1) % 4].slots()
+            state = self.particles.bindings()
+            names = options | state | following | {law.__name__: specialise(law, **bound)}
+            found.append(specialise(loop, parallel=True, **self._bound(loop, names)))
+        names = options | self.particles.bindings() | self._layouts[0].slots()
+        found.append(specialise(passes.carry, parallel=True, **self._bound(passes.carry, names)))
+        return found
+
+    @staticmethod
+    def _bound(template: Any, names: dict[str, Any]) -> dict[str, Any]:
+        return {name: value for name, value in names.items() if name in template.__code__.co_names}
+
+    @property
+    def pressures(self) -> np.ndarray:
+        """Pressure of every particle [Pa], as a mean over the time just past: single values ring."""
+        return self._averaged.mean(self.particles.id)
+
+    def start(self) -> None:
+        """Sum up the state as it stands: without a step there is no pressure to find."""
+        self.rates[:] = 0.0
+        self._carry(0.0, complete=False)
+
+    def evaluate(self) -> None:
+        """Run the four passes of the step that was announced by `complete` or `predict`."""
+        particles, step = self.particles, self._step
+        if self._stale():
+            self._make_list(particles["position"])
+        a, b = self._rows
+        near = (self.list.listed, self.list.first, self.list.last, self._kernels)
+        stress, velocity, pressure, acceleration, _ = self._loops
+        self._show_images(a, self._layouts[0])
+        stress(particles.data, particles.tags, *near, a, b, self.rates, self.table, self.models, step)
+        self._show_images(b, self._layouts[1])
+        velocity(particles.data, particles.tags, *near, b, a, self.rates, step, *self._body_force)
+        self._show_images(a, self._layouts[2])
+        pressure(particles.data, *near, a, b, step, self._eta2, self._fullness, self.formulation.guard, self.formulation.printed)
+        self._show_images(b, self._layouts[3])
+        acceleration(particles.data, *near, b, self.rates, self.formulation.printed)
+
+    def complete(self, step: float, following: float) -> None:
+        """Carry the state over `step` [s], and announce the step `following`."""
+        self._carry(step, complete=True)
+        self._averaged.add(self.particles["pressure"], step, self.particles.id)
+        self._crossed += step * float(self.sums[update.FASTEST])
+        self._step = following
+
+    def predict(self, following: float) -> None:
+        """Announce the step `following` [s] from a state that may have been changed."""
+        self._carry(0.0, complete=False)
+        self._crossed = np.inf
+        self._step = following
+
+    def limits(self) -> list[tuple[float, str, int]]:
+        """Return nothing: the step is fixed."""
+        return []
+
+    def permute(self) -> np.ndarray:
+        """Put the state into cell order; return the order taken. Call it between `complete` steps only."""
+        order = self.list.order[: self.list.present]
+        order = order[order < self.particles.count].copy()
+        self.particles.permute(order)
+        for values in (self.lengths, self.signals, self.rates):
+            values[:] = values[order]
+        self._rows[0][: len(order)] = self._rows[0][order]
+        self._averaged.permute(order)
+        self._crossed = np.inf
+        return order
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return all that the next step needs beside the particles, between steps, by name."""
+        return {"rates": self.rates, "partial_sums": self._partial, "rows": self._rows[0][: self.particles.count],
+                "signals": self.signals, "step": np.array([self._step]), "crossed": np.array([self._crossed]),
+                "listed_at": self._listed_at, **self._averaged.history()}  # fmt: skip
+
+    def restore(self, history: dict[str, np.ndarray]) -> None:
+        """Go back to where `history` was taken; the particles must be those of that moment, in their order."""
+        self.rates[...], self._partial[...] = history["rates"], history["partial_sums"]
+        self._rows[0][: self.particles.count] = history["rows"]
+        self.signals[...] = history["signals"]
+        self._step, self._crossed = float(history["step"][0]), float(history["crossed"][0])
+        self.lengths[...] = self.particles["smoothing_length"]
+        if not self._stale():
+            crossed = self._crossed
+            self._make_list(history["listed_at"])
+            self._crossed = crossed
+        self._averaged.restore(history)
+        self._sum_up()
+
+    def _carry(self, step: float, complete: bool) -> None:
+        particles = self.particles
+        self._loops[4](particles.data, particles.tags, self.rates, self._rows[0], self.lengths, step, complete,
+                       self.formulation.smoothing.variable, *self._h_limits, *self._body_force, self._partial)  # fmt: skip
+        self._sum_up()
+
+    def _sum_up(self) -> None:
+        self.sums = self._partial.sum(axis=0)
+        self.sums[update.FASTEST] = np.sqrt(self._partial[:, update.FASTEST].max())
+        self.sums[update.LONGEST] = self.lengths.max()
+
+    def _stale(self) -> bool:
+        """Whether particles that the list does not pair may have met; growing lengths are not followed."""
+        return self.formulation.smoothing.variable or not 2.0 * self._crossed < MARGIN * self.lengths.max()
+
+    def _make_list(self, positions: np.ndarray) -> None:
+        """List the neighbours of particles at `positions`, and make room for what hangs on the list."""
+        self.list.make(positions, self.lengths)
+        self._listed_at = np.array(positions)
+        self._crossed = 0.0
+        if len(self._kernels) < len(self.list.listed):
+            self._kernels = np.zeros(len(self.list.listed))
+        count, present = self.particles.count, self.list.present
+        if present + 1 > len(self._rows[0]):
+            wider = [aligned_zeros(present + present // 4 + 1, self._width) for _ in range(2)]
+            wider[0][:count] = self._rows[0][:count]
+            self._rows = wider
+        for rows in self._rows:
+            # The far row: no neighbour of anybody, and nothing that it holds divides by zero.
+            rows[present] = 1.0
+            rows[present, : self.particles.dim] = traversal.FAR
+
+    def _show_images(self, rows: np.ndarray, layout: RowLayout) -> None:
+        """Write the rows of the images at symmetry planes."""
+        for images in self.list.images:
+            last = images.first + len(images.source)
+            rows[images.first : last, : layout.width] = mirror(
+                rows[images.source, : layout.width], images.plane, layout
+            )

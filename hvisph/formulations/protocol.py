@@ -1,0 +1,108 @@
+"""What the step loop asks of every formulation and of what moves its particles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from hvisph.core.particles import Particles
+from hvisph.sph.kernels import Kernel
+
+
+class AnyStepper(Protocol):
+    """Particles, and what carries them on from step to step.
+
+    Made from the particles at the start, the formulation, the materials, the integrator's two shares, the
+    smoothing length at the start and the planes of symmetry. Its step is `evaluate`, then `complete`.
+
+    Attributes
+    ----------
+    particles, formulation
+        The state, and the published scheme.
+    table, models
+        Packed materials.
+    lengths, sums
+        Smoothing lengths (n,) [m], and sums over the completed state, columns as named in `update`.
+    has_energy
+        Whether the scheme has an energy equation, so that total energy can be kept account of.
+    """
+
+    particles: Particles
+    table: np.ndarray
+    models: np.ndarray
+    lengths: np.ndarray
+    signals: np.ndarray
+    sums: np.ndarray
+    has_energy: bool
+
+    @property
+    def formulation(self) -> AnyFormulation:
+        """The published scheme."""
+
+    @property
+    def support(self) -> float:
+        """The largest distance at which two particles can ever be neighbours [m]."""
+
+    @property
+    def pressures(self) -> np.ndarray:
+        """Pressure of every particle, as the history records it (n,) [Pa]."""
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Rows of rates as `hvisph.sph.rates` lays them out."""
+
+    @property
+    def place(self) -> np.ndarray:
+        """Row of each particle's rates (n,)."""
+
+    def start(self) -> None:
+        """Prepare the first step from the state as it stands."""
+
+    def evaluate(self) -> None:
+        """Evaluate the rates of the step that was announced last."""
+
+    def complete(self, step: float, following: float) -> None:
+        """Carry the state over `step` [s] with these rates, and announce the step `following`."""
+
+    def predict(self, following: float) -> None:
+        """Announce the step `following` [s] from a state that may have been changed."""
+
+    def limits(self) -> list[tuple[float, str, int]]:
+        """Return what else limits the step: times [s] of which a step takes the Courant share, names, particles."""
+
+    def permute(self) -> np.ndarray:
+        """Put the state into cell order; return the order taken. Call it between steps only."""
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return all that the next step needs beside the particles, between steps, by name."""
+
+    def restore(self, history: dict[str, np.ndarray]) -> None:
+        """Go back to where `history` was taken; the particles must be those of that moment, in their order."""
+
+
+class AnyFormulation(Protocol):
+    """A published scheme, ready for the step loop.
+
+    Attributes
+    ----------
+    name
+        Name in case files.
+    kernel, h_over_dx
+        Kernel, and smoothing length over spacing at the start.
+    fields
+        State fields that it needs beside `hvisph.core.particles.BASE_FIELDS`.
+    viscous_factor
+        Factor of max|mu| in the signal speed.
+    """
+
+    name: str
+    kernel: Kernel
+    h_over_dx: float
+    fields: tuple[str, ...]
+    viscous_factor: float
+
+    @property
+    def stepper(self) -> Callable[..., AnyStepper]:
+        """What moves its particles."""

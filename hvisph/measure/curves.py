@@ -1,0 +1,144 @@
+"""Pictures of curves: gauges over time and profiles, beside the exact solution where there is one."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.core.fields import CATALOGUE, field_of
+from hvisph.measure.plots import store
+
+# Units that read better than SI's own: unit, its label, how many of it in the SI unit.
+READABLE = {"Pa": ("GPa", 1e-9), "s": ("us", 1e6), "m": ("mm", 1e3), "J/kg": ("kJ/kg", 1e-3)}
+COLOURS = ("#1b4f72", "#b9770e", "#1e8449", "#922b21", "#6c3483", "#117a65", "#515a5a")
+EXACT = "#111111"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One line of a picture.
+
+    Parameters
+    ----------
+    label
+        For the legend; empty for none.
+    x, y
+        Points, in SI.
+    exact
+        Whether it is the exact solution, drawn thin and black.
+    """
+
+    label: str
+    x: np.ndarray
+    y: np.ndarray
+    exact: bool = False
+
+
+def curves_picture(
+    panels: Mapping[str, Sequence[Curve]],
+    path: str | os.PathLike[str],
+    *,
+    title: str = "",
+    across: str = "time",
+    unitless: bool = False,
+) -> Path:
+    """Draw panels below one another and store them.
+
+    Parameters
+    ----------
+    panels
+        Curves by the name of their column, such as ``velocity_x``.
+    path
+        File to write; its ending tells the format.
+    title
+        Above the picture.
+    across
+        ``time`` or ``x``: what runs along the axis.
+    unitless
+        Whether the case is non-dimensional.
+
+    Raises
+    ------
+    CaseError
+        Where there is nothing to draw.
+    """
+    from matplotlib.figure import Figure
+
+    if not panels:
+        raise CaseError("there is nothing to draw")
+    figure = Figure(figsize=(7.5, 1.2 + 2.4 * len(panels)), dpi=110, layout="constrained")
+    axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    x_label, x_scale = _label(across, unitless)
+    for axis, (column, curves) in zip(axes, panels.items(), strict=True):
+        y_label, y_scale = _label(column, unitless)
+        colour = 0
+        for curve in curves:
+            style = {"color": EXACT, "lw": 0.8, "ls": "--", "zorder": 3}
+            if not curve.exact:
+                style = {"color": COLOURS[colour % len(COLOURS)], "lw": 1.4}
+                colour += 1
+            axis.plot(x_scale * curve.x, y_scale * curve.y, label=curve.label or "_", **style)
+        axis.set_ylabel(y_label)
+        axis.grid(alpha=0.25, lw=0.5)
+    axes[-1].set_xlabel(x_label)
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 7), fontsize=8)
+    figure.suptitle(title, fontsize=9)
+    return store(figure, path)
+
+
+def gauge_panels(
+    history: Mapping[str, np.ndarray], exact: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None
+) -> dict[str, list[Curve]]:
+    """Return the panels of a run's gauges: one a field, one curve a gauge.
+
+    Parameters
+    ----------
+    history
+        Columns of ``history.csv``.
+    exact
+        Times [s] and values of exact gauges, by their column.
+
+    Raises
+    ------
+    CaseError
+        Where the history holds no gauge.
+    """
+    panels: dict[str, list[Curve]] = {}
+    for name, values in history.items():
+        if not name.startswith("gauge."):
+            continue
+        _, gauge, column = name.split(".", 2)
+        seen = np.isfinite(values)
+        panels.setdefault(column, []).append(Curve(gauge, history["time"][seen], values[seen]))
+        if exact and name in exact:
+            first = not any(curve.exact for curve in panels[column])
+            panels[column].append(Curve("exact" if first else "", *exact[name], exact=True))
+    if not panels:
+        raise CaseError("the run has no gauges; give the case some under `gauges`")
+    return panels
+
+
+def steps(times: np.ndarray, values: np.ndarray, end: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the corners of a curve that holds each value from its time on, up to `end`."""
+    corners = np.append(np.repeat(times, 2)[1:], end)
+    return corners, np.repeat(values, 2)
+
+
+def _label(column: str, unitless: bool) -> tuple[str, float]:
+    if column == "x":
+        unit = "m"
+    elif column == "time":
+        unit = "s"
+    else:
+        unit = field_of(column).unit if column in CATALOGUE or column.rpartition("_")[0] in CATALOGUE else ""
+    name = column.replace("_", " ")
+    if unitless:
+        return name, 1.0
+    unit, scale = READABLE.get(unit, (unit or "-", 1.0))
+    return f"{name} [{unit}]", scale

@@ -1,0 +1,138 @@
+"""Checkpoints: all that a run needs to go on as if it had never stopped, in sealed HDF5 files.
+
+A file holds plain arrays by name and a header of plain JSON, nothing that could run. The last two are
+kept, under the number of their step: if the newer is damaged the older serves.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph import __version__
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.output.atomic import PARTIAL
+from hvisph.output.sealed import reading, writing
+
+FORMAT_VERSION = 1
+KEPT = 2
+_HEADER = "header"
+_ARRAYS = "arrays"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A run between two steps.
+
+    Parameters
+    ----------
+    step
+        Number of steps done.
+    header
+        Numbers and text by name, as JSON knows them.
+    arrays
+        Arrays by name; names may be paths, as ``history/rows``.
+    """
+
+    step: int
+    header: dict[str, Any]
+    arrays: dict[str, np.ndarray]
+
+
+def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
+    """Write a checkpoint, whole or not at all, then delete all but it and the one before; return its path.
+
+    Raises
+    ------
+    OutputError
+        When it cannot be written; those before it are untouched.
+    """
+    path = Path(folder) / f"{checkpoint.step:012d}.h5"
+    said = {"format_version": FORMAT_VERSION, "code_version": __version__, "step": checkpoint.step}
+    header = json.dumps(said | {"content": checkpoint.header}).encode("ascii")
+    with writing(path) as h5:
+        h5.create_dataset(_HEADER, data=np.frombuffer(header, np.uint8))
+        for name, values in checkpoint.arrays.items():
+            h5.create_dataset(f"{_ARRAYS}/{name}", data=values)
+    earlier = [other for other in list_checkpoints(folder) if other.name < path.name]
+    for other in Path(folder).iterdir():
+        if other.name not in {path.name, *(kept.name for kept in earlier[: KEPT - 1])}:
+            with suppress(OSError):  # one too many does no harm
+                other.unlink()
+    return path
+
+
+def list_checkpoints(folder: str | Path) -> list[Path]:
+    """Return the checkpoints in `folder`, the newest first; those being written are left out."""
+    found = [path for path in Path(folder).glob("*.h5") if path.stem.isdigit()]
+    return sorted(found, key=lambda path: int(path.stem), reverse=True)
+
+
+def read_checkpoint(path: str | Path) -> Checkpoint:
+    """Read a checkpoint after checking that it is whole.
+
+    Raises
+    ------
+    OutputError
+        When it is missing, truncated, damaged or of another kind.
+    CaseError
+        When another version of hvisph wrote it.
+    """
+    with reading(path, "a checkpoint") as h5:
+        header = json.loads(h5[_HEADER][...].tobytes())
+        for what, here in (("code_version", __version__), ("format_version", FORMAT_VERSION)):
+            if header[what] != here:
+                raise CaseError(
+                    f"cannot go on from {path}: its {what} is {header[what]}, and this is {here}; "
+                    "a run goes on with the version that it was begun with"
+                )
+        arrays: dict[str, np.ndarray] = {}
+
+        def keep(name: str, node: Any) -> None:
+            if hasattr(node, "shape"):
+                arrays[name] = node[...]
+
+        h5[_ARRAYS].visititems(keep)
+        return Checkpoint(int(header["step"]), dict(header["content"]), arrays)
+
+
+def newest_checkpoint(folder: str | Path, tell: Callable[[str], None]) -> Checkpoint | None:
+    """Return the newest checkpoint that is whole; None where there is none at all.
+
+    Parameters
+    ----------
+    folder
+        Where they are.
+    tell
+        Called with what is wrong with each that had to be passed over.
+
+    Raises
+    ------
+    OutputError
+        When there are some and none is whole.
+    CaseError
+        When another version of hvisph wrote it.
+    """
+    found = list_checkpoints(folder)
+    for number, path in enumerate(found):
+        try:
+            return read_checkpoint(path)
+        except OutputError as error:
+            if number + 1 == len(found):
+                raise OutputError(f"{error}; there is no other checkpoint to go on from") from error
+            tell(f"{error}; going on from the checkpoint before it")
+    return None
+
+
+def clear_unfinished(folder: str | Path) -> None:
+    """Delete what a killed writer left unfinished, in `folder` and one level below."""
+    for pattern in (f"*{PARTIAL}", f"*/*{PARTIAL}"):
+        for path in Path(folder).glob(pattern):
+            with suppress(OSError):
+                path.unlink()

@@ -1,0 +1,115 @@
+"""HDF5 files with a seal: written beside and renamed, and checked to be whole before they are parsed."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from hvisph.core.errors import OutputError
+from hvisph.output.atomic import reason, replacing
+from hvisph.output.seal import append_seal, verify_seal
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+
+
+@contextmanager
+def writing(path: str | Path) -> Iterator[Any]:
+    """Give an open `h5py.File` that becomes `path`, sealed, when the block ends well.
+
+    Raises
+    ------
+    OutputError
+        When it cannot be written; an earlier file of that name is then untouched.
+    """
+    import h5py
+
+    with replacing(path) as file:
+        sink = _Sink(file)
+        try:
+            with h5py.File(sink, "w") as h5:
+                yield h5
+        except (OSError, RuntimeError):
+            if sink.error is None:
+                raise
+        if sink.error is not None:
+            raise sink.error
+        append_seal(file)
+
+
+@contextmanager
+def reading(path: str | Path, what: str) -> Iterator[Any]:
+    """Give an open `h5py.File` of a sealed file; errors of the block that come of its content are named.
+
+    Parameters
+    ----------
+    path
+        The file.
+    what
+        What it should be, such as ``a snapshot``.
+
+    Raises
+    ------
+    OutputError
+        When it is missing, truncated, damaged or of another kind.
+    """
+    import h5py
+
+    try:
+        with Path(path).open("rb") as file:
+            if file.read(len(SIGNATURE)) != SIGNATURE:
+                raise OutputError("it is not an HDF5 file")
+            verify_seal(file)
+            with h5py.File(file, "r") as h5:
+                yield h5
+    except OutputError as error:
+        raise OutputError(f"cannot read {path}: {error}") from error
+    except OSError as error:
+        raise OutputError(f"cannot read {path}: {reason(error)}") from error
+    except (KeyError, ValueError, TypeError, RuntimeError, IndexError, AttributeError) as error:
+        raise OutputError(f"cannot read {path}: it is not {what} of hvisph ({error})") from error
+
+
+class _Sink(io.RawIOBase):
+    """The file as HDF5 sees it: after the first failure it takes writes without keeping them.
+
+    HDF5 cannot close a file whose writes fail (disk full) and would complain at the end of the program;
+    so it is left in the belief that all is well, and the writer raises `error` afterwards.
+    """
+
+    def __init__(self, file: BinaryIO):
+        self._file = file
+        self.error: OSError | None = None
+
+    def write(self, data: Any, /) -> int:
+        size = memoryview(data).nbytes
+        if self.error is None:
+            try:
+                self._file.write(data)
+            except OSError as error:
+                self.error = error
+        return size
+
+    def readinto(self, buffer: Any, /) -> int:
+        return self._file.readinto(buffer)  # type: ignore[attr-defined]
+
+    def seek(self, offset: int, whence: int = 0, /) -> int:
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        return self._file.tell()
+
+    def truncate(self, size: int | None = None, /) -> int:
+        try:
+            return self._file.truncate(size)
+        except OSError as error:
+            self.error = self.error or error
+            return size or 0
+
+    def flush(self) -> None:
+        try:
+            self._file.flush()
+        except OSError as error:
+            self.error = self.error or error

@@ -1,0 +1,191 @@
+"""What of a run goes into a checkpoint, how it comes back, and when one is due.
+
+A run that goes on is first built from its case as at its start - references, gauges and limits are then
+those of the beginning - and takes its state from the checkpoint afterwards. So only what changes is kept.
+"""
+
+from __future__ import annotations
+
+import time as wall
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.output.checkpoint import Checkpoint
+from hvisph.simulation.build import Setup
+from hvisph.simulation.clock import Clock, Step
+from hvisph.simulation.monitors import Budget
+from hvisph.simulation.watch import Watch
+
+# Checkpoints take at most this share of a run's wall time, whatever cadence is asked for.
+MOST_TIME = 0.02
+# What may differ between the case of a checkpoint and the case that goes on: it touches no step.
+MAY_CHANGE = ("time.end", "time.max_steps", "output.checkpoint_every", "watch", "title", "source", "expected")
+
+
+@dataclass
+class Files:
+    """How far the files of a run are.
+
+    Parameters
+    ----------
+    recorded
+        Step of the last record of the history.
+    written
+        Step of the last numbered snapshot.
+    wall_seconds
+        Wall time of all steps so far [s].
+    """
+
+    recorded: int = 0
+    written: int = 0
+    wall_seconds: float = 0.0
+
+
+@dataclass
+class Keeper:
+    """All parts of a run that a checkpoint is made of.
+
+    Parameters
+    ----------
+    case
+        The effective case.
+    setup, clock, budget, watch, files, series
+        The run's parts; `series` is that of its VTU snapshots.
+    """
+
+    case: Any
+    setup: Setup
+    clock: Clock
+    budget: Budget
+    watch: Watch
+    files: Files
+    series: list[tuple[float, str]]
+
+    def capture(self, step: Step) -> Checkpoint:
+        """Return the state between two steps, `step` being the next one."""
+        clock, budget, particles = self.clock, self.budget, self.setup.particles
+        header: dict[str, Any] = {
+            "case": self.case.model_dump(mode="json"),
+            "fields": list(particles.names),
+            "clock": {name: getattr(clock, name) for name in ("time", "steps", "outputs", "allowed", "allowed_by")},
+            "step": {"length": step.length, "criterion": step.criterion, "lands_on": step.lands_on},
+            "budget": {"energy": budget.energy, "size": budget.size, "momentum": budget.momentum.tolist(),
+                       "impulse": budget.impulse.tolist(), "retired": budget.retired.tolist()},
+            "first_step": self.watch.first,
+            "files": vars(self.files),
+            "series": self.series,
+        }  # fmt: skip
+        arrays: dict[str, np.ndarray] = {"state": particles.data, "tags": particles.tags}
+        arrays |= {f"history/{name}": values for name, values in self.setup.stepper.history().items()}
+        return Checkpoint(clock.steps, header, arrays)
+
+    def restore(self, checkpoint: Checkpoint) -> Step:
+        """Go back to `checkpoint` and return its next step.
+
+        Raises
+        ------
+        CaseError
+            When the case has changed, or ends before the checkpoint.
+        OutputError
+            When the checkpoint does not fit the run, though it is whole.
+        """
+        header = checkpoint.header
+        refuse_changed(checkpoint, self.case)
+        try:
+            return self._restore(header, checkpoint.arrays)
+        except (KeyError, ValueError, TypeError) as error:
+            raise OutputError(
+                f"the checkpoint of step {checkpoint.step} does not fit this run: {error}"
+            ) from error
+
+    def _restore(self, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Step:
+        clock, budget, particles = self.clock, self.budget, self.setup.particles
+        if tuple(header["fields"]) != particles.names or arrays["state"].shape != particles.data.shape:
+            raise ValueError("it has other fields or another number of particles")
+        particles.data[...], particles.tags[...] = arrays["state"], arrays["tags"]
+        prefix = "history/"
+        stepper = self.setup.stepper
+        stepper.restore({k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)})
+        for name, value in header["clock"].items():
+            setattr(clock, name, value)
+        for name in ("momentum", "impulse", "retired"):
+            getattr(budget, name)[...] = header["budget"][name]
+        budget.energy, budget.size = header["budget"]["energy"], header["budget"]["size"]
+        self.watch.first = header["first_step"]
+        self.series[:] = [(time, name) for time, name in header["series"]]
+        for name in vars(self.files):
+            setattr(self.files, name, header["files"][name])
+        step = Step(**header["step"])
+        if header["case"]["time"]["end"] != clock.end:
+            step = clock.extend()
+            stepper.predict(step.length)
+        return step
+
+
+@dataclass
+class Cadence:
+    """When a checkpoint is due.
+
+    Parameters
+    ----------
+    every
+        Wall time between two [s]; None for never.
+    """
+
+    every: float | None
+    _last: float = field(default_factory=wall.monotonic)
+    _cost: float = 0.0
+
+    @property
+    def due(self) -> bool:
+        """Whether enough time has passed since the last one, also for what that one cost."""
+        if self.every is None:
+            return False
+        return wall.monotonic() - self._last >= max(self.every, self._cost / MOST_TIME)
+
+    def done(self, started: float) -> None:
+        """Note that one was written, which began at `started` on the monotonic clock [s]."""
+        self._last = wall.monotonic()
+        self._cost = self._last - started
+
+
+def refuse_changed(checkpoint: Checkpoint, case: Any) -> None:
+    """Raise `CaseError` unless a checkpoint's case and `case` compute the same; it names the differences.
+
+    A new end is no change, but it must not be behind the checkpoint.
+    """
+    before, now = checkpoint.header["case"], case.model_dump(mode="json")
+    found = [
+        f"{path} was {_short(old)} and is {_short(new)}"
+        for path, old, new in _differences(before, now, "")
+        if not any(path == may or path.startswith(f"{may}.") for may in MAY_CHANGE)
+    ]
+    if found:
+        raise CaseError(
+            f"the case has changed since the checkpoint: {'; '.join(found[:5])}"
+            f"{f' and {len(found) - 5} more' if len(found) > 5 else ''}; put it back, or begin a new run"
+        )
+    reached = checkpoint.header["clock"]["time"]
+    if case.time.end < reached and case.time.end != before["time"]["end"]:
+        raise CaseError(f"the run is at {reached:.6g} already, beyond {case.time.end:.6g}", where="time.end")
+
+
+def _differences(before: Any, now: Any, path: str) -> list[tuple[str, Any, Any]]:
+    if isinstance(before, dict) and isinstance(now, dict):
+        keys = [*before, *(key for key in now if key not in before)]
+        found = [
+            _differences(before.get(key), now.get(key), f"{path}.{key}" if path else key) for key in keys
+        ]
+        return [difference for part in found for difference in part]
+    if isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
+        parts = [_differences(a, b, f"{path}.{k}") for k, (a, b) in enumerate(zip(before, now, strict=True))]
+        return [difference for part in parts for difference in part]
+    return [] if before == now else [(path, before, now)]
+
+
+def _short(value: Any) -> str:
+    text = "nothing" if value is None else str(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

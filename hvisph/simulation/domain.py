@@ -1,0 +1,98 @@
+"""The domain: particles that leave its box are retired, with what they carry kept in the balance.
+
+A retired particle stays in the arrays, so that nothing is renumbered: without mass, at rest, parked so
+far outside that it meets no neighbour ever again. It costs what a particle alone in the void costs,
+and snapshots do not show it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.core.particles import CLAMPED, FLAGS, RETIRED
+from hvisph.materials.slots import RHO0
+from hvisph.simulation.build import Setup
+from hvisph.simulation.monitors import Budget
+
+# Distance between parked particles, and from the box to the first, in supports: beyond what live particles
+# fly between two calls of `retire`.
+PARKING = 64.0
+
+
+class Domain:
+    """The box that particles may not leave.
+
+    Parameters
+    ----------
+    setup
+        The run at its start.
+    box
+        The case's `domain`; None for none.
+
+    Raises
+    ------
+    CaseError
+        When a particle starts outside.
+    """
+
+    def __init__(self, setup: Setup, box: Any):
+        self._setup = setup
+        dim = setup.particles.dim
+        self._low, self._high = np.full(dim, -np.inf), np.full(dim, np.inf)
+        for corner, limit in ((box.min, self._low), (box.max, self._high)) if box is not None else ():
+            for axis, value in enumerate(corner):
+                if value is not None:
+                    limit[axis] = value
+        sides = [(axis, limit[axis], sign) for limit, sign in ((self._low, -1.0), (self._high, 1.0))
+                 for axis in range(dim) if np.isfinite(limit[axis])]  # fmt: skip
+        self._parking = sides[0] if sides else None
+        outside = np.flatnonzero(self._outside())
+        if len(outside):
+            body = setup.bodies[int(setup.particles.body[outside[0]])]
+            raise CaseError(
+                f"{len(outside)} particles start outside, the first of body '{body}'", where="domain"
+            )
+
+    def _outside(self) -> np.ndarray:
+        position = self._setup.particles["position"]
+        return np.asarray(np.logical_or(position < self._low, position > self._high).any(axis=1))
+
+    def retire(self, budget: Budget, following: float) -> int:
+        """Retire the free particles outside, count them into `budget` and return their number.
+
+        Parameters
+        ----------
+        budget
+            Receives what they carry.
+        following
+            The step under way [s], whose stage is predicted again without them.
+        """
+        if self._parking is None:
+            return 0
+        setup = self._setup
+        particles, stepper = setup.particles, setup.stepper
+        gone = np.flatnonzero(self._outside() & ((particles.tags[:, FLAGS] & (CLAMPED | RETIRED)) == 0))
+        if not len(gone):
+            return 0
+        mass, velocity = particles["mass"][gone], particles["velocity"][gone]
+        budget.retired[0] += len(gone)
+        budget.retired[1] += mass.sum()
+        budget.retired[2 : 2 + particles.dim] += mass @ velocity
+        energy = 0.5 * (velocity**2).sum(axis=1) + particles["internal_energy"][gone]
+        budget.retired[5] += mass @ energy
+        axis, edge, sign = self._parking
+        number = particles.id[gone].astype(float)
+        apart = PARKING * stepper.support
+        row, length = particles.data[gone], particles["smoothing_length"][gone]
+        row[...] = 0.0
+        particles.data[gone] = row
+        particles["smoothing_length"][gone] = length
+        particles["density"][gone] = stepper.table[particles.material[gone], RHO0]
+        particles["position"][gone, axis] = edge + sign * apart * (1.0 + number)
+        particles.tags[gone, FLAGS] |= RETIRED
+        stepper.rates[stepper.place[gone]] = 0.0
+        stepper.predict(following)
+        return len(gone)

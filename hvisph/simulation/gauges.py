@@ -1,0 +1,206 @@
+"""Gauges: records of single particles, of points in space and of free surfaces, step by step.
+
+A gauge is placed once, on the bodies as they start. Those that ride follow a particle by its
+permanent number, so nothing of them changes while a run goes on: a run that is built again from
+its case has the same gauges.
+
+At a point fixed in space the value is f = sum_b V_b W_b f_b / sum_b V_b W_b over the particles
+whose kernels reach it: Shepard's normalisation, exact for a constant up to a free surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.core.fields import SYMMETRIC_COMPONENTS, component_names, field_of
+from hvisph.core.jit import specialise
+from hvisph.core.particles import Particles
+from hvisph.formulations.diagnose import diagnose
+from hvisph.formulations.protocol import AnyStepper
+from hvisph.simulation.bodies import PlacedBody
+from hvisph.sph.interpolation import weigh
+
+# A gauge further than this many spacings from every particle is in no body.
+NEAR = 1.0
+
+
+@dataclass(frozen=True)
+class _Gauge:
+    """One gauge in its place.
+
+    Parameters
+    ----------
+    columns
+        Names of the components that it records.
+    every
+        Steps between records, None for every line of the history.
+    point
+        Its place in space, where it is fixed [m].
+    particle
+        Permanent number of the particle that it rides with, where it does.
+    normal
+        Outward direction of the free surface that it watches.
+    """
+
+    columns: tuple[str, ...]
+    every: int | None
+    point: np.ndarray | None = None
+    particle: int = 0
+    normal: np.ndarray | None = None
+
+
+class Gauges:
+    """All gauges of a run.
+
+    Parameters
+    ----------
+    models
+        The case's gauges by name.
+    bodies
+        The bodies where they start; particles are numbered in their order.
+    dx
+        Spacing [m].
+    stepper
+        What is recorded.
+
+    Attributes
+    ----------
+    columns
+        Columns of the history, ``gauge.<name>.<field>``.
+
+    Raises
+    ------
+    CaseError
+        For a gauge outside every body, and for a field that the formulation has not.
+    """
+
+    def __init__(self, models: dict[str, Any], bodies: list[PlacedBody], dx: float, stepper: AnyStepper):
+        self._stepper = stepper
+        positions = np.concatenate([body.positions for body in bodies])
+        owner = np.repeat(np.arange(len(bodies)), [len(body.positions) for body in bodies])
+        self._gauges = [_placed(name, model, positions, owner, dx) for name, model in models.items()]
+        self.columns = tuple(
+            f"gauge.{name}.{column}"
+            for name, g in zip(models, self._gauges, strict=True)
+            for column in g.columns
+        )
+        present = {*stepper.particles.names, "pressure", "sound_speed", "von_mises_stress", "stress"}
+        for name, gauge in zip(models, self._gauges, strict=True):
+            for column in gauge.columns:
+                if field_of(column).name not in present:
+                    raise CaseError(
+                        f"'{field_of(column).name}' is not a field of the formulation "
+                        f"'{stepper.formulation.name}'; leave it out",
+                        where=f"gauges.{name}.fields",
+                    )
+        dim, kernel = stepper.particles.dim, stepper.formulation.kernel
+        at = {k: v for k, v in stepper.particles.bindings().items() if k in weigh.__code__.co_names}
+        self._weigh = specialise(weigh, parallel=False, DIM=dim, shape=kernel.shape, **at)
+
+    def due(self, step: int) -> bool:
+        """Whether a gauge asks for a record after `step` steps."""
+        return any(g.every is not None and step % g.every == 0 for g in self._gauges)
+
+    def record(self, step: int, where: np.ndarray) -> list[float]:
+        """Return the values of `columns`; NaN for gauges that are not due or see nothing.
+
+        Parameters
+        ----------
+        step
+            Steps done.
+        where
+            Row of each particle by its permanent number (n,).
+        """
+        due = [g.every is None or step % g.every == 0 for g in self._gauges]
+        riding = [
+            int(where[g.particle])
+            for g, now in zip(self._gauges, due, strict=True)
+            if now and g.point is None
+        ]
+        values = _Values(self._stepper, np.array(riding, np.int64)) if riding else None
+        record: list[float] = []
+        row = 0
+        for gauge, now in zip(self._gauges, due, strict=True):
+            if not now:
+                record += [float("nan")] * len(gauge.columns)
+            elif gauge.point is not None:
+                record += self._interpolated(gauge)
+            else:
+                assert values is not None
+                record += [values.of(column, row, gauge.normal) for column in gauge.columns]
+                row += 1
+        return record
+
+    def _interpolated(self, gauge: _Gauge) -> list[float]:
+        particles = self._stepper.particles
+        assert gauge.point is not None
+        rows, weights = np.empty(particles.count, np.int64), np.empty(particles.count)
+        reach = self._stepper.formulation.kernel.reach
+        n = self._weigh(particles.data, gauge.point, reach, rows, weights)
+        if n == 0:
+            return [float("nan")] * len(gauge.columns)
+        values, share = _Values(self._stepper, rows[:n]), weights[:n] / weights[:n].sum()
+        return [float(share @ values.column(column)) for column in gauge.columns]
+
+
+class _Values:
+    """All fields of a few particles."""
+
+    def __init__(self, stepper: AnyStepper, rows: np.ndarray):
+        whole = stepper.particles
+        self._particles = Particles(whole.dim, len(rows), whole.names[len(Particles(whole.dim, 0).names) :])
+        self._particles.data[...] = whole.data[rows]
+        self._particles.tags[...] = whole.tags[rows]
+        self._found = diagnose(self._particles, stepper.table, stepper.models)
+
+    def column(self, column: str) -> np.ndarray:
+        """Return a component of a field, (particles,)."""
+        name, dim = field_of(column).name, self._particles.dim
+        if name == "stress":
+            number = SYMMETRIC_COMPONENTS.index(column.rpartition("_")[2])
+            return self._particles["deviator"][:, number] - (self._found["pressure"] if number < 3 else 0.0)
+        if name in self._found:
+            return self._found[name]
+        values = self._particles[name]
+        return values if values.ndim == 1 else values[:, component_names(name, dim).index(column)]
+
+    def of(self, column: str, row: int, normal: np.ndarray | None) -> float:
+        """Return a component at one particle; of a position at the surface, half a spacing outwards."""
+        value = float(self.column(column)[row])
+        if normal is None or field_of(column).name != "position":
+            return value
+        particles = self._particles
+        spacing = float(particles["mass"][row] / particles["density"][row]) ** (1.0 / particles.dim)
+        return value + 0.5 * spacing * float(normal[component_names("position", particles.dim).index(column)])
+
+
+def _placed(name: str, model: Any, positions: np.ndarray, owner: np.ndarray, dx: float) -> _Gauge:
+    """Return a gauge in its place."""
+    dim = positions.shape[1]
+    at = np.array(model.at, dtype=float)
+    columns = tuple(c for field in model.fields for c in component_names(field, dim))
+    if model.type == "fixed":
+        return _Gauge(columns, model.every, point=at)
+    distance = np.sqrt(((positions - at) ** 2).sum(axis=1))
+    particle = int(distance.argmin())
+    if distance[particle] > NEAR * dx:
+        near = ", ".join(f"{x:.6g}" for x in positions[particle])
+        raise CaseError(
+            f"({', '.join(f'{x:.6g}' for x in at)}) is outside every body; the nearest particle is at ({near}). "
+            "Move the gauge into a body, or make it `fixed`",
+            where=f"gauges.{name}.at",
+        )
+    if model.type == "material":
+        return _Gauge(columns, model.every, particle=particle)
+    normal = np.zeros(dim)
+    normal["xyz".index(model.direction[1])] = 1.0 if model.direction[0] == "+" else -1.0
+    from_at = positions - at
+    along = from_at @ normal
+    beside = np.sqrt(np.maximum((from_at**2).sum(axis=1) - along**2, 0.0))
+    seen = (owner == owner[particle]) & (beside <= beside[particle] + 0.5 * dx)
+    outermost = np.flatnonzero(seen)[along[seen].argmax()]
+    return _Gauge(columns, model.every, particle=int(outermost), normal=normal)

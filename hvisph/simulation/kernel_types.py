@@ -1,0 +1,53 @@
+"""Kernels and impulses at the start: which particles are Total Lagrangian, which are loaded in the first step."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.core.particles import Particles
+
+EULERIAN = "eulerian"
+
+
+def in_region(particles: Particles, region: Any, names: list[str]) -> np.ndarray:
+    """Return which particles stand in a case's region, a `box` and `bodies` (n,)."""
+    position = particles["position"]
+    inside = np.ones(particles.count, bool)
+    for axis, corner in enumerate(region.box.min):
+        if corner is not None:
+            inside &= position[:, axis] >= corner
+    for axis, corner in enumerate(region.box.max):
+        if corner is not None:
+            inside &= position[:, axis] <= corner
+    if region.bodies:
+        inside &= np.isin(particles.body, [names.index(name) for name in region.bodies])
+    return inside
+
+
+def filled_region(particles: Particles, region: Any, names: list[str], where: str) -> np.ndarray:
+    """Return which particles stand in a region; raises `CaseError` where none does."""
+    inside = in_region(particles, region, names)
+    if not inside.any():
+        raise CaseError("this region holds no particle; check its corners and bodies", where=where)
+    return inside
+
+
+def set_kernel_types(particles: Particles, case: Any, names: list[str]) -> None:
+    """Set the kernel type of every particle, where the formulation has one."""
+    if "kernel_type" not in particles.names:
+        return
+    kinds = [body.formulation or case.formulation.type for body in case.bodies.values()]
+    particles["kernel_type"] = np.array([float(kind != EULERIAN) for kind in kinds])[particles.body]
+    for number, region in enumerate(getattr(case.formulation, "eulerian_regions", ())):
+        where = f"formulation.eulerian_regions.{number}"
+        particles["kernel_type"][filled_region(particles, region, names, where)] = 0.0
+
+
+def set_loads(stepper: Any, case: Any, names: list[str]) -> None:
+    """Load the particles of the case's initial loads."""
+    for number, load in enumerate(case.initial_loads):
+        loaded = filled_region(stepper.particles, load, names, f"initial_loads.{number}")
+        stepper.loads[loaded] += load.pressure

@@ -1,0 +1,82 @@
+"""Going on with a run that was stopped, killed or has ended, as if it had never stopped."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from hvisph.case.case import Case
+from hvisph.case.loader import load_case
+from hvisph.core.errors import CaseError
+from hvisph.core.jit import heard_compiling
+from hvisph.output import names
+from hvisph.output.checkpoint import clear_unfinished, newest_checkpoint
+from hvisph.output.folder import RunFolder, looks_like_a_run
+from hvisph.simulation.build import build
+from hvisph.simulation.checkpoint import refuse_changed
+from hvisph.simulation.estimate import refuse_impossible
+from hvisph.simulation.listener import Listener
+from hvisph.simulation.run import Outcome, Run, set_threads
+
+
+def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_steps: int | None = None,
+           threads: int | None = None, listener: Listener | None = None) -> Outcome:  # fmt: skip
+    """Go on with a run from its newest checkpoint, bit for bit as if it had not stopped.
+
+    A run that was killed before its first checkpoint begins again. One that has reached its end only sums up
+    anew, unless the end is later now.
+
+    Parameters
+    ----------
+    run
+        The run's folder.
+    end
+        A new end: a number [s] or text with a unit, as ``"10 us"``.
+    max_steps
+        A new number of steps at which to stop early; 0 for none.
+    threads
+        Number of threads; by default one per core.
+    listener
+        Hears of the run while it goes on.
+
+    Raises
+    ------
+    CaseError
+        When the folder is not a run's, its case has changed, another version wrote the checkpoint, or the
+        new end is behind it: nothing is changed then.
+    OutputError
+        When no checkpoint is whole, or a file cannot be written.
+    """
+    return resume_run(run, resume_case(run, end, max_steps), threads=threads, listener=listener)
+
+
+def resume_case(
+    run: str | os.PathLike[str], end: str | float | None = None, max_steps: int | None = None
+) -> Case:
+    """Return the case that a run goes on with; arguments and errors as of `resume`."""
+    folder = Path(run)
+    if not folder.is_dir() or not looks_like_a_run(folder):
+        raise CaseError(f"{folder} is not the folder of a run")
+    file = folder / names.CASE
+    if not file.is_file():
+        raise CaseError(f"{folder} holds no {names.CASE}: the run never began, or it was deleted")
+    changes = [f"time.end={end!s}"] if end is not None else []
+    changes += [f"time.max_steps={max_steps or 'null'}"] if max_steps is not None else []
+    return load_case(file, changes)
+
+
+def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None = None,
+               listener: Listener | None = None) -> Outcome:  # fmt: skip
+    """Go on with a run by a case of `resume_case`; arguments and errors as of `resume`."""
+    listener = listener or Listener()
+    set_threads(threads)
+    with RunFolder.open(Path(run)) as folder:
+        checkpoint = newest_checkpoint(folder.checkpoint_path, listener.message)
+        if checkpoint is None:
+            listener.message("there is no checkpoint yet; beginning again")
+        else:
+            refuse_changed(checkpoint, case)
+        refuse_impossible(case)
+        clear_unfinished(folder.path)
+        with heard_compiling(listener.compiling):
+            return Run(case, build(case), folder, listener, checkpoint).go()

@@ -1,0 +1,119 @@
+"""The files of a run while it goes on: case, history, snapshots and checkpoints, each on its schedule."""
+
+from __future__ import annotations
+
+import time as wall
+from typing import Any
+
+from hvisph import __version__
+from hvisph.core.errors import OutputError
+from hvisph.output import names
+from hvisph.output.checkpoint import write_checkpoint
+from hvisph.output.folder import RunFolder
+from hvisph.output.history import HistoryWriter
+from hvisph.output.snapshot import Snapshot
+from hvisph.simulation.checkpoint import Cadence, Files, Keeper
+from hvisph.simulation.clock import Clock, Step
+from hvisph.simulation.monitors import Observer
+from hvisph.simulation.summary import case_hash
+from hvisph.simulation.writer import SnapshotWriter
+
+
+class RunFiles:
+    """Writes what a run leaves behind.
+
+    Parameters
+    ----------
+    folder
+        The run's folder.
+    case, text
+        The effective case and its text.
+    writer, observer, clock
+        Snapshots, the records of the history, and the time.
+
+    Attributes
+    ----------
+    state
+        How far the files are, for checkpoints.
+    """
+
+    def __init__(
+        self,
+        folder: RunFolder,
+        case: Any,
+        text: str,
+        writer: SnapshotWriter,
+        observer: Observer,
+        clock: Clock,
+    ):
+        self.folder, self.writer, self.state = folder, writer, Files()
+        self._text, self._observer, self._clock = text, observer, clock
+        self._cadence = Cadence(case.output.checkpoint_every)
+
+    def write_case(self) -> None:
+        """Write the effective case."""
+        head = f"# Effective case of a run by hvisph {__version__}; hash {case_hash(self._text)}\n"
+        self.folder.write_text(names.CASE, head + self._text)
+
+    def begin(self, start: Snapshot) -> HistoryWriter:
+        """Begin anew with the first snapshot; return the history, to be closed by the caller."""
+        self.writer.forget_after(-1)
+        self.writer.write(start, 0)
+        self.history = HistoryWriter(self.folder.history_path, self._observer.columns)
+        return self.history
+
+    def go_on(self) -> HistoryWriter:
+        """Cut what lies after the checkpoint; return the history, to be closed by the caller.
+
+        Raises
+        ------
+        OutputError
+            When the history does not reach up to the checkpoint.
+        """
+        self.history = HistoryWriter.resume(
+            self.folder.history_path, self._observer.columns, self._clock.steps
+        )
+        if self.history.last_step != self.state.recorded:
+            raise OutputError(
+                f"cannot go on with {self.history.path}: it ends with step {self.history.last_step}, and the "
+                f"checkpoint was made after that of step {self.state.recorded}; it is damaged"
+            )
+        self.write_case()
+        self.writer.forget_after(self._clock.outputs)
+        return self.history
+
+    def record(self, step: Step, limiting: int, length: float, drift: float | None) -> None:
+        """Add a record: the next step, the particle that limits it, the length of the last one, the energy drift."""
+        clock = self._clock
+        self.state.recorded = clock.steps
+        self.history.append(
+            self._observer.record(clock.steps, clock.time, length, step.criterion, limiting, drift)
+        )
+
+    def write_output(self) -> None:
+        """Write the snapshot of a moment of output."""
+        clock = self._clock
+        self.writer.write(self.writer.snapshot(clock.time, clock.steps), clock.outputs)
+        self.state.written = clock.steps
+        self.folder.log.write(f"snapshot {clock.outputs} at {clock.time:.6g} s, step {clock.steps}")
+
+    def write_last(self, failed: bool) -> Snapshot:
+        """Write the state in which the run ends, under its own name after a failure; return it."""
+        now = self.writer.snapshot(self._clock.time, self._clock.steps)
+        if failed:
+            self.writer.write(now, "post_mortem")
+        elif self._clock.steps != self.state.written:
+            self.writer.write(now, self._clock.outputs + 1)
+        return now
+
+    def checkpoint_due(self) -> bool:
+        """Whether it is time for a checkpoint."""
+        return self._cadence.due
+
+    def checkpoint(self, keeper: Keeper, step: Step, wall_seconds: float) -> None:
+        """Write a checkpoint, after all records up to it."""
+        started = wall.monotonic()
+        self.state.wall_seconds = wall_seconds
+        self.history.sync()
+        write_checkpoint(self.folder.checkpoint_path, keeper.capture(step))
+        self._cadence.done(started)

@@ -1,0 +1,54 @@
+"""Signals that ask a run to stop: noted, so that the step under way is finished and kept."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from types import FrameType, TracebackType
+from typing import Any
+
+
+class StopRequests:
+    """Within its block SIGINT and SIGTERM are noted in `number`; a second one interrupts at once.
+
+    Signals that the parent had ignored, as `nohup` and shells do, stay ignored. Outside the main
+    thread, where Python allows no handlers, nothing is caught.
+
+    Attributes
+    ----------
+    number
+        The signal that was received; None while there was none.
+    """
+
+    def __init__(self) -> None:
+        self.number: int | None = None
+        self._before: dict[int, Any] = {}
+
+    @property
+    def name(self) -> str:
+        """Name of the signal received, such as ``SIGTERM``."""
+        return signal.Signals(self.number).name if self.number is not None else ""
+
+    def __enter__(self) -> StopRequests:
+        if threading.current_thread() is threading.main_thread():
+            for number in (signal.SIGINT, signal.SIGTERM):
+                before = signal.getsignal(number)
+                if before is not None and before != signal.SIG_IGN:
+                    self._before[number] = before
+                    signal.signal(number, self._note)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, before in self._before.items():
+            signal.signal(number, before)
+
+    def note(self, number: int = signal.SIGINT) -> None:
+        """Ask the run to stop, as the signal `number` does."""
+        self.number = number
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        if self.number is not None:
+            raise KeyboardInterrupt
+        self.number = number

@@ -1,0 +1,174 @@
+"""Watchers: a run that has left its physics stops, and says which particle did, where, when and why."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import RunError
+from hvisph.formulations import update
+from hvisph.integrators.criteria import Limit
+from hvisph.simulation.build import Setup
+
+
+# Steps between two looks at all densities.
+DENSITY_EVERY = 8
+
+
+class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever reads about it
+    """A run that stopped itself: what, where and when.
+
+    Parameters
+    ----------
+    criterion
+        Name of the watcher.
+    message
+        What happened and its likely cause.
+    particle, body, position
+        Permanent number, body and place [m] of the particle at fault.
+    time, step
+        When [s], and after how many steps.
+    """
+
+    def __init__(self, criterion: str, message: str, particle: int | None, body: str | None,
+                 position: list[float] | None, time: float, step: int):  # fmt: skip
+        super().__init__(message)
+        self.criterion, self.particle, self.body = criterion, particle, body
+        self.position, self.time, self.step = position, time, step
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for the summary."""
+        found: dict[str, Any] = {"particle": self.particle, "body": self.body}
+        if self.position is not None:
+            found["position"] = [x if np.isfinite(x) else None for x in self.position]
+        return found | {
+            "step": self.step,
+            "time": self.time,
+            "criterion": self.criterion,
+            "message": str(self),
+        }
+
+
+class Watch:
+    """Stops a run that has failed; every method raises `Failure` when it has.
+
+    Parameters
+    ----------
+    setup
+        The run, with its forces evaluated once.
+    limits
+        The case's `watch`.
+    """
+
+    def __init__(self, setup: Setup, limits: Any):
+        self._setup, self._limits = setup, limits
+        fastest = float(setup.stepper.sums[update.FASTEST])
+        scale = fastest if fastest > 0.0 else float(setup.stepper.signals.max())
+        self.speed_limit = np.inf if limits.speed_over_initial is None else limits.speed_over_initial * scale
+        self.first: float | None = None
+
+    def check_step(self, limit: Limit, time: float, step: int) -> None:
+        """Judge what limits the next step: rates that are not finite, a step that has collapsed."""
+        if limit.criterion == "not_finite":
+            raise self._failure("not_finite", limit.particle, time, step, "a rate is not finite")
+        if limit.criterion == "inverted":
+            raise self._failure(
+                "inverted", limit.particle, time, step,
+                "a deformation gradient is inverted (J <= 0): the distortion is more than Total Lagrangian kernels "
+                "bear; let particles turn Eulerian (formulation adaptive)",
+            )  # fmt: skip
+        if self.first is None:
+            self.first = limit.dt
+        smallest = self._limits.step_over_initial
+        if limit.dt < smallest * self.first:
+            raise self._failure(
+                "step_collapse", limit.particle, time, step,
+                f"the time step fell to {limit.dt:.3g} s, below {smallest:g} of the first, by the criterion "
+                f"'{limit.criterion}'",
+            )  # fmt: skip
+
+    def check_state(self, drift: float | None, time: float, step: int) -> None:
+        """Judge the state after a step: finite, no runaway, densities, total energy kept but for `drift` of it."""
+        sums = self._setup.stepper.sums
+        if not np.isfinite(sums[: update.FASTEST + 1]).all():
+            bad = ~np.isfinite(self._setup.particles.data).all(axis=1)
+            if bad.any():
+                what = "a value of the state is not finite"
+                raise self._failure("not_finite", int(bad.argmax()), time, step, what)
+        if not sums[update.FASTEST] <= self.speed_limit:
+            speed = np.sqrt((self._setup.particles["velocity"] ** 2).sum(axis=1))
+            worst = int(np.argmax(np.where(np.isnan(speed), np.inf, speed)))
+            raise self._failure(
+                "runaway", worst, time, step,
+                f"a particle moves at {speed[worst]:.4g} m/s, more than the limit of {self.speed_limit:.4g} m/s",
+            )  # fmt: skip
+        if self._limits.density and step % DENSITY_EVERY == 0:
+            self._check_density(time, step)
+        most = self._limits.energy_drift
+        if most is not None and drift is not None and not abs(drift) <= most:
+            stepper = self._setup.stepper
+            hottest = int(np.argmax(np.abs(stepper.rates[stepper.place, self._power])))
+            raise self._failure(
+                "energy_drift", hottest, time, step,
+                f"total energy has changed by {100.0 * drift:+.3g} % since the start, more than "
+                f"{100.0 * most:g} %; energy changes fastest in",
+            )  # fmt: skip
+
+    @property
+    def _power(self) -> int:
+        return self._setup.particles.dim  # its column in the rates, after the acceleration
+
+    def _check_density(self, time: float, step: int) -> None:
+        particles, limits = self._setup.particles, self._setup.density_limits
+        density = particles["density"]
+        if density.min() > 0.0 and density.max() < limits.min():
+            return
+        most = limits[particles.material]
+        outside = ~((density > 0.0) & (density < most))
+        if outside.any():
+            worst = int(outside.argmax())
+            raise self._failure(
+                "density", worst, time, step,
+                f"a density of {density[worst]:.4g} kg/m^3 is outside the range of the equation of state of '"
+                f"{self._setup.materials[int(particles.material[worst])]}', 0 to {most[worst]:.4g} kg/m^3",
+            )  # fmt: skip
+
+    def collapsed(self, error: RunError, time: float, step: int) -> Failure:
+        """Return the failure of an evaluation that found too many neighbours, at the most crowded place."""
+        position = self._setup.particles["position"]
+        edge = self._setup.stepper.support
+        finite = np.isfinite(position).all(axis=1) & (np.abs(position) < 1e15 * edge).all(axis=1)
+        if not finite.all():
+            return self._failure(
+                "not_finite", int((~finite).argmax()), time, step, "a position is not finite"
+            )
+        cells = np.floor(position / edge).astype(np.int64)
+        _, member, crowd = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+        return self._failure("collapse", int(crowd[member.ravel()].argmax()), time, step, str(error))
+
+    def _failure(self, criterion: str, index: int, time: float, step: int, what: str) -> Failure:
+        particles = self._setup.particles
+        body = self._setup.bodies[int(particles.body[index])]
+        position = [float(x) for x in particles["position"][index]]
+        place = ", ".join(f"{x:.6g}" for x in position)
+        number = int(particles.id[index])
+        message = (
+            f"{what}: particle {number} of body '{body}' at ({place}) m, time {time:.6g} s, step {step}; "
+            f"{_likely_cause(particles, index)}"
+        )
+        return Failure(criterion, message, number, body, position, time, step)
+
+
+def _likely_cause(particles: Any, index: int) -> str:
+    density, energy = float(particles["density"][index]), float(particles["internal_energy"][index])
+    if not np.isfinite(density) or not np.isfinite(energy):
+        return "its state is not finite: the step is too long for what happens there; try a smaller time.cfl"
+    if density <= 0.0:
+        return (
+            "its density is not positive: the equation of state has no answer there; try a smaller time.cfl"
+        )
+    return (
+        f"its density is {density:.4g} kg/m^3 and its energy {energy:.4g} J/kg; the step is too long, or the "
+        "material's equation of state is beyond its range there; try a smaller time.cfl"
+    )

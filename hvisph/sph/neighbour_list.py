@@ -1,0 +1,146 @@
+"""Neighbours kept from step to step, for schemes of small steps and several passes over the same pairs.
+
+The list is made by the one traversal with a margin beyond the kernel's reach, and serves until the
+particles may have crossed it. Pairs in the margin weigh nothing: the kernel ends before them.
+
+Entries are numbers of particles as the state holds them, images at symmetry planes after them and,
+last, the far row that fills lists up to whole vectors. The particles of a chunk share a contiguous
+part of the list.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.core.errors import RunError
+from hvisph.core.jit import specialise
+
+from . import cells, traversal
+from .kernels import Kernel
+from .pairs import MOST_NEIGHBOURS
+from .rows import RowLayout
+from .symmetry import Images, Plane, with_images
+
+# Of the first guess for the room of a chunk's lists.
+SPARE = 1.3
+
+
+def record(near, n, rows, i, constants, out):
+    """Keep the neighbours of sorted particle `i` under the numbers of the state: the law of the traversal."""
+    listed, order, first, last, used, room = out
+    chunk = i // np.uint64(CHUNK)
+    if i % np.uint64(CHUNK) == np.uint64(0):
+        used[chunk] = np.uint64(0)
+    s = np.uint64(order[i])
+    if s >= np.uint64(first.shape[0]):  # an image: nothing is summed for it
+        return
+    begin = used[chunk]
+    used[chunk] = begin + n
+    if begin + n > room:
+        return
+    begin += chunk * room
+    first[s] = begin
+    last[s] = begin + n
+    for k in range(n):
+        listed[begin + k] = order[np.uint64(near[k])]
+
+
+class NeighbourList:
+    """Lists of neighbours of all particles.
+
+    Parameters
+    ----------
+    kernel
+        The smoothing kernel.
+    margin
+        How far beyond the kernel's reach a neighbour may be, over h.
+    positions, h
+        Positions at the start (n, dim) [m] and the largest smoothing length [m].
+    planes
+        Planes of symmetry.
+
+    Attributes
+    ----------
+    listed
+        Numbers of neighbours, uint32, those of particle s from first[s] to last[s]: whole vectors.
+    first, last
+        Places in `listed` (n,), uint64.
+    images
+        The images that the planes made, numbered after the particles.
+    present
+        Number of particles and images: the number of the far row.
+    """
+
+    def __init__(self, kernel: Kernel, margin: float, positions: np.ndarray, h: float, planes: tuple[Plane, ...] = ()):
+        self.count, self.dim = positions.shape
+        self.reach, self.planes = kernel.reach + margin, planes
+        self.layout = RowLayout(self.dim, (("x", "vector"), ("h", "scalar")))
+        self.first, self.last = np.zeros(self.count, np.uint64), np.zeros(self.count, np.uint64)
+        self.images: list[Images] = []
+        self.listed = np.zeros(0, np.uint32)
+        self._grid = cells.Grid.around(positions, self.reach * h)
+        self._capacity = 64 * 4 ** (self.dim - 1)
+        self._room = 0
+        self._made = 0
+        law = specialise(record, CHUNK=traversal.CHUNK)
+        self._sweep = specialise(traversal.sweep, parallel=True, DIM=self.dim, H=self.dim, law=law)
+        self._make_room(self.count)
+
+    def _make_room(self, count: int) -> None:
+        """Make the work arrays hold `count` rows."""
+        if count > self._made:
+            self._made = count if count == self.count else count + count // 4
+            self._sorted = np.zeros((self._made + 1, self.layout.width))
+            self._columns = np.zeros((self.dim + 1, self._made + traversal.LANES))
+            self._cells = np.zeros(self._made, np.uint32)
+            self._place = np.zeros(self._made, np.uint32)
+            self.order = np.zeros(self._made + 1, np.uint32)
+        self._sorted[count] = 0.0
+        self._sorted[count, : self.dim] = traversal.FAR
+        self._sorted[count, self.dim] = 1.0
+        self.order[count] = count
+        self.present = count
+
+    def make(self, positions: np.ndarray, lengths: np.ndarray) -> None:
+        """Make the lists anew.
+
+        Parameters
+        ----------
+        positions, lengths
+            Positions (n, dim) and smoothing lengths (n,) [m].
+
+        Raises
+        ------
+        RunError
+            When a particle has too many neighbours to be anything but a collapse.
+        """
+        rows = np.zeros((self.count, self.layout.width))
+        rows[:, : self.dim], rows[:, self.dim] = positions, lengths
+        reach = self.reach * float(lengths.max())
+        if self.planes:
+            rows, self.images = with_images(rows, self.planes, self.layout, reach)
+        self._make_room(len(rows))
+        n = self.present
+        self._grid.edge = reach
+        cells.sort(self._grid, rows, self.dim, self._cells[:n], self.order[:n], self._place[:n],
+                   self._sorted[:n], self._columns, self.dim)  # fmt: skip
+        chunks = -(-n // traversal.CHUNK)
+        overflow, used = np.zeros(chunks, np.uint64), np.zeros(chunks, np.uint64)
+        nx, ny, nz = (np.uint64(c) for c in self._grid.shape)
+        while True:
+            if len(self.listed) < chunks * self._room:
+                self.listed = np.zeros(chunks * self._room, np.uint32)
+            out = (self.listed, self.order, self.first, self.last, used, np.uint64(self._room))
+            self._sweep(self._sorted, self._columns, np.uint64(n), self._grid.starts, 1.0 / reach, nx, ny, nz,
+                        self.reach, self.layout_coefficients, np.uint64(self._capacity), out, overflow)  # fmt: skip
+            candidates, needed = int(overflow.max()), int(used.max())
+            if candidates == 0 and needed <= self._room:
+                return
+            if candidates > MOST_NEIGHBOURS:
+                raise RunError(
+                    f"a particle has more than {MOST_NEIGHBOURS} candidates for neighbours: the bodies collapsed"
+                )
+            self._capacity = max(self._capacity, 2 * candidates)
+            self._room = max(self._room, int(SPARE * needed) // traversal.LANES * traversal.LANES)
+
+    layout_coefficients = np.zeros(1)  # the law has none

@@ -1,0 +1,94 @@
+"""Which particles a pass over current neighbours concerns: those near another body or an Eulerian particle.
+
+Cells of the kernel's reach are marked with the bodies and Eulerian particles that they hold. Cells wrap
+round, so a particle may be chosen in vain, but none that has such a neighbour is missed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.core.jit import prange, specialise
+from hvisph.sph.cells import Grid, wrapped
+
+CHUNK = 1024
+NO_BODY = 0xFFFFFFFF
+
+
+def _mark(rows, eulerian, bodies, inverse_edge, nx, ny, nz, cells, lowest, highest, spatial):
+    lowest[:] = np.uint32(NO_BODY)
+    highest[:] = np.uint32(0)
+    spatial[:] = np.uint8(0)
+    for i in range(np.uint64(cells.shape[0])):
+        cell = wrapped(rows[i, 0], inverse_edge, nx)
+        if DIM > 1:
+            cell += nx * wrapped(rows[i, 1], inverse_edge, ny)
+        if DIM > 2:
+            cell += nx * ny * wrapped(rows[i, 2], inverse_edge, nz)
+        cells[i] = cell
+        lowest[cell] = min(lowest[cell], bodies[i])
+        highest[cell] = max(highest[cell], bodies[i])
+        spatial[cell] |= eulerian[i]
+
+
+def _spread(nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
+    """Find the occupied cells that have another body, or an Eulerian particle, in or beside them."""
+    count = np.uint64(lowest.shape[0])
+    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        one, three = np.uint64(1), np.uint64(3)
+        first = np.uint64(chunk) * np.uint64(CHUNK)
+        for cell in range(first, min(first + np.uint64(CHUNK), count)):
+            if lowest[cell] == np.uint32(NO_BODY):
+                continue
+            cx, cy, cz = cell & (nx - one), (cell // nx) & (ny - one), cell // (nx * ny)
+            low, high, euler = lowest[cell], highest[cell], spatial[cell]
+            for shift in range(np.uint64(3**DIM)):
+                x = (cx + shift % three + nx - one) & (nx - one)
+                y = (cy + (shift // three) % three + ny - one) & (ny - one) if DIM > 1 else cy
+                z = (cz + shift // (three * three) + nz - one) & (nz - one) if DIM > 2 else cz
+                at = x + nx * (y + ny * z)
+                low, high, euler = min(low, lowest[at]), max(high, highest[at]), euler | spatial[at]
+            meets[cell] = low != high
+            spatial_near[cell] = euler
+
+
+class Selection:
+    """Chooses particles by what is near them.
+
+    Parameters
+    ----------
+    position
+        Positions at the start (n, dim) [m], for the grid's extent.
+    bodies
+        Body of each particle (n,).
+    reach
+        Distance within which others count as near [m].
+    """
+
+    def __init__(self, position: np.ndarray, bodies: np.ndarray, reach: float):
+        count, dim = position.shape
+        self.grid = Grid.around(position, reach)
+        self.bodies = bodies.astype(np.uint32)
+        size = self.grid.shape[0] * self.grid.shape[1] * self.grid.shape[2]
+        self._cells = np.zeros(count, np.uint32)
+        self._lowest, self._highest = np.zeros(size, np.uint32), np.zeros(size, np.uint32)
+        self._spatial = np.zeros(size, np.uint8)
+        self._meets, self._spatial_near = np.zeros(size, bool), np.zeros(size, np.uint8)
+        self._mark = specialise(_mark, parallel=False, DIM=dim)
+        self._spread = specialise(_spread, parallel=True, DIM=dim)
+
+    def choose(self, rows: np.ndarray, eulerian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the indices of the particles near another body, and of those near an Eulerian one or such.
+
+        Parameters
+        ----------
+        rows
+            Packed rows (n or more, width), position first.
+        eulerian
+            (n,) uint8, 1 for Eulerian particles.
+        """
+        sizes = tuple(np.uint64(c) for c in self.grid.shape)
+        self._mark(rows, eulerian, self.bodies, 1.0 / self.grid.edge, *sizes, self._cells, self._lowest, self._highest,
+                   self._spatial)  # fmt: skip
+        self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
+        return np.flatnonzero(self._meets[self._cells]), np.flatnonzero(self._spatial_near[self._cells])

@@ -1,0 +1,80 @@
+"""Small runs that tests of the step loop share: every material model in one case, any formulation."""
+
+from typing import get_args
+
+import numpy as np
+
+from hvisph.case.case import Case
+from hvisph.case.loader import load_case
+from hvisph.core.errors import CaseError
+from hvisph.output.reader import list_snapshots, read_snapshot
+
+FORMULATIONS = tuple(
+    get_args(model.model_fields["type"].annotation)[0]
+    for model in get_args(get_args(Case.model_fields["formulation"].annotation)[0])
+    or get_args(Case.model_fields["formulation"].annotation)
+)
+
+METAL = {"density": 2785.0, "eos": {"type": "stiffened_gas", "sound_speed": 5328.0, "gamma": 2.0},
+         "strength": {"type": "von_mises", "shear_modulus": 27.6e9, "yield_stress": 0.3e9}}  # fmt: skip
+HARDENING = {"density": 2700.0, "eos": {"type": "mie_gruneisen", "sound_speed": 5350.0, "gamma": 2.0, "s1": 1.34},
+             "strength": {"type": "linear_hardening", "shear_modulus": 26e9, "yield_stress": 0.2e9,
+                          "hardening_modulus": 1e9},
+             "damage": {"type": "pressure_cutoff", "pressure": -1e9}}  # fmt: skip
+DAMAGED = {"density": 2770.0, "eos": {"type": "mie_gruneisen", "sound_speed": 5328.0, "gamma": 2.0, "s1": 1.338},
+           "strength": {"type": "johnson_cook", "shear_modulus": 27.6e9, "a": 0.265e9, "b": 0.426e9, "n": 0.34, "c": 0.015, "m": 1.0,
+                        "melt_temperature": 775.0, "heat_capacity": 875.0, "room_temperature": 294.0},
+           "damage": {"type": "johnson_cook", "d1": 0.13, "d2": 0.13, "d3": -1.5, "d4": 0.011, "d5": 0.0}}  # fmt: skip
+SPRING = {"density": 2785.0, "eos": {"type": "elastic", "youngs_modulus": 70e9, "poisson_ratio": 0.3},
+          "strength": {"type": "elastic"}}  # fmt: skip
+LIQUID = {"density": 1000.0, "eos": {"type": "linear", "bulk_modulus": 2.2e9}}
+GAS = {"density": 100.0, "eos": {"type": "ideal_gas", "gamma": 1.4}}
+
+SIZES = {1: [4e-3], 2: [3e-3, 6e-3], 3: [2.5e-3, 3e-3, 3e-3]}
+KINEMATICS = {1: "uniaxial_strain", 2: "plane_strain", 3: "three_d"}
+
+
+def row_of(materials, dim=2, dx=0.5e-3, speed=1500.0, **further):
+    """A case of one box a material, in a row, the first flying at the others."""
+    bodies = {
+        f"body_{k}": {
+            "material": material,
+            "shape": {"type": "interval", "length": SIZES[1][0]} if dim == 1 else {"type": "box", "size": SIZES[dim]},
+            "velocity": [speed if k == 0 else 0.0] + [0.0] * (dim - 1),
+        }
+        for k, material in enumerate(materials)
+    }
+    for body in bodies.values():
+        if body["material"] is GAS:
+            body["internal_energy"] = 1e6
+    plain = {"kinematics": KINEMATICS[dim], "resolution": dx, "bodies": bodies, "time": {"end": 1e-6}}
+    return load_case(plain | further)
+
+
+def every_material(**further):
+    """A case in which every model of pressure, strength and damage works that the formulation takes."""
+    taken = []
+    liquid = [] if further.get("formulation", {}).get("type") == "riemann" else [LIQUID]
+    for material in (METAL, HARDENING, DAMAGED, SPRING, *liquid):
+        try:
+            row_of([METAL, material], **further)
+        except CaseError:
+            continue
+        taken.append(material)
+    return row_of(taken, **further)
+
+
+def final(folder):
+    """The last snapshot of a run."""
+    return read_snapshot(list_snapshots(folder)[-1])
+
+
+def assert_same_results(one, other):
+    """Two runs have the same history, byte for byte, and the same numbers in all snapshots."""
+    assert (one / "history.csv").read_bytes() == (other / "history.csv").read_bytes()
+    names = [path.name for path in list_snapshots(one)]
+    assert [path.name for path in list_snapshots(other)] == names
+    for a, b in zip(map(read_snapshot, list_snapshots(one)), map(read_snapshot, list_snapshots(other)), strict=True):
+        assert (a.time, a.step) == (b.time, b.step)
+        for name, values in a.fields.items():
+            np.testing.assert_array_equal(values, b.fields[name], err_msg=name)

@@ -1,0 +1,195 @@
+"""Plain Python twins of the pair laws, written from the formulas, and clouds of particles to try them on."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hvisph.formulations.eulerian import Eulerian
+from hvisph.formulations.riemann import Riemann
+from hvisph.sph.laws.riemann import SINGULAR
+from hvisph.sph.pairs import Pairs
+
+H = 1.4e-3  # mean smoothing length of the random clouds [m]
+
+
+@dataclass
+class Cloud:
+    """Particles with everything that a pair law may read; `stress` is (n, dim, dim)."""
+
+    x: np.ndarray
+    u: np.ndarray
+    h: np.ndarray
+    m: np.ndarray
+    rho: np.ndarray
+    c: np.ndarray
+    c_l: np.ndarray
+    c_t: np.ndarray
+    stress: np.ndarray
+
+    @property
+    def dim(self):
+        return self.x.shape[1]
+
+    def turned(self, rotation):
+        """Return the cloud turned as a whole."""
+        stress = rotation @ self.stress @ rotation.T
+        return replace(self, x=self.x @ rotation.T, u=self.u @ rotation.T, stress=stress)
+
+
+def random_cloud(dim, seed=0, spacing=1e-3):
+    """Return a disturbed lattice of two densities and many smoothing lengths, moving and stressed at random."""
+    rng = np.random.default_rng(seed)
+    side = {1: 40, 2: 9, 3: 5}[dim]
+    axes = [np.arange(side) * spacing] * dim
+    x = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, dim)
+    n = len(x)
+    x = x + rng.normal(size=x.shape) * 0.1 * spacing
+    stress = rng.normal(size=(n, dim, dim)) * 1e9
+    rho = rng.choice([2785.0, 7900.0], n) * (1 + 0.05 * rng.normal(size=n))
+    c = 5000.0 + 300.0 * rng.normal(size=n)
+    return Cloud(x, rng.normal(size=x.shape) * 300.0, H * (1 + 0.05 * rng.normal(size=n)), rho * spacing**dim, rho,
+                 c, 1.2 * c, 0.6 * c, stress + stress.transpose(0, 2, 1))  # fmt: skip
+
+
+def components(tensor):
+    """Return the in-plane components (n, 1, 3 or 6) of symmetric tensors, in the order of packed rows."""
+    dim = tensor.shape[1]
+    pairs = [(a, a) for a in range(dim)] + [(a, b) for a in range(dim) for b in range(a + 1, dim)]
+    return np.stack([tensor[:, a, b] for a, b in pairs], 1)
+
+
+def tensile(tensor):
+    """Return the tensile parts of symmetric tensors, by numpy's eigenvalues."""
+    values, vectors = np.linalg.eigh(tensor)
+    return np.einsum("nik,nk,njk->nij", vectors, np.maximum(values, 0.0), vectors)
+
+
+def neighbours(cloud, kernel, a):
+    """Return the indices of the neighbours of particle `a`."""
+    r = np.linalg.norm(cloud.x - cloud.x[a], axis=1)
+    near = r < kernel.reach * 0.5 * (cloud.h + cloud.h[a])
+    near[a] = False
+    return np.flatnonzero(near)
+
+
+def standard_rates(cloud, formulation):
+    """Return rows of rates of the standard law, laid out as the compiled ones."""
+    kernel, dim = formulation.kernel, cloud.dim
+    w0 = kernel.shape.py_func(1.0 / formulation.h_over_dx)
+    eps = formulation.stress_eps
+    r_all = -eps * tensile(cloud.stress) / cloud.rho[:, None, None] ** 2
+    rows = []
+    for a in range(len(cloud.x)):
+        acceleration, power, mu_max, gradient = np.zeros(dim), 0.0, 0.0, np.zeros((dim, dim))
+        for b in neighbours(cloud, kernel, a):
+            x_ab, u_ab = cloud.x[a] - cloud.x[b], cloud.u[a] - cloud.u[b]
+            r, h = np.linalg.norm(x_ab), 0.5 * (cloud.h[a] + cloud.h[b])
+            grad = kernel.derivative(r, h, dim) * x_ab / r
+            mu = min(h * u_ab @ x_ab / (r**2 + 0.01 * h**2), 0.0)
+            mean_c, mean_rho = 0.5 * (cloud.c[a] + cloud.c[b]), 0.5 * (cloud.rho[a] + cloud.rho[b])
+            viscous = (-formulation.alpha * mean_c * mu + formulation.beta * mu**2) / mean_rho
+            f = (kernel.shape.py_func(r / h) / w0) ** 4
+            shared = f * (r_all[a] + r_all[b]) - viscous * np.eye(dim)
+            own, other = cloud.stress[a] / cloud.rho[a] ** 2, cloud.stress[b] / cloud.rho[b] ** 2
+            acceleration += cloud.m[b] * (own + other + shared) @ grad
+            power -= cloud.m[b] * u_ab @ (own + 0.5 * shared) @ grad
+            gradient -= cloud.m[b] / cloud.rho[b] * np.outer(u_ab, grad)
+            mu_max = max(mu_max, -mu)
+        rows.append([*acceleration, power, mu_max, *gradient.ravel()])
+    return np.array(rows)
+
+
+def corrected_gradient(cloud, kernel, a, values):
+    """Return the renormalised gradient at `a` of `values` (n, ...), the derivative's axis last."""
+    dim = cloud.dim
+    shape, found = np.zeros((dim, dim)), np.zeros((*values.shape[1:], dim))
+    for b in neighbours(cloud, kernel, a):
+        x_ba = cloud.x[b] - cloud.x[a]
+        r, h = np.linalg.norm(x_ba), 0.5 * (cloud.h[a] + cloud.h[b])
+        g = -cloud.m[b] / cloud.rho[b] * kernel.derivative(r, h, dim) * x_ba / r
+        shape += np.outer(x_ba, g)
+        found += np.multiply.outer(values[b] - values[a], g)
+    mean = np.trace(shape) / dim
+    if mean > SINGULAR and np.linalg.det(shape) > SINGULAR * mean**dim:
+        return found @ np.linalg.inv(shape)
+    return found
+
+
+def limited(name, d, other):
+    """Return the limited slope of vectors: `d` times the limiter's share of it along `d`."""
+    a, b = d @ d, other @ d
+    if a == 0.0 or b <= 0.0:
+        return 0.0 * d
+    return (min(a, b) if name == "minmod" else 2.0 * a * b / (a + b)) / a * d
+
+
+def riemann_rates(cloud, formulation):
+    """Return rows of rates of the contact law, laid out as the compiled ones."""
+    kernel, dim = formulation.kernel, cloud.dim
+    n, limiter = len(cloud.x), formulation.reconstruction
+    z_n, z_t, volume = cloud.rho * cloud.c_l, cloud.rho * cloud.c_t, cloud.m / cloud.rho
+    grad_u = np.array([corrected_gradient(cloud, kernel, a, cloud.u) for a in range(n)])
+    grad_s = np.array([corrected_gradient(cloud, kernel, a, cloud.stress) for a in range(n)])
+    rows = []
+    for a in range(n):
+        acceleration, power, gradient = np.zeros(dim), 0.0, np.zeros((dim, dim))
+        for b in neighbours(cloud, kernel, a):
+            x_ba = cloud.x[b] - cloud.x[a]
+            r, h = np.linalg.norm(x_ba), 0.5 * (cloud.h[a] + cloud.h[b])
+            e = x_ba / r
+            slope = -kernel.derivative(r, h, dim)
+            u_star, t_star = np.zeros(dim), np.zeros(dim)
+            along = np.outer(e, e)
+            across = np.eye(dim) - along
+            for part, za, zb in ((along, z_n[a], z_n[b]), (across, z_t[a], z_t[b])):
+                ua, ub = part @ cloud.u[a], part @ cloud.u[b]
+                ta, tb = part @ cloud.stress[a] @ e, part @ cloud.stress[b] @ e
+                if limiter != "none":
+                    d = ub - ua
+                    ua, ub = (ua + 0.5 * limited(limiter, d, 2 * part @ grad_u[a] @ x_ba - d),
+                              ub - 0.5 * limited(limiter, d, 2 * part @ grad_u[b] @ x_ba - d))  # fmt: skip
+                    d = tb - ta
+                    ta, tb = (ta + 0.5 * limited(limiter, d, 2 * part @ (grad_s[a] @ x_ba) @ e - d),
+                              tb - 0.5 * limited(limiter, d, 2 * part @ (grad_s[b] @ x_ba) @ e - d))  # fmt: skip
+                u_star += (za * ua + zb * ub + tb - ta) / (za + zb)
+                t_star += (zb * ta + za * tb + za * zb * (ub - ua)) / (za + zb)
+            force = 2.0 * volume[a] * volume[b] * slope * t_star
+            acceleration += force / cloud.m[a]
+            power += force @ (u_star - cloud.u[a]) / cloud.m[a]
+            gradient += 2.0 * volume[b] * slope * np.outer(u_star - cloud.u[a], e)
+        rows.append([*acceleration, power, 0.0, *gradient.ravel()])
+    return np.array(rows)
+
+
+def twin_rates(cloud, formulation):
+    """Return the rates of `formulation` in plain Python."""
+    law = standard_rates if isinstance(formulation, Eulerian) else riemann_rates
+    return law(cloud, formulation)
+
+
+def packed(cloud, formulation):
+    """Return `Pairs` of the formulation with the cloud in its rows."""
+    dim = cloud.dim
+    layout = formulation.layout(dim)
+    coefficients = formulation.coefficients()
+    pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), coefficients, cloud.x, cloud.h.max())
+    fields = {"X": cloud.x, "U": cloud.u, "H": cloud.h, "M": cloud.m, "V": cloud.m / cloud.rho, "RHO": cloud.rho,
+              "C": cloud.c, "ZN": cloud.rho * cloud.c_l, "ZT": cloud.rho * cloud.c_t}  # fmt: skip
+    square = cloud.rho[:, None] ** 2
+    if isinstance(formulation, Riemann):
+        fields["T"] = components(cloud.stress)
+    else:
+        fields["T"] = components(cloud.stress) / square
+        fields["R"] = -formulation.stress_eps * components(tensile(cloud.stress)) / square
+    for name, slot in layout.slots().items():
+        if name in fields:
+            values = fields[name].reshape(len(cloud.x), -1)
+            pairs.rows[:, slot : slot + values.shape[1]] = values
+    return pairs
+
+
+def compiled_rates(cloud, formulation):
+    """Return the rates of `formulation` by its compiled passes."""
+    pairs = packed(cloud, formulation)
+    pairs.evaluate(cloud.h.max())
+    return pairs.rates[pairs.place[: len(cloud.x)]]

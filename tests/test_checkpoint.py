@@ -1,0 +1,214 @@
+"""Going on from a checkpoint is as if the run had never stopped; what does not fit is refused by name."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from small_runs import FORMULATIONS, LIQUID, METAL, assert_same_results, every_material, row_of
+
+import hvisph
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.output import checkpoint as checkpoints
+from hvisph.output.checkpoint import Checkpoint, list_checkpoints, read_checkpoint, write_checkpoint
+from hvisph.output.reader import list_snapshots, read_history
+from hvisph.simulation.clock import Clock
+from hvisph.simulation.listener import Listener
+from hvisph.simulation.run import run
+
+STEPS = 41  # neither a multiple of the sorting's cadence nor at an output
+
+
+class Told(Listener):
+    def __init__(self):
+        self.messages = []
+
+    def message(self, text):
+        self.messages.append(text)
+
+
+def with_limits(case, **limits):
+    return case.model_copy(update={"time": case.time.model_copy(update=limits)})
+
+
+def stopped_and_resumed(case, tmp_path, steps=STEPS):
+    """Run `case` in one go and in two parts; return both folders."""
+    run(case, tmp_path / "whole", threads=1)
+    outcome = run(with_limits(case, max_steps=steps), tmp_path / "parts", threads=1)
+    assert outcome.summary["steps"] == steps
+    outcome = hvisph.resume(tmp_path / "parts", max_steps=0, threads=2)
+    assert outcome.summary["end_time"] == case.time.end
+    return tmp_path / "whole", tmp_path / "parts"
+
+
+@pytest.mark.parametrize("integrator", ["leapfrog", "predictor_corrector"])
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_a_resumed_run_has_the_same_bits(formulation, integrator, tmp_path):
+    case = every_material(
+        formulation={"type": formulation},
+        time={"end": 1e-6, "integrator": integrator},
+        output={"every": 3e-7},
+    )
+    assert_same_results(*stopped_and_resumed(case, tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("dim", "further"),
+    [
+        (1, {"formulation": {"type": "eulerian", "smoothing_length": {"type": "variable"}}}),
+        (2, {"symmetry": [{"axis": "y", "at": 0.0}]}),
+        (2, {"domain": {"max": [None, 3.2e-3], "min": [None, -3.2e-3]}, "time": {"end": 2e-6}}),
+        (3, {"time": {"end": 5e-7, "step": 6e-9}, "clamped": [{"box": {"min": [3.5e-3, None, None]}}]}),
+    ],
+    ids=["1d_variable_h", "2d_mirror", "2d_retiring", "3d_clamped_fixed_step"],
+)
+def test_options_resume_with_the_same_bits(dim, further, tmp_path):
+    settings = {"formulation": {"type": "eulerian"}, "output": {"every": 2e-7, "history_every": 3}} | further
+    assert_same_results(*stopped_and_resumed(row_of([METAL, LIQUID], dim=dim, **settings), tmp_path))
+
+
+def test_a_run_extended_at_an_output_is_the_longer_run(tmp_path):
+    case = row_of([METAL, LIQUID], formulation={"type": "eulerian"}, output={"every": 2e-7})
+    run(case, tmp_path / "long", threads=1)
+    run(with_limits(case, end=4e-7), tmp_path / "short", threads=1)
+    hvisph.resume(tmp_path / "short", end="1 us", threads=1)
+    assert_same_results(tmp_path / "long", tmp_path / "short")
+    with pytest.raises(CaseError, match=r"time\.end: the run is at 1e-06 already"):
+        hvisph.resume(tmp_path / "short", end=5e-7)
+
+
+def test_the_clock_goes_on_from_between_two_outputs():
+    clock = Clock(4.0, 1.0, time=2.5, outputs=3, allowed=0.1, allowed_by="signal")
+    assert clock.extend().length == 0.1
+    assert clock.outputs == 2
+    assert clock.moment(clock.outputs + 1) == 3.0
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """A run with two checkpoints in it."""
+    folder = tmp_path_factory.mktemp("run") / "run"
+    case = row_of([METAL, LIQUID], formulation={"type": "eulerian"}, output={"every": 2e-7, "checkpoint_every": 1e-6})
+    run(case, folder, threads=1)
+    return folder
+
+
+@pytest.fixture
+def copy(finished, tmp_path):
+    import shutil
+
+    return shutil.copytree(finished, tmp_path / "copy")
+
+
+def test_the_last_two_are_kept(finished):
+    newest, before = list_checkpoints(finished / "checkpoint")
+    last = int(read_history(finished)["step"][-1])
+    assert [int(newest.stem), int(before.stem)] == [last, last - 1]
+
+
+def test_a_damaged_one_is_passed_over_and_named(copy, finished):
+    newest, before = list_checkpoints(copy / "checkpoint")
+    content = bytearray(newest.read_bytes())
+    content[len(content) // 2] ^= 1
+    newest.write_bytes(content)
+    heard = Told()
+    hvisph.resume(copy, listener=heard)
+    assert len(heard.messages) == 1
+    assert str(newest) in heard.messages[0]
+    assert "damaged" in heard.messages[0]
+    assert_same_results(copy, finished)
+    for path in list_checkpoints(copy / "checkpoint"):
+        path.write_bytes(path.read_bytes()[:-100])
+    with pytest.raises(OutputError, match="truncated.*no other checkpoint"):
+        hvisph.resume(copy)
+
+
+def test_a_finished_run_only_sums_up(copy, finished):
+    summary = json.loads((copy / "summary.json").read_text())
+    (copy / "summary.json").unlink()
+    again = hvisph.resume(copy).summary
+    for name in ("measures", "conservation", "steps", "status", "case_hash"):
+        assert again[name] == summary[name]
+    assert_same_results(copy, finished)
+
+
+def test_without_a_checkpoint_it_begins_again(copy, finished):
+    for path in list_checkpoints(copy / "checkpoint"):
+        path.unlink()
+    (copy / "snapshots" / "000002.h5.partial").write_bytes(b"half")
+    heard = Told()
+    hvisph.resume(copy, listener=heard)
+    assert heard.messages == ["there is no checkpoint yet; beginning again"]
+    assert_same_results(copy, finished)
+    assert not list(copy.glob("**/*.partial"))
+
+
+def test_a_changed_case_is_refused_with_the_difference(copy):
+    before = {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
+    file = copy / "case.yaml"
+    file.write_text(re.sub(r"cfl: 0\.3", "cfl: 0.2", file.read_text()))
+    with pytest.raises(CaseError, match=r"time\.cfl was 0\.3 and is 0\.2"):
+        hvisph.resume(copy)
+    file.write_bytes(before[file])
+    assert {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()} == before
+
+
+def test_what_touches_no_step_may_change(copy):
+    file = copy / "case.yaml"
+    file.write_text(file.read_text().replace("title: ''", "title: better").replace("energy_drift: 0.01", "energy_drift: 0.5"))
+    assert hvisph.resume(copy).summary["title"] == "better"
+
+
+def test_another_version_is_refused_by_name(copy, monkeypatch):
+    monkeypatch.setattr(checkpoints, "__version__", "9.9.9")
+    with pytest.raises(CaseError, match=rf"code_version is {re.escape(hvisph.__version__)}, and this is 9\.9\.9"):
+        hvisph.resume(copy)
+
+
+def test_a_damaged_history_is_refused(copy):
+    path = copy / "history.csv"
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:-3]))
+    with pytest.raises(OutputError, match="it ends with step .* damaged"):
+        hvisph.resume(copy)
+    path.write_text("".join([*lines[:5], lines[5][:20] + "\n", *lines[6:]]))
+    with pytest.raises(OutputError, match="line 6 has not"):
+        hvisph.resume(copy)
+
+
+def test_not_a_run_is_said_so(tmp_path):
+    with pytest.raises(CaseError, match="not the folder of a run"):
+        hvisph.resume(tmp_path)
+    (tmp_path / ".hvisph").touch()
+    with pytest.raises(CaseError, match=r"holds no case\.yaml"):
+        hvisph.resume(tmp_path)
+
+
+def test_snapshots_after_the_checkpoint_go(copy, finished):
+    count = len(list_snapshots(finished))
+    (copy / "snapshots" / "000099.h5").write_bytes(b"stale")
+    (copy / "snapshots" / "post_mortem.h5").write_bytes(b"stale")
+    hvisph.resume(copy)
+    assert len(list_snapshots(copy)) == count
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_damage_to_a_checkpoint_goes_undetected(seed, tmp_path):
+    rng = np.random.default_rng(seed)
+    arrays = {"state": rng.normal(size=(40, 7)), "history/rows": rng.normal(size=(40, 3)), "tags": np.arange(9, dtype=np.uint32)}
+    path = write_checkpoint(tmp_path, Checkpoint(7, {"a": [1.5, None]}, arrays))
+    again = read_checkpoint(path)
+    assert again.header == {"a": [1.5, None]}
+    assert again.arrays.keys() == arrays.keys()
+    for name, values in arrays.items():
+        np.testing.assert_array_equal(again.arrays[name], values)
+    whole = path.read_bytes()
+    for _ in range(40):
+        damaged = bytearray(whole)
+        if rng.random() < 0.5:
+            damaged = damaged[: rng.integers(len(whole))]
+        else:
+            damaged[rng.integers(len(whole))] ^= 1 << rng.integers(8)
+        path.write_bytes(damaged)
+        with pytest.raises(OutputError, match=re.escape(str(path))):
+            read_checkpoint(path)
