@@ -1,6 +1,6 @@
 """Plain Python twins of the pair laws, written from the formulas, and clouds of particles to try them on."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -35,9 +35,16 @@ class Cloud:
         stress = rotation @ self.stress @ rotation.T
         return replace(self, x=self.x @ rotation.T, u=self.u @ rotation.T, stress=stress)
 
+    def with_image(self, axis, at):
+        """Return the cloud and its image at the plane normal to `axis` at coordinate `at`."""
+        sign = np.where(np.arange(self.dim) == axis, -1.0, 1.0)
+        image = self.turned(np.diag(sign))
+        image.x[:, axis] += 2.0 * at
+        return Cloud(*(np.concatenate([getattr(c, f.name) for c in (self, image)]) for f in fields(Cloud)))
+
 
 def random_cloud(dim, seed=0, spacing=1e-3):
-    """Return a disturbed lattice of two densities and many smoothing lengths, moving and stressed at random."""
+    """Return a disturbed lattice of two densities and many lengths h, moving and stressed at random."""
     rng = np.random.default_rng(seed)
     side = {1: 40, 2: 9, 3: 5}[dim]
     axes = [np.arange(side) * spacing] * dim
@@ -47,8 +54,8 @@ def random_cloud(dim, seed=0, spacing=1e-3):
     stress = rng.normal(size=(n, dim, dim)) * 1e9
     rho = rng.choice([2785.0, 7900.0], n) * (1 + 0.05 * rng.normal(size=n))
     c = 5000.0 + 300.0 * rng.normal(size=n)
-    return Cloud(x, rng.normal(size=x.shape) * 300.0, H * (1 + 0.05 * rng.normal(size=n)), rho * spacing**dim, rho,
-                 c, 1.2 * c, 0.6 * c, stress + stress.transpose(0, 2, 1))  # fmt: skip
+    u, h = rng.normal(size=x.shape) * 300.0, H * (1 + 0.05 * rng.normal(size=n))
+    return Cloud(x, u, h, rho * spacing**dim, rho, c, 1.2 * c, 0.6 * c, stress + stress.transpose(0, 2, 1))
 
 
 def components(tensor):
@@ -146,11 +153,11 @@ def riemann_rates(cloud, formulation):
                 ta, tb = part @ cloud.stress[a] @ e, part @ cloud.stress[b] @ e
                 if limiter != "none":
                     d = ub - ua
-                    ua, ub = (ua + 0.5 * limited(limiter, d, 2 * part @ grad_u[a] @ x_ba - d),
-                              ub - 0.5 * limited(limiter, d, 2 * part @ grad_u[b] @ x_ba - d))  # fmt: skip
+                    ua = ua + 0.5 * limited(limiter, d, 2 * part @ grad_u[a] @ x_ba - d)
+                    ub = ub - 0.5 * limited(limiter, d, 2 * part @ grad_u[b] @ x_ba - d)
                     d = tb - ta
-                    ta, tb = (ta + 0.5 * limited(limiter, d, 2 * part @ (grad_s[a] @ x_ba) @ e - d),
-                              tb - 0.5 * limited(limiter, d, 2 * part @ (grad_s[b] @ x_ba) @ e - d))  # fmt: skip
+                    ta = ta + 0.5 * limited(limiter, d, 2 * part @ (grad_s[a] @ x_ba) @ e - d)
+                    tb = tb - 0.5 * limited(limiter, d, 2 * part @ (grad_s[b] @ x_ba) @ e - d)
                 u_star += (za * ua + zb * ub + tb - ta) / (za + zb)
                 t_star += (zb * ta + za * tb + za * zb * (ub - ua)) / (za + zb)
             force = 2.0 * volume[a] * volume[b] * slope * t_star
@@ -173,17 +180,17 @@ def packed(cloud, formulation):
     layout = formulation.layout(dim)
     coefficients = formulation.coefficients()
     pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), coefficients, cloud.x, cloud.h.max())
-    fields = {"X": cloud.x, "U": cloud.u, "H": cloud.h, "M": cloud.m, "V": cloud.m / cloud.rho, "RHO": cloud.rho,
-              "C": cloud.c, "ZN": cloud.rho * cloud.c_l, "ZT": cloud.rho * cloud.c_t}  # fmt: skip
+    known = {"X": cloud.x, "U": cloud.u, "H": cloud.h, "M": cloud.m, "V": cloud.m / cloud.rho}
+    known |= {"RHO": cloud.rho, "C": cloud.c, "ZN": cloud.rho * cloud.c_l, "ZT": cloud.rho * cloud.c_t}
     square = cloud.rho[:, None] ** 2
     if isinstance(formulation, Riemann):
-        fields["T"] = components(cloud.stress)
+        known["T"] = components(cloud.stress)
     else:
-        fields["T"] = components(cloud.stress) / square
-        fields["R"] = -formulation.stress_eps * components(tensile(cloud.stress)) / square
+        known["T"] = components(cloud.stress) / square
+        known["R"] = -formulation.stress_eps * components(tensile(cloud.stress)) / square
     for name, slot in layout.slots().items():
-        if name in fields:
-            values = fields[name].reshape(len(cloud.x), -1)
+        if name in known:
+            values = known[name].reshape(len(cloud.x), -1)
             pairs.rows[:, slot : slot + values.shape[1]] = values
     return pairs
 

@@ -16,7 +16,7 @@ from hvisph.simulation.clock import Clock
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.run import run
 
-STEPS = 41  # neither a multiple of the sorting's cadence nor at an output
+STEPS = 21  # neither a multiple of the sorting's cadence nor at an output
 
 
 class Told(Listener):
@@ -37,18 +37,20 @@ def stopped_and_resumed(case, tmp_path, steps=STEPS):
     outcome = run(with_limits(case, max_steps=steps), tmp_path / "parts", threads=1)
     assert outcome.summary["steps"] == steps
     outcome = hvisph.resume(tmp_path / "parts", max_steps=0, threads=2)
-    assert outcome.summary["end_time"] == case.time.end
+    assert outcome.summary["status"] == "done"
     return tmp_path / "whole", tmp_path / "parts"
 
 
-@pytest.mark.parametrize("integrator", ["leapfrog", "predictor_corrector"])
-@pytest.mark.parametrize("formulation", FORMULATIONS)
+def integrators(formulation):
+    return ("leapfrog",) if formulation == "projection" else ("leapfrog", "predictor_corrector")
+
+
+@pytest.mark.parametrize(
+    ("formulation", "integrator"), [(name, one) for name in FORMULATIONS for one in integrators(name)]
+)
 def test_a_resumed_run_has_the_same_bits(formulation, integrator, tmp_path):
-    case = every_material(
-        formulation={"type": formulation},
-        time={"end": 1e-6, "integrator": integrator},
-        output={"every": 3e-7},
-    )
+    time = {"end": 1e-6, "integrator": integrator}
+    case = every_material(formulation, time=time, output={"every": 3e-7})
     assert_same_results(*stopped_and_resumed(case, tmp_path))
 
 
@@ -58,7 +60,7 @@ def test_a_resumed_run_has_the_same_bits(formulation, integrator, tmp_path):
         (1, {"formulation": {"type": "eulerian", "smoothing_length": {"type": "variable"}}}),
         (2, {"symmetry": [{"axis": "y", "at": 0.0}]}),
         (2, {"domain": {"max": [None, 3.2e-3], "min": [None, -3.2e-3]}, "time": {"end": 2e-6}}),
-        (3, {"time": {"end": 5e-7, "step": 6e-9}, "clamped": [{"box": {"min": [3.5e-3, None, None]}}]}),
+        (3, {"time": {"end": 5e-7, "step": 6e-9}, "clamped": [{"box": {"min": [2e-3, None, None]}}]}),
     ],
     ids=["1d_variable_h", "2d_mirror", "2d_retiring", "3d_clamped_fixed_step"],
 )
@@ -88,8 +90,12 @@ def test_the_clock_goes_on_from_between_two_outputs():
 def finished(tmp_path_factory):
     """A run with two checkpoints in it."""
     folder = tmp_path_factory.mktemp("run") / "run"
-    case = row_of([METAL, LIQUID], formulation={"type": "eulerian"}, output={"every": 2e-7, "checkpoint_every": 1e-6})
-    run(case, folder, threads=1)
+    output = {"every": 2e-7, "checkpoint_every": 1e-6}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            "hvisph.simulation.checkpoint.MOST_TIME", float("inf")
+        )  # one every step, whatever it costs
+        run(row_of([METAL, LIQUID], formulation={"type": "eulerian"}, output=output), folder, threads=1)
     return folder
 
 
@@ -155,13 +161,19 @@ def test_a_changed_case_is_refused_with_the_difference(copy):
 
 def test_what_touches_no_step_may_change(copy):
     file = copy / "case.yaml"
-    file.write_text(file.read_text().replace("title: ''", "title: better").replace("energy_drift: 0.01", "energy_drift: 0.5"))
+    file.write_text(
+        file.read_text()
+        .replace("title: ''", "title: better")
+        .replace("energy_drift: 0.01", "energy_drift: 0.5")
+    )
     assert hvisph.resume(copy).summary["title"] == "better"
 
 
 def test_another_version_is_refused_by_name(copy, monkeypatch):
     monkeypatch.setattr(checkpoints, "__version__", "9.9.9")
-    with pytest.raises(CaseError, match=rf"code_version is {re.escape(hvisph.__version__)}, and this is 9\.9\.9"):
+    with pytest.raises(
+        CaseError, match=rf"code_version is {re.escape(hvisph.__version__)}, and this is 9\.9\.9"
+    ):
         hvisph.resume(copy)
 
 
@@ -195,7 +207,11 @@ def test_snapshots_after_the_checkpoint_go(copy, finished):
 @pytest.mark.parametrize("seed", range(5))
 def test_no_damage_to_a_checkpoint_goes_undetected(seed, tmp_path):
     rng = np.random.default_rng(seed)
-    arrays = {"state": rng.normal(size=(40, 7)), "history/rows": rng.normal(size=(40, 3)), "tags": np.arange(9, dtype=np.uint32)}
+    arrays = {
+        "state": rng.normal(size=(40, 7)),
+        "history/rows": rng.normal(size=(40, 3)),
+        "tags": np.arange(9, dtype=np.uint32),
+    }
     path = write_checkpoint(tmp_path, Checkpoint(7, {"a": [1.5, None]}, arrays))
     again = read_checkpoint(path)
     assert again.header == {"a": [1.5, None]}

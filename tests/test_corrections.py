@@ -6,6 +6,7 @@ from dataclasses import replace
 import numba
 import numpy as np
 import pytest
+from sph_twins import compiled_rates, neighbours, packed, random_cloud, tensile
 
 from hvisph.case.loader import dump_case, load_case
 from hvisph.core.errors import CaseError
@@ -15,8 +16,6 @@ from hvisph.output.reader import read_history
 from hvisph.simulation.formulations import formulation_of
 from hvisph.simulation.run import run
 from hvisph.sph.laws.corrected import LEVEL, SINGULAR
-
-from sph_twins import compiled_rates, neighbours, packed, random_cloud, tensile
 
 KINDS = ("shepard", "gradient", "mixed")
 DIMS = pytest.mark.parametrize("dim", [1, 2, 3])
@@ -142,11 +141,12 @@ def test_the_gradient_of_a_linear_field_is_exact_up_to_free_surfaces(kind, dim):
     cloud = random_cloud(dim, seed=7)
     slope = np.random.default_rng(2).normal(size=(dim, dim))
     cloud = replace(cloud, u=3.0 + cloud.x @ slope.T)
-    found = compiled_rates(cloud, Corrected(correction=kind, factor=math.inf))[:, dim + 2 :]
+    found = compiled_rates(cloud, Corrected(correction=kind, factor=math.inf, stress_eps=0.3))[:, dim + 2 :]
     # exact but for rounding: velocities of 3 against differences of 1e-3
     assert found == pytest.approx(np.tile(slope.ravel(), (len(found), 1)), abs=1e-10)
-    plain = compiled_rates(cloud, Eulerian())[:, dim + 2 :]
-    assert np.abs(plain - slope.ravel()).max() > 0.3
+    # what it puts right: the plain gradient misses by half at an end, an edge, a corner
+    plain = compiled_rates(cloud, Eulerian(stress_eps=0.3, product=True))[:, dim + 2 :]
+    assert np.abs(plain - slope.ravel()).max() > 0.3 * np.abs(slope).max()
 
 
 @DIMS
@@ -154,7 +154,7 @@ def test_the_gradient_of_a_linear_field_is_exact_up_to_free_surfaces(kind, dim):
 def test_the_corrected_kernel_sums_to_one(kind, dim):
     """sum_b V_b W~_ab = 1 at every place, so its gradient there, the particle's own share included, is 0."""
     cloud = random_cloud(dim, seed=1)
-    formulation = Corrected(correction=kind, factor=math.inf)
+    formulation = Corrected(correction=kind, factor=math.inf, stress_eps=0.3)
     pairs = packed(cloud, formulation)
     pairs.evaluate(cloud.h.max())
     rows, slots, volume = pairs.sorted[pairs.place[: len(cloud.x)]], pairs.slots, cloud.m / cloud.rho
@@ -172,8 +172,7 @@ def test_the_corrected_kernel_sums_to_one(kind, dim):
 
 
 @DIMS
-def test_without_a_need_for_correction_it_is_the_product_form(dim):
-    """Inside a lattice the gradient's matrix is a number near 1: all pairs are corrected by the same."""
+def test_with_every_pair_fallen_back_it_is_the_product_form(dim):
     cloud = random_cloud(dim)
     rates = compiled_rates(cloud, Corrected(correction="mixed", factor=1.0 + 1e-12, stress_eps=0.3))
     product = compiled_rates(cloud, Eulerian(stress_eps=0.3, product=True))
@@ -183,15 +182,11 @@ def test_without_a_need_for_correction_it_is_the_product_form(dim):
 
 @DIMS
 def test_one_thread_and_two_give_the_same_bits(dim):
-    if numba.config.NUMBA_NUM_THREADS < 2:
-        numba_threads = [1, 1]
-    else:
-        numba_threads = [1, 2]
     cloud, found = random_cloud(dim), []
     pairs = packed(cloud, Corrected(stress_eps=0.3))
     before = numba.get_num_threads()
     try:
-        for threads in numba_threads:
+        for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
             numba.set_num_threads(threads)
             pairs.evaluate(cloud.h.max())
             found.append((pairs.rates.copy(), fallbacks(pairs, len(cloud.x))))
@@ -202,8 +197,13 @@ def test_one_thread_and_two_give_the_same_bits(dim):
 
 
 def test_a_run_keeps_its_energy_and_counts_its_fallbacks(tmp_path):
-    case = load_case("al_al", overrides=["resolution=0.4 mm", "time.end=1.5 us", "output.every=1.5 us",
-                                         "formulation.correction.type=mixed", "expected={}"])  # fmt: skip
+    case = load_case(
+        "al_al",
+        overrides=[
+            *("resolution=0.4 mm", "time.end=1.5 us", "output.every=1.5 us", "expected={}"),
+            *("formulation.correction.type=mixed", "formulation.artificial_stress.type=gray"),
+        ],
+    )
     outcome = run(case, tmp_path / "run", threads=1)
     assert outcome.summary["status"] == "done"
     conservation = outcome.summary["conservation"]

@@ -51,9 +51,7 @@ def block(dim, shaken=0.1, seed=1):
 
 
 def stepper_of(particles, planes=(), **options):
-    made = ProjectionStepper(
-        particles, Projection(**options), [STEEL, ALUMINIUM], 0.5, 0.0, 1.5 * DX, planes
-    )
+    made = ProjectionStepper(particles, Projection(**options), [STEEL, ALUMINIUM], 0.5, 0.0, 1.5 * DX, planes)
     made.start()
     return made
 
@@ -96,7 +94,9 @@ def full(tensor, dim):
 def twin(before, deviator, printed, guard, force):
     """A step in plain NumPy, with the deviator that the first pass arrived at."""
     dim = before["position"].shape[1]
-    x, u, m, rho, h, p = (before[k] for k in ("position", "velocity", "mass", "density", "smoothing_length", "pressure"))
+    x, u, m, rho, h, p = (
+        before[k] for k in ("position", "velocity", "mass", "density", "smoothing_length", "pressure")
+    )
     g, r2, apart = gradients(x, h)
     volume = m / rho
     gradient = -np.einsum("b,abi,abj->aij", volume, u[:, None] - u[None, :], g)
@@ -115,7 +115,12 @@ def twin(before, deviator, printed, guard, force):
         pair = (found[:, None] + found) / (rho[:, None] * rho)
     acceleration = acceleration - np.einsum("b,ab,abi->ai", m, pair, g)
     after = u + STEP * acceleration
-    return {"gradient": gradient, "pressure": found, "velocity": after, "position": x + 0.5 * STEP * (u + after)}
+    return {
+        "gradient": gradient,
+        "pressure": found,
+        "velocity": after,
+        "position": x + 0.5 * STEP * (u + after),
+    }
 
 
 def near(found, expected):

@@ -1,6 +1,6 @@
 """Pair laws: compiled rates against plain twins, balances, frames of reference."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numba
 import numpy as np
@@ -108,7 +108,7 @@ def test_a_string_of_particles_keeps_the_plain_gradient(dim):
 def test_any_number_of_threads_gives_the_same_bits(formulation):
     cloud = random_cloud(2)
     tiles = [replace(cloud, x=cloud.x + np.array([i, j]) * 9e-3) for i in range(3) for j in range(3)]
-    large = Cloud(*(np.concatenate([getattr(t, name) for t in tiles]) for name in Cloud.__dataclass_fields__))
+    large = Cloud(*(np.concatenate([getattr(t, f.name) for t in tiles]) for f in fields(Cloud)))
     most, before = min(2, numba.config.NUMBA_NUM_THREADS), numba.get_num_threads()
     found = []
     try:
@@ -139,6 +139,8 @@ def test_tensile_parts_are_those_of_the_principal_stresses(shift):
     tensors[2] = 2.0 * np.eye(3)
     for three, two in zip(tensors, tensors[:, :2, :2], strict=True):
         found = artificial_stress.tensile_part_3d(*components(three[None])[0])
-        assert found == pytest.approx(components(tensile(three[None]))[0], abs=1e-13)  # rounding of values of 5
+        assert found == pytest.approx(
+            components(tensile(three[None]))[0], abs=1e-13
+        )  # rounding of values of 5
         found = artificial_stress.tensile_part_2d(*components(two[None])[0])
         assert found == pytest.approx(components(tensile(two[None]))[0], abs=1e-13)

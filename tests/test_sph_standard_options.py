@@ -86,21 +86,25 @@ def written_out(particles, alpha, beta, product, alpha_rho, kernel="cubic_spline
     return acceleration, power, chi
 
 
-@pytest.mark.parametrize("dim", [1, 2, 3])
-@pytest.mark.parametrize(("product", "alpha_rho"), [(False, 0.0), (True, 0.0), (False, 0.4), (True, 0.8)])
+@pytest.mark.parametrize(
+    ("dim", "product", "alpha_rho"),
+    [(1, False, 0.0), (1, True, 0.0), (1, False, 0.4), (2, True, 0.8), (3, True, 0.8)],
+)
 def test_against_sums_written_out(dim, product, alpha_rho):
     particles, rates = rates_of(dim, alpha=1.0, beta=2.0, product=product, alpha_rho=alpha_rho)
     acceleration, power, chi = written_out(particles, 1.0, 2.0, product, alpha_rho)
     # rounding of sums of terms that nearly cancel
-    np.testing.assert_allclose(rates[:, :dim], acceleration, rtol=1e-9, atol=1e-11 * np.abs(acceleration).max())
+    np.testing.assert_allclose(
+        rates[:, :dim], acceleration, rtol=1e-9, atol=1e-11 * np.abs(acceleration).max()
+    )
     np.testing.assert_allclose(rates[:, dim], power, rtol=1e-9, atol=1e-11 * np.abs(power).max())
     if alpha_rho:
         np.testing.assert_allclose(rates[:, -1], chi, rtol=1e-9, atol=1e-11 * np.abs(chi).max())
 
 
-@pytest.mark.parametrize("dim", [1, 2, 3])
 @pytest.mark.parametrize("product", [False, True])
-def test_balances_pair_by_pair(dim, product):
+def test_balances_pair_by_pair(product):
+    dim = 2
     particles, rates = rates_of(dim, product=product, alpha_rho=0.6, stress_eps=0.3, stress_exponent=3)
     m, u = particles["mass"], particles["velocity"]
     forces = m[:, None] * rates[:, :dim]
@@ -130,7 +134,7 @@ def test_dissipation_heats_both_sides_of_a_jump_of_pressure():
     assert rates[9, -1] < 0.0 < rates[10, -1]
 
 
-@pytest.mark.parametrize("n", [1, 3, 4, 7])
+@pytest.mark.parametrize("n", [1, 7])
 def test_exponent_of_artificial_stress(n):
     # two particles in tension at half the spacing's distance: the term beside the plain stress is R f^n
     found = {}

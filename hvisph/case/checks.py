@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 FASTEST = 1e5  # [m/s]; ten times any impact in the solar system's inner part is a slip of units
 MOST_PARTICLES = 2**31 - 1  # indices in compiled loops are 32 bits wide
 AXES = ("x", "y", "z")
+RETIRING = ("eulerian", "riemann")  # formulations in which a particle may leave the others without a trace
 
 
 def problems_of(case: Case) -> list[Problem]:
@@ -158,8 +159,15 @@ def _clamped(case: Case) -> Iterator[Problem]:
 
 
 def _domain(case: Case) -> Iterator[Problem]:
-    if case.domain is not None:
-        yield from _box(case, case.domain, ("domain",))
+    if case.domain is None:
+        return
+    yield from _box(case, case.domain, ("domain",))
+    if case.formulation.type not in RETIRING:
+        yield Problem(
+            ("domain",),
+            f"particles cannot be retired with '{case.formulation.type}', whose particles keep what surrounds them; "
+            f"leave it out, or use {' or '.join(RETIRING)}",
+        )
 
 
 def _box(case: Case, box: BoxRegion, path: Path) -> Iterator[Problem]:
@@ -199,10 +207,17 @@ def _in_pieces(case: Case) -> Iterator[Problem]:
             ("time", "integrator"),
             "'staggered' is for Eulerian bodies that meet through the kernel sums; leave it out here",
         )
+    if case.kinematics == "plane_stress":
+        yield Problem(
+            ("kinematics",),
+            "plane_stress is for Eulerian and Riemann bodies that meet through the kernel sums; use plane_strain",
+        )
     if isinstance(formulation, EulerianFormulation) and parted:
         why = "not available where a contact algorithm parts the bodies"
         if formulation.momentum_form != "sigma_over_rho_squared":
             yield Problem(("formulation", "momentum_form"), f"{why}; leave it out")
+        if formulation.viscosity.type not in ("none", "monaghan"):
+            yield Problem(("formulation", "viscosity", "type"), f"{why}; give 'monaghan'")
         if formulation.density_dissipation.type != "none":
             yield Problem(("formulation", "density_dissipation", "type"), f"{why}; give 'none'")
 

@@ -27,9 +27,9 @@ class NoCorrection(StrictModel):
 class _Limited(StrictModel):
     factor: Annotated[float, Quantity(NUMBER, above=1)] | None = Field(
         default=None,
-        description="C_f: a pair whose corrected gradient has a component of more than C_f times the plain one, "
-        "or of less than its inverse, takes the plain one [-], above 1; unless given, 7.5 without artificial "
-        "stress and 90 with it",
+        description="C_f: a pair whose corrected gradient has a component of more than C_f times the plain "
+        "one, or of less than 1/C_f of it, takes the plain one [-], above 1; unless given, 7.5 without "
+        "artificial stress and 90 with it",
     )
 
 
@@ -57,7 +57,7 @@ Correction = Annotated[
 
 
 def fill_correction(data: Any) -> Any:
-    """Write out what a formulation's correction decides: C_f, by the artificial stress, and the momentum form."""
+    """Write out C_f, by the artificial stress, and the momentum form where a formulation has a correction."""
     if not isinstance(data, dict):
         return data
     correction = data.get("correction")
@@ -81,11 +81,13 @@ def correction_problems(formulation: EulerianFormulation) -> Iterator[Problem]:
     if formulation.momentum_form != "product":
         yield Problem(
             ("momentum_form",),
-            f"'{formulation.momentum_form}' has no meaning with correction '{kind}', where each side's gradient "
-            "goes with its own stress; leave it out or give 'product'",
+            f"'{formulation.momentum_form}' has no meaning with correction '{kind}', where each side's "
+            "gradient goes with its own stress; leave it out or give 'product'",
         )
     if formulation.viscosity.type not in ("none", "monaghan"):
-        yield Problem(("viscosity", "type"), f"not available with correction '{kind}'; give 'monaghan' or 'none'")
+        yield Problem(
+            ("viscosity", "type"), f"not available with correction '{kind}'; give 'monaghan' or 'none'"
+        )
     if formulation.density_dissipation.type != "none":
         yield Problem(("density_dissipation", "type"), f"not available with correction '{kind}'; give 'none'")
     if formulation.contact.type != "kernel":

@@ -11,7 +11,7 @@ from hvisph.case.conversion import ConversionLimits, EulerianRegion
 from hvisph.case.correction import Correction, NoCorrection, correction_problems, fill_correction
 from hvisph.case.dimensions import NUMBER, TIME
 from hvisph.case.model import SCALAR_AS_LIST, StrictModel, refuse
-from hvisph.case.units import NonNegativeNumber, Acceleration, Quantity
+from hvisph.case.units import Acceleration, NonNegativeNumber, Quantity
 from hvisph.case.viscosity import (
     ArtificialStress,
     DensityDissipation,
@@ -86,7 +86,7 @@ class EulerianFormulation(KernelOptions):
     )
     correction: Correction = Field(
         default=NoCorrection(),
-        description="Correction of the kernel and its gradient (Young 2021 eqs. 3-5); its momentum form is `product`",
+        description="Correction of the kernel and its gradient (Young 2021 eqs. 3-5), in the form `product`",
     )
     density_dissipation: DensityDissipation = Field(
         default=NoDensityDissipation(), description="Density dissipation at material interfaces"

@@ -12,7 +12,7 @@ from hvisph.case.units import parse_quantity
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
-# Farahani 2009 steps by 0.1 ns at a spacing of 0.1 mm; a step in proportion to the spacing keeps the physics [s/m].
+# Farahani 2009 steps by 0.1 ns at a spacing of 0.1 mm; in proportion to the spacing the physics stays [s/m].
 STEP_OVER_DX = 1e-6
 
 
@@ -24,7 +24,9 @@ def default_step(data: dict[str, Any]) -> float | None:
     if not isinstance(time, dict) or time.get("step") is not None or data.get("units") == "none":
         return None
     try:
-        spacing = parse_quantity(resolution, LENGTH) if isinstance(resolution, str) else float(resolution or 0.0)
+        spacing = (
+            parse_quantity(resolution, LENGTH) if isinstance(resolution, str) else float(resolution or 0.0)
+        )
     except (TypeError, ValueError):  # the resolution's own check says what is wrong with it
         return None
     return STEP_OVER_DX * spacing if 0.0 < spacing < 1e300 else None
@@ -43,12 +45,6 @@ def projection_problems(case: Case) -> Iterator[Problem]:
         yield Problem(
             ("time", "step"), "has no default for projection in a case without units; give the time step"
         )
-    if case.time.integrator != "leapfrog":
-        yield Problem(
-            ("time", "integrator"),
-            f"'{case.time.integrator}' has no meaning with projection, which has its own order of things in a "
-            "step; leave it out",
-        )
     force = len(formulation.body_force)
     if force not in (0, case.dim):
         yield Problem(
@@ -56,22 +52,28 @@ def projection_problems(case: Case) -> Iterator[Problem]:
         )
     if case.initial_loads:
         yield Problem(
-            ("initial_loads",), "a pressure that the first step adds has no meaning with projection, which finds its own"
+            ("initial_loads",),
+            "a pressure that the first step adds has no meaning with projection, which finds its own",
         )
     for name, body in case.bodies.items():
         if body.material.damage.type != "none":
             path: Path = ("bodies", name, "material", "damage", "type")
             yield Problem(
                 path,
-                f"'{body.material.damage.type}' has no meaning with projection: its pressure restores the density "
-                "and is no stress that a material could fail by; use none",
+                f"'{body.material.damage.type}' has no meaning with projection: its pressure restores the "
+                "density and is no stress that a material could fail by; use none",
             )
 
 
 def projection_warnings(case: Case) -> Iterator[str]:
     """Yield what a user of SPH-projection should know before the run."""
     formulation = case.formulation
-    if formulation.type != "projection" or formulation.pressure_gradient != "printed":
+    if formulation.type != "projection":
+        return
+    if case.time.integrator != "leapfrog":
+        name = case.time.integrator
+        yield f"time.integrator: '{name}' is not used by projection, which has a step of its own"
+    if formulation.pressure_gradient != "printed":
         return
     densities = {body.material.density for body in case.bodies.values()}
     if len(densities) > 1:

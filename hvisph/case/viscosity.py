@@ -8,7 +8,7 @@ from pydantic import Field
 
 from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import StrictModel
-from hvisph.case.units import NonNegativeNumber, Quantity
+from hvisph.case.units import NonNegativeNumber, PositiveNumber, Quantity
 
 
 class NoViscosity(StrictModel):
@@ -25,7 +25,25 @@ class MonaghanViscosity(StrictModel):
     beta: NonNegativeNumber = Field(default=2.0, description="Quadratic coefficient beta [-], at least 0")
 
 
-Viscosity = Annotated[NoViscosity | MonaghanViscosity, Field(discriminator="type")]
+class BalsaraViscosity(StrictModel):
+    """BAL: Monaghan's viscosity times |div u|/(|div u| + |curl u|), so that shear feels less of it (Balsara 1995)."""
+
+    type: Literal["balsara"] = "balsara"
+    alpha: NonNegativeNumber = Field(default=1.0, description="Linear coefficient alpha [-], at least 0")
+    beta: NonNegativeNumber = Field(default=2.0, description="Quadratic coefficient beta [-], at least 0")
+
+
+class MorrisMonaghanViscosity(StrictModel):
+    """MON: every particle its own alpha, raised by compression and relaxing; beta is twice it (1997)."""
+
+    type: Literal["morris_monaghan"] = "morris_monaghan"
+    alpha_min: NonNegativeNumber = Field(default=0.1, description="What alpha relaxes to [-], at least 0")
+    decay: PositiveNumber = Field(default=0.2, description="C1: alpha relaxes in the time h/(C1 c) [-], above 0")
+
+
+Viscosity = Annotated[
+    NoViscosity | MonaghanViscosity | BalsaraViscosity | MorrisMonaghanViscosity, Field(discriminator="type")
+]
 
 
 class NoArtificialStress(StrictModel):

@@ -25,7 +25,7 @@ def eight_at(typing_context, array, start):
 
 @intrinsic
 def put_eight(typing_context, array, start, value):
-    """Write `value` to array[start] to array[start + 7] of a contiguous array of floats; `start` is uint64."""
+    """Write `value` to array[start] to array[start + 7] of a contiguous array of floats; `start`: uint64."""
 
     def generate(context, builder, signature, arguments):
         values, first, value = arguments

@@ -64,7 +64,8 @@ CATALOGUE: dict[str, Field] = {
         Field("kernel_type", "scalar", "", "0 Eulerian, 1 Total Lagrangian"),
         Field("reference_position", "vector", "m", "position in the reference configuration"),
         Field("previous_density_rate", "scalar", "1/s", "rate of ln(rho) by dissipation at the last evaluation"),
-        Field("viscosity_alpha", "scalar", "", "own viscosity coefficient of the Morris-Monaghan switch"),
+        Field("viscosity_share", "scalar", "", "own share of the viscosity by Morris and Monaghan's switch"),
+        Field("thickness", "scalar", "", "thickness over that at the start, in plane stress"),
     )
 }
 

@@ -6,12 +6,10 @@ Passes: the corrections into each row, then all rates at once (`sph.laws.correct
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite
 from typing import Any
 
 import numpy as np
 
-from hvisph.sph import viscosity
 from hvisph.sph.laws import corrected
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
@@ -41,11 +39,8 @@ class Corrected(Eulerian):
         parts = {"SHEPARD": int(self.correction != "gradient"), "GRADIENT": int(self.correction != "shepard")}
         options = {
             "ARTIFICIAL_STRESS": int(self.stress_eps != 0.0),
-            "LIMITED": int(isfinite(self.factor)),
             "FACTOR": len(super().coefficients()),
             "EXPONENT": self.stress_exponent,
-            "approach": viscosity.approach,
-            "monaghan": viscosity.monaghan,
         }
         return [
             Pass(corrected.corrections, standard, parts, into_rows=True),
@@ -58,7 +53,7 @@ class Corrected(Eulerian):
 
     def coefficients(self) -> np.ndarray:
         """Return those of the standard law, then C_f."""
-        return np.append(super().coefficients(), self.factor)
+        return np.concatenate([super().coefficients(), corrected.coefficients(self.factor)])
 
 
 def fallbacks(stepper: Any) -> int:

@@ -1,7 +1,8 @@
 """Eulerian (updated Lagrangian) SPH in its standard form: Mehra & Chaturvedi's SAV family.
 
-One pass: `sph.laws.standard` with Monaghan's viscosity and, as options, Gray's artificial stress and
-Zisis's density dissipation.
+One pass: `sph.laws.standard` with Monaghan's viscosity and, as options, Balsara's or Morris and Monaghan's
+shares of it (BAL, MON), Gray's artificial stress and Zisis's density dissipation. Shares follow from the
+velocity gradient of the evaluation before: within a step of 0.2 dx/c it hardly changes, and a pass is saved.
 """
 
 from __future__ import annotations
@@ -39,6 +40,10 @@ class Eulerian:
         Whether the pair stress is (sigma_a + sigma_b)/(rho_a rho_b).
     alpha_rho
         Coefficient of the density dissipation, 0 for none.
+    switch
+        Share of the viscosity that a particle takes: ``none`` (all of it), ``balsara`` or ``morris_monaghan``.
+    share_minimum, share_decay
+        s_min and C1 of ``morris_monaghan``.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -50,6 +55,9 @@ class Eulerian:
     stress_exponent: int = 4
     product: bool = False
     alpha_rho: float = 0.0
+    switch: str = "none"
+    share_minimum: float = 0.1
+    share_decay: float = 0.2
 
     name = "eulerian"
     stepper = Stepper
@@ -57,7 +65,8 @@ class Eulerian:
     @property
     def fields(self) -> tuple[str, ...]:
         """What particles carry beside the state."""
-        return ("previous_density_rate",) if self.alpha_rho else ()
+        switched = ("viscosity_share",) if self.switch == "morris_monaghan" else ()
+        return (*switched, "previous_density_rate") if self.alpha_rho else switched
 
     @property
     def viscous_factor(self) -> float:
@@ -74,16 +83,21 @@ class Eulerian:
             "ARTIFICIAL_STRESS": int(self.stress_eps != 0.0),
             "PRODUCT": int(self.product),
             "DISSIPATION": int(self.alpha_rho != 0.0),
+            "SWITCHED": int(self.switch != "none"),
         }
 
     def layout(self, dim: int) -> RowLayout:
         """Return the row of the standard law."""
-        return standard.row_layout(dim, self.stress_eps != 0.0, (("p", "scalar"),) if self.alpha_rho else ())
+        more = (("p", "scalar"),) if self.alpha_rho else ()
+        if self.switch != "none":
+            more = (*more, ("share", "scalar"))
+        return standard.row_layout(dim, self.stress_eps != 0.0, more)
 
     def coefficients(self) -> np.ndarray:
-        """Return alpha, beta, 1 / w(dx/h), eps, alpha_rho."""
+        """Return alpha, beta, 1 / w(dx/h), eps, alpha_rho, s_min and C1 of the shares."""
         at_spacing = self.kernel.shape.py_func(1.0 / self.h_over_dx)
-        return np.array([self.alpha, self.beta, 1.0 / at_spacing, self.stress_eps, self.alpha_rho])
+        return np.array([self.alpha, self.beta, 1.0 / at_spacing, self.stress_eps, self.alpha_rho,
+                         self.share_minimum, self.share_decay])  # fmt: skip
 
     def pack(self) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""

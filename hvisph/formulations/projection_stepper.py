@@ -139,7 +139,17 @@ class ProjectionStepper:
         self._show_images(b, self._layouts[1])
         velocity(particles.data, particles.tags, *near, b, a, self.rates, step, *self._body_force)
         self._show_images(a, self._layouts[2])
-        pressure(particles.data, *near, a, b, step, self._eta2, self._fullness, self.formulation.guard, self.formulation.printed)
+        pressure(
+            particles.data,
+            *near,
+            a,
+            b,
+            step,
+            self._eta2,
+            self._fullness,
+            self.formulation.guard,
+            self.formulation.printed,
+        )
         self._show_images(b, self._layouts[3])
         acceleration(particles.data, *near, b, self.rates, self.formulation.printed)
 
@@ -174,12 +184,19 @@ class ProjectionStepper:
 
     def history(self) -> dict[str, np.ndarray]:
         """Return all that the next step needs beside the particles, between steps, by name."""
-        return {"rates": self.rates, "partial_sums": self._partial, "rows": self._rows[0][: self.particles.count],
-                "signals": self.signals, "step": np.array([self._step]), "crossed": np.array([self._crossed]),
-                "listed_at": self._listed_at, **self._averaged.history()}  # fmt: skip
+        return {
+            "rates": self.rates,
+            "partial_sums": self._partial,
+            "rows": self._rows[0][: self.particles.count],
+            "signals": self.signals,
+            "step": np.array([self._step]),
+            "crossed": np.array([self._crossed]),
+            "listed_at": self._listed_at,
+            **self._averaged.history(),
+        }
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Go back to where `history` was taken; the particles must be those of that moment, in their order."""
+        """Go back to where `history` was taken; the particles must be those of then, in order."""
         self.rates[...], self._partial[...] = history["rates"], history["partial_sums"]
         self._rows[0][: self.particles.count] = history["rows"]
         self.signals[...] = history["signals"]
@@ -194,8 +211,9 @@ class ProjectionStepper:
 
     def _carry(self, step: float, complete: bool) -> None:
         particles = self.particles
-        self._loops[4](particles.data, particles.tags, self.rates, self._rows[0], self.lengths, step, complete,
-                       self.formulation.smoothing.variable, *self._h_limits, *self._body_force, self._partial)  # fmt: skip
+        variable = self.formulation.smoothing.variable
+        self._loops[4](particles.data, particles.tags, self.rates, self._rows[0], self.lengths, step,
+                       complete, variable, *self._h_limits, *self._body_force, self._partial)  # fmt: skip
         self._sum_up()
 
     def _sum_up(self) -> None:

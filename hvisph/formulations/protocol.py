@@ -70,7 +70,7 @@ class AnyStepper(Protocol):
         """Announce the step `following` [s] from a state that may have been changed."""
 
     def limits(self) -> list[tuple[float, str, int]]:
-        """Return what else limits the step: times [s] of which a step takes the Courant share, names, particles."""
+        """Return further limits: times [s] of which a step takes the Courant share, names, particles."""
 
     def permute(self) -> np.ndarray:
         """Put the state into cell order; return the order taken. Call it between steps only."""
@@ -79,7 +79,7 @@ class AnyStepper(Protocol):
         """Return all that the next step needs beside the particles, between steps, by name."""
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Go back to where `history` was taken; the particles must be those of that moment, in their order."""
+        """Go back to where `history` was taken; the particles must be those of then, in order."""
 
 
 class AnyFormulation(Protocol):

@@ -8,7 +8,7 @@ import numpy as np
 
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
-from hvisph.materials import response
+from hvisph.materials import plane_stress, response
 from hvisph.materials.table import Material, pack
 from hvisph.sph.cells import Grid
 from hvisph.sph.pairs import Pairs
@@ -80,11 +80,13 @@ class Stepper:
         used = single.update.__code__.co_names
         columns = {k: v for k, v in particles.bindings().items() if k in used}
         # Never read where there are none: the branches that name them are compiled away.
-        columns = {k: 0 for k in used if k.startswith("S_PREVIOUS")} | columns
+        columns = {k: 0 for k in used if k.startswith("S_")} | columns
         return specialise(
             single.update, parallel=True, DIM=dim, U=slots["U"], PREVIOUS=int(previous != 0.0),
             DENSITY_RATE=int("previous_density_rate" in particles.offsets), DRIFT=drift,
-            VARIABLE_H=int(smoothing.variable), respond=response.respond,
+            VARIABLE_H=int(smoothing.variable), respond=response.respond, thinning=plane_stress.thinning,
+            PLANE_STRESS=int("thickness" in particles.offsets), SHARE=slots.get("SHARE", 0),
+            SWITCH=single.SWITCHES[getattr(self.formulation, "switch", "none")],
             longitudinal_speed=response.longitudinal_speed, shear_speed=response.shear_speed,
             pack=specialise(packer, **bound), **columns,
         )  # fmt: skip

@@ -50,7 +50,12 @@ class TrailingMean:
 
     def history(self) -> dict[str, np.ndarray]:
         """Return all of it, by name."""
-        return {"parts": self._parts, "part_times": self._times, "part": self._now, "part_time": np.array([self._time])}
+        return {
+            "parts": self._parts,
+            "part_times": self._times,
+            "part": self._now,
+            "part_time": np.array([self._time]),
+        }
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
         """Go back to where `history` was taken."""

@@ -10,22 +10,32 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.jit import prange
+from hvisph.core.jit import compiled, prange
+from hvisph.sph.viscosity import balsara_share, relaxed_share
 
 CHUNK = 256
+# Which share of the viscosity a particle takes: all of it, or by a published switch.
+WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
+SWITCHES = {"none": WHOLE, "balsara": BALSARA, "morris_monaghan": MORRIS_MONAGHAN}
 # Columns of the sums that the completed states give: see `Budget`.
 KINETIC, INTERNAL, MOMENTUM, SUPPORT, FASTEST, LONGEST = 0, 1, 2, 5, 8, 9
 SUMS = 10
+
+
+@compiled
+def grown(rate):
+    """Return exp(rate) to second order, by a fraction that is positive for every step that a criterion allows."""
+    return (1.0 + 0.5 * rate) / (1.0 - 0.5 * rate)
 
 
 def update(state, tags, place, rates, sorted_rows, table, models, coefficients, step, stage, complete,
            h_low, h_high, rows, lengths, signals, pressures, sums):  # fmt: skip
     """Complete the step of length `step` (if `complete`) and pack the stage `stage` ahead: the template.
 
-    Bound names: DIM, PREVIOUS (1 for schemes that use the
-    rates of the step before), VARIABLE_H, DENSITY_RATE
-    (1 where the rates hold one of ln(rho)), DRIFT (share of the acceleration in the stage's position), columns of the state (S_...), slots of the row (U), functions
-    `respond`, `longitudinal_speed`, `shear_speed` and `pack`.
+    Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
+    DENSITY_RATE (1 where the rates hold one of ln(rho)), DRIFT (share of the acceleration in the stage's
+    position), PLANE_STRESS, SWITCH (share of the viscosity), columns of the state (S_...), slots of the row
+    (U, SHARE), functions `respond`, `thinning`, `longitudinal_speed`, `shear_speed` and `pack`.
     """
     count = np.uint64(state.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
@@ -123,10 +133,12 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
                 u += step * n_x
                 v += step * n_y
                 w += step * n_z
-                # Continuity over a finite step, positive for every step that a criterion allows.
+                if PLANE_STRESS:
+                    g_zz = thinning(table, models, m, step, rho, swelling, e, s_xx, s_yy, s_zz, s_xy, plastic,
+                                    damage, g_xx, g_xy, g_yx, g_yy)  # fmt: skip
+                    state[s, S_THICKNESS] *= grown(step * g_zz)
                 half = 0.5 * step * swelling
-                ratio = (1.0 - half) / (1.0 + half)
-                rho *= ratio
+                rho *= grown(-step * (swelling + g_zz)) if PLANE_STRESS else grown(-step * swelling)
                 if VARIABLE_H:
                     h = min(max(h * (1.0 + half / DIM) / (1.0 - half / DIM), h_low), h_high)
                 s_xx, s_yy, s_zz, s_xy, s_xz, s_yz, plastic, damage, p, c = respond(
@@ -151,6 +163,9 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
                 state[s, S_DEVIATOR + 2] = s_zz
                 state[s, S_PLASTIC_STRAIN] = plastic
                 state[s, S_DAMAGE] = damage
+                if SWITCH == MORRIS_MONAGHAN:
+                    state[s, S_VISCOSITY_SHARE] = relaxed_share(
+                        state[s, S_VISCOSITY_SHARE], g_xx + g_yy + g_zz, c, h, step, coefficients[5], coefficients[6])
                 if PREVIOUS:
                     V, A, G = S_PREVIOUS_VELOCITY, S_PREVIOUS_ACCELERATION, S_PREVIOUS_GRADIENT
                     state[s, V] = e_x
@@ -181,8 +196,13 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
             v += stage * a_y
             w += stage * a_z
             e += stage * power
-            half = 0.5 * stage * (l_xx + l_yy + l_zz - dissipated)
-            rho *= (1.0 - half) / (1.0 + half)
+            thickness = 1.0
+            if PLANE_STRESS:
+                l_zz = thinning(table, models, m, stage, rho, l_xx + l_yy - dissipated, e, s_xx, s_yy, s_zz, s_xy,
+                                plastic, damage, l_xx, l_xy, l_yx, l_yy)  # fmt: skip
+                thickness = state[s, S_THICKNESS] * grown(stage * l_zz)
+            half = 0.5 * stage * (l_xx + l_yy - dissipated) if PLANE_STRESS else 0.5 * stage * (l_xx + l_yy + l_zz - dissipated)
+            rho *= grown(-stage * (l_xx + l_yy + l_zz - dissipated))
             if VARIABLE_H:
                 h = min(max(h * (1.0 + half / DIM) / (1.0 - half / DIM), h_low), h_high)
             longest = max(longest, h)
@@ -195,10 +215,22 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
                 rows[s, 1] = y
             if DIM > 2:
                 rows[s, 2] = z
-            signals[s] = pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, shear_speed(rho, table, m),
-                              s_xx, s_yy, s_zz, s_xy, s_xz, s_yz)  # fmt: skip
-            lengths[s] = h
+            c_t = shear_speed(rho, table, m)
             pressures[s] = p
+            if PLANE_STRESS:  # a membrane: its forces and its density are those of its thickness
+                rho, p = rho * thickness, p * thickness
+                s_xx, s_yy, s_zz, s_xy = s_xx * thickness, s_yy * thickness, s_zz * thickness, s_xy * thickness
+            signals[s] = pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t,
+                              s_xx, s_yy, s_zz, s_xy, s_xz, s_yz)  # fmt: skip
+            if SWITCH:
+                share = balsara_share(l_xx, l_xy, l_xz, l_yx, l_yy, l_yz, l_zx, l_zy, l_zz, c, h)
+                if SWITCH == MORRIS_MONAGHAN:
+                    share = relaxed_share(state[s, S_VISCOSITY_SHARE], l_xx + l_yy + l_zz, c, h, stage,
+                                          coefficients[5], coefficients[6])  # fmt: skip
+                rows[s, SHARE] = share
+                # a small share lets no step grow: the shock that raises it may be a step away
+                signals[s] += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
+            lengths[s] = h
         i = np.uint64(chunk)
         sums[i, KINETIC] = kinetic
         sums[i, INTERNAL] = internal

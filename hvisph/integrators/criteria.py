@@ -47,10 +47,10 @@ def _limits(lengths, signals, rates, place, viscous, found, where):
             if t < least_acceleration:
                 least_acceleration = t
                 at_acceleration = s
-            total = a2 + rates[k, DIM] + signals[s]
-            for f in range(np.uint64(DIM + 2), np.uint64(DIM + 2 + DIM * DIM)):
+            total = a2 + signals[s]
+            for f in range(np.uint64(DIM), np.uint64(DIM + 2 + DIM * DIM)):
                 total += rates[k, f]
-            if not np.isfinite(total):
+            if not abs(total) < np.inf:  # np.isfinite takes x - x for 0 where sums may be reordered
                 bad = s
         c = np.uint64(chunk)
         found[c, 0] = least_signal

@@ -14,6 +14,8 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.measure.lengths import crater_diameter, extension, penetration
 from hvisph.measure.motion import momentum_transfer, residual_velocity
 from hvisph.measure.plateau import plateau
+from hvisph.measure.plug import UNITS as PLUG_UNITS
+from hvisph.measure.plug import plug_and_lip
 from hvisph.measure.pressure import centre_pressure_peak, centre_tension_peak
 from hvisph.measure.result import Result, meaningless
 from hvisph.measure.scene import PROJECTILE, Scene
@@ -31,6 +33,7 @@ UNITS = {
     "centre_tension_peak": "Pa",
     "residual_velocity": "m/s",
     "momentum_transfer": "",
+    **PLUG_UNITS,
 }  # measures of every run, in the order of tables; plate impacts in 1D have more
 
 History = Mapping[str, np.ndarray]
@@ -159,6 +162,7 @@ def measure_snapshot(
         "centre_tension_peak": centre_tension_peak(history, now.time),
         "residual_velocity": residual_velocity(scene),
         "momentum_transfer": momentum_transfer(scene),
+        **plug_and_lip(scene),
     }
     if now.dimensions == 1:
         results["plateau_stress"] = behind_shocks.stress

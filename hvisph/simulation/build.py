@@ -21,6 +21,10 @@ from hvisph.simulation.materials import material_of
 from hvisph.sph.symmetry import Plane
 
 
+# What extra fields begin with, where that is not zero: 0.1 is what a particle's share of the viscosity relaxes to.
+START = {"thickness": 1.0, "viscosity_share": 0.1}
+
+
 @dataclass
 class Setup:
     """What a run works with.
@@ -68,14 +72,15 @@ def build(case: Any, bodies: list[PlacedBody] | None = None) -> Setup:
     CaseError
         Where the case cannot be built: overlapping bodies, a clamp that holds nothing.
     """
-    if case.kinematics == "plane_stress":
-        raise CaseError("'plane_stress' is not available yet; use plane_strain", where="kinematics")
     placed = bodies or placed_bodies(case)
     dim, dx = case.dim, case.resolution
     formulation = formulation_of(case.formulation, case)
     scheme = SCHEMES[case.time.integrator]
     h = formulation.h_over_dx * dx
-    particles = Particles(dim, sum(len(b.positions) for b in placed), (*formulation.fields, *scheme.extra_fields()))
+    extra = (*formulation.fields, *scheme.extra_fields())
+    if case.kinematics == "plane_stress":
+        extra = (*extra, "thickness")
+    particles = Particles(dim, sum(len(b.positions) for b in placed), extra)
     materials, first = [], 0
     for number, body in enumerate(placed):
         material = material_of(body.model.material, body.model.internal_energy)
@@ -91,6 +96,9 @@ def build(case: Any, bodies: list[PlacedBody] | None = None) -> Setup:
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
     particles["smoothing_length"] = h
+    for name, value in START.items():
+        if name in particles.offsets:
+            particles[name] = value
     particles.tags[:, ID] = np.arange(particles.count)
     names = [body.name for body in placed]
     for number, clamp in enumerate(case.clamped):

@@ -17,9 +17,11 @@ from hvisph.materials.slots import RHO0
 from hvisph.simulation.build import Setup
 from hvisph.simulation.monitors import Budget
 
-# Distance between parked particles, and from the box to the first, in supports: beyond what live particles
-# fly between two calls of `retire`.
-PARKING = 64.0
+# From the box to the first parked particle, in supports: beyond what live particles fly between two calls
+# of `retire`.
+OUTSIDE = 64.0
+# Between parked particles, in supports. Odd, so that they spread evenly over the cells of the torus.
+APART = 3.0
 
 
 class Domain:
@@ -83,16 +85,26 @@ class Domain:
         budget.retired[2 : 2 + particles.dim] += mass @ velocity
         energy = 0.5 * (velocity**2).sum(axis=1) + particles["internal_energy"][gone]
         budget.retired[5] += mass @ energy
-        axis, edge, sign = self._parking
-        number = particles.id[gone].astype(float)
-        apart = PARKING * stepper.support
-        row, length = particles.data[gone], particles["smoothing_length"][gone]
-        row[...] = 0.0
-        particles.data[gone] = row
+        length = particles["smoothing_length"][gone]
+        particles.data[gone] = 0.0
         particles["smoothing_length"][gone] = length
         particles["density"][gone] = stepper.table[particles.material[gone], RHO0]
-        particles["position"][gone, axis] = edge + sign * apart * (1.0 + number)
+        particles["position"][gone] = self._parked(particles.id[gone])
         particles.tags[gone, FLAGS] |= RETIRED
         stepper.rates[stepper.place[gone]] = 0.0
         stepper.predict(following)
         return len(gone)
+
+    def _parked(self, number: np.ndarray) -> np.ndarray:
+        """Return the parking places (n, dim) [m] of particles by their permanent numbers: a lattice of their own."""
+        assert self._parking is not None
+        axis, edge, sign = self._parking
+        particles, support = self._setup.particles, self._setup.stepper.support
+        side = int(np.ceil(particles.count ** (1.0 / particles.dim)))
+        places = np.empty((len(number), particles.dim))
+        rest = number.astype(np.int64)
+        for k in range(particles.dim):
+            places[:, k] = APART * support * (rest % side)
+            rest //= side
+        places[:, axis] = edge + sign * (OUTSIDE * support + places[:, axis])
+        return places

@@ -30,10 +30,7 @@ def formulation_of(model: Any, case: Any = None) -> AnyFormulation:
         return _composite(model, case)
     match model.type:
         case "eulerian":
-            viscous = model.viscosity.type == "monaghan"
-            shared |= {
-                "alpha": model.viscosity.alpha if viscous else 0.0,
-                "beta": model.viscosity.beta if viscous else 0.0,
+            shared |= _viscosity(model.viscosity) | {
                 "stress_eps": model.artificial_stress.eps if model.artificial_stress.type == "gray" else 0.0,
             }
             shared["stress_exponent"] = getattr(model.artificial_stress, "n", 4)
@@ -56,6 +53,19 @@ def formulation_of(model: Any, case: Any = None) -> AnyFormulation:
     raise ValueError(model.type)
 
 
+def _viscosity(model: Any) -> dict[str, Any]:
+    """Return the coefficients of an artificial viscosity, and the shares of it that particles take."""
+    match model.type:
+        case "none":
+            return {"alpha": 0.0, "beta": 0.0}
+        case "morris_monaghan":
+            return {"alpha": 1.0, "beta": 2.0, "switch": model.type, "share_minimum": model.alpha_min,
+                    "share_decay": model.decay}  # fmt: skip
+        case "balsara":
+            return {"alpha": model.alpha, "beta": model.beta, "switch": model.type}
+    return {"alpha": model.alpha, "beta": model.beta}
+
+
 def _parts(model: Any) -> bool:
     """Whether a contact algorithm parts the bodies."""
     contact = getattr(model, "contact", None)
@@ -64,12 +74,9 @@ def _parts(model: Any) -> bool:
 
 def _composite(model: Any, case: Any) -> TotalLagrangian:
     """Return the scheme of bodies that meet: Total Lagrangian, adaptive, or Eulerian ones in contact."""
-    viscous = model.viscosity.type == "monaghan"
-    shared: dict[str, Any] = {
+    shared: dict[str, Any] = _viscosity(model.viscosity) | {
         "kernel": KERNELS[model.kernel],
         "h_over_dx": model.h_over_dx,
-        "alpha": model.viscosity.alpha if viscous else 0.0,
-        "beta": model.viscosity.beta if viscous else 0.0,
         "stress_eps": model.artificial_stress.eps if model.artificial_stress.type == "gray" else 0.0,
         "stress_exponent": getattr(model.artificial_stress, "n", 4),
         "contact": Contact(model.contact.stiffness, model.contact.exponent, model.contact.absolute_stiffness)

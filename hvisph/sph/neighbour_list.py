@@ -23,6 +23,7 @@ from .symmetry import Images, Plane, with_images
 
 # Of the first guess for the room of a chunk's lists.
 SPARE = 1.3
+NO_COEFFICIENTS = np.zeros(1)
 
 
 def record(near, n, rows, i, constants, out):
@@ -71,7 +72,9 @@ class NeighbourList:
         Number of particles and images: the number of the far row.
     """
 
-    def __init__(self, kernel: Kernel, margin: float, positions: np.ndarray, h: float, planes: tuple[Plane, ...] = ()):
+    def __init__(
+        self, kernel: Kernel, margin: float, positions: np.ndarray, h: float, planes: tuple[Plane, ...] = ()
+    ):
         self.count, self.dim = positions.shape
         self.reach, self.planes = kernel.reach + margin, planes
         self.layout = RowLayout(self.dim, (("x", "vector"), ("h", "scalar")))
@@ -132,15 +135,13 @@ class NeighbourList:
                 self.listed = np.zeros(chunks * self._room, np.uint32)
             out = (self.listed, self.order, self.first, self.last, used, np.uint64(self._room))
             self._sweep(self._sorted, self._columns, np.uint64(n), self._grid.starts, 1.0 / reach, nx, ny, nz,
-                        self.reach, self.layout_coefficients, np.uint64(self._capacity), out, overflow)  # fmt: skip
+                        self.reach, NO_COEFFICIENTS, np.uint64(self._capacity), out, overflow)  # fmt: skip
             candidates, needed = int(overflow.max()), int(used.max())
             if candidates == 0 and needed <= self._room:
                 return
             if candidates > MOST_NEIGHBOURS:
                 raise RunError(
-                    f"a particle has more than {MOST_NEIGHBOURS} candidates for neighbours: the bodies collapsed"
+                    f"a particle has more than {MOST_NEIGHBOURS} candidates for neighbours: bodies collapsed"
                 )
             self._capacity = max(self._capacity, 2 * candidates)
             self._room = max(self._room, int(SPARE * needed) // traversal.LANES * traversal.LANES)
-
-    layout_coefficients = np.zeros(1)  # the law has none

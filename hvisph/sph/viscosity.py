@@ -6,10 +6,20 @@
 with the means c_ab = (c_a + c_b)/2 and rho_ab = (rho_a + rho_b)/2. Both functions take plain floats or
 eight lanes; the pair laws hand them reciprocals, because they take all of theirs from one division.
 
-Source: Monaghan 1992; Young 2021 eqs. 6-7.
+Two schemes give each particle a share s_a of it, and a pair the mean of both shares:
+
+    BAL  s = |div u| / (|div u| + |curl u| + 1e-4 c/h)                                 Balsara 1995
+    MON  ds/dt = -(s - s_min)/tau + max(-div u, 0),   tau = h / (C1 c)      Morris & Monaghan 1997
+
+MON's share multiplies both coefficients of SAV1, so that its beta is twice its alpha; it is integrated
+exactly over a step with the rest held.
+
+Source: Monaghan 1992; Young 2021 eqs. 6-7; Farahani 2009.
 """
 
 from __future__ import annotations
+
+from math import exp, sqrt
 
 from hvisph.core.jit import compiled
 
@@ -26,3 +36,20 @@ def approach(h, ur, inverse):
 def monaghan(mu, alpha, beta, c, inverse_density):
     """Return Pi [m^5/(kg s^2)] from the sums `c` = c_a + c_b and `inverse_density` = 1 / (rho_a + rho_b)."""
     return mu * (2.0 * beta * mu - alpha * c) * inverse_density
+
+
+@compiled
+def balsara_share(l_xx, l_xy, l_xz, l_yx, l_yy, l_yz, l_zx, l_zy, l_zz, c, h):
+    """Return BAL's share from the velocity gradient [1/s], sound speed [m/s] and smoothing length [m]."""
+    compression = abs(l_xx + l_yy + l_zz)
+    curl_x, curl_y, curl_z = l_zy - l_yz, l_xz - l_zx, l_yx - l_xy
+    curl = sqrt(curl_x * curl_x + curl_y * curl_y + curl_z * curl_z)
+    return compression / (compression + curl + 1e-4 * c / h)
+
+
+@compiled
+def relaxed_share(share, divergence, c, h, dt, minimum, c1):
+    """Return MON's share after `dt` [s] at a velocity divergence [1/s]."""
+    decay = c1 * c / h
+    equilibrium = minimum + max(-divergence, 0.0) / decay
+    return equilibrium + (share - equilibrium) * exp(-decay * dt)

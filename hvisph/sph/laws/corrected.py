@@ -33,11 +33,12 @@ from hvisph.core.jit import compiled
 from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
 from hvisph.sph.rows import RowLayout
+from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
 # A neighbourhood whose matrix has less than this share of a round one's determinant keeps the plain gradient.
 SINGULAR = 0.05
 
-# A component of x_ab below this share of the distance is not tested.
+# A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
 LEVEL = 1e-3
 
 HUGE = 1e300
@@ -53,27 +54,31 @@ def pair_layout(standard: RowLayout) -> RowLayout:
     return RowLayout(standard.dim, (*standard.fields, ("a", "gradient"), ("b", "vector")))
 
 
-@compiled
-def positive(x):
-    """Return 1 where x > 0, 0 elsewhere."""
-    return min(max(x * HUGE, 0.0), 1.0)
+def coefficients(factor: float) -> np.ndarray:
+    """Return what `accumulate` reads of C_f: itself and the share LEVEL; with no limit nothing is tested."""
+    return np.array([factor, LEVEL]) if np.isfinite(factor) else np.array([1.0, np.inf])
 
 
 @compiled
-def margins(own, others, plain, factor, distance, level):
-    """Return a number above 0 where both ratios to `plain` lie between 1/factor and factor, or are not tested.
+def is_not_negative(x):
+    """Return 1 where x >= 0, 0 elsewhere."""
+    return min(max(x * HUGE + 1.0, 0.0), 1.0)
 
-    A component is tested where the `distance` along it, x_a - x_b, is larger than `level`.
+
+@compiled
+def margin(own, others, plain, factor, distance, level):
+    """Return a number below 0 where a ratio to `plain` is above factor or below 1/factor, at least 0 elsewhere.
+
+    A large one where the component is not tested: where the `distance` along it, x_a - x_b, is below `level`.
     """
     square = plain * plain
     low = min(own * plain, others * plain)
     high = max(own * plain, others * plain)
-    room = min(factor * square - high, factor * low - square)
-    return room + (1.0 - positive(abs(distance) - level)) * HUGE
+    return min(factor * square - high, factor * low - square) + max((level - abs(distance)) * HUGE, 0.0)
 
 
 def corrections(near, n, rows, i, constants, out):
-    """Write A and B into row `i`, and 1 for a particle that falls back as a whole, else 0."""
+    """Write A and B into row `i`, and the number of its neighbours where it falls back as a whole, else 0."""
     x = rows[i, 0]
     y = rows[i, 1] if DIM > 1 else 0.0
     z = rows[i, 2] if DIM > 2 else 0.0
@@ -89,10 +94,12 @@ def corrections(near, n, rows, i, constants, out):
         dz = b[2] - z if DIM > 2 else 0.0
         r = np.sqrt(dx * dx + dy * dy + dz * dz)
         hm = 0.5 * (h + b[H])
-        ih = 1.0 / hm
-        norm = scale(ih) * b[M] / (r * b[RHO])
+        density_length = r * b[RHO]
+        inverse = 1.0 / (hm * density_length)  # one division for 1/h and 1/(r rho_b)
+        ih = inverse * density_length
+        norm = scale(ih) * b[M] * (inverse * hm)
         f = norm * slope(r * ih)  # V_b (dW/dr) / r, times -d the gradient
-        count += positive(b[M])
+        count += min(b[M] * HUGE, 1.0)
         fx = f * dx
         fy = f * dy if DIM > 1 else 0.0
         fz = f * dz if DIM > 2 else 0.0
@@ -160,7 +167,7 @@ def corrections(near, n, rows, i, constants, out):
         a_xy = a_xz = a_yx = a_yz = a_zx = a_zy = b_x = b_y = b_z = 0.0
     out[i, A] = a_xx
     out[i, B] = b_x
-    out[i, FALLBACKS] = 0.0 if good else 1.0
+    out[i, FALLBACKS] = 0.0 if good else total(count)
     if DIM == 2:
         out[i, A + 1], out[i, A + 2], out[i, A + 3] = a_xy, a_yx, a_yy
         out[i, B + 1] = b_y
@@ -177,6 +184,7 @@ def accumulate(near, n, rows, i, constants, out):
     beta = constants[1]
     inverse_w0 = constants[2]
     factor = constants[FACTOR]
+    share = constants[FACTOR + 1]
     x = rows[i, 0]
     y = rows[i, 1] if DIM > 1 else 0.0
     z = rows[i, 2] if DIM > 2 else 0.0
@@ -206,7 +214,7 @@ def accumulate(near, n, rows, i, constants, out):
         r_yz = rows[i, R + 5] if DIM > 2 else 0.0
     none = all_lanes(0.0)
     l_xx = l_xy = l_xz = l_yx = l_yy = l_yz = l_zx = l_zy = l_zz = none
-    s_x = s_y = s_z = f_x = f_y = f_z = power = mu_max = count = plain = none
+    s_x = s_y = s_z = f_x = f_y = f_z = power = mu_max = plain = none
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = x - b[0]
@@ -228,18 +236,20 @@ def accumulate(near, n, rows, i, constants, out):
         else:
             dz = dw = 0.0
         hm = 0.5 * (h + b[H])
-        ih = 1.0 / hm
         r = np.sqrt(r2)
-        q = r * ih
-        # One division for four: 1/r, 1/(r^2 + 0.01 h^2), 1/(rho_a + rho_b) and 1/rho_b.
+        # One division for five: 1/r, 1/(r^2 + 0.01 h^2), 1/(rho_a + rho_b), 1/rho_b and 1/h.
         rho_b = b[RHO]
-        soft = r2 + 0.01 * hm * hm
+        soft = r2 + SOFTENING * hm * hm
         densities = rho + rho_b
         lengths = r * soft
         products = densities * rho_b
-        inverse = 1.0 / (lengths * products)
-        inverse_lengths = inverse * products
-        inverse_products = inverse * lengths
+        lengths_h = lengths * hm
+        inverse = 1.0 / (lengths_h * products)
+        inverse_lengths_h = inverse * products
+        inverse_products = inverse * lengths_h
+        inverse_lengths = inverse_lengths_h * hm
+        ih = inverse_lengths_h * lengths
+        q = r * ih
         mu = approach(hm, ur, inverse_lengths * r)
         mu_max = larger_lanes(mu_max, -mu)
         pi = monaghan(mu, alpha, beta, c + b[C], inverse_products * rho_b)
@@ -269,26 +279,23 @@ def accumulate(near, n, rows, i, constants, out):
             o_x = b[A] * p_x + b[A + 1] * p_y + b[A + 2] * p_z - b[B] * kernel
             o_y = b[A + 3] * p_x + b[A + 4] * p_y + b[A + 5] * p_z - b[B + 1] * kernel
             o_z = b[A + 6] * p_x + b[A + 7] * p_y + b[A + 8] * p_z - b[B + 2] * kernel
-        real = positive(m)
-        count += real
-        if LIMITED:
-            level = LEVEL * r
-            room = margins(g_x, o_x, p_x, factor, dx, level)
-            if DIM > 1:
-                room = min(room, margins(g_y, o_y, p_y, factor, dy, level))
-            if DIM > 2:
-                room = min(room, margins(g_z, o_z, p_z, factor, dz, level))
-            kept = positive(room)
-            left = 1.0 - kept
-            plain += real * left
-            g_x = kept * g_x + left * p_x
-            o_x = kept * o_x + left * p_x
-            if DIM > 1:
-                g_y = kept * g_y + left * p_y
-                o_y = kept * o_y + left * p_y
-            if DIM > 2:
-                g_z = kept * g_z + left * p_z
-                o_z = kept * o_z + left * p_z
+        level = share * r
+        room = margin(g_x, o_x, p_x, factor, dx, level)
+        if DIM > 1:
+            room = min(room, margin(g_y, o_y, p_y, factor, dy, level))
+        if DIM > 2:
+            room = min(room, margin(g_z, o_z, p_z, factor, dz, level))
+        kept = is_not_negative(room)
+        left = 1.0 - kept
+        plain += left
+        g_x = kept * g_x + left * p_x
+        o_x = kept * o_x + left * p_x
+        if DIM > 1:
+            g_y = kept * g_y + left * p_y
+            o_y = kept * o_y + left * p_y
+        if DIM > 2:
+            g_z = kept * g_z + left * p_z
+            o_z = kept * o_z + left * p_z
         mean_x = 0.5 * (g_x + o_x)
         mean_y = 0.5 * (g_y + o_y)
         mean_z = 0.5 * (g_z + o_z)
@@ -356,10 +363,12 @@ def accumulate(near, n, rows, i, constants, out):
     l_xx, l_xy, l_xz = total(l_xx), total(l_xy), total(l_xz)
     l_yx, l_yy, l_yz = total(l_yx), total(l_yy), total(l_yz)
     l_zx, l_zy, l_zz = total(l_zx), total(l_zy), total(l_zz)
-    own = t_xx * l_xx + t_yy * l_yy + t_zz * l_zz + t_xy * (l_xy + l_yx) + t_xz * (l_xz + l_zx) + t_yz * (l_yz + l_zy)
+    own = t_xx * l_xx + t_yy * l_yy + t_zz * l_zz
+    own += t_xy * (l_xy + l_yx) + t_xz * (l_xz + l_zx) + t_yz * (l_yz + l_zy)
     write_rates(out, i, t_xx * x + t_xy * y + t_xz * z + total(f_x) * inverse_rho,
                 t_xy * x + t_yy * y + t_yz * z + total(f_y) * inverse_rho,
                 t_xz * x + t_yz * y + t_zz * z + total(f_z) * inverse_rho,
                 own - 0.5 * total(power) * inverse_rho, largest(mu_max),
                 l_xx, l_xy, l_xz, l_yx, l_yy, l_yz, l_zx, l_zy, l_zz)  # fmt: skip
-    rows[i, FALLBACKS] = total(count) if rows[i, FALLBACKS] > 0.5 else total(plain)
+    if rows[i, FALLBACKS] == 0.0:
+        rows[i, FALLBACKS] = total(plain)

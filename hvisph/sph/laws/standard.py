@@ -1,4 +1,4 @@
-"""Standard SPH of solids: symmetric stress sum, Monaghan viscosity, Gray's artificial stress.
+"""Standard SPH of solids: symmetric stress sum, Monaghan viscosity (whole or by shares), Gray's artificial stress.
 
     L_a  = - sum_b m_b/rho_b u_ab (x) grad_a W_ab
     a_a  =   sum_b m_b (sigma_a/rho_a^2 + sigma_b/rho_b^2 - Pi_ab I + f^n (R_a + R_b)) . grad_a W_ab
@@ -29,8 +29,9 @@ from hvisph.core.simd import neighbours
 from hvisph.sph.rows import RowLayout
 
 
-# Options of the law, off unless bound: the product form, density dissipation, and the exponent n of f.
-PRODUCT = DISSIPATION = 0
+# Options of the law, off unless bound: the product form, density dissipation, shares of the viscosity, and
+# the exponent n of f.
+PRODUCT = DISSIPATION = SWITCHED = 0
 EXPONENT = 4
 
 
@@ -72,6 +73,8 @@ def accumulate(near, n, rows, i, constants, out):
         r_yz = rows[i, R + 5] if DIM > 2 else 0.0
     inverse_rho = 1.0 / rho
     none = all_lanes(0.0)
+    if SWITCHED:
+        half_share = 0.5 * rows[i, SHARE]
     if DISSIPATION:
         p = rows[i, P]
         twice_alpha = 2.0 * constants[4]  # for c_a + c_b in place of their mean
@@ -116,8 +119,12 @@ def accumulate(near, n, rows, i, constants, out):
         inverse_products = inverse * lengths
         f = scale(ih) * slope(q) * (inverse_lengths * soft)
         mu = min(hm * ur * (inverse_lengths * r), 0.0)
-        mu_max = larger_lanes(mu_max, -mu * force_share if COUPLED else -mu)
         pi = mu * (2.0 * beta * mu - alpha * (c + b[C])) * (inverse_products * rho_b)
+        if SWITCHED:
+            share = half_share + 0.5 * b[SHARE]
+            pi = pi * share
+            mu = mu * share
+        mu_max = larger_lanes(mu_max, -mu * force_share if COUPLED else -mu)
         g_x = f * dx
         g_y = f * dy if DIM > 1 else 0.0
         g_z = f * dz if DIM > 2 else 0.0

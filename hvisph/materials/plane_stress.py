@@ -1,0 +1,60 @@
+"""Plane stress: the out-of-plane strain rate that keeps sigma_zz at zero.
+
+In a thin sheet the stress through the thickness vanishes, and the sheet thins or thickens as it must.
+The rate L_zz is found by the secant method on what `response.respond` makes of it, starting from the
+elastic answer; density, stress and plastic strain then follow as for any other material.
+"""
+
+from __future__ import annotations
+
+from ..core.jit import compiled
+from .response import equilibrium_state, longitudinal_speed, respond
+
+# Secant steps at most, and the share of the longitudinal modulus that counts as no stress.
+_STEPS = 12
+_TOLERANCE = 1e-10
+
+
+@compiled
+def thinning(table, models, m, dt, rho, swelling, e, s_xx, s_yy, s_zz, s_xy, plastic_strain, damage,
+             l_xx, l_xy, l_yx, l_yy):  # fmt: skip
+    """Return L_zz [1/s] for which sigma_zz = 0 after a step of `dt` [s], 0 for no step.
+
+    Parameters
+    ----------
+    table, models, m
+        Packed materials and the row of this one.
+    rho
+        Density at the start of the step [kg/m^3].
+    swelling
+        In-plane rate of volume [1/s].
+    e
+        Specific internal energy at its end [J/kg].
+    s_xx ... damage
+        Deviator [Pa], plastic strain and damage at its start.
+    l_xx ... l_yy
+        In-plane velocity gradient [1/s].
+    """
+    if dt == 0.0:
+        return 0.0
+    p, c = equilibrium_state(table, models, m, rho, e, damage)
+    speed = longitudinal_speed(c, rho, table, m)
+    modulus = rho * speed * speed
+    slope = modulus * dt
+    rate = -(s_zz - p) / slope - swelling * (1.5 * c * c / (speed * speed) - 0.5)
+    before = 0.0
+    stress_before = 0.0
+    for k in range(_STEPS):
+        half = 0.5 * dt * (swelling + rate)
+        t = respond(table, models, m, dt, rho * (1.0 - half) / (1.0 + half), e, s_xx, s_yy, s_zz, s_xy, 0.0, 0.0,
+                    plastic_strain, damage, l_xx, l_xy, 0.0, l_yx, l_yy, 0.0, 0.0, 0.0, rate)  # fmt: skip
+        stress = t[2] - t[8]
+        if abs(stress) <= _TOLERANCE * modulus:
+            break
+        if k > 0 and rate != before:
+            found = (stress - stress_before) / (rate - before)
+            # a sheet is never stiffer than its longitudinal modulus, and never without any stiffness
+            slope = min(max(found, 0.1 * modulus * dt), 2.0 * modulus * dt)
+        before, stress_before = rate, stress
+        rate -= stress / slope
+    return rate

@@ -1,0 +1,86 @@
+"""The plug that a projectile punches out of a plate, and the lip that it leaves (Young 2021 sec. 3.3).
+
+A group of the target is attached when it reaches the outer tenth of the target, which the impact leaves
+alone; the plug is the largest group that is not. The lip is made of the front-most attached particles
+within two projectile widths of the shot line: as many as go around a circle of that width in 3D, ten in 2D.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from hvisph.measure.groups import Fragment, fragments
+from hvisph.measure.result import Result, meaningless
+from hvisph.measure.scene import TARGET, Scene
+
+FEWEST = 5  # particles of a plug: fewer are debris
+LIP_IN_THE_PLANE = 10
+UNITS = {
+    "plug_velocity": "m/s",
+    "plug_width": "m",
+    "impact_diameter": "m",
+    "lip_height": "m",
+    "lip_height_maximum": "m",
+    "target_fragments": "",
+}
+
+
+def plug_and_lip(scene: Scene) -> dict[str, Result]:
+    """Measure plug and lip; without a perforated plate the results carry the reason."""
+    if scene.now.dimensions == 1:
+        return _none("a plug has no meaning in 1D")
+    if not scene.has_target:
+        return _none("there is no target")
+    if not {"velocity", "mass"} <= scene.now.fields.keys():
+        return _none("the snapshot has no velocity or no mass")
+    groups = fragments(scene.now, TARGET, scene.spacing)
+    outer = 0.9 * max(float(scene.radius[groups[0].particles].max()), 0.0)
+    attached = [group for group in groups if float(scene.radius[group.particles].max()) >= outer]
+    loose = [group for group in groups if float(scene.radius[group.particles].max()) < outer]
+    return {
+        **_plug(scene, loose),
+        **_lip(scene, np.concatenate([group.particles for group in attached])),
+        "target_fragments": Result(float(sum(group.count >= FEWEST for group in loose)), ""),
+    }
+
+
+def _plug(scene: Scene, loose: list[Fragment]) -> dict[str, Result]:
+    if not loose or loose[0].count < FEWEST:
+        reason = "no group of the target is detached"
+        return {name: meaningless(UNITS[name], reason) for name in ("plug_velocity", "plug_width")}
+    plug = loose[0]
+    speed = scene.now.fields["velocity"][plug.particles, 0]
+    spread = float(speed.std() / math.sqrt(plug.count))
+    return {
+        "plug_velocity": Result(float(plug.velocity[0]), "m/s", spread),
+        "plug_width": _length(scene, float(plug.extent[0]), scene.spacing),
+    }
+
+
+def _lip(scene: Scene, attached: np.ndarray) -> dict[str, Result]:
+    near = attached[scene.radius[attached] <= 2.0 * scene.width]
+    around = LIP_IN_THE_PLANE if scene.now.dimensions == 2 else round(math.pi * scene.width / scene.spacing)
+    if len(near) < around:
+        reason = "too few particles of the plate are left near the shot line"
+        names = ("impact_diameter", "lip_height", "lip_height_maximum")
+        return {name: meaningless("m", reason) for name in names}
+    x = scene.position[near, 0]
+    front = np.argsort(-x, kind="stable")[:around]
+    heights = x[front] - scene.face - scene.thickness
+    radii = scene.radius[near[front]]
+    spread = 1.0 / math.sqrt(around)
+    return {
+        "impact_diameter": _length(scene, 2.0 * float(radii.mean()), 2.0 * float(radii.std()) * spread),
+        "lip_height": _length(scene, float(heights.mean()), float(heights.std()) * spread),
+        "lip_height_maximum": _length(scene, float(heights.max()), 0.5 * scene.spacing),
+    }
+
+
+def _length(scene: Scene, value: float, uncertainty: float) -> Result:
+    return Result(value, "m", uncertainty, spacing=scene.spacing, support=scene.support)
+
+
+def _none(reason: str) -> dict[str, Result]:
+    return {name: meaningless(unit, reason) for name, unit in UNITS.items()}

@@ -1,0 +1,130 @@
+"""Time integrators: order in dt, conservation, criteria."""
+
+import itertools
+
+import numba
+import numpy as np
+import pytest
+
+from hvisph.core.particles import Particles
+from hvisph.formulations import update
+from hvisph.formulations.eulerian import Eulerian
+from hvisph.formulations.riemann import Riemann
+from hvisph.formulations.stepper import Stepper
+from hvisph.integrators.criteria import Criteria
+from hvisph.integrators.scheme import SCHEMES
+from hvisph.materials.eos import StiffenedGas
+from hvisph.materials.strength import ElasticStrength, VonMises
+from hvisph.materials.table import Material
+
+ELASTIC = Material("elastic", 2785.0, StiffenedGas(5328.0, 2.0), ElasticStrength(27.6e9))
+PLASTIC = Material("plastic", 2785.0, StiffenedGas(5328.0, 2.0), VonMises(27.6e9, 0.3e9))
+EVERY = pytest.mark.parametrize("scheme", SCHEMES.values(), ids=SCHEMES)
+DX = 1e-3
+
+
+def stepper(x, u, formulation, material, scheme):
+    """Return a `Stepper`, started, of particles at `x` (n, dim) with velocities `u`."""
+    n, dim = x.shape
+    particles = Particles(dim, n, scheme.extra_fields())
+    particles["position"], particles["velocity"] = x, u
+    particles["density"], particles["mass"] = material.density, material.density * DX**dim
+    particles["smoothing_length"] = 1.4 * DX
+    made = Stepper(particles, formulation, [material], scheme.stage, scheme.previous, 1.4 * DX)
+    made.start()
+    if scheme.previous:
+        made.complete(0.0, 0.0)
+    return made
+
+
+def advance(made, steps, dt):
+    """Take `steps` steps of `dt` [s]."""
+    made.predict(dt)
+    for _ in range(steps):
+        made.evaluate()
+        made.complete(dt, dt)
+
+
+def colliding_blocks():
+    """Return positions and velocities of two small blocks about to meet."""
+    axes = np.meshgrid(np.arange(12), np.arange(10), indexing="ij")
+    x = (np.stack(axes, -1).reshape(-1, 2) + 0.5) * DX
+    rng = np.random.default_rng(0)
+    u = np.where(x[:, :1] < 6 * DX, [[900.0, 50.0]], [[-900.0, 0.0]])
+    return x + 0.05 * DX * rng.normal(size=x.shape), u
+
+
+@EVERY
+def test_a_smooth_wave_converges_to_second_order_in_time(scheme):
+    x = (np.arange(60) + 0.5)[:, None] * DX
+    u = 20.0 * np.exp(-(((x - 0.03) / 6e-3) ** 2))
+    states = []
+    for steps in (40, 80, 160):
+        made = stepper(x, u, Eulerian(alpha=0.0, beta=0.0), ELASTIC, scheme)
+        advance(made, steps, 2e-6 / steps)
+        p = made.particles
+        states.append([p["position"][:, 0], p["velocity"][:, 0], p["density"], p["deviator"][:, 0],
+                       p["internal_energy"]])  # fmt: skip
+    for coarse, middle, fine in zip(*states, strict=True):
+        ratio = np.linalg.norm(coarse - middle) / np.linalg.norm(middle - fine)
+        assert np.log2(ratio) == pytest.approx(2.0, abs=0.1)  # higher orders of steps up to a third of dx/c
+
+
+@pytest.mark.parametrize("formulation", [Eulerian(stress_eps=0.3), Riemann()], ids=["standard", "contact"])
+@EVERY
+def test_energy_and_momentum_keep_at_any_step(scheme, formulation):
+    x, u = colliding_blocks()
+    made = stepper(x, u, formulation, PLASTIC, scheme)
+    before = made.sums.copy()
+    advance(made, 40, 0.3 * DX / 7000.0)
+    total = before[update.KINETIC] + before[update.INTERNAL]
+    change = made.sums - before
+    assert made.sums[update.INTERNAL] > 0.2 * total  # it is an impact
+    assert abs(change[update.KINETIC] + change[update.INTERNAL]) < 1e-13 * total  # rounding of 40 steps
+    momentum = np.abs(made.particles["mass"][:, None] * u).sum()
+    assert np.abs(change[update.MOMENTUM : update.MOMENTUM + 2]).max() < 1e-13 * momentum
+
+
+def test_any_number_of_threads_and_any_order_of_memory():
+    scheme, states = SCHEMES["leapfrog"], []
+    x, u = colliding_blocks()
+    x = np.vstack([x + np.array([0.0, 0.01 * k]) for k in range(5)])  # more than one chunk
+    before = numba.get_num_threads()
+    try:
+        for threads, permute in ((1, False), (min(2, numba.config.NUMBA_NUM_THREADS), False), (1, True)):
+            numba.set_num_threads(threads)
+            made = stepper(x, np.tile(u, (5, 1)), Eulerian(stress_eps=0.3), PLASTIC, scheme)
+            made.particles.tags[:, 0] = np.arange(len(x))
+            advance(made, 10, 0.3 * DX / 7000.0)
+            if permute:
+                made.permute()
+                advance(made, 10, 0.3 * DX / 7000.0)
+            else:
+                advance(made, 10, 0.3 * DX / 7000.0)
+            states.append(made.particles.data[np.argsort(made.particles.id)])
+    finally:
+        numba.set_num_threads(before)
+    assert np.array_equal(states[0], states[1])
+    # sums over neighbours come in another order
+    assert np.all(np.abs(states[2] - states[0]) <= 1e-10 * np.abs(states[0]).max(axis=0))
+
+
+def test_the_limit_names_criterion_and_particle():
+    criteria = Criteria(2, 1000, 0.3, 2.4)
+    rng = np.random.default_rng(0)
+    lengths, signals, rates = np.full(1000, 1e-3), np.full(1000, 5000.0), np.zeros((1000, 8))
+    place = rng.permutation(1000).astype(np.uint32)
+    rates[:, 0] = 1e3
+    rates[place[700], 3] = 2500.0  # largest |mu|: 5000 + 2.4 * 2500 m/s
+    found = criteria.limit(lengths, signals, rates, place)
+    assert (found.criterion, found.particle) == ("signal", 700)
+    assert found.dt == pytest.approx(0.3 * 1e-3 / 11000.0)
+    rates[place[300], 1] = 1e13
+    found = criteria.limit(lengths, signals, rates, place)
+    assert (found.criterion, found.particle) == ("acceleration", 300)
+    assert found.dt == pytest.approx(0.3 * np.sqrt(1e-3 / np.hypot(1e3, 1e13)))
+    for column, value in itertools.product(range(8), (np.nan, np.inf)):
+        broken = rates.copy()
+        broken[place[42], column] = value
+        found = criteria.limit(lengths, signals, broken, place)
+        assert (found.criterion, found.particle) == ("not_finite", 42)

@@ -1,0 +1,247 @@
+"""Total Lagrangian: reference gradients, deformation, forces that balance, and what only this form keeps."""
+
+import numpy as np
+import pytest
+from composite_runs import advance
+
+from hvisph.case.loader import load_case
+from hvisph.core.errors import CaseError
+from hvisph.simulation.build import build
+from hvisph.simulation.run import run
+from hvisph.sph.kernels import CUBIC_SPLINE
+from hvisph.sph.reference import Reference
+
+E, NU, RHO = 70e9, 0.3, 2785.0
+SPRING = {"density": RHO, "eos": {"type": "elastic", "youngs_modulus": E, "poisson_ratio": NU},
+          "strength": {"type": "elastic"}}  # fmt: skip
+KINEMATICS = {1: "uniaxial_strain", 2: "plane_strain", 3: "three_d"}
+SHAPES = {1: {"type": "interval", "length": 6e-3}, 2: {"type": "box", "size": [5e-3, 4e-3]},
+          3: {"type": "box", "size": [3e-3, 3e-3, 3.5e-3]}}  # fmt: skip
+
+
+def body(dim=2, shape=None, dx=0.5e-3, material=SPRING, end=1e-6, **formulation):
+    form = {"type": "total_lagrangian", "h_over_dx": 1.3} | formulation
+    return load_case({"kinematics": KINEMATICS[dim], "resolution": dx, "formulation": form, "time": {"end": end},
+                      "bodies": {"one": {"material": material, "shape": shape or SHAPES[dim], "position": [0.0] * dim}}})  # fmt: skip
+
+
+def mapped(setup, gradient, rate):
+    """Deform a body by a linear map, with a linear velocity, and evaluate its forces."""
+    particles, stepper = setup.particles, setup.stepper
+    stepper.start()
+    at = particles["reference_position"].copy()
+    particles["position"] = at @ gradient.T
+    particles["velocity"] = particles["position"] @ rate.T
+    stepper.predict(0.0)
+    stepper.evaluate()
+    return stepper
+
+
+@pytest.mark.parametrize("correction", ["gradient", "mixed"])
+@pytest.mark.parametrize("dim", [1, 2, 3])
+def test_corrected_gradients_are_exact_on_linear_fields(dim, correction):
+    random = np.random.default_rng(4)
+    stepper = mapped(build(body(dim, correction=correction)), gradient := np.eye(dim) + 0.1 * random.normal(size=(dim, dim)),
+                     rate := 1e3 * random.normal(size=(dim, dim)))  # fmt: skip
+    assert stepper.jacobians == pytest.approx(np.linalg.det(gradient), rel=1e-12)
+    assert stepper.rates[:, dim + 2 :] == pytest.approx(np.tile(rate.ravel(), (stepper.particles.count, 1)), rel=1e-9)
+    assert stepper.particles["density"] == pytest.approx(RHO / np.linalg.det(gradient), rel=1e-12)
+
+
+@pytest.mark.parametrize("options", [{}, {"correction": "none"}, {"viscosity_gradient": "reference"}, {"hourglass": 30.0}])
+@pytest.mark.parametrize("dim", [1, 2, 3])
+def test_forces_balance_pair_by_pair_and_power_is_their_work(dim, options):
+    random = np.random.default_rng(5)
+    setup = build(body(dim, **options))
+    particles, stepper = setup.particles, setup.stepper
+    stepper.start()
+    particles["position"] += 2e-5 * random.normal(size=particles["position"].shape)
+    particles["velocity"] = 100.0 * random.normal(size=particles["velocity"].shape)
+    stepper.predict(0.0)
+    stepper.evaluate()
+    force = particles["mass"][:, None] * stepper.rates[:, :dim]
+    assert np.abs(force.sum(axis=0)).max() < 1e-13 * np.abs(force).sum()
+    work, heat = (force * particles["velocity"]).sum(), (particles["mass"] * stepper.rates[:, dim]).sum()
+    assert heat == pytest.approx(-work, rel=1e-10)
+
+
+def test_spatial_viscosity_dissipates_in_every_pair():
+    setup = build(body(2, viscosity={"type": "monaghan", "alpha": 1.0, "beta": 2.0}))
+    random = np.random.default_rng(6)
+    setup.stepper.start()
+    setup.particles["velocity"] = 300.0 * random.normal(size=setup.particles["velocity"].shape)
+    setup.stepper.predict(0.0)
+    setup.stepper.evaluate()
+    assert (setup.stepper.rates[:, 2] >= 0.0).all()  # no stress yet: all power is the viscosity's
+
+
+def test_rigid_rotation_leaves_no_stress():
+    turn = np.array([[0.0, -1.0], [1.0, 0.0]])
+    stepper = mapped(build(body()), turn, np.zeros((2, 2)))
+    assert np.abs(stepper.pressures).max() < 1e-9 * E
+    assert np.abs(stepper.rates[:, :2]).max() < 1e-9 * E / RHO / 1e-3
+
+
+def spinning(turns, alpha=0.2):
+    setup = build(body(shape={"type": "disc", "diameter": 10e-3}, viscosity={"type": "monaghan", "alpha": alpha, "beta": 0.4}))
+    particles = setup.particles
+    period = 2e-4
+    omega, x = 2.0 * np.pi / period, particles["position"]
+    particles["velocity"] = omega * np.column_stack([-x[:, 1], x[:, 0]])
+
+    def spin():
+        x, u = particles["position"], particles["velocity"]
+        return float((particles["mass"] * (x[:, 0] * u[:, 1] - x[:, 1] * u[:, 0])).sum())
+
+    before = spin()
+    energy, _ = advance(setup, turns * period)
+    return (spin() - before) / before, energy / (0.5 * omega * before), setup
+
+
+def test_spinning_disc_keeps_angular_momentum_and_energy():
+    change, energy, setup = spinning(0.5)
+    assert abs(change) < 1e-6 / 40
+    assert abs(energy) < 1e-13
+    # the stress is that of the spin alone, rho omega^2 R^2 at most
+    limit = RHO * (2.0 * np.pi / 2e-4 * 5e-3) ** 2
+    assert np.abs(setup.particles["deviator"]).max() < limit
+
+
+@pytest.mark.slow
+def test_spinning_disc_over_twenty_turns():
+    change, energy, _ = spinning(20)
+    assert abs(change) < 1e-6
+    assert abs(energy) < 1e-12
+
+
+def beam_period(cells):
+    """Period of a free-free beam's first bending mode over that of Timoshenko-corrected theory's order."""
+    length, height = 16e-3, 2e-3
+    dx = height / cells
+    setup = build(body(shape={"type": "box", "size": [length, height]}, dx=dx, h_over_dx=1.3,
+                       viscosity={"type": "monaghan", "alpha": 0.02, "beta": 0.0}))  # fmt: skip
+    particles = setup.particles
+    k = 4.730041 / length
+    at = particles["position"][:, 0] + 0.5 * length
+    ratio = (np.cosh(k * length) - np.cos(k * length)) / (np.sinh(k * length) - np.sin(k * length))
+    shape = np.cosh(k * at) + np.cos(k * at) - ratio * (np.sinh(k * at) + np.sin(k * at))
+    particles["velocity"][:, 1] = 1.0 * shape
+    modulus = E / (1.0 - NU**2)  # plane strain
+    theory = 2.0 * np.pi / (k**2 * height * np.sqrt(modulus / (12.0 * RHO)))
+    amplitude, times, clock = [], [], [0.0]
+
+    def watch(one):
+        v = one.particles["velocity"][:, 1]
+        at = one.particles["reference_position"][:, 0] + 0.5 * length
+        mode = np.cosh(k * at) + np.cos(k * at) - ratio * (np.sinh(k * at) + np.sin(k * at))
+        amplitude.append(float((v * mode).sum()))
+
+    step = 0.2 * 1.3 * dx / 6500.0
+    stepper = setup.stepper
+    stepper.start()
+    stepper.predict(step)
+    while clock[0] < 1.3 * theory:
+        stepper.evaluate()
+        stepper.complete(step, step)
+        clock[0] += step
+        times.append(clock[0])
+        watch(setup)
+    sign = np.flatnonzero(np.diff(np.sign(amplitude)) != 0)[:2]
+    return 2.0 * (times[sign[1]] - times[sign[0]]) / theory
+
+
+def test_beam_period_converges():
+    coarse, middle, fine = (beam_period(cells) for cells in (4, 6, 8))
+    # shear and rotary inertia lengthen the period of so thick a beam by 5 to 10 %
+    assert 1.0 < fine < 1.2
+    assert abs(fine - middle) < abs(middle - coarse)
+
+
+def test_symmetry_plane_gives_the_half_of_the_whole():
+    def bar(symmetric):
+        size = [4e-3, 4e-3]
+        one = {"material": SPRING, "shape": {"type": "box", "size": size}, "velocity": [30.0, 0.0], "position": [-2e-3, 0.0]}
+        two = {"material": SPRING, "shape": {"type": "box", "size": size}, "position": [2e-3, 0.0]}
+        return build(load_case({
+            "kinematics": "plane_strain", "resolution": 0.5e-3, "bodies": {"one": one, "two": two}, "time": {"end": 1e-6},
+            "formulation": {"type": "total_lagrangian"}, "symmetry": [{"axis": "y"}] if symmetric else [],
+        }))  # fmt: skip
+
+    whole, half = bar(False), bar(True)
+    step = 2e-8
+    for setup in (whole, half):
+        setup.stepper.start()
+        setup.stepper.predict(step)
+        for _ in range(40):
+            setup.stepper.evaluate()
+            setup.stepper.complete(step, step)
+
+    def sorted_upper(setup):
+        particles = setup.particles
+        upper = particles["reference_position"][:, 1] > 0
+        at = particles["reference_position"][upper]
+        return particles.data[upper][np.lexsort((at[:, 0].round(7), at[:, 1].round(7)))]
+
+    # sums in another order: round-off
+    scale = np.abs(whole.particles.data).max(axis=0) + 1e-30
+    assert np.abs((sorted_upper(whole) - sorted_upper(half)) / scale).max() < 1e-8
+
+
+def test_removal_empties_lists_and_keeps_gradients_exact():
+    x = np.stack(np.meshgrid(np.arange(8.0), np.arange(8.0)), -1).reshape(-1, 2)
+    lists = Reference(x, np.ones(64), np.zeros(64, int), 64, CUBIC_SPLINE, 1.3, "mixed")
+    gone = np.zeros(64, bool)
+    gone[27] = True
+    lists.remove(gone)
+    assert not (lists.near == 27).any()
+    assert (lists.near[lists.starts[27] : lists.starts[28]] == 64).all()
+    field = x @ np.array([2.0, -3.0])
+    for i in (26, 28, 35):
+        row = slice(int(lists.starts[i]), int(lists.starts[i + 1]))
+        near = lists.near[row]
+        keep = near < 64
+        d = x[i] - x[near[keep]]
+        g = lists.slopes[row][keep][:, None] * d @ lists.matrix[i].T + lists.shapes[row][keep][:, None] * lists.vector[i]
+        assert ((field[near[keep]] - field[i])[:, None] * g).sum(axis=0) == pytest.approx([2.0, -3.0], rel=1e-12)
+
+
+def test_inverted_particle_stops_with_its_place(tmp_path):
+    soft = {"density": 2785.0, "eos": {"type": "stiffened_gas", "sound_speed": 5328.0, "gamma": 2.0},
+            "strength": {"type": "von_mises", "shear_modulus": 27.6e9, "yield_stress": 0.3e9}}  # fmt: skip
+    case = load_case({
+        "kinematics": "plane_strain", "resolution": 0.5e-3, "time": {"end": "8 us"},
+        "bodies": {"shot": {"material": soft, "shape": {"type": "disc", "diameter": 6e-3}, "velocity": [6000.0, 0.0]},
+                   "plate": {"material": soft, "shape": {"type": "box", "size": [2e-3, 12e-3]}}},
+        "formulation": {"type": "total_lagrangian"},
+    })  # fmt: skip
+    outcome = run(case, tmp_path / "run", threads=1)
+    assert outcome.exit_code == 3
+    failure = outcome.summary["failure"]
+    assert failure["criterion"] == "inverted" and "J <= 0" in failure["message"]
+    assert failure["particle"] is not None and len(failure["position"]) == 2
+
+
+def test_conversion_needs_a_formulation_that_uses_it():
+    with pytest.raises(CaseError, match="conversion"):
+        body(conversion={"strain": 0.85})
+    with pytest.raises(CaseError, match="no body has a formulation of its own"):
+        load_case({"kinematics": "plane_strain", "resolution": 5e-4, "formulation": {"type": "eulerian"},
+                   "bodies": {"one": {"material": SPRING, "shape": SHAPES[2], "formulation": "total_lagrangian"}},
+                   "time": {"end": 1e-6}})  # fmt: skip
+
+
+def test_threads_do_not_change_a_bit(tmp_path):
+    import numba
+
+    if numba.config.NUMBA_NUM_THREADS < 2:
+        threads = (1, 1)
+    else:
+        threads = (1, 2)
+    states = []
+    for number in threads:
+        numba.set_num_threads(number)
+        setup = build(body(3, end=1e-6))
+        setup.particles["velocity"] = 1e4 * setup.particles["position"][:, [1, 2, 0]]
+        advance(setup, 1e-6)
+        states.append(setup.particles.data.copy())
+    assert (states[0] == states[1]).all()
