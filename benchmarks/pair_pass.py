@@ -1,4 +1,4 @@
-"""Cost of the compiled core on one thread: pair sums and the pass over single particles, per law and dimension.
+"""Cost of the compiled core on one thread: pair sums and the pass over particles, per law and dimension.
 
     python benchmarks/pair_pass.py [--dims 23] [--laws standard,contact]
 

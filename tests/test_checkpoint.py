@@ -113,7 +113,7 @@ def test_the_last_two_are_kept(finished):
 
 
 def test_a_damaged_one_is_passed_over_and_named(copy, finished):
-    newest, before = list_checkpoints(copy / "checkpoint")
+    newest, _ = list_checkpoints(copy / "checkpoint")
     content = bytearray(newest.read_bytes())
     content[len(content) // 2] ^= 1
     newest.write_bytes(content)
@@ -125,7 +125,7 @@ def test_a_damaged_one_is_passed_over_and_named(copy, finished):
     assert_same_results(copy, finished)
     for path in list_checkpoints(copy / "checkpoint"):
         path.write_bytes(path.read_bytes()[:-100])
-    with pytest.raises(OutputError, match="truncated.*no other checkpoint"):
+    with pytest.raises(OutputError, match=r"truncated.*no other checkpoint"):
         hvisph.resume(copy)
 
 
@@ -181,7 +181,7 @@ def test_a_damaged_history_is_refused(copy):
     path = copy / "history.csv"
     lines = path.read_text().splitlines(keepends=True)
     path.write_text("".join(lines[:-3]))
-    with pytest.raises(OutputError, match="it ends with step .* damaged"):
+    with pytest.raises(OutputError, match=r"it ends with step .* damaged"):
         hvisph.resume(copy)
     path.write_text("".join([*lines[:5], lines[5][:20] + "\n", *lines[6:]]))
     with pytest.raises(OutputError, match="line 6 has not"):

@@ -1,4 +1,4 @@
-"""The laws of motion do not know where, in which direction, from which frame or in which order they are written down."""
+"""The laws of motion know no place, direction, frame of reference or order of particles."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from hvisph.case.loader import load_case
 from hvisph.output.folder import RunFolder
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.build import build
-from hvisph.simulation.run import Run, run
+from hvisph.simulation.run import Run, run, set_threads
 
 FORMULATIONS = ["eulerian", "riemann"]
 DX = 0.5e-3
@@ -40,6 +40,7 @@ def impact(formulation, change=None, steps=60):
 def end_of(formulation, folder, change=None):
     """The last snapshot of `impact`."""
     setup, case = impact(formulation, change)
+    set_threads(1)
     with RunFolder.create(folder) as held:
         outcome = Run(case, setup, held, Quiet()).go()
     assert outcome.summary["status"] == "done", outcome.summary["failure"]

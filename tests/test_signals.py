@@ -101,7 +101,7 @@ def test_killed_again_and_again_it_loses_nothing_but_steps(case, whole, tmp_path
         lines = (folder / "run.log").read_text().count("ready after")
         process = command("resume", folder)
         log = folder / "run.log"
-        wait_for(process, lambda n=lines: log.read_text().count("ready after") > n)
+        wait_for(process, lambda n=lines, log=log: log.read_text().count("ready after") > n)
     assert process.wait() == 0
     assert_same_results(folder, whole)
     assert not list(folder.glob("**/*.partial"))

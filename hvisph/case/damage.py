@@ -43,6 +43,11 @@ class JohnsonCookDamage(StrictModel):
         default=0.0, description="Temperature coefficient D5 [-]; needs `johnson_cook` strength"
     )
     reference_rate: PositiveRate = Field(default=1.0, description="Reference plastic strain rate [1/s]")
+    failed: Literal["loses_stress", "keeps_stress"] = Field(
+        default="loses_stress",
+        description="Whether a failed particle loses deviator and tension, or is only marked: in AdapTLE it turns "
+        "Eulerian, and the crack is what opens between Eulerian particles",
+    )
     pressure_cutoff: NegativePressure | None = Field(
         default=None, description="Lowest pressure that the intact material bears [Pa]; negative"
     )

@@ -22,8 +22,15 @@ from pathlib import Path
 from typing import Any
 
 import numba
+
+# Threads wait for each other some 0.1 ms awake, then asleep. OpenMP's own patience lets them hold a core that another
+# process needs: a small case on a shared machine then takes twenty times as long. It is read at the first parallel loop.
+os.environ.setdefault("GOMP_SPINCOUNT", "20000")
+
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
+
+from .loop_cache import forgive_damage, usable
 
 # No 'nnan' and no 'ninf': checks for non-finite values must keep their meaning.
 FASTMATH = {"reassoc", "contract", "arcp", "nsz", "afn"}
@@ -131,8 +138,10 @@ def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **
         made = compiled(function)
     else:
         folder = cache_folder()
+        folder = None if folder is None else usable(folder)
         if folder is not None:
             numba.config.CACHE_DIR = str(folder)
         made = numba.njit(parallel=parallel, nogil=True, cache=folder is not None, **_OPTIONS)(function)
+        forgive_damage(made)
     _made[full] = made
     return made

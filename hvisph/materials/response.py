@@ -24,7 +24,7 @@ from math import sqrt
 
 from ..core.jit import compiled
 from ..core.tensors import double_dot
-from .damage import JohnsonCookDamage
+from .damage import FailureMark, JohnsonCookDamage
 from .damage import johnson_cook as damage_model
 from .damage.pressure_cutoff import limited_pressure
 from .eos import pressure_and_sound_speed
@@ -42,6 +42,7 @@ _NO_STRENGTH = NoStrength.tag
 _ELASTIC = ElasticStrength.tag
 _JOHNSON_COOK = JohnsonCook.tag
 _JOHNSON_COOK_DAMAGE = JohnsonCookDamage.tag
+_FAILURE_MARK = FailureMark.tag
 
 # A deviator this close above the yield surface is on it: a return is not repeated for rounding.
 _ON_THE_SURFACE = 1.0 + 1e-13
@@ -114,7 +115,8 @@ def equilibrium_state(table, models, m, rho, e, damage):
     The sound speed is that of the equation of state before any cut: the stiffer one, so
     that time steps stay on the safe side.
     """
-    return _equilibrium(models[m, EOS_TAG], rho, e, damage, parameters(table, m))
+    felt = 0.0 if models[m, DAMAGE_TAG] == _FAILURE_MARK else damage
+    return _equilibrium(models[m, EOS_TAG], rho, e, felt, parameters(table, m))
 
 
 @compiled
@@ -178,8 +180,9 @@ def respond(
     """
     row = parameters(table, m)
     strength, damage_tag = models[m, STRENGTH_TAG], models[m, DAMAGE_TAG]
-    p, c = _equilibrium(models[m, EOS_TAG], rho, e, damage, row)
-    if strength == _NO_STRENGTH or damage >= 1.0:
+    felt = 0.0 if damage_tag == _FAILURE_MARK else damage
+    p, c = _equilibrium(models[m, EOS_TAG], rho, e, felt, row)
+    if strength == _NO_STRENGTH or felt >= 1.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, plastic_strain, damage, p, c
 
     shear = row[SHEAR_MODULUS]
@@ -211,7 +214,7 @@ def respond(
     factor = 1.0
     strain_rate = 0.0
     homologous = 0.0
-    fails = damage_tag == _JOHNSON_COOK_DAMAGE
+    fails = damage_tag == _JOHNSON_COOK_DAMAGE or (damage_tag == _FAILURE_MARK and damage < 1.0)
     if fails or strength == _JOHNSON_COOK:
         square = double_dot(d_xx, d_yy, d_zz, d_xy, d_xz, d_yz, d_xx, d_yy, d_zz, d_xy, d_xz, d_yz)
         strain_rate = sqrt((2.0 / 3.0) * square)
@@ -239,6 +242,7 @@ def respond(
             damage += increment / damage_model.fracture_strain(p, reached, strain_rate, homologous, row)
             if damage >= 1.0:
                 damage = 1.0
+            if damage >= 1.0 and damage_tag == _JOHNSON_COOK_DAMAGE:
                 s_xx = s_yy = s_zz = s_xy = s_xz = s_yz = 0.0
                 if p < 0.0:
                     p = 0.0

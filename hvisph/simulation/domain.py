@@ -96,7 +96,7 @@ class Domain:
         return len(gone)
 
     def _parked(self, number: np.ndarray) -> np.ndarray:
-        """Return the parking places (n, dim) [m] of particles by their permanent numbers: a lattice of their own."""
+        """Return the parking places (n, dim) [m] of particles by their permanent numbers."""
         assert self._parking is not None
         axis, edge, sign = self._parking
         particles, support = self._setup.particles, self._setup.stepper.support

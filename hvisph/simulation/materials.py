@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import inf
 from typing import Any
 
-from hvisph.materials.damage import JohnsonCookDamage, NoDamage, PressureCutoff
+from hvisph.materials.damage import FailureMark, JohnsonCookDamage, NoDamage, PressureCutoff
 from hvisph.materials.eos import Elastic, IdealGas, Linear, MieGrueneisen, StiffenedGas
 from hvisph.materials.strength import ElasticStrength, JohnsonCook, LinearHardening, NoStrength, VonMises
 from hvisph.materials.table import Material
@@ -71,6 +71,6 @@ def _damage(damage: Any) -> Any:
             return PressureCutoff(damage.pressure)
         case "johnson_cook":
             cutoff = -inf if damage.pressure_cutoff is None else damage.pressure_cutoff
-            return JohnsonCookDamage(damage.d1, damage.d2, damage.d3, damage.d4, damage.d5,
-                                     damage.reference_rate, cutoff)  # fmt: skip
+            model = FailureMark if damage.failed == "keeps_stress" else JohnsonCookDamage
+            return model(damage.d1, damage.d2, damage.d3, damage.d4, damage.d5, damage.reference_rate, cutoff)
     raise ValueError(damage.type)

@@ -27,6 +27,7 @@ import numpy as np
 from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
 from hvisph.sph.rows import RowLayout
+from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
 
 # Options of the law, off unless bound: the product form, density dissipation, shares of the viscosity, and
@@ -110,7 +111,7 @@ def accumulate(near, n, rows, i, constants, out):
             force_share, gradient_share, stress_share = shares(rows, i, b, dx, dy, dz)
         # One division for four: 1/r, 1/(r^2 + 0.01 h^2), 1/(rho_a + rho_b) and 1/rho_b.
         rho_b = b[RHO]
-        soft = r2 + 0.01 * hm * hm
+        soft = r2 + SOFTENING * hm * hm
         densities = rho + rho_b
         lengths = r * soft
         products = densities * rho_b
@@ -118,8 +119,8 @@ def accumulate(near, n, rows, i, constants, out):
         inverse_lengths = inverse * products
         inverse_products = inverse * lengths
         f = scale(ih) * slope(q) * (inverse_lengths * soft)
-        mu = min(hm * ur * (inverse_lengths * r), 0.0)
-        pi = mu * (2.0 * beta * mu - alpha * (c + b[C])) * (inverse_products * rho_b)
+        mu = approach(hm, ur, inverse_lengths * r)
+        pi = monaghan(mu, alpha, beta, c + b[C], inverse_products * rho_b)
         if SWITCHED:
             share = half_share + 0.5 * b[SHARE]
             pi = pi * share
