@@ -46,7 +46,7 @@ LONGEST = 2.0  # [s] until a fuzzed case must be refused or accepted
 def long_case(formulation):
     """A case of some seconds with snapshots and checkpoints all the time."""
     end = 3e-7 if formulation == "projection" else 8e-6
-    output = {"every": end / 6, "formats": ["hdf5", "vtu"], "checkpoint_every": 0.02}
+    output = {"every": end / 6, "formats": ("hdf5", "vtu"), "checkpoint_every": 0.02}
     case = every_material(formulation)
     return case.model_copy(
         update={

@@ -6,6 +6,8 @@ from dataclasses import replace
 import numba
 import numpy as np
 import pytest
+from hvisph.sph.symmetry import Plane
+
 from sph_twins import compiled_rates, neighbours, packed, random_cloud, tensile
 
 from hvisph.case.loader import dump_case, load_case
@@ -181,6 +183,22 @@ def test_with_every_pair_fallen_back_it_is_the_product_form(dim):
 
 
 @DIMS
+def test_a_symmetry_plane_stands_for_the_mirrored_half(dim):
+    half = random_cloud(dim, seed=4)
+    half = replace(half, x=half.x + np.eye(dim)[0] * (0.4e-3 - half.x[:, 0].min()))
+    flip = np.diag([-1.0] + [1.0] * (dim - 1))
+    other = replace(half, x=half.x @ flip, u=half.u @ flip, stress=flip @ half.stress @ flip)
+    names = ("x", "u", "h", "m", "rho", "c", "c_l", "c_t", "stress")
+    whole = replace(half, **{k: np.concatenate([getattr(half, k), getattr(other, k)]) for k in names})
+    formulation, count = Corrected(stress_eps=0.3), len(half.x)
+    pairs = packed(half, formulation)
+    pairs.planes = (Plane(0, 0.0),)
+    pairs.evaluate(half.h.max())
+    found, wanted = pairs.rates[pairs.place[:count]], compiled_rates(whole, formulation)[:count]
+    assert np.all(np.abs(found - wanted) <= 1e-11 * np.abs(wanted).max(axis=0))  # as for the twin
+
+
+@DIMS
 def test_one_thread_and_two_give_the_same_bits(dim):
     cloud, found = random_cloud(dim), []
     pairs = packed(cloud, Corrected(stress_eps=0.3))
@@ -242,6 +260,7 @@ def test_no_correction_is_the_standard_formulation():
     [
         (CORRECTED | {"momentum_form": "sigma_over_rho_squared"}, "momentum_form"),
         (CORRECTED | {"density_dissipation": {"type": "zisis"}}, "density_dissipation"),
+        (CORRECTED | {"viscosity": {"type": "balsara"}}, "viscosity"),
         (CORRECTED | {"contact": {"type": "repulsive"}}, "contact"),
         ({"type": "eulerian", "correction": {"type": "mixed", "factor": 1.0}}, "factor"),
         ({"type": "eulerian", "correction": {"type": "mixd"}}, "did you mean 'mixed'"),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hvisph.case.model import Path, Problem
 from hvisph.core.errors import nearest
@@ -47,14 +47,14 @@ def lagrangian_problems(case: Case) -> Iterator[Problem]:
                 "needs the limits of conversion; give the case the formulation adaptive",
             )
     if kind in LAGRANGIAN:
-        for number, region in enumerate(formulation.eulerian_regions):
+        for number, region in enumerate(getattr(formulation, "eulerian_regions", ())):
             yield from _region(case, region, (*path, "eulerian_regions", number))
     if kind == "adaptive":
         yield from _conversion(case)
 
 
 def _conversion(case: Case) -> Iterator[Problem]:
-    limits = case.formulation.conversion
+    limits: Any = getattr(case.formulation, "conversion", None)
     path = ("formulation", "conversion")
     if limits.strain is None and not limits.damage:
         yield Problem(path, "names no limit; give strain, or damage: true, or use total_lagrangian")

@@ -22,15 +22,14 @@ from pathlib import Path
 from typing import Any
 
 import numba
-
-# Threads wait for each other some 0.1 ms awake, then asleep. OpenMP's own patience lets them hold a core that another
-# process needs: a small case on a shared machine then takes twenty times as long. It is read at the first parallel loop.
-os.environ.setdefault("GOMP_SPINCOUNT", "20000")
-
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
 from .loop_cache import forgive_damage, usable
+
+# Threads wait for each other some 0.1 ms awake, then asleep. OpenMP's own patience lets them hold a core that another
+# process needs: a small case on a shared machine then takes twenty times as long. It is read at the first parallel loop.
+os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 
 # No 'nnan' and no 'ninf': checks for non-finite values must keep their meaning.
 FASTMATH = {"reassoc", "contract", "arcp", "nsz", "afn"}

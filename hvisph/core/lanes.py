@@ -22,7 +22,7 @@ from numba.extending import intrinsic, lower_builtin, lower_cast, models, regist
 
 def _has_wide_vectors() -> bool:
     """Whether the processor that numba compiles for has AVX-512."""
-    chosen: str | None = numba.config.CPU_FEATURES  # type: ignore[attr-defined]
+    chosen: str | None = numba.config.CPU_FEATURES
     if chosen is not None:
         return "+avx512f" in chosen
     return bool(binding.get_host_cpu_features().get("avx512f", False))

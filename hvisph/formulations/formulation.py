@@ -8,20 +8,18 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hvisph.sph.kernels import Kernel
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
 
+from .protocol import AnyFormulation
 
-class Formulation(Protocol):
-    """A published scheme, ready for the step loop."""
 
-    name: str
-    kernel: Kernel
-    h_over_dx: float
-    smoothing: Smoothing
-    fields: tuple[str, ...]
-    viscous_factor: float
+class Formulation(AnyFormulation, Protocol):
+    """A published scheme whose step is one evaluation of pair laws and one pass over single particles."""
+
+    @property
+    def smoothing(self) -> Smoothing:
+        """How its smoothing length follows the flow."""
 
     def layout(self, dim: int) -> RowLayout:
         """Return the widest row that its passes need."""

@@ -98,8 +98,8 @@ class ProjectionStepper:
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
             "respond": response.respond,
         }  # fmt: skip
-        sums = (laws.velocity_gradient, laws.stress_divergence, laws.poisson, laws.pressure_gradient)
-        loops = (passes.stress, passes.velocity, passes.pressure, passes.acceleration)
+        sums: tuple[Any, ...] = (laws.velocity_gradient, laws.stress_divergence, laws.poisson, laws.pressure_gradient)
+        loops: tuple[Any, ...] = (passes.stress, passes.velocity, passes.pressure, passes.acceleration)
         found = []
         for number, (law, loop) in enumerate(zip(sums, loops, strict=True)):
             layout = self._layouts[number]

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -83,26 +82,28 @@ class AnyStepper(Protocol):
 
 
 class AnyFormulation(Protocol):
-    """A published scheme, ready for the step loop.
-
-    Attributes
-    ----------
-    name
-        Name in case files.
-    kernel, h_over_dx
-        Kernel, and smoothing length over spacing at the start.
-    fields
-        State fields that it needs beside `hvisph.core.particles.BASE_FIELDS`.
-    viscous_factor
-        Factor of max|mu| in the signal speed.
-    """
-
-    name: str
-    kernel: Kernel
-    h_over_dx: float
-    fields: tuple[str, ...]
-    viscous_factor: float
+    """A published scheme, ready for the step loop."""
 
     @property
-    def stepper(self) -> Callable[..., AnyStepper]:
-        """What moves its particles."""
+    def name(self) -> str:
+        """Name in case files."""
+
+    @property
+    def kernel(self) -> Kernel:
+        """The smoothing kernel."""
+
+    @property
+    def h_over_dx(self) -> float:
+        """Smoothing length over spacing at the start."""
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """State fields that it needs beside `hvisph.core.particles.BASE_FIELDS`."""
+
+    @property
+    def viscous_factor(self) -> float:
+        """Factor of max|mu| in the signal speed."""
+
+    @property
+    def stepper(self) -> Any:
+        """What moves its particles: a class, made as `AnyStepper` says."""

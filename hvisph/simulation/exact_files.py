@@ -34,7 +34,8 @@ def write_exact(solution: ExactSolution, case: Any, folder: str | Path) -> list[
     except OSError as error:
         raise OutputError(f"cannot write {folder}: {reason(error)}") from error
     unitless, end = case.units == "none", case.time.end
-    files, panels = [], {}
+    files: list[Path] = []
+    panels: dict[str, Any] = {}
     for gauge in solution.gauges:
         table = {}
         for column in gauge.columns:

@@ -203,7 +203,8 @@ class Run:
     def _limit(self) -> Limit:
         stepper = self.setup.stepper
         limit = self.setup.criteria.limit(stepper.lengths, stepper.signals, stepper.rates, stepper.place)
-        others = [Limit(self.case.time.cfl * time, *what) for time, *what in stepper.limits()]
+        cfl = self.case.time.cfl
+        others = [Limit(cfl * time, criterion, particle) for time, criterion, particle in stepper.limits()]
         return min([limit, *others], key=lambda one: one.dt)
 
     def _drift(self) -> float | None:

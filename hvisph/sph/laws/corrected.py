@@ -67,9 +67,9 @@ def is_not_negative(x):
 
 @compiled
 def margin(own, others, plain, factor, distance, level):
-    """Return a number below 0 where a ratio to `plain` is above factor or below 1/factor, at least 0 elsewhere.
+    """Return a number below 0 where a ratio to `plain` is above factor or below 1/factor, not so elsewhere.
 
-    A large one where the component is not tested: where the `distance` along it, x_a - x_b, is below `level`.
+    It is large where the component is not tested: where the `distance` along it, x_a - x_b, is below `level`.
     """
     square = plain * plain
     low = min(own * plain, others * plain)
