@@ -46,17 +46,19 @@ REASONS = {
         "behind it is no part of the main body that is measured; the published length may well have it in."
     ),
     ("al_al", "adaptle", "centre_pressure_peak", YOUNG_1): (
-        "No stable reading of the paper reaches it; its other rows and Howell & Ball are 1.4 to 2.3 GPa lower."
+        "No stable reading of the paper reaches it; its other rows and Howell & Ball are 1.4 to 2.3 GPa "
+        "lower."
     ),
     ("al_al", "adaptle", "crater_diameter", YOUNG_1): (
-        "The printed contact stiffness carries no impact, so the run has another, 0.025 rho0 c0^2/dx^2; with it "
-        "the crater keeps the width of the other rows."
+        "The printed contact stiffness carries no impact, so the run has another, 0.025 rho0 c0^2/dx^2; "
+        "with it the crater keeps the width of the other rows."
     ),
 }
 PROJECTION = (
     "SPH-projection has no equation of state: its pressure restores the density of each step, rings through "
-    "the first 0.1 us and means something only as an average over time. The centre pressure about 1 us after "
-    "contact that the paper gives, half of Howell & Ball's, comes out of no stable reading at the printed step."
+    "the first 0.1 us and means something only as an average over time. The centre pressure about 1 us "
+    "after contact that the paper gives, half of Howell & Ball's, comes out of no stable reading at the "
+    "printed step."
 )
 UNEXPLAINED = "No reason is known."
 

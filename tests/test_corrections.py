@@ -6,8 +6,6 @@ from dataclasses import replace
 import numba
 import numpy as np
 import pytest
-from hvisph.sph.symmetry import Plane
-
 from sph_twins import compiled_rates, neighbours, packed, random_cloud, tensile
 
 from hvisph.case.loader import dump_case, load_case
@@ -18,6 +16,7 @@ from hvisph.output.reader import read_history
 from hvisph.simulation.formulations import formulation_of
 from hvisph.simulation.run import run
 from hvisph.sph.laws.corrected import LEVEL, SINGULAR
+from hvisph.sph.symmetry import Plane
 
 KINDS = ("shepard", "gradient", "mixed")
 DIMS = pytest.mark.parametrize("dim", [1, 2, 3])

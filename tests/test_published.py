@@ -6,6 +6,7 @@ from hvisph.case.data import data_folder
 from hvisph.case.folder import cases_in
 from hvisph.case.loader import load_case
 from hvisph.case.reading import read_yaml
+from hvisph.core.errors import CaseError
 from hvisph.measure.compare import row
 from hvisph.measure.published import FARAHANI_2, YOUNG_1, published, tolerance
 from hvisph.simulation.campaign import complete
@@ -121,3 +122,24 @@ def test_steel_gets_further_than_aluminium(twin):
     for name in TWIN:
         assert twin[f"steel_al/{name}"].value("extension") > 0.95 * twin[f"al_al/{name}"].value("extension")
         assert twin[f"steel_al/{name}"].value("penetration") > twin[f"al_al/{name}"].value("penetration")
+
+
+@pytest.mark.parametrize(
+    ("formulation", "reason"),
+    [
+        ("{type: riemann, viscosity: {type: monaghan}}", "viscosity: has no meaning with riemann: the Riemann"),
+        ("{type: riemann, correction: {type: mixed}}", "correction: has no meaning with riemann"),
+        ("{type: projection, eos: {type: linear}}", "comes from no equation of state"),
+        ("{type: projection, contact: {type: repulsive}}", "bodies meet in the pressure's Poisson equation"),
+        ("{type: riemann, reconstuction: none}", "did you mean 'reconstruction'"),
+    ],
+)
+def test_options_of_another_scheme_are_refused_with_the_reason(formulation, reason):
+    with pytest.raises(CaseError, match=reason):
+        load_case("al_al", [f"formulation={formulation}"])
+
+
+def test_contact_needs_two_bodies():
+    formulation = "formulation={type: eulerian, contact: {type: repulsive}}"
+    with pytest.raises(CaseError, match="only one body"):
+        load_case("al_al", [formulation, "bodies.target=null"])

@@ -1,5 +1,6 @@
 """Total Lagrangian: reference gradients, deformation, forces that balance, and what only this form keeps."""
 
+import numba
 import numpy as np
 import pytest
 from composite_runs import advance
@@ -21,8 +22,9 @@ SHAPES = {1: {"type": "interval", "length": 6e-3}, 2: {"type": "box", "size": [5
 
 def body(dim=2, shape=None, dx=0.5e-3, material=SPRING, end=1e-6, **formulation):
     form = {"type": "total_lagrangian", "h_over_dx": 1.3} | formulation
+    one = {"material": material, "shape": shape or SHAPES[dim], "position": [0.0] * dim}
     return load_case({"kinematics": KINEMATICS[dim], "resolution": dx, "formulation": form, "time": {"end": end},
-                      "bodies": {"one": {"material": material, "shape": shape or SHAPES[dim], "position": [0.0] * dim}}})  # fmt: skip
+                      "bodies": {"one": one}})  # fmt: skip
 
 
 def mapped(setup, gradient, rate):
@@ -37,18 +39,28 @@ def mapped(setup, gradient, rate):
     return stepper
 
 
-@pytest.mark.parametrize("correction", ["gradient", "mixed"])
-@pytest.mark.parametrize("dim", [1, 2, 3])
+@pytest.mark.parametrize(
+    ("dim", "correction"),
+    [(2, "mixed")]
+    + [
+        pytest.param(d, c, marks=pytest.mark.slow)
+        for d, c in ((1, "mixed"), (3, "mixed"), (2, "gradient"), (3, "gradient"))
+    ],
+)
 def test_corrected_gradients_are_exact_on_linear_fields(dim, correction):
     random = np.random.default_rng(4)
-    stepper = mapped(build(body(dim, correction=correction)), gradient := np.eye(dim) + 0.1 * random.normal(size=(dim, dim)),
-                     rate := 1e3 * random.normal(size=(dim, dim)))  # fmt: skip
+    gradient, rate = np.eye(dim) + 0.1 * random.normal(size=(dim, dim)), 1e3 * random.normal(size=(dim, dim))
+    stepper = mapped(build(body(dim, correction=correction)), gradient, rate)
     assert stepper.jacobians == pytest.approx(np.linalg.det(gradient), rel=1e-12)
-    assert stepper.rates[:, dim + 2 :] == pytest.approx(np.tile(rate.ravel(), (stepper.particles.count, 1)), rel=1e-9)
+    assert stepper.rates[:, dim + 2 :] == pytest.approx(
+        np.tile(rate.ravel(), (stepper.particles.count, 1)), rel=1e-9
+    )
     assert stepper.particles["density"] == pytest.approx(RHO / np.linalg.det(gradient), rel=1e-12)
 
 
-@pytest.mark.parametrize("options", [{}, {"correction": "none"}, {"viscosity_gradient": "reference"}, {"hourglass": 30.0}])
+@pytest.mark.parametrize(
+    "options", [{}, {"correction": "none"}, {"viscosity_gradient": "reference"}, {"hourglass": 30.0}]
+)
 @pytest.mark.parametrize("dim", [1, 2, 3])
 def test_forces_balance_pair_by_pair_and_power_is_their_work(dim, options):
     random = np.random.default_rng(5)
@@ -83,7 +95,12 @@ def test_rigid_rotation_leaves_no_stress():
 
 
 def spinning(turns, alpha=0.2):
-    setup = build(body(shape={"type": "disc", "diameter": 10e-3}, viscosity={"type": "monaghan", "alpha": alpha, "beta": 0.4}))
+    setup = build(
+        body(
+            shape={"type": "disc", "diameter": 10e-3},
+            viscosity={"type": "monaghan", "alpha": alpha, "beta": 0.4},
+        )
+    )
     particles = setup.particles
     period = 2e-4
     omega, x = 2.0 * np.pi / period, particles["position"]
@@ -150,6 +167,7 @@ def beam_period(cells):
     return 2.0 * (times[sign[1]] - times[sign[0]]) / theory
 
 
+@pytest.mark.slow
 def test_beam_period_converges():
     coarse, middle, fine = (beam_period(cells) for cells in (4, 6, 8))
     # shear and rotary inertia lengthen the period of so thick a beam by 5 to 10 %
@@ -160,10 +178,16 @@ def test_beam_period_converges():
 def test_symmetry_plane_gives_the_half_of_the_whole():
     def bar(symmetric):
         size = [4e-3, 4e-3]
-        one = {"material": SPRING, "shape": {"type": "box", "size": size}, "velocity": [30.0, 0.0], "position": [-2e-3, 0.0]}
+        one = {
+            "material": SPRING,
+            "shape": {"type": "box", "size": size},
+            "velocity": [30.0, 0.0],
+            "position": [-2e-3, 0.0],
+        }
         two = {"material": SPRING, "shape": {"type": "box", "size": size}, "position": [2e-3, 0.0]}
         return build(load_case({
-            "kinematics": "plane_strain", "resolution": 0.5e-3, "bodies": {"one": one, "two": two}, "time": {"end": 1e-6},
+            "kinematics": "plane_strain", "resolution": 0.5e-3, "bodies": {"one": one, "two": two},
+            "time": {"end": 1e-6},
             "formulation": {"type": "total_lagrangian"}, "symmetry": [{"axis": "y"}] if symmetric else [],
         }))  # fmt: skip
 
@@ -201,8 +225,13 @@ def test_removal_empties_lists_and_keeps_gradients_exact():
         near = lists.near[row]
         keep = near < 64
         d = x[i] - x[near[keep]]
-        g = lists.slopes[row][keep][:, None] * d @ lists.matrix[i].T + lists.shapes[row][keep][:, None] * lists.vector[i]
-        assert ((field[near[keep]] - field[i])[:, None] * g).sum(axis=0) == pytest.approx([2.0, -3.0], rel=1e-12)
+        g = (
+            lists.slopes[row][keep][:, None] * d @ lists.matrix[i].T
+            + lists.shapes[row][keep][:, None] * lists.vector[i]
+        )
+        assert ((field[near[keep]] - field[i])[:, None] * g).sum(axis=0) == pytest.approx(
+            [2.0, -3.0], rel=1e-12
+        )
 
 
 def test_inverted_particle_stops_with_its_place(tmp_path):
@@ -217,8 +246,10 @@ def test_inverted_particle_stops_with_its_place(tmp_path):
     outcome = run(case, tmp_path / "run", threads=1)
     assert outcome.exit_code == 3
     failure = outcome.summary["failure"]
-    assert failure["criterion"] == "inverted" and "J <= 0" in failure["message"]
-    assert failure["particle"] is not None and len(failure["position"]) == 2
+    assert failure["criterion"] == "inverted"
+    assert "J <= 0" in failure["message"]
+    assert failure["particle"] is not None
+    assert len(failure["position"]) == 2
 
 
 def test_conversion_needs_a_formulation_that_uses_it():
@@ -230,18 +261,14 @@ def test_conversion_needs_a_formulation_that_uses_it():
                    "time": {"end": 1e-6}})  # fmt: skip
 
 
-def test_threads_do_not_change_a_bit(tmp_path):
-    import numba
-
-    if numba.config.NUMBA_NUM_THREADS < 2:
-        threads = (1, 1)
-    else:
-        threads = (1, 2)
+def test_threads_do_not_change_a_bit():
+    threads = (1, min(2, numba.config.NUMBA_NUM_THREADS))
     states = []
     for number in threads:
         numba.set_num_threads(number)
-        setup = build(body(3, end=1e-6))
-        setup.particles["velocity"] = 1e4 * setup.particles["position"][:, [1, 2, 0]]
+        setup = build(body(2, end=1e-6))
+        setup.particles["velocity"] = 1e4 * setup.particles["position"][:, [1, 0]]
         advance(setup, 1e-6)
         states.append(setup.particles.data.copy())
+    numba.set_num_threads(numba.config.NUMBA_NUM_THREADS)
     assert (states[0] == states[1]).all()

@@ -30,7 +30,8 @@ class ConversionLimits(StrictModel):
         "deformation gradient: J outside 0.2 to 5, or strain above `guard_strain`",
     )
     guard_strain: PositiveNumber | None = Field(
-        default=None, description="Strain limit of the guard [-], above 0; 1.5 in 1D and 2D, 1 in 3D unless given"
+        default=None,
+        description="Strain limit of the guard [-], above 0; 1.5 in 1D and 2D, 1 in 3D unless given",
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -158,6 +158,15 @@ class AdaptiveFormulation(TotalLagrangianFormulation):
 class RiemannFormulation(KernelOptions):
     """Contact SPH (CON): each pair meets through an acoustic Riemann problem; nothing to tune."""
 
+    meaningless: ClassVar[dict[str, str]] = {
+        "viscosity": "the Riemann problem of each pair dissipates what a shock needs",
+        "artificial_stress": "the contact stress of each pair keeps particles from clumping",
+        "correction": "its pair forces are those of the plain kernel gradient, equal and opposite",
+        "contact": "bodies meet by the Riemann problem of each pair",
+        "momentum_form": "each pair has one contact stress",
+        "density_dissipation": "the contact velocity of each pair smooths density at interfaces",
+    }
+
     type: Literal["riemann"] = "riemann"
     reconstruction: Literal["none", "minmod", "van_leer"] = Field(
         default="van_leer",
@@ -170,6 +179,16 @@ class ProjectionFormulation(KernelOptions):
 
     Neither equation of state nor energy: a material gives its density and its strength alone.
     """
+
+    meaningless: ClassVar[dict[str, str]] = {
+        "eos": "its pressure restores density and comes from no equation of state",
+        "viscosity": "it has neither shocks nor an artificial viscosity to spread them",
+        "artificial_stress": "its pressure keeps particles in order",
+        "correction": "its Poisson equation is that of the plain kernel gradient",
+        "contact": "bodies meet in the pressure's Poisson equation",
+        "momentum_form": "give pressure_gradient: conjugate or printed",
+        "density_dissipation": "density is restored each step",
+    }
 
     type: Literal["projection"] = "projection"
     h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = Field(

@@ -49,9 +49,7 @@ def translate(
     for detail in error.errors(include_url=False):
         path = user_path(root, detail["loc"], data)
         if detail["type"] == PROBLEMS:
-            problems: Iterable[tuple[Path, str]] = (
-                (path + p.path, p.message) for p in detail["ctx"][PROBLEMS]
-            )
+            problems: Iterable[tuple[Path, str]] = ((path + p.path, p.message) for p in detail["ctx"][PROBLEMS])
         else:
             problems = [_explain(root, path, detail, data)]
         for where, message in problems:
@@ -86,6 +84,8 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
     kind, value = detail["type"], detail["input"]
     if kind == "extra_forbidden":
         parent = walk(root, path[:-1], data)
+        if parent is not None and (reason := _meaningless(parent, at(data, path[:-1]), str(path[-1]))):
+            return path, reason
         return (
             path,
             f"unknown key{nearest(str(path[-1]), keys_of(parent, at(data, path[:-1])) if parent else [])}",
@@ -106,6 +106,13 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
     if kind == "model_attributes_type" and spot and spot.tagged:
         return path, _untagged(spot, value)
     return path, _plain(kind, detail, value)
+
+
+def _meaningless(spot: Spot, value: Any, key: str) -> str:
+    """Return why `key` has no meaning in the mapping `value`, empty where it is simply unknown."""
+    tag = value.get("type") if isinstance(value, dict) else None
+    reason = getattr(spot.models.get(str(tag)), "meaningless", {}).get(key)
+    return f"has no meaning with {tag}: {reason}; leave it out" if reason else ""
 
 
 def _plain(kind: str, detail: Any, value: Any) -> str:

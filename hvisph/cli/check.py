@@ -25,12 +25,12 @@ def check(
     as_json: JsonOption = False,
 ) -> None:
     """Explain a case and what it will take, without running it."""
+    from hvisph.case.checks import warnings_of
+    from hvisph.simulation.contact_warnings import contact_warnings
     from hvisph.simulation.estimate import estimate
 
-    from hvisph.case.checks import warnings_of
-
     loaded = load(case, settings, resolution)
-    for warning in warnings_of(loaded):
+    for warning in (*warnings_of(loaded), *contact_warnings(loaded)):
         typer.echo(f"warning: {warning}", err=True)
     with placed(case):
         taken = estimate(loaded, threads)

@@ -20,7 +20,7 @@ from hvisph.materials import response
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates as rate_slots
 from hvisph.sph.kernels.kernel import scale
-from hvisph.sph.laws import contact, coupling, reference, standard
+from hvisph.sph.laws import contact, coupling, deformation, reference, standard
 from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.reference import Reference
 from hvisph.sph.rows import aligned_zeros
@@ -71,6 +71,8 @@ class CompositeStepper(Stepper):
         Pressure [Pa] that is added to every particle's own until the first step is done (n,).
     """
 
+    formulation: Any
+
     def __init__(self, particles: Particles, formulation: Any, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = (), drift: float = 0.5):  # fmt: skip
         dim, count = particles.dim, particles.count
@@ -115,7 +117,9 @@ class CompositeStepper(Stepper):
         if "EM" in slots:
             moduli = np.array([_young_modulus(material) for material in self.materials])[particles.material]
             self.rows_[:-1, slots["EM"]] = moduli[origin]
-        self.reference = Reference(extended[:, :dim], volume, body[origin], count, kernel, h, formulation.correction)
+        self.reference = Reference(
+            extended[:, :dim], volume, body[origin], count, kernel, h, formulation.correction
+        )
         self._rates = np.zeros((count, rate_slots.width(dim)))
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains = np.ones(count), np.zeros(count)
@@ -139,36 +143,47 @@ class CompositeStepper(Stepper):
             "DIM": dim, "MIXED": int(formulation.correction == "mixed"), "PRINTED": int(formulation.printed_viscosity),
             "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": self._read, "PLACES": 3 * dim,
             "equilibrium_state": response.equilibrium_state, "longitudinal_speed": response.longitudinal_speed,
-            "S_DENSITY": self.particles.bindings()["S_DENSITY"], "slope": kernel.slope, "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+            "S_DENSITY": self.particles.bindings()["S_DENSITY"], "slope": kernel.slope,
+            "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }  # fmt: skip
 
         def bound(law: Any, **more: Any) -> Any:
             names = law.__code__.co_names
-            return specialise(law, parallel=True, **{k: v for k, v in (options | slots | more).items() if k in names})
+            return specialise(
+                law, parallel=True, **{k: v for k, v in (options | slots | more).items() if k in names}
+            )
 
-        self._deform = bound(reference.deform)
+        self._deform = bound(deformation.deform)
         self._sums = {coupled: bound(reference.accumulate, COUPLED=coupled) for coupled in (0, 1)}
         euler = formulation.eulerian
         layout = standard.row_layout(dim, euler.stress_eps != 0.0, coupling.FIELDS)
         to = layout.slots()
         parted = formulation.contact is not None
-        shares = specialise(coupling.shares, DIM=dim, KIND=to["KIND"], BODY=to["BODY"], D=to["D"], CONTACT=float(parted),
+        shares = specialise(coupling.shares, DIM=dim, KIND=to["KIND"], BODY=to["BODY"], D=to["D"],
+                            CONTACT=float(parted),
                             STRESS_AT_INTERFACE=float(formulation.stress_at_interface),
                             REACH2=(kernel.reach * self.h) ** 2)  # fmt: skip
         one = Pass(standard.accumulate, layout,
                    {"ARTIFICIAL_STRESS": int(euler.stress_eps != 0.0), "COUPLED": 1, "shares": shares,
                     "EXPONENT": euler.stress_exponent})  # fmt: skip
         position = self.particles["position"]
-        self.pairs = self.spatial = Pairs(layout, kernel, [one], euler.coefficients(), position, self.h, self.planes)
+        self.pairs = self.spatial = Pairs(
+            layout, kernel, [one], euler.coefficients(), position, self.h, self.planes
+        )
         packer, more = euler.pack()
         names = packer.__code__.co_names
         write = specialise(packer, **{k: v for k, v in ({"DIM": dim} | more | to).items() if k in names})
-        self._spatial_rows = bound(_spatial_rows, TO_D=to["D"], TO_KIND=to["KIND"], TO_BODY=to["BODY"], write=write)
+        self._spatial_rows = bound(
+            _spatial_rows, TO_D=to["D"], TO_KIND=to["KIND"], TO_BODY=to["BODY"], write=write
+        )
         if not parted:
             return
         constants = formulation.contact.coefficients(kernel, formulation.h_over_dx)
         spacing = self.h / formulation.h_over_dx
-        stiffness = [formulation.contact.of_material(m.density, m.bulk_sound_speed, spacing, dim) for m in self.materials]
+        stiffness = [
+            formulation.contact.of_material(m.density, m.bulk_sound_speed, spacing, dim)
+            for m in self.materials
+        ]
         self._stiffness = np.array(stiffness)[self.particles.material]
         layout = contact.row_layout(dim)
         law = Pass(contact.accumulate, layout, {"EXPONENT": formulation.contact.exponent})
@@ -210,7 +225,9 @@ class CompositeStepper(Stepper):
         self._lagrangian = kinds == 1.0
         self._eulerian = (~self._lagrangian).astype(np.uint8)
         if self._eulerian.any():
-            near_eulerian = self.reference.neighbours_of(np.concatenate([~self._lagrangian, kinds[self._origin] == 0.0]))
+            near_eulerian = self.reference.neighbours_of(
+                np.concatenate([~self._lagrangian, kinds[self._origin] == 0.0])
+            )
             self._active[(self._active == 1) & (near_eulerian | ~self._lagrangian)] = 2
         self._tied = np.flatnonzero(tied)
         self._any_active, self._any_eulerian = bool(self._active.any()), bool(self._eulerian.any())
@@ -261,7 +278,9 @@ class CompositeStepper(Stepper):
     def _add_spatial(self, chosen: np.ndarray) -> None:
         dim = self.particles.dim
         packed = np.zeros((len(chosen), self.spatial.layout.width))
-        self._spatial_rows(self.rows_, chosen, self._bodies, self.pressures, self.loads, self.spatial.coefficients, packed)
+        self._spatial_rows(
+            self.rows_, chosen, self._bodies, self.pressures, self.loads, self.spatial.coefficients, packed
+        )
         self.spatial.rows = packed
         self.spatial.evaluate(self.h)
         found = self.spatial.rates[self.spatial.place[: len(chosen)]]
@@ -301,7 +320,9 @@ class CompositeStepper(Stepper):
     def _turn(self) -> None:
         """Let particles turn Eulerian, or leave the lists."""
         particles, formulation = self.particles, self.formulation
-        if not len(self._tied) or (formulation.conversion.off and not self._any_eulerian and not self._can_fail):
+        if not len(self._tied) or (
+            formulation.conversion.off and not self._any_eulerian and not self._can_fail
+        ):
             return
         lagrangian = self._lagrangian & ~self.loose
         damage = particles["damage"] if self._can_fail else self._undamaged

@@ -52,7 +52,8 @@ class Conversion:
         return self.strain is None and not self.damage
 
     def turning(self, lagrangian: np.ndarray, convertible: np.ndarray, active: np.ndarray, jacobians: np.ndarray,
-                strains: np.ndarray, damage: np.ndarray, reference: Reference, images: np.ndarray) -> np.ndarray:  # fmt: skip
+                strains: np.ndarray, damage: np.ndarray, reference: Reference,
+                images: np.ndarray) -> np.ndarray:  # fmt: skip
         """Return which particles turn Eulerian now (n,), bool.
 
         Parameters

@@ -26,7 +26,7 @@ from hvisph.output.snapshot import Snapshot
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WIDTH = 12.0  # of the picture [in]
+WIDTH, TALLEST = 12.0, 7.0  # of the picture, of a panel [in]; at most
 ASIDE, ABOVE, BELOW = 1.7, 0.35, 0.55  # room for the colour bar and y, for the name of each panel, for x [in]
 OUTSIDE = 0.02  # share of particles beyond each end of the colours: debris would set the scale otherwise
 STRAY = 0.001  # share of each run's particles that may lie outside of the axes on either side
@@ -80,9 +80,9 @@ def _panels(
     low, high = _extent([scene.position[shown[name], :2] * 1e3 for name, scene in scenes.items()])
     columns = _columns(len(scenes), (high[1] - low[1]) / (high[0] - low[0]))
     rows = math.ceil(len(scenes) / columns)
-    panel = (WIDTH - ASIDE) / columns
-    height = rows * (panel * (high[1] - low[1]) / (high[0] - low[0]) + ABOVE) + BELOW
-    figure.set_size_inches(WIDTH, height)
+    aspect = (high[1] - low[1]) / (high[0] - low[0])
+    panel = min((WIDTH - ASIDE) / columns, TALLEST / aspect)
+    figure.set_size_inches(panel * columns + ASIDE, rows * (panel * aspect + ABOVE) + BELOW)
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     scale, values = (0.0, 1.0), np.zeros(0)
     if field != "body":

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.errors import CaseError
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
 from hvisph.formulations.protocol import AnyStepper
 from hvisph.integrators.criteria import Criteria
@@ -19,7 +18,6 @@ from hvisph.simulation.gauges import Gauges
 from hvisph.simulation.kernel_types import filled_region, set_kernel_types, set_loads
 from hvisph.simulation.materials import material_of
 from hvisph.sph.symmetry import Plane
-
 
 # What extra fields begin with, where that is not zero: 0.1 is what a particle's share of the viscosity relaxes to.
 START = {"thickness": 1.0, "viscosity_share": 0.1}

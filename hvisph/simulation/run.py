@@ -25,6 +25,7 @@ from hvisph.output.reader import read_history
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import Setup, build
 from hvisph.simulation.checkpoint import Keeper
+from hvisph.simulation.contact_warnings import contact_warnings
 from hvisph.simulation.clock import Clock
 from hvisph.simulation.domain import Domain
 from hvisph.simulation.estimate import refuse_impossible
@@ -155,7 +156,7 @@ class Run:
             f"{f'; goes on from step {self.clock.steps}' if self.checkpoint else ''}"
         )
         self.listener.started(self.folder.path, count, self.clock.end)
-        for warning in warnings_of(self.case):
+        for warning in (*warnings_of(self.case), *contact_warnings(self.case)):
             self.folder.log.write(f"warning: {warning}")
             self.listener.message(f"warning: {warning}")
         self.reporter = Reporter(self.listener, self.setup, self.clock, self.files.state.wall_seconds)

@@ -198,7 +198,11 @@ class Reference:
         self.matrix, self.vector = np.zeros((count, dim, dim)), np.zeros((count, dim))
         self.start_gradient = np.zeros((count, dim, dim))
         self.first_sums, self.zeroth_sums = np.zeros((count, dim)), np.zeros(count)
-        bound = {"DIM": dim, "shape": kernel.shape, "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim))}
+        bound = {
+            "DIM": dim,
+            "shape": kernel.shape,
+            "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+        }
         specialise(_fill, parallel=True, slope=kernel.slope, **bound)(
             self.position, self.volume, self.starts, self.near, 1.0 / h, self.slopes, self.shapes
         )

@@ -118,7 +118,9 @@ def accumulate(near, n, rows, i, constants, out):
         if DIM > 2:
             a_z += f * dz
         power += f * ur
-        omega2 += both * (float(EXPONENT - 1) * lower * slope_ratio * slope_ratio + 3.0 * power_of_w * at_zero * ih * ih)
+        omega2 += both * (
+            float(EXPONENT - 1) * lower * slope_ratio * slope_ratio + 3.0 * power_of_w * at_zero * ih * ih
+        )
     write_rates(out, i, scale_own * total(a_x), scale_own * total(a_y), scale_own * total(a_z),
                 -0.5 * scale_own * total(power), 2.0 * scale_own * total(omega2),
                 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # fmt: skip

@@ -1,0 +1,68 @@
+"""Whether a case's contact between bodies is stiff enough to hold, and not so stiff that it sets the step."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+# The contact may take the step to this share of the material's without a word.
+SHARE = 0.5
+
+
+def contact_warnings(case: Any) -> list[str]:
+    """Return what is doubtful about the contact of a case's first two bodies; nothing where there is none."""
+    model = getattr(case.formulation, "contact", None)
+    if model is None or model.type != "repulsive" or len(case.bodies) < 2:
+        return []
+    from hvisph.simulation.materials import material_of
+    from hvisph.sph.kernels import KERNELS
+    from hvisph.sph.laws.contact import Contact
+
+    contact = Contact(model.stiffness, model.exponent, model.absolute_stiffness)
+    bodies = list(case.bodies.values())[:2]
+    materials = [material_of(body.material, body.internal_energy) for body in bodies]
+    dx, dim = case.resolution, case.dim
+    pressure = min(contact.carried_pressure(m.density, m.bulk_sound_speed, dx, dim) for m in materials)
+    found = []
+    velocity = bodies[0].velocity[0] - bodies[1].velocity[0]
+    if velocity > 0.0:
+        # acoustic: below the shock's pressure, so that a warning is never in vain
+        first, second = (m.density * m.bulk_sound_speed for m in materials)
+        expected = velocity * first * second / (first + second)
+        if expected > pressure:
+            found.append(
+                f"formulation.contact: carries about {pressure:.3g} Pa, and the impact brings {expected:.3g} Pa: the "
+                f"bodies may pass through each other; make it {expected / pressure:.3g} times as stiff"
+            )
+    kernel = KERNELS[case.formulation.kernel]
+    stiffness = min(contact.of_material(m.density, m.bulk_sound_speed, dx, dim) for m in materials)
+    for material in materials:
+        omega2 = _omega_squared(
+            contact, kernel, stiffness, material.density, case.formulation.h_over_dx, dx, dim
+        )
+        share = 2.0 / np.sqrt(omega2) * material.longitudinal_sound_speed / case.smoothing_length
+        if share < SHARE:
+            found.append(
+                f"formulation.contact: limits the step to about {share:.2g} of what '{material.name}' allows; make it "
+                f"{(SHARE / share) ** 2:.3g} times as soft, or accept as many more steps"
+            )
+            break
+    return found
+
+
+def _omega_squared(contact: Any, kernel: Any, stiffness: float, density: float, h_over_dx: float, dx: float,
+                   dim: int) -> float:  # fmt: skip
+    """Return omega^2 [1/s^2] of a particle that faces a lattice of another body, half a spacing closer than at rest."""
+    h, n = h_over_dx * dx, contact.exponent
+    at_spacing = kernel.value(dx, h, dim)
+    reach = int(kernel.reach * h_over_dx) + 1
+    total = 0.0
+    for place in itertools.product(range(reach), *[range(-reach, reach + 1)] * (dim - 1)):
+        r = dx * float(np.hypot(place[0] + 0.5, np.linalg.norm(place[1:])))
+        w = kernel.value(r, h, dim) / at_spacing
+        slope = kernel.derivative(r, h, dim) / at_spacing
+        curvature = 3.0 * kernel.value(0.0, h, dim) / (at_spacing * h**2)
+        total += n * ((n - 1) * w ** (n - 2) * slope**2 + w ** (n - 1) * curvature) if w > 0.0 else 0.0
+    return 2.0 * stiffness * total * dx**dim / density
