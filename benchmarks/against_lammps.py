@@ -58,7 +58,10 @@ def main() -> None:
         rows = []
         for _ in range(options.repeats):
             rows.append((timed(ours, folder, environment), timed(theirs, folder, environment)))
-            print(f"hvisph {rows[-1][0]:6.2f} s   LAMMPS {rows[-1][1]:6.2f} s   ratio {rows[-1][1] / rows[-1][0]:.2f}", flush=True)
+            print(
+                f"hvisph {rows[-1][0]:6.2f} s   LAMMPS {rows[-1][1]:6.2f} s   ratio {rows[-1][1] / rows[-1][0]:.2f}",
+                flush=True,
+            )
         summary = json.loads(Path(folder, "run", "summary.json").read_text())
     print(f"hvisph: {summary['particles']} particles, {summary['steps']} steps, "
           f"{summary['microseconds_per_particle_step']:.3f} us per particle-step in the last run")  # fmt: skip

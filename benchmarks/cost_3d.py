@@ -1,6 +1,6 @@
 """Cost of a step in 3D on about 100,000 particles, one thread against two, and memory per particle.
 
-    python benchmarks/cost_3d.py [--resolution 0.19] [--steps 40]
+python benchmarks/cost_3d.py [--resolution 0.19] [--steps 40]
 """
 
 from __future__ import annotations
@@ -42,10 +42,16 @@ def main() -> None:
         cost("sphere_on_plate", folder, 1, large)  # fills the cache of compiled loops
         one = min(cost("sphere_on_plate", folder, 1, large) for _ in range(3))
         two = min(cost("sphere_on_plate", folder, 2, large) for _ in range(3))
-        print(f"3D, {one[0]} particles: {one[1]:.3f} us per particle-step on one thread, {two[1]:.3f} on two: {one[1] / two[1]:.2f} times")
+        print(
+            f"3D, {one[0]} particles: {one[1]:.3f} us per particle-step on one thread, {two[1]:.3f} on two: {one[1] / two[1]:.2f} times"
+        )
         for name, sizes in (("al_al", ("0.1 mm", "0.025 mm")), ("sphere_on_plate", ("0.5 mm", "0.1 mm"))):
-            (n, _, low), (m, _, high) = (cost(name, folder, 1, [f"resolution={dx}", "output.every=null", "time.max_steps=3"]) for dx in sizes)
-            print(f"{name}: {(high - low) / (m - n) / 1000:.2f} kB per particle between {n} and {m} particles, output included")
+            (n, _, low), (m, _, high) = (
+                cost(name, folder, 1, [f"resolution={dx}", "output.every=null", "time.max_steps=3"]) for dx in sizes
+            )
+            print(
+                f"{name}: {(high - low) / (m - n) / 1000:.2f} kB per particle between {n} and {m} particles, output included"
+            )
 
 
 if __name__ == "__main__":

@@ -88,10 +88,7 @@ def table(runs: Path, kernels: bool) -> dict[str, Computed]:
             end = "   {:5.1%}, {:5.1%}".format(*one.overshoots()) if gauge == "A" else ""
             print(f"{name:28}{gauge:6}{c.mean_difference:8.4f}{plateau:9.4f}{arrival:9.4f}{end}")
     for gauge in ("A", "B", "C"):
-        late = (
-            found["test_gap"].compared(gauge).arrivals[0].found
-            - found["test"].compared(gauge).arrivals[0].found
-        )
+        late = found["test_gap"].compared(gauge).arrivals[0].found - found["test"].compared(gauge).arrivals[0].found
         print(f"the gap of 0.1 delays {gauge} by {late:.4f}")
     return found
 
@@ -149,9 +146,7 @@ def figures(found: dict[str, Computed], folder: Path) -> None:
 
 def main() -> None:
     """Run, print, draw."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--figures", type=Path, help="folder for the figures; none unless given")
     parser.add_argument("--runs", type=Path, help="folder of the runs, kept; a temporary one unless given")
     parser.add_argument("--quick", action="store_true", help="the published cases only")

@@ -1,6 +1,6 @@
 """Start-up: `--help`, `check`, and the time from the command to the first step, warm and cold.
 
-    python benchmarks/startup.py
+python benchmarks/startup.py
 """
 
 from __future__ import annotations
@@ -31,7 +31,9 @@ def main() -> None:
         seconds(first, repeats=1)
         print(f"hvisph --help             {seconds(['--help']):6.2f} s")
         print(f"hvisph check al_al        {seconds(['check', 'al_al']):6.2f} s")
-        print(f"one step of al_al, warm   {seconds(first):6.2f} s, first and last snapshot, measures and summary included")
+        print(
+            f"one step of al_al, warm   {seconds(first):6.2f} s, first and last snapshot, measures and summary included"
+        )
         cold = dict(os.environ, HVISPH_CACHE_DIR=f"{folder}/cache")
         print(f"one step of al_al, cold   {seconds(first, cold, repeats=1):6.2f} s")
 

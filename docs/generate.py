@@ -2,8 +2,9 @@
 
     python docs/generate.py [PAGE ...] [--resolution 0.4mm] [--threads 2] [--runs runs] [--out docs/results]
 
-At the cases' own resolution all rows take about half an hour on two cores. Runs that are there are not
-repeated; delete them to do so. Nothing on a page is written by hand but the reasons in the page's script.
+At the own resolution of the cases all rows take about half an hour on two cores; a trial at 0.4mm
+first fills the cache of compiled loops, which would count as cost otherwise. Runs that are there are
+not repeated; delete them to do so. By hand are only the reasons in the page's script.
 """
 
 from __future__ import annotations
@@ -18,9 +19,7 @@ PAGES = {"published": published.write}
 
 def main() -> None:
     """Write the pages that are asked for, or all."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("pages", nargs="*", metavar="PAGE", help=", ".join(PAGES))
     parser.add_argument("--resolution", help="spacing in place of the cases' own, for a trial")
     parser.add_argument("--threads", type=int)

@@ -46,8 +46,7 @@ REASONS = {
         "behind it is no part of the main body that is measured; the published length may well have it in."
     ),
     ("al_al", "adaptle", "centre_pressure_peak", YOUNG_1): (
-        "No stable reading of the paper reaches it; its other rows and Howell & Ball are 1.4 to 2.3 GPa "
-        "lower."
+        "No stable reading of the paper reaches it; its other rows and Howell & Ball are 1.4 to 2.3 GPa lower."
     ),
     ("al_al", "adaptle", "crater_diameter", YOUNG_1): (
         "The printed contact stiffness carries no impact, so the run has another, 0.025 rho0 c0^2/dx^2; "

@@ -126,9 +126,7 @@ def mutated(text, rng):
         elif slip == 1:
             lines.insert(at, rng.choice(lines))
         elif slip == 2:
-            lines[at] = line.replace(
-                rng.choice(line) if line else "x", rng.choice("{}[]:,#&*!|>'\"%@` \t\0-1e9"), 1
-            )
+            lines[at] = line.replace(rng.choice(line) if line else "x", rng.choice("{}[]:,#&*!|>'\"%@` \t\0-1e9"), 1)
         elif slip == 3:
             lines[at] = " " * rng.randrange(9) + line.lstrip()
         elif slip == 4:

@@ -42,9 +42,7 @@ def row_of(materials, dim=2, dx=0.5e-3, speed=1500.0, **further):
     bodies = {
         f"body_{k}": {
             "material": material,
-            "shape": {"type": "interval", "length": SIZES[1][0]}
-            if dim == 1
-            else {"type": "box", "size": SIZES[dim]},
+            "shape": {"type": "interval", "length": SIZES[1][0]} if dim == 1 else {"type": "box", "size": SIZES[dim]},
             "velocity": [speed if k == 0 else 0.0] + [0.0] * (dim - 1),
         }
         for k, material in enumerate(materials)
@@ -82,9 +80,7 @@ def assert_same_results(one, other):
     assert (one / "history.csv").read_bytes() == (other / "history.csv").read_bytes()
     names = [path.name for path in list_snapshots(one)]
     assert [path.name for path in list_snapshots(other)] == names
-    for a, b in zip(
-        map(read_snapshot, list_snapshots(one)), map(read_snapshot, list_snapshots(other)), strict=True
-    ):
+    for a, b in zip(map(read_snapshot, list_snapshots(one)), map(read_snapshot, list_snapshots(other)), strict=True):
         assert (a.time, a.step) == (b.time, b.step)
         for name, values in a.fields.items():
             np.testing.assert_array_equal(values, b.fields[name], err_msg=name)

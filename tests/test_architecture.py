@@ -25,7 +25,7 @@ MAY_IMPORT = {
     "output": {"core"},
     "measure": {"core", "geometry", "output"},
     "simulation": {
-        *("core", "case", "geometry", "materials", "sph", "formulations", "integrators", "output", "measure")
+        *("core", "case", "geometry", "materials", "sph", "formulations", "integrators", "output", "measure", "exact")
     },
     "exact": {"core", "materials"},
     "cli": {"core", "case", "simulation", "measure", "exact"},

@@ -161,9 +161,7 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "parts", "line"), BAD, ids=[f"{n}-{b[1][:30]}" for n, b in enumerate(BAD)]
-)
+@pytest.mark.parametrize(("old", "new", "parts", "line"), BAD, ids=[f"{n}-{b[1][:30]}" for n, b in enumerate(BAD)])
 def test_message_has_path_reason_and_line(tmp_path, old, new, parts, line):
     message = failure(tmp_path, old, new)
     for part in parts:
@@ -173,12 +171,7 @@ def test_message_has_path_reason_and_line(tmp_path, old, new, parts, line):
 
 def test_all_errors_come_at_once(tmp_path):
     path = tmp_path / "case.yaml"
-    text = (
-        GOOD.replace("cfl", "clf")
-        .replace("alpha: 1", "alpha: -1")
-        .replace("title", "tilte")
-        .replace("8 us", "8 m")
-    )
+    text = GOOD.replace("cfl", "clf").replace("alpha: 1", "alpha: -1").replace("title", "tilte").replace("8 us", "8 m")
     path.write_text(text, encoding="utf-8")
     with pytest.raises(CaseErrors) as caught:
         load_case(path)
@@ -194,9 +187,7 @@ def test_checks_across_fields_come_at_once(tmp_path):
     message = failure(tmp_path, "bodies:", "symmetry: [{axis: z}]\nbodies:")
     assert "symmetry.0.axis" in message
     path = tmp_path / "case.yaml"
-    path.write_text(
-        GOOD.replace("every: 1 us", "every: 1 s").replace("[3.1 km/s, 0]", "[1 m/s]"), encoding="utf-8"
-    )
+    path.write_text(GOOD.replace("every: 1 us", "every: 1 s").replace("[3.1 km/s, 0]", "[1 m/s]"), encoding="utf-8")
     with pytest.raises(CaseErrors) as caught:
         load_case(path)
     assert [error.line for error in caught.value.errors] == [8, 17]

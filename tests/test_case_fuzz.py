@@ -36,8 +36,7 @@ SCALARS = (
 VALUES = st.recursive(
     SCALARS,
     lambda inner: (
-        st.lists(inner, max_size=4)
-        | st.dictionaries(st.sampled_from(WORDS) | st.text(max_size=6), inner, max_size=4)
+        st.lists(inner, max_size=4) | st.dictionaries(st.sampled_from(WORDS) | st.text(max_size=6), inner, max_size=4)
     ),
     max_leaves=12,
 )
@@ -104,7 +103,5 @@ def test_any_bytes(tmp_path, raw):
 @given(st.data(), st.text(max_size=20))
 def test_any_override(data, value):
     source = parse(TEXTS[0], "x").value
-    key = data.draw(
-        st.sampled_from([".".join(map(str, p)) for p in paths_of(source) if p]) | st.text(max_size=15)
-    )
+    key = data.draw(st.sampled_from([".".join(map(str, p)) for p in paths_of(source) if p]) | st.text(max_size=15))
     attempt("quickstart", [f"{key}={value}"])

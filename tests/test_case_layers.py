@@ -18,7 +18,11 @@ def two_layers(**changes):
         "kinematics": "uniaxial_strain",
         "resolution": 0.01,
         "bodies": {
-            "a": {"material": {"density": 1.0, "eos": eos}, "shape": {"type": "interval", "length": 0.5}, "velocity": 1},
+            "a": {
+                "material": {"density": 1.0, "eos": eos},
+                "shape": {"type": "interval", "length": 0.5},
+                "velocity": 1,
+            },
             "b": {"material": {"density": 0.5, "eos": eos}, "shape": {"type": "interval", "length": 0.5}},
         },
         "formulation": {"type": "eulerian"},

@@ -29,10 +29,7 @@ def reloaded(text):
 def test_bundled_name_path_and_mapping_are_the_same_case():
     path = bundled_cases()["al_al"]
     assert (
-        load_case("al_al")
-        == load_case(path)
-        == load_case(str(path))
-        == load_case(parse(path.read_text(), "x").value)
+        load_case("al_al") == load_case(path) == load_case(str(path)) == load_case(parse(path.read_text(), "x").value)
     )
 
 
@@ -149,9 +146,7 @@ def test_override_reaches_into_a_block_left_to_its_default(tmp_path):
     plain = write(tmp_path, "plain.yaml", "base: quickstart\nformulation: null\n")
     assert load_case(plain, ["formulation.h_over_dx=1.5"]).formulation.h_over_dx == 1.5
     assert (
-        load_case(
-            "quickstart", ["formulation.viscosity=", "formulation.viscosity.beta=3"]
-        ).formulation.viscosity.beta
+        load_case("quickstart", ["formulation.viscosity=", "formulation.viscosity.beta=3"]).formulation.viscosity.beta
         == 3
     )
 

@@ -72,9 +72,7 @@ def test_short_table_agrees_with_pint(unit):
     dimension, factor = COMMON_UNITS[unit]
     if unit in ("kg/m3", "g/cm3"):  # pint wants the power sign
         unit = unit.replace("m3", "m^3")
-    assert float(factor) == pytest.approx(
-        REGISTRY.Quantity(1.0, unit).to(dimension.unit).magnitude, rel=1e-12
-    )
+    assert float(factor) == pytest.approx(REGISTRY.Quantity(1.0, unit).to(dimension.unit).magnitude, rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -92,9 +92,7 @@ def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run") / "run"
     output = {"every": 2e-7, "checkpoint_every": 1e-6}
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            "hvisph.simulation.checkpoint.MOST_TIME", float("inf")
-        )  # one every step, whatever it costs
+        patch.setattr("hvisph.simulation.checkpoint.MOST_TIME", float("inf"))  # one every step, whatever it costs
         run(row_of([METAL, LIQUID], formulation={"type": "eulerian"}, output=output), folder, threads=1)
     return folder
 
@@ -162,18 +160,14 @@ def test_a_changed_case_is_refused_with_the_difference(copy):
 def test_what_touches_no_step_may_change(copy):
     file = copy / "case.yaml"
     file.write_text(
-        file.read_text()
-        .replace("title: ''", "title: better")
-        .replace("energy_drift: 0.01", "energy_drift: 0.5")
+        file.read_text().replace("title: ''", "title: better").replace("energy_drift: 0.01", "energy_drift: 0.5")
     )
     assert hvisph.resume(copy).summary["title"] == "better"
 
 
 def test_another_version_is_refused_by_name(copy, monkeypatch):
     monkeypatch.setattr(checkpoints, "__version__", "9.9.9")
-    with pytest.raises(
-        CaseError, match=rf"code_version is {re.escape(hvisph.__version__)}, and this is 9\.9\.9"
-    ):
+    with pytest.raises(CaseError, match=rf"code_version is {re.escape(hvisph.__version__)}, and this is 9\.9\.9"):
         hvisph.resume(copy)
 
 

@@ -31,9 +31,7 @@ def call(*arguments):
 
 def in_new_process(code):
     environment = os.environ | {"PYTHONPATH": str(Path(hvisph.__file__).parents[1])}
-    return subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False
-    )
+    return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
 
 
 def test_help_names_every_command():
@@ -141,9 +139,7 @@ def test_materials():
     assert found["density"] == 2785.0
     assert found["eos"]["type"] == "stiffened_gas"
     assert "source:" in call("materials", "aluminium-howell-ball").stdout
-    assert (
-        len(json.loads(call("materials", "--json").stdout)) == len(call("materials").stdout.splitlines()) - 1
-    )
+    assert len(json.loads(call("materials", "--json").stdout)) == len(call("materials").stdout.splitlines()) - 1
 
 
 def test_schemas_are_those_of_the_package():
@@ -220,9 +216,7 @@ def test_check_without_an_impact_says_why():
 def test_check_is_quick():
     def once():
         start = time.perf_counter()
-        assert in_new_process(
-            "import sys; sys.argv = ['hvisph', 'check', 'al_al']; import hvisph.__main__"
-        ).stdout
+        assert in_new_process("import sys; sys.argv = ['hvisph', 'check', 'al_al']; import hvisph.__main__").stdout
         return time.perf_counter() - start
 
     # 0.6 s on a free machine, 1 s promised; the best of five, so that a busy one does not fail
@@ -266,8 +260,6 @@ def test_a_hundred_million_particles_are_not_made_to_be_counted(monkeypatch):
 def test_output_that_nobody_reads_is_no_error():
     script = f"{sys.executable} -m hvisph materials | head -1; exit ${{PIPESTATUS[0]}}"
     environment = os.environ | {"PYTHONPATH": str(Path(hvisph.__file__).parents[1])}
-    found = subprocess.run(
-        ["bash", "-c", script], capture_output=True, text=True, env=environment, check=False
-    )
+    found = subprocess.run(["bash", "-c", script], capture_output=True, text=True, env=environment, check=False)
     assert found.returncode == 0
     assert found.stderr == ""

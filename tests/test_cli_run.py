@@ -239,9 +239,7 @@ def test_measure_does_not_need_a_case_that_can_be_read(ran, tmp_path):
 
 def test_the_live_display_shows_what_it_must():
     screen = io.StringIO()
-    live = Live(
-        SimpleNamespace(title="An impact", units="si"), Console(file=screen, width=80, color_system=None)
-    )
+    live = Live(SimpleNamespace(title="An impact", units="si"), Console(file=screen, width=80, color_system=None))
     live.opening()
     live.compiling("sweep_0123")
     live.started(Path("runs/x"), 1234, 8e-6)

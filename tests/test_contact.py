@@ -111,10 +111,19 @@ def test_equal_bars_exchange_their_velocities(kind):
     assert abs(drift) < 1e-12 * total + 1e-12
 
 
-def test_stiff_contact_limits_the_step():
-    setup = build(bars({"type": "total_lagrangian", "contact": {"type": "repulsive", "stiffness": 50.0}}))
-    _, limits = advance(setup, 8e-6)
-    assert "contact" in limits
+def test_contact_gives_its_own_limit_of_the_step():
+    times = []
+    for stiffness in (0.025, 0.1):
+        setup = build(
+            bars({"type": "total_lagrangian", "contact": {"type": "repulsive", "stiffness": stiffness}})
+        )
+        setup.particles["position"][setup.particles.body == 0, 0] += 0.5e-3  # the bodies touch
+        setup.stepper.start()
+        ((time, name, particle),) = setup.stepper.limits()
+        assert name == "contact"
+        assert abs(setup.particles["position"][particle, 0]) < 1.5e-3  # at the interface
+        times.append(time)
+    assert times[0] == pytest.approx(2.0 * times[1], rel=1e-9)
 
 
 def test_doubtful_stiffness_is_said():

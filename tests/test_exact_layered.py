@@ -107,9 +107,7 @@ def test_histories_converge_with_the_pieces_of_rarefactions():
     errors = []
     for step in (0.08, 0.04, 0.02):
         coarse = case("test", step=step)
-        errors.append(
-            np.mean([np.abs(coarse.sample(x, times) - reference.sample(x, times)).mean() for x in GAUGES])
-        )
+        errors.append(np.mean([np.abs(coarse.sample(x, times) - reference.sample(x, times)).mean() for x in GAUGES]))
     # a staircase for a slope: first order
     assert errors[2] < 0.65 * errors[1] < 0.65**2 * errors[0]
     assert errors[2] < 1e-3

@@ -57,9 +57,7 @@ def test_no_code_runs_from_a_case():
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
-@given(
-    st.binary(max_size=200) | st.text(max_size=200).map(lambda text: text.encode("utf-8", "surrogatepass"))
-)
+@given(st.binary(max_size=200) | st.text(max_size=200).map(lambda text: text.encode("utf-8", "surrogatepass")))
 def test_anything_at_all_is_refused(tmp_path_factory, content):
     check_refused_or_good(tmp_path_factory.mktemp("any") / "case.yaml", content)
 

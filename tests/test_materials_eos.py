@@ -73,9 +73,7 @@ def test_compiled_dispatch_agrees_with_each_models_own_functions(model):
         plain = module.pressure.py_func(rho, 3e5, row)
         # fastmath reorders: a few roundings of the largest term
         assert p == pytest.approx(plain, rel=1e-12, abs=1e-12 * 79e9)
-        square = max(
-            module.sound_speed_squared.py_func(rho, 3e5, plain, row), row[slots.SOUND_SPEED_SQUARED_FLOOR]
-        )
+        square = max(module.sound_speed_squared.py_func(rho, 3e5, plain, row), row[slots.SOUND_SPEED_SQUARED_FLOOR])
         assert c == pytest.approx(sqrt(square), rel=1e-12)
 
 

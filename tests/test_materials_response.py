@@ -222,9 +222,7 @@ def test_damage_adds_up_to_failure_and_leaves_compression():
     assert later[3] > 0
 
 
-@pytest.mark.parametrize(
-    ("p", "expected"), [(-1.0, 0.1 + 0.5 * np.exp(-2.0)), (1.0, 0.1 + 0.5 * np.exp(2.0))]
-)
+@pytest.mark.parametrize(("p", "expected"), [(-1.0, 0.1 + 0.5 * np.exp(-2.0)), (1.0, 0.1 + 0.5 * np.exp(2.0))])
 def test_fracture_strain_follows_triaxiality_rate_and_heat(p, expected):
     row = material(JC, JohnsonCookDamage(0.1, 0.5, -2.0, 0.02, 1.5)).row()
     function = damage.johnson_cook.fracture_strain.py_func

@@ -91,9 +91,7 @@ def test_voids_do_not_depend_on_order_or_place():
     assert value > 0.01
     assert void_fraction(Scene(reordered(snap, np.arange(snap.count)[::-1]))).value == value
     # the grid goes with the body; cells on a disc's very edge may turn with the last bits
-    assert void_fraction(Scene(snapshot(disc + np.array([1.0, -0.3])))).value == pytest.approx(
-        value, abs=2e-4
-    )
+    assert void_fraction(Scene(snapshot(disc + np.array([1.0, -0.3])))).value == pytest.approx(value, abs=2e-4)
 
 
 def test_voids_are_a_matter_of_two_dimensions():

@@ -54,9 +54,7 @@ def test_loose_particles_do_not_count():
     stray = np.array([[25 * MM, 0.3 * MM], [-9 * MM, 0.0], [-9.1 * MM, 0.0]])
     debris = box([0.5 * MM, -2 * MM], [1.5 * MM, -1 * MM], 0.1 * MM)
     position = clean.fields["position"]
-    dirty = snapshot(
-        np.concatenate([position[:count], stray]), np.concatenate([position[count:], debris]), time=8e-6
-    )
+    dirty = snapshot(np.concatenate([position[:count], stray]), np.concatenate([position[count:], debris]), time=8e-6)
     soiled = Scene(dirty, impact_start())
     assert crater_diameter(soiled)["crater_diameter"].value == crater_diameter(scene)["crater_diameter"].value
     assert extension(soiled).value == extension(scene).value

@@ -91,9 +91,7 @@ def test_plateau_of_a_plate_impact():
         spike = -6e9 * np.exp(-((x / 0.03e-3) ** 2))
         return np.where(inside, 28.65e9 + noise + spike, 0.0)
 
-    found = plateau(
-        plates(stress, lambda x: np.where(x < -0.9 * MM, 3100.0, np.where(x < 1.2 * MM, 1550.0, 0)))
-    )
+    found = plateau(plates(stress, lambda x: np.where(x < -0.9 * MM, 3100.0, np.where(x < 1.2 * MM, 1550.0, 0))))
     # whole waves of the ringing average out to a part of one of their 80 particles
     assert found.stress.value == pytest.approx(28.65e9, rel=5e-4)
     assert found.stress.uncertainty < 0.06e9

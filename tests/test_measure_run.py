@@ -215,9 +215,7 @@ def summary(measures):
 
 def test_summary_of_every_dimension_follows_its_schema(run):
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
-    sphere = snapshot(
-        ball([-2 * MM, 0, 0], 4 * MM, MM), box([0, -5 * MM, -5 * MM], [2 * MM, 5 * MM, 5 * MM], MM)
-    )
+    sphere = snapshot(ball([-2 * MM, 0, 0], 4 * MM, MM), box([0, -5 * MM, -5 * MM], [2 * MM, 5 * MM, 5 * MM], MM))
     line = snapshot(box([-2 * MM], [0], 0.1 * MM), box([0], [2 * MM], 0.1 * MM))
     for found in (measure(run), measure_snapshot(sphere), measure_snapshot(line)):
         jsonschema.validate(json.loads(json.dumps(summary(found), allow_nan=False)), SCHEMA)

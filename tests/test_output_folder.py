@@ -72,9 +72,7 @@ def test_two_runs_never_write_one_folder(tmp_path):
     program = "import sys; from hvisph.output.folder import RunFolder; RunFolder.{}"
     with RunFolder.create(path):
         for call in (f"create({str(path)!r}, force=True)", f"open({str(path)!r})"):
-            done = subprocess.run(
-                [sys.executable, "-c", program.format(call)], capture_output=True, text=True
-            )
+            done = subprocess.run([sys.executable, "-c", program.format(call)], capture_output=True, text=True)
             assert "another run is writing it" in done.stderr
     RunFolder.open(path).close()
 
@@ -128,9 +126,7 @@ def test_history_ends_with_a_whole_line_when_the_disk_is_full(tmp_path):
             print(error)
     """
     path = tmp_path / names.HISTORY
-    done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(program), str(path)], capture_output=True, text=True
-    )
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(program), str(path)], capture_output=True, text=True)
     assert "file too large" in done.stdout, done.stderr
     content = path.read_bytes()
     assert content.endswith(b"\n")
@@ -164,9 +160,7 @@ def test_history_there_and_back_is_exact(tmp_path):
     rows[5] = [np.nan, np.inf]
     with HistoryWriter(tmp_path / names.HISTORY, COLUMNS) as history:
         for step, (time, energy) in enumerate(rows):
-            history.append(
-                {"energy": energy, "step": np.int64(step), "time": time, "limited_by": "cfl, body 'a'"}
-            )
+            history.append({"energy": energy, "step": np.int64(step), "time": time, "limited_by": "cfl, body 'a'"})
         with pytest.raises(ValueError, match="3 values for 4"):
             history.append([1, 2, 3])
         with pytest.raises(ValueError, match="extra"):

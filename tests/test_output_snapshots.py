@@ -29,9 +29,9 @@ def make_snapshot(n=50, dim=2, seed=1):
     fields = {}
     for name, field in CATALOGUE.items():
         parts = field.components(dim)
-        fields[name] = random.normal(
-            size=(n, parts) if field.rank != "scalar" else n
-        ) * 10.0 ** random.integers(-20, 20)
+        fields[name] = random.normal(size=(n, parts) if field.rank != "scalar" else n) * 10.0 ** random.integers(
+            -20, 20
+        )
     fields["density"][:3] = [np.nan, np.inf, 5e-324][:n]
     fields["not_in_catalogue"] = random.normal(size=n)
     return Snapshot(
@@ -291,6 +291,4 @@ def test_importing_the_room_is_light():
         "import sys, hvisph.output.reader, hvisph.output.folder, hvisph.output.hdf5, hvisph.geometry.fill, "
         "hvisph.geometry.overlap; print(sorted({'h5py', 'meshio', 'scipy', 'numba'} & set(sys.modules)))"
     )
-    assert (
-        subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout.strip() == "[]"
-    )
+    assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout.strip() == "[]"

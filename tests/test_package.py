@@ -12,9 +12,7 @@ import pytest
 from hvisph.case.data import data_folder
 
 ROOT = Path(__file__).resolve().parents[1]
-PAGES = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")] + sorted(
-    ROOT.glob("docs/*.md")
-)
+PAGES = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")] + sorted(ROOT.glob("docs/*.md"))
 IGNORED = shutil.ignore_patterns(".*", "__pycache__", "runs", "build", "dist", "tests", "benchmarks")
 
 

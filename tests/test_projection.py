@@ -201,9 +201,7 @@ def test_free_fall():
     made = run(stepper_of(particles, body_force=(0.0, -9.81)), 50)
     t = 50 * STEP
     assert np.allclose(by_id(particles, "velocity"), [0.0, -9.81 * t], rtol=1e-9, atol=1e-15)
-    assert np.allclose(
-        by_id(particles, "position") - start, [0.0, -0.5 * 9.81 * t**2], rtol=0, atol=1e-16 * 10
-    )
+    assert np.allclose(by_id(particles, "position") - start, [0.0, -0.5 * 9.81 * t**2], rtol=0, atol=1e-16 * 10)
     # gravity is momentum from outside, which the budget takes from SUPPORT
     gained = made.sums[update.MOMENTUM + 1]
     assert gained == pytest.approx(-t * made.sums[update.SUPPORT + 1], rel=1e-9)

@@ -49,9 +49,7 @@ def test_derivative_is_that_of_the_value(kernel):
     h, step = 0.7, 1e-5
     r = np.linspace(0.01, kernel.reach * h - 0.01, 97)
     for dim in (1, 2, 3):
-        difference = [
-            (kernel.value(x + step, h, dim) - kernel.value(x - step, h, dim)) / (2 * step) for x in r
-        ]
+        difference = [(kernel.value(x + step, h, dim) - kernel.value(x - step, h, dim)) / (2 * step) for x in r]
         derivative = [kernel.derivative(x, h, dim) for x in r]
         scale = max(map(abs, derivative))
         # central differences: step^2 w'''/6, with w''' of some hundred at the splines' knots

@@ -94,9 +94,7 @@ def test_against_sums_written_out(dim, product, alpha_rho):
     particles, rates = rates_of(dim, alpha=1.0, beta=2.0, product=product, alpha_rho=alpha_rho)
     acceleration, power, chi = written_out(particles, 1.0, 2.0, product, alpha_rho)
     # rounding of sums of terms that nearly cancel
-    np.testing.assert_allclose(
-        rates[:, :dim], acceleration, rtol=1e-9, atol=1e-11 * np.abs(acceleration).max()
-    )
+    np.testing.assert_allclose(rates[:, :dim], acceleration, rtol=1e-9, atol=1e-11 * np.abs(acceleration).max())
     np.testing.assert_allclose(rates[:, dim], power, rtol=1e-9, atol=1e-11 * np.abs(power).max())
     if alpha_rho:
         np.testing.assert_allclose(rates[:, -1], chi, rtol=1e-9, atol=1e-11 * np.abs(chi).max())

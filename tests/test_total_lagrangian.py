@@ -7,8 +7,10 @@ from composite_runs import advance
 
 from hvisph.case.loader import load_case
 from hvisph.core.errors import CaseError
+from hvisph.integrators.criteria import Limit
 from hvisph.simulation.build import build
-from hvisph.simulation.run import run
+from hvisph.simulation.monitors import Failure
+from hvisph.simulation.watch import Watch
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.reference import Reference
 
@@ -58,10 +60,19 @@ def test_corrected_gradients_are_exact_on_linear_fields(dim, correction):
     assert stepper.particles["density"] == pytest.approx(RHO / np.linalg.det(gradient), rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    "options", [{}, {"correction": "none"}, {"viscosity_gradient": "reference"}, {"hourglass": 30.0}]
-)
-@pytest.mark.parametrize("dim", [1, 2, 3])
+SLOW = pytest.mark.slow  # every combination compiles loops of its own
+OPTIONS = [
+    (2, {}),
+    *[pytest.param(dim, {}, marks=SLOW) for dim in (1, 3)],
+    *[
+        pytest.param(dim, option, marks=SLOW)
+        for dim in (1, 2, 3)
+        for option in ({"correction": "none"}, {"viscosity_gradient": "reference"}, {"hourglass": 30.0})
+    ],
+]
+
+
+@pytest.mark.parametrize(("dim", "options"), OPTIONS)
 def test_forces_balance_pair_by_pair_and_power_is_their_work(dim, options):
     random = np.random.default_rng(5)
     setup = build(body(dim, **options))
@@ -234,22 +245,20 @@ def test_removal_empties_lists_and_keeps_gradients_exact():
         )
 
 
-def test_inverted_particle_stops_with_its_place(tmp_path):
-    soft = {"density": 2785.0, "eos": {"type": "stiffened_gas", "sound_speed": 5328.0, "gamma": 2.0},
-            "strength": {"type": "von_mises", "shear_modulus": 27.6e9, "yield_stress": 0.3e9}}  # fmt: skip
-    case = load_case({
-        "kinematics": "plane_strain", "resolution": 0.5e-3, "time": {"end": "8 us"},
-        "bodies": {"shot": {"material": soft, "shape": {"type": "disc", "diameter": 6e-3}, "velocity": [6000.0, 0.0]},
-                   "plate": {"material": soft, "shape": {"type": "box", "size": [2e-3, 12e-3]}}},
-        "formulation": {"type": "total_lagrangian"},
-    })  # fmt: skip
-    outcome = run(case, tmp_path / "run", threads=1)
-    assert outcome.exit_code == 3
-    failure = outcome.summary["failure"]
-    assert failure["criterion"] == "inverted"
-    assert "J <= 0" in failure["message"]
-    assert failure["particle"] is not None
-    assert len(failure["position"]) == 2
+def test_inverted_particle_stops_with_its_place():
+    case = body()
+    setup = build(case)
+    setup.stepper.start()
+    watch = Watch(setup, case.watch)
+    setup.particles["position"][:, 0] *= -1.0  # every particle is inverted
+    setup.stepper.predict(0.0)
+    setup.stepper.evaluate()
+    ((time, name, particle),) = setup.stepper.limits()
+    assert (time, name) == (0.0, "inverted")
+    with pytest.raises(Failure, match="J <= 0") as caught:
+        watch.check_step(Limit(time, name, particle), 1e-6, 7)
+    assert caught.value.particle == setup.particles.id[particle]
+    assert len(caught.value.position) == 2
 
 
 def test_conversion_needs_a_formulation_that_uses_it():

@@ -102,9 +102,7 @@ def test_a_collapsed_step_names_its_criterion(tmp_path):
 
 
 def test_limits_are_the_cases(tmp_path):
-    case = row_of(
-        [METAL, METAL], watch={"speed_over_initial": 1.01}, speed=800.0, time={"end": 3e-6}, **EULERIAN
-    )
+    case = row_of([METAL, METAL], watch={"speed_over_initial": 1.01}, speed=800.0, time={"end": 3e-6}, **EULERIAN)
     outcome = spoiled(case, tmp_path / "low", spoil_with("velocity", 820.0))
     assert outcome.summary["failure"]["criterion"] == "runaway"
     loose = {"speed_over_initial": None, "energy_drift": None, "density": False}

@@ -83,9 +83,7 @@ class CylinderShape(StrictModel):
         return tuple(self.length if axis == self.axis else self.diameter for axis in ("x", "y", "z"))
 
 
-Shape = Annotated[
-    IntervalShape | DiscShape | SphereShape | BoxShape | CylinderShape, Field(discriminator="type")
-]
+Shape = Annotated[IntervalShape | DiscShape | SphereShape | BoxShape | CylinderShape, Field(discriminator="type")]
 
 # The shapes of each number of dimensions, and the arrangements of each shape there, default first.
 SHAPES = {1: ("interval",), 2: ("disc", "box"), 3: ("sphere", "box", "cylinder")}
@@ -122,9 +120,7 @@ def _angle_alone(value: Any, info: ValidationInfo) -> Any:
 class Body(StrictModel):
     """One piece of one material, moving as a whole at the start."""
 
-    material: NamedMaterial = Field(
-        description="Name of a material of the library, or a material written out"
-    )
+    material: NamedMaterial = Field(description="Name of a material of the library, or a material written out")
     shape: Shape = Field(description="Shape, about the body's centre")
     arrangement: Arrangement | None = Field(
         default=None,

@@ -66,9 +66,7 @@ class Case(StrictModel):
     measures: tuple[MeasureName, ...] | None = Field(
         default=None, description="What to measure; unless given, all that has a meaning in these dimensions"
     )
-    expected: Expectations = Field(
-        default=Expectations(), description="Expected values, by name of the measure"
-    )
+    expected: Expectations = Field(default=Expectations(), description="Expected values, by name of the measure")
 
     @property
     def dim(self) -> int:

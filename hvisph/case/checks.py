@@ -66,9 +66,7 @@ def _bodies(case: Case) -> Iterator[Problem]:
             yield _length((*path, "velocity"), case.dim, len(body.velocity), "components")
         elif case.units == "si" and math.hypot(*body.velocity) > FASTEST:
             speed = math.hypot(*body.velocity)
-            yield Problem(
-                (*path, "velocity"), f"{speed:g} m/s is above {FASTEST / 1e3:g} km/s; check its unit"
-            )
+            yield Problem((*path, "velocity"), f"{speed:g} m/s is above {FASTEST / 1e3:g} km/s; check its unit")
         yield from _place(case, body, path, first=index == 0)
 
 
@@ -108,9 +106,7 @@ def _place(case: Case, body: Body, path: tuple[str, ...], first: bool) -> Iterat
         if len(body.position) != case.dim:
             yield _length((*path, "position"), case.dim, len(body.position), "components")
         if body.gap:
-            yield Problem(
-                (*path, "gap"), "given beside `position`, which fixes the place already; leave one out"
-            )
+            yield Problem((*path, "gap"), "given beside `position`, which fixes the place already; leave one out")
     elif first and body.gap:
         yield Problem((*path, "gap"), "there is no body before the first; give the gap to the second")
     if body.rotation is None:
@@ -139,9 +135,7 @@ def _symmetry(case: Case) -> Iterator[Problem]:
     for index, plane in enumerate(case.symmetry):
         path = ("symmetry", index, "axis")
         if plane.axis not in AXES[: case.dim]:
-            yield Problem(
-                path, f"there is no axis {plane.axis} in {case.dim}D; allowed: {', '.join(AXES[: case.dim])}"
-            )
+            yield Problem(path, f"there is no axis {plane.axis} in {case.dim}D; allowed: {', '.join(AXES[: case.dim])}")
         if plane.axis in seen:
             yield Problem(path, f"a second plane across {plane.axis}; one per axis is allowed")
         seen.add(plane.axis)
@@ -188,9 +182,7 @@ def _schedule(case: Case) -> Iterator[Problem]:
             f"{case.output.every:g}{unit} is beyond time.end = {end:g}{unit}; make it shorter",
         )
     if case.time.step is not None and case.time.step > end:
-        yield Problem(
-            ("time", "step"), f"{case.time.step:g}{unit} is beyond time.end = {end:g}{unit}; make it shorter"
-        )
+        yield Problem(("time", "step"), f"{case.time.step:g}{unit} is beyond time.end = {end:g}{unit}; make it shorter")
     if len(set(case.output.formats)) < len(case.output.formats):
         yield Problem(("output", "formats"), "names a format twice")
 

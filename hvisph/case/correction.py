@@ -85,9 +85,7 @@ def correction_problems(formulation: EulerianFormulation) -> Iterator[Problem]:
             "gradient goes with its own stress; leave it out or give 'product'",
         )
     if formulation.viscosity.type not in ("none", "monaghan"):
-        yield Problem(
-            ("viscosity", "type"), f"not available with correction '{kind}'; give 'monaghan' or 'none'"
-        )
+        yield Problem(("viscosity", "type"), f"not available with correction '{kind}'; give 'monaghan' or 'none'")
     if formulation.density_dissipation.type != "none":
         yield Problem(("density_dissipation", "type"), f"not available with correction '{kind}'; give 'none'")
     if formulation.contact.type != "kernel":

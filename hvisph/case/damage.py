@@ -20,9 +20,7 @@ class PressureCutoff(StrictModel):
     """Tension is limited: p >= pressure."""
 
     type: Literal["pressure_cutoff"] = "pressure_cutoff"
-    pressure: NegativePressure = Field(
-        description="Lowest pressure that the material bears [Pa]; negative, tension"
-    )
+    pressure: NegativePressure = Field(description="Lowest pressure that the material bears [Pa]; negative, tension")
 
 
 class JohnsonCookDamage(StrictModel):
@@ -35,13 +33,9 @@ class JohnsonCookDamage(StrictModel):
     type: Literal["johnson_cook"] = "johnson_cook"
     d1: Number = Field(description="Failure strain at any triaxiality, D1 [-]")
     d2: Number = Field(default=0.0, description="Triaxiality coefficient D2 [-]")
-    d3: Number = Field(
-        default=0.0, description="Triaxiality exponent D3 [-]; below 0 where tension embrittles"
-    )
+    d3: Number = Field(default=0.0, description="Triaxiality exponent D3 [-]; below 0 where tension embrittles")
     d4: Number = Field(default=0.0, description="Rate coefficient D4 [-]")
-    d5: Number = Field(
-        default=0.0, description="Temperature coefficient D5 [-]; needs `johnson_cook` strength"
-    )
+    d5: Number = Field(default=0.0, description="Temperature coefficient D5 [-]; needs `johnson_cook` strength")
     reference_rate: PositiveRate = Field(default=1.0, description="Reference plastic strain rate [1/s]")
     failed: Literal["loses_stress", "keeps_stress"] = Field(
         default="loses_stress",

@@ -16,6 +16,4 @@ def data_folder(name: str) -> Path:
 def bundled_cases() -> dict[str, Path]:
     """Return the bundled cases: name, such as ``al_al`` or ``published/al_al/sav1``, to file."""
     folder = data_folder("cases")
-    return {
-        path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.yaml"))
-    }
+    return {path.relative_to(folder).with_suffix("").as_posix(): path for path in sorted(folder.rglob("*.yaml"))}

@@ -50,13 +50,7 @@ class LinearEos(StrictModel):
             message = "missing: give the bulk modulus K" + (" or a cauchy_number" if units == "none" else "")
             refuse([Problem(("bulk_modulus",), message)])
         if self.cauchy_number is not None and self.bulk_modulus is not None:
-            refuse(
-                [
-                    Problem(
-                        ("cauchy_number",), "given beside `bulk_modulus`, which says the same; leave one out"
-                    )
-                ]
-            )
+            refuse([Problem(("cauchy_number",), "given beside `bulk_modulus`, which says the same; leave one out")])
         if self.cauchy_number is not None and units != "none":
             message = "has a meaning only in a case with `units: none`; give `bulk_modulus` in Pa"
             refuse([Problem(("cauchy_number",), message)])
@@ -95,9 +89,7 @@ class StiffenedGasEos(StrictModel):
 
     type: Literal["stiffened_gas"] = "stiffened_gas"
     sound_speed: PositiveVelocity = Field(description="Bulk sound speed c0 at rest [m/s]")
-    gamma: AdiabaticIndex = Field(
-        description="Exponent gamma [-], above 1; gamma - 1 is the Grueneisen coefficient"
-    )
+    gamma: AdiabaticIndex = Field(description="Exponent gamma [-], above 1; gamma - 1 is the Grueneisen coefficient")
 
 
 class MieGruneisenEos(StrictModel):
@@ -108,9 +100,7 @@ class MieGruneisenEos(StrictModel):
     s1: NonNegativeNumber = Field(description="Slope s1 of the Us-up line [-], at least 0")
     s2: Number = Field(default=0.0, description="Second coefficient s2 of the Us-up curve [-]")
     s3: Number = Field(default=0.0, description="Third coefficient s3 of the Us-up curve [-]")
-    gamma: NonNegativeNumber = Field(
-        description="Grueneisen coefficient Gamma0 at reference density [-], at least 0"
-    )
+    gamma: NonNegativeNumber = Field(description="Grueneisen coefficient Gamma0 at reference density [-], at least 0")
     a: Number = Field(default=0.0, description="First-order volume correction to Gamma0 [-]")
 
 
@@ -121,6 +111,4 @@ class IdealGasEos(StrictModel):
     gamma: AdiabaticIndex = Field(description="Ratio of specific heats gamma [-], above 1")
 
 
-Eos = Annotated[
-    LinearEos | ElasticEos | StiffenedGasEos | MieGruneisenEos | IdealGasEos, Field(discriminator="type")
-]
+Eos = Annotated[LinearEos | ElasticEos | StiffenedGasEos | MieGruneisenEos | IdealGasEos, Field(discriminator="type")]

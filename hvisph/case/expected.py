@@ -29,9 +29,7 @@ MEASURES: dict[str, Measure] = {
     "crater_lip_to_lip": Measure(LENGTH, "Diameter of the crater between its lips [m]", (2, 3)),
     "extension": Measure(LENGTH, "Extent of the projectile's main body along the shot line [m]", (2, 3)),
     "penetration": Measure(LENGTH, "Depth of the projectile's tip behind the struck face [m]", (2, 3)),
-    "centre_pressure_peak": Measure(
-        PRESSURE, "Highest mean pressure at the projectile's centre [Pa]", (1, 2, 3)
-    ),
+    "centre_pressure_peak": Measure(PRESSURE, "Highest mean pressure at the projectile's centre [Pa]", (1, 2, 3)),
     "centre_tension_peak": Measure(PRESSURE, "Highest tension on the shot line [Pa], positive", (1, 2, 3)),
     "residual_velocity": Measure(VELOCITY, "Axial velocity of the projectile's main body [m/s]", (1, 2, 3)),
     "momentum_transfer": Measure(NUMBER, "Momentum of the target over that of the shot [-]", (1, 2, 3)),
@@ -56,9 +54,7 @@ class Expectation(StrictModel):
     """An expected value [SI unit of the measure], how far from it still passes, and who says so."""
 
     value: float = Field(description="Expected value")
-    tolerance: float = Field(
-        description="Largest deviation that passes; a percentage such as '12 %' is of the value"
-    )
+    tolerance: float = Field(description="Largest deviation that passes; a percentage such as '12 %' is of the value")
     source: str = Field(default="", description="Where the value comes from")
 
 
@@ -109,7 +105,5 @@ if TYPE_CHECKING:  # what is made from the table below cannot be read by a type 
     Expectations = _Expectations
     MeasureName = str
 else:
-    Expectations = create_model(
-        "Expectations", __base__=_Expectations, __doc__=_Expectations.__doc__, **_FIELDS
-    )
+    Expectations = create_model("Expectations", __base__=_Expectations, __doc__=_Expectations.__doc__, **_FIELDS)
     MeasureName = Literal[tuple(MEASURES)]

@@ -15,9 +15,7 @@ from hvisph.core.fields import component_names, recordable
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
-Fields = Annotated[
-    tuple[Annotated[str, Field(max_length=64)], ...], SCALAR_AS_LIST, Field(min_length=1, max_length=64)
-]
+Fields = Annotated[tuple[Annotated[str, Field(max_length=64)], ...], SCALAR_AS_LIST, Field(min_length=1, max_length=64)]
 
 
 class GaugeOptions(StrictModel):
@@ -65,9 +63,7 @@ def gauge_problems(case: Case) -> Iterator[Problem]:
         path: Path = ("gauges", name)
         if len(gauge.at) != case.dim:
             axes = ", ".join("xyz"[: case.dim])
-            yield Problem(
-                (*path, "at"), f"has {len(gauge.at)} coordinates, needs {case.dim} in {case.dim}D: [{axes}]"
-            )
+            yield Problem((*path, "at"), f"has {len(gauge.at)} coordinates, needs {case.dim} in {case.dim}D: [{axes}]")
         if isinstance(gauge, FreeSurfaceGauge) and gauge.direction[1] not in "xyz"[: case.dim]:
             yield Problem((*path, "direction"), f"there is no axis {gauge.direction[1]} in {case.dim}D")
         allowed = recordable(case.dim)

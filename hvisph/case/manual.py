@@ -70,8 +70,7 @@ def _below(title: str, spot: Spot, level: int) -> Iterator[str]:
 def _model(model: type[BaseModel]) -> Iterator[str]:
     yield cleandoc(model.__doc__ or "") + "\n"
     rows = [
-        f"| `{name}` | {value_text(spot_of(info.annotation, info))} "
-        f"| {default_text(name, info)} | {info.description} |"
+        f"| `{name}` | {value_text(spot_of(info.annotation, info))} | {default_text(name, info)} | {info.description} |"
         for name, info in model.model_fields.items()
         if name != "type"
     ]

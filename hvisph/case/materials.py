@@ -65,9 +65,7 @@ class Material(StrictModel):
                     f"`strength: {{type: {self.strength.type}}}` never has; use a plastic strength",
                 )
             elif self.damage.d5 != 0.0 and jc is None:
-                yield Problem(
-                    ("damage", "d5"), "needs a temperature; use the `johnson_cook` strength, or set d5 to 0"
-                )
+                yield Problem(("damage", "d5"), "needs a temperature; use the `johnson_cook` strength, or set d5 to 0")
 
     @property
     def shear_modulus(self) -> float:

@@ -50,9 +50,7 @@ def _other_type(old: dict[str, Any], new: dict[str, Any]) -> bool:
 
 def _without_null(value: dict[str, Any]) -> dict[str, Any]:
     return {
-        key: _without_null(item) if isinstance(item, dict) else item
-        for key, item in value.items()
-        if item is not None
+        key: _without_null(item) if isinstance(item, dict) else item for key, item in value.items() if item is not None
     }
 
 
@@ -127,9 +125,7 @@ class _Setting:
         item = self.apply(value[index], (*path, index), keys[1:], new)
         return [*value[:index], item, *value[index + 1 :]]
 
-    def apply_in_mapping(
-        self, value: dict[str, Any], path: Path, keys: list[str], new: Any
-    ) -> dict[str, Any]:
+    def apply_in_mapping(self, value: dict[str, Any], path: Path, keys: list[str], new: Any) -> dict[str, Any]:
         key, *rest = keys
         below = (*path, key)
         if not rest and new is None:

@@ -24,9 +24,7 @@ def default_step(data: dict[str, Any]) -> float | None:
     if not isinstance(time, dict) or time.get("step") is not None or data.get("units") == "none":
         return None
     try:
-        spacing = (
-            parse_quantity(resolution, LENGTH) if isinstance(resolution, str) else float(resolution or 0.0)
-        )
+        spacing = parse_quantity(resolution, LENGTH) if isinstance(resolution, str) else float(resolution or 0.0)
     except (TypeError, ValueError):  # the resolution's own check says what is wrong with it
         return None
     return STEP_OVER_DX * spacing if 0.0 < spacing < 1e300 else None
@@ -38,18 +36,12 @@ def projection_problems(case: Case) -> Iterator[Problem]:
     if formulation.type != "projection":
         return
     if case.kinematics == "plane_stress":
-        yield Problem(
-            ("kinematics",), "plane_stress has no meaning with projection, which keeps density in the plane"
-        )
+        yield Problem(("kinematics",), "plane_stress has no meaning with projection, which keeps density in the plane")
     if case.time.step is None:
-        yield Problem(
-            ("time", "step"), "has no default for projection in a case without units; give the time step"
-        )
+        yield Problem(("time", "step"), "has no default for projection in a case without units; give the time step")
     force = len(formulation.body_force)
     if force not in (0, case.dim):
-        yield Problem(
-            ("formulation", "body_force"), f"has {force} components, needs {case.dim} in {case.dim}D"
-        )
+        yield Problem(("formulation", "body_force"), f"has {force} components, needs {case.dim} in {case.dim}D")
     if case.initial_loads:
         yield Problem(
             ("initial_loads",),

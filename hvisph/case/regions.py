@@ -26,12 +26,8 @@ class SymmetryPlane(StrictModel):
 class BoxRegion(StrictModel):
     """A region between two corners; a component left null is unbounded."""
 
-    min: Corner = Field(
-        default=(), description="Lower corner [m], a component per dimension, null if unbounded"
-    )
-    max: Corner = Field(
-        default=(), description="Upper corner [m], a component per dimension, null if unbounded"
-    )
+    min: Corner = Field(default=(), description="Lower corner [m], a component per dimension, null if unbounded")
+    max: Corner = Field(default=(), description="Upper corner [m], a component per dimension, null if unbounded")
 
 
 class Clamp(StrictModel):

@@ -64,9 +64,7 @@ class JohnsonCookStrength(StrictModel):
     m: PositiveNumber = Field(description="Thermal softening exponent m [-], above 0")
     reference_rate: PositiveRate = Field(default=1.0, description="Reference plastic strain rate [1/s]")
     room_temperature: PositiveTemperature = Field(default=300.0, description="T_room, at the start [K]")
-    melt_temperature: PositiveTemperature = Field(
-        description="Melting temperature T_melt [K], above room temperature"
-    )
+    melt_temperature: PositiveTemperature = Field(description="Melting temperature T_melt [K], above room temperature")
     heat_capacity: PositiveHeatCapacity = Field(
         description="Specific heat capacity [J/(kg K)], which turns internal energy into temperature"
     )

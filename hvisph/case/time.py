@@ -22,8 +22,7 @@ class Time(StrictModel):
     )
     step: PositiveTime | None = Field(
         default=None,
-        description="Fixed time step [s]; unless given adaptive or, with projection, 0.1 ns per 0.1 mm of "
-        "resolution",
+        description="Fixed time step [s]; unless given adaptive or, with projection, 0.1 ns per 0.1 mm of resolution",
     )
     integrator: Literal["leapfrog", "predictor_corrector", "staggered"] = Field(
         default="leapfrog",

@@ -136,9 +136,7 @@ class Quantity:
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_plain_validator_function(self.validate)
 
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         number: JsonSchemaValue = {"type": "number"}
         limits = {
             "exclusiveMinimum": self.above,
@@ -195,9 +193,7 @@ class Quantity:
             ("at most", self.maximum),
         )
         unit = f" {self.dimension.unit}" if self.dimension.unit else ""
-        return " and ".join(
-            f"{word} {limit:g}{unit if limit else ''}" for word, limit in limits if limit is not None
-        )
+        return " and ".join(f"{word} {limit:g}{unit if limit else ''}" for word, limit in limits if limit is not None)
 
 
 def kind_of(value: Any) -> str:

@@ -66,6 +66,4 @@ def _copy(files: dict[str, Path], folder: Path) -> None:
             target.write_bytes(path.read_bytes())
             typer.echo(str(target))
     except OSError as error:
-        raise OutputError(
-            f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}"
-        ) from error
+        raise OutputError(f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}") from error

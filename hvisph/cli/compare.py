@@ -24,9 +24,9 @@ def compare(
             help="Folders of runs, snapshots, case files, names of bundled cases, folders of any of these.",
         ),
     ],
-    runs: Annotated[
-        Path, typer.Option("--runs", metavar="DIR", help="Where cases run that have not been run.")
-    ] = Path("runs"),
+    runs: Annotated[Path, typer.Option("--runs", metavar="DIR", help="Where cases run that have not been run.")] = Path(
+        "runs"
+    ),
     resolution: ResolutionOption = None,
     settings: SetOption = None,
     threads: ThreadsOption = None,
@@ -36,9 +36,7 @@ def compare(
     ] = None,
     picture: Annotated[
         Path | None,
-        typer.Option(
-            "--picture", metavar="FILE", help="Draw the final states into one picture: png, pdf, svg."
-        ),
+        typer.Option("--picture", metavar="FILE", help="Draw the final states into one picture: png, pdf, svg."),
     ] = None,
     force: Annotated[bool, typer.Option("--force", help="Run again what has been run.")] = False,
     quiet: QuietOption = False,
@@ -94,9 +92,7 @@ def _refuse_picture(picture: Path, field: str | None) -> None:
             where="--picture",
         )
     if field not in (None, "body", *CATALOGUE):
-        raise CaseError(
-            f"there is no field '{field}'{nearest(str(field), ['body', *CATALOGUE])}", where="--field"
-        )
+        raise CaseError(f"there is no field '{field}'{nearest(str(field), ['body', *CATALOGUE])}", where="--field")
 
 
 def _complete(found: Sequence[Any], threads: int | None, force: bool, silent: bool) -> None:

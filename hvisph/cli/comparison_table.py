@@ -69,11 +69,7 @@ def _cell(row: Row, name: str, factor: float, decimals: int) -> str:
         return "-" + (MISSED if name in row.missed else "")
     off = row.differences.get(name)
     # a published void fraction of none needs no difference
-    shown = (
-        f" ({_number(off * factor, decimals, '+')})"
-        if off is not None and row.published[name]["value"]
-        else ""
-    )
+    shown = f" ({_number(off * factor, decimals, '+')})" if off is not None and row.published[name]["value"] else ""
     return _number(value * factor, decimals) + shown + (MISSED if name in row.missed else "")
 
 

@@ -19,10 +19,8 @@ def gauges(
     """Draw the gauges of a run: one panel a field, one line a gauge."""
     from hvisph.case.loader import load_case
     from hvisph.measure.curves import curves_picture, gauge_panels, steps
-    from hvisph.output.reader import read_history
 
     folder = Path(run)
-    history = read_history(folder)
     case = load_case(folder / "case.yaml")
     beside = {}
     if exact:
@@ -30,9 +28,8 @@ def gauges(
 
         for gauge in exact_solution(case).gauges:
             for column in gauge.columns:
-                beside[f"gauge.{gauge.name}.{column}"] = steps(
-                    gauge.times, gauge.values(column), case.time.end
-                )
-    picture = curves_picture(gauge_panels(history, beside), out or folder / "gauges.png", title=case.title,
-                             unitless=case.units == "none")  # fmt: skip
+                beside[f"gauge.{gauge.name}.{column}"] = steps(gauge.times, gauge.values(column), case.time.end)
+    picture = curves_picture(
+        gauge_panels(folder, beside), out or folder / "gauges.png", title=case.title, unitless=case.units == "none"
+    )
     typer.echo(str(picture))

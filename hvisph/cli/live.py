@@ -49,9 +49,7 @@ class Live(Lines):
         """Show which loop is being compiled."""
         raise_noted()
         loop = name.rsplit("_", 1)[0]
-        self._display.update(
-            Spinner("dots", f"compiling kernels ({loop}); they are kept for later runs"), refresh=True
-        )
+        self._display.update(Spinner("dots", f"compiling kernels ({loop}); they are kept for later runs"), refresh=True)
 
     def started(self, folder: Path, particles: int, end: float) -> None:
         """Say how much there is to do."""

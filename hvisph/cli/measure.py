@@ -12,9 +12,7 @@ from hvisph.cli.options import JsonOption
 
 
 def measure(
-    source: Annotated[
-        str, typer.Argument(metavar="SOURCE", help="Folder of a run, or one snapshot: HDF5 or VTU.")
-    ],
+    source: Annotated[str, typer.Argument(metavar="SOURCE", help="Folder of a run, or one snapshot: HDF5 or VTU.")],
     at: Annotated[
         str | None,
         typer.Option(

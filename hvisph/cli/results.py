@@ -53,9 +53,7 @@ def conservation_rows(summary: Mapping[str, Any]) -> dict[str, float | None]:
 def _result(plain: Mapping[str, Any]) -> Any:
     from hvisph.measure.result import Result
 
-    return Result(
-        plain["value"], plain["unit"], plain["uncertainty"], plain.get("time"), plain.get("reason", "")
-    )
+    return Result(plain["value"], plain["unit"], plain["uncertainty"], plain.get("time"), plain.get("reason", ""))
 
 
 def _verdict(passed: bool | None) -> str:

@@ -41,9 +41,7 @@ def run(
 
     try:
         with placed(case), noted_interrupts():
-            outcome = run_case(
-                loaded, out or run_folder(case), force=force, threads=threads, listener=listener
-            )
+            outcome = run_case(loaded, out or run_folder(case), force=force, threads=threads, listener=listener)
     finally:
         listener.close()
     conclude(outcome, loaded.units == "none", quiet, as_json)

@@ -36,6 +36,4 @@ def schema(
             (write / file).write_text(text, encoding="utf-8")
             typer.echo(str(write / file))
     except OSError as error:
-        raise OutputError(
-            f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}"
-        ) from error
+        raise OutputError(f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}") from error

@@ -28,7 +28,7 @@ from numba.core.dispatcher import Dispatcher
 from .loop_cache import forgive_damage, usable
 
 # Threads wait for each other some 0.1 ms awake, then asleep. OpenMP's own patience lets them hold a core that another
-# process needs: a small case on a shared machine then takes twenty times as long. It is read at the first parallel loop.
+# process needs: a small case on a shared machine then takes twenty times as long.
 os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 
 # No 'nnan' and no 'ninf': checks for non-finite values must keep their meaning.
@@ -58,7 +58,10 @@ def cache_folder() -> Path | None:
     from platformdirs import user_cache_path
 
     base = Path(os.environ.get("HVISPH_CACHE_DIR") or user_cache_path("hvisph", appauthor=False))
-    for candidate in (base, Path(tempfile.gettempdir()) / f"hvisph-cache-{os.getuid() if hasattr(os, 'getuid') else ''}"):
+    for candidate in (
+        base,
+        Path(tempfile.gettempdir()) / f"hvisph-cache-{os.getuid() if hasattr(os, 'getuid') else ''}",
+    ):
         folder = candidate / _source_fingerprint()
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -89,6 +92,7 @@ def _bind(template: Callable[..., Any], name: str, bindings: dict[str, Any]) -> 
 
 
 _made: dict[str, Any] = {}
+
 
 @contextmanager
 def heard_compiling(listener: Callable[[str], None]) -> Iterator[None]:

@@ -84,9 +84,7 @@ def _checked_bounds(layers: Sequence[Layer]) -> np.ndarray:
         if not layer.end > layer.begin:
             raise CaseError(f"layer {number + 1} ends at {layer.end:g}, not beyond its begin {layer.begin:g}")
         if number and layer.begin < layers[number - 1].end - 1e-12 * span:
-            raise CaseError(
-                f"layer {number + 1} begins at {layer.begin:g}, inside the one before or ahead of it"
-            )
+            raise CaseError(f"layer {number + 1} begins at {layer.begin:g}, inside the one before or ahead of it")
         bounds.append(bounds[-1] + (layer.end - layer.begin) * layer.law.at_rest(0.0).density)
     return np.array(bounds)
 
@@ -132,9 +130,7 @@ class _Tracker:
                 last += 1
             self.meet(first, last + 1, now)
             if len(self.dead) > self.most:
-                raise RunError(
-                    f"more than {self.most} fronts by t = {now:.6g}; coarser rarefactions would help"
-                )
+                raise RunError(f"more than {self.most} fronts by t = {now:.6g}; coarser rarefactions would help")
 
     @staticmethod
     def _meeting(a: Front, b: Front, now: float) -> float:

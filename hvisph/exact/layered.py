@@ -35,9 +35,7 @@ def barotropic_law(material: Material) -> LinearLaw:
     return LinearLaw.of(material)
 
 
-def layered_impact(
-    layers: Sequence[tuple[Material, float, float, float]], end: float, step: float = 0.01
-) -> Tracked:
+def layered_impact(layers: Sequence[tuple[Material, float, float, float]], end: float, step: float = 0.01) -> Tracked:
     """Follow the impact of barotropic layers.
 
     Parameters

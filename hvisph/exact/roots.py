@@ -7,9 +7,7 @@ from collections.abc import Callable
 from ..core.errors import RunError
 
 
-def bracketed_root(
-    function: Callable[[float], float], low: float, high: float, tolerance: float = 1e-14
-) -> float:
+def bracketed_root(function: Callable[[float], float], low: float, high: float, tolerance: float = 1e-14) -> float:
     """Return the root of a continuous function that has unlike signs at `low` and `high`.
 
     Regula falsi with Illinois' weights, and a bisection whenever that has not halved the

@@ -137,8 +137,7 @@ class SolidLaw:
                 return self._wave(state, volume, stress, self._deviator(state, volume), direction)
             near = far
         raise RunError(
-            f"{self.material.name}: no state at a stress of {stress:.6g} Pa can be reached "
-            f"from {state.stress:.6g} Pa"
+            f"{self.material.name}: no state at a stress of {stress:.6g} Pa can be reached from {state.stress:.6g} Pa"
         )
 
     def _wave(self, state: State, volume: float, stress: float, deviator: float, direction: int) -> Wave:

@@ -161,15 +161,13 @@ class CompositeStepper(Stepper):
         parted = formulation.contact is not None
         shares = specialise(coupling.shares, DIM=dim, KIND=to["KIND"], BODY=to["BODY"], D=to["D"],
                             CONTACT=float(parted),
-                            STRESS_AT_INTERFACE=float(formulation.stress_at_interface),
-                            REACH2=(kernel.reach * self.h) ** 2)  # fmt: skip
+                            STRESS_AT_INTERFACE=float(formulation.stress_at_interface))  # fmt: skip
         one = Pass(standard.accumulate, layout,
                    {"ARTIFICIAL_STRESS": int(euler.stress_eps != 0.0), "COUPLED": 1, "shares": shares,
                     "EXPONENT": euler.stress_exponent})  # fmt: skip
         position = self.particles["position"]
-        self.pairs = self.spatial = Pairs(
-            layout, kernel, [one], euler.coefficients(), position, self.h, self.planes
-        )
+        constants = np.append(euler.coefficients(), (kernel.reach * self.h) ** 2)
+        self.pairs = self.spatial = Pairs(layout, kernel, [one], constants, position, self.h, self.planes)
         packer, more = euler.pack()
         names = packer.__code__.co_names
         write = specialise(packer, **{k: v for k, v in ({"DIM": dim} | more | to).items() if k in names})

@@ -17,7 +17,12 @@ def _diagnose(state, tags, table, models, pressure, sound_speed, von_mises):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for s in range(first, min(first + np.uint64(CHUNK), count)):
             p, c = equilibrium_state(
-                table, models, np.uint64(tags[s, 2]), state[s, S_DENSITY], state[s, S_INTERNAL_ENERGY], state[s, S_DAMAGE]
+                table,
+                models,
+                np.uint64(tags[s, 2]),
+                state[s, S_DENSITY],
+                state[s, S_INTERNAL_ENERGY],
+                state[s, S_DAMAGE],
             )
             pressure[s] = p
             sound_speed[s] = c

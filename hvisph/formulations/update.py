@@ -165,7 +165,8 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
                 state[s, S_DAMAGE] = damage
                 if SWITCH == MORRIS_MONAGHAN:
                     state[s, S_VISCOSITY_SHARE] = relaxed_share(
-                        state[s, S_VISCOSITY_SHARE], g_xx + g_yy + g_zz, c, h, step, coefficients[5], coefficients[6])
+                        state[s, S_VISCOSITY_SHARE], g_xx + g_yy + g_zz, c, h, step, coefficients[5], coefficients[6]
+                    )
                 if PREVIOUS:
                     V, A, G = S_PREVIOUS_VELOCITY, S_PREVIOUS_ACCELERATION, S_PREVIOUS_GRADIENT
                     state[s, V] = e_x
@@ -201,7 +202,11 @@ def update(state, tags, place, rates, sorted_rows, table, models, coefficients, 
                 l_zz = thinning(table, models, m, stage, rho, l_xx + l_yy - dissipated, e, s_xx, s_yy, s_zz, s_xy,
                                 plastic, damage, l_xx, l_xy, l_yx, l_yy)  # fmt: skip
                 thickness = state[s, S_THICKNESS] * grown(stage * l_zz)
-            half = 0.5 * stage * (l_xx + l_yy - dissipated) if PLANE_STRESS else 0.5 * stage * (l_xx + l_yy + l_zz - dissipated)
+            half = (
+                0.5 * stage * (l_xx + l_yy - dissipated)
+                if PLANE_STRESS
+                else 0.5 * stage * (l_xx + l_yy + l_zz - dissipated)
+            )
             rho *= grown(-stage * (l_xx + l_yy + l_zz - dissipated))
             if VARIABLE_H:
                 h = min(max(h * (1.0 + half / DIM) / (1.0 - half / DIM), h_low), h_high)

@@ -80,8 +80,7 @@ def fill(shape: Shape, arrangement: str | None, dx: float) -> Filling:
     if name not in allowed:
         kind = type(shape).__name__.lower()
         raise CaseError(
-            f"arrangement '{name}' has no meaning for a {kind} in {shape.dim}D; "
-            f"allowed: {', '.join(allowed)}",
+            f"arrangement '{name}' has no meaning for a {kind} in {shape.dim}D; allowed: {', '.join(allowed)}",
             where="arrangement",
         )
     return ARRANGEMENTS[name].function(shape, dx)

@@ -92,6 +92,4 @@ def _closest(
     if not close.any():
         return None
     best = int(np.argmin(distance))
-    return Overlap(
-        bodies, (int(first[best]), int(second[partner[best]])), float(distance[best]), int(close.sum())
-    )
+    return Overlap(bodies, (int(first[best]), int(second[partner[best]])), float(distance[best]), int(close.sum()))

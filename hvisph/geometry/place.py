@@ -85,9 +85,7 @@ def row(
         if position is None:
             in_row.append(body)
         elif len(position) != dim:
-            raise CaseError(
-                f"a position has {dim} components in {dim}D, not {len(position)}", where="position"
-            )
+            raise CaseError(f"a position has {dim} components in {dim}D, not {len(position)}", where="position")
         else:
             centres[body] = position
     struck = in_row[1] if len(in_row) > 1 else in_row[0] if in_row else None

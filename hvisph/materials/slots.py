@@ -113,6 +113,4 @@ def require_not_negative(model: object, *fields: str) -> None:
     for field in fields:
         value = getattr(model, field)
         if not 0.0 <= value < np.inf:
-            raise CaseError(
-                f"{field} is {value!r}, but must not be below zero", where=getattr(model, "name", "")
-            )
+            raise CaseError(f"{field} is {value!r}, but must not be below zero", where=getattr(model, "name", ""))

@@ -42,13 +42,9 @@ class Material:
         slots.require_positive(self, "density")
         if isinstance(self.damage, JohnsonCookDamage):
             if isinstance(self.strength, NoStrength):
-                raise CaseError(
-                    "damage grows with plastic strain, but the material has no strength", where=self.name
-                )
+                raise CaseError("damage grows with plastic strain, but the material has no strength", where=self.name)
             if self.damage.d5 != 0.0 and not isinstance(self.strength, JohnsonCook):
-                raise CaseError(
-                    "d5 needs a temperature, which only johnson_cook strength gives", where=self.name
-                )
+                raise CaseError("d5 needs a temperature, which only johnson_cook strength gives", where=self.name)
 
     @property
     def shear_modulus(self) -> float:

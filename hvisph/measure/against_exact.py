@@ -8,6 +8,7 @@ is when the mean of the two is passed.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -91,7 +92,7 @@ def compare_gauge(
         if middle.any():
             plateaus.append(Plateau(begin, finish, value, float(values[middle].mean())))
     arrivals = []
-    for before, after in zip(plateaus[:-1], plateaus[1:], strict=True):
+    for before, after in pairwise(plateaus):
         if abs(after.exact - before.exact) < smallest:
             continue
         mean = 0.5 * (before.exact + after.exact)
@@ -106,9 +107,7 @@ def compare_gauge(
     return Comparison(tuple(plateaus), tuple(arrivals), mean_difference)
 
 
-def _stretches(
-    times: np.ndarray, values: np.ndarray, end: float, alike: float
-) -> list[tuple[float, float, float]]:
+def _stretches(times: np.ndarray, values: np.ndarray, end: float, alike: float) -> list[tuple[float, float, float]]:
     """Return (begin, end, value) of the stretches over which the value changes by less than `alike`."""
     found: list[list[float]] = []
     bounds = np.append(times, end)
@@ -126,9 +125,7 @@ def _corners(times: np.ndarray, values: np.ndarray, end: float) -> tuple[np.ndar
     return corners, np.repeat(values, 2)
 
 
-def _passing(
-    times: np.ndarray, values: np.ndarray, level: float, start: float, finish: float, rising: bool
-) -> float:
+def _passing(times: np.ndarray, values: np.ndarray, level: float, start: float, finish: float, rising: bool) -> float:
     """Return when a curve first passes `level` between `start` and `finish`; NaN where it does not."""
     inside = (times >= start) & (times <= finish)
     times, values = times[inside], values[inside]

@@ -66,10 +66,7 @@ class Row:
     def differences(self) -> dict[str, float | None]:
         """Computed less published value by name of the measure; None where nothing could be measured."""
         found = {name: self.value(name) for name in self.published}
-        return {
-            name: None if value is None else value - self.published[name]["value"]
-            for name, value in found.items()
-        }
+        return {name: None if value is None else value - self.published[name]["value"] for name, value in found.items()}
 
     @property
     def missed(self) -> list[str]:

@@ -12,6 +12,7 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import CATALOGUE, field_of
 from hvisph.measure.plots import store
+from hvisph.output.reader import read_history
 
 # Units that read better than SI's own: unit, its label, how many of it in the SI unit.
 READABLE = {"Pa": ("GPa", 1e-9), "s": ("us", 1e6), "m": ("mm", 1e3), "J/kg": ("kJ/kg", 1e-3)}
@@ -93,14 +94,14 @@ def curves_picture(
 
 
 def gauge_panels(
-    history: Mapping[str, np.ndarray], exact: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None
+    run: str | os.PathLike[str], exact: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None
 ) -> dict[str, list[Curve]]:
     """Return the panels of a run's gauges: one a field, one curve a gauge.
 
     Parameters
     ----------
-    history
-        Columns of ``history.csv``.
+    run
+        Folder of the run.
     exact
         Times [s] and values of exact gauges, by their column.
 
@@ -108,7 +109,10 @@ def gauge_panels(
     ------
     CaseError
         Where the history holds no gauge.
+    OutputError
+        Where there is no history.
     """
+    history = read_history(Path(run))
     panels: dict[str, list[Curve]] = {}
     for name, values in history.items():
         if not name.startswith("gauge."):

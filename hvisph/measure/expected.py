@@ -41,9 +41,7 @@ def compare(results: Mapping[str, Result | float | None], expected: Expectations
     rows = []
     for name, entry in expected.items():
         if name not in results:
-            raise CaseError(
-                f"unknown measure '{name}'{nearest(name, list(results))}", where=f"expected.{name}"
-            )
+            raise CaseError(f"unknown measure '{name}'{nearest(name, list(results))}", where=f"expected.{name}")
         found = results[name]
         value = found.value if isinstance(found, Result) else found
         target, tolerance = float(_get(entry, "value")), float(_get(entry, "tolerance"))

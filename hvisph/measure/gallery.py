@@ -73,9 +73,7 @@ def gallery(
     return store(figure, path)
 
 
-def _panels(
-    figure: Figure, scenes: Mapping[str, Scene], field: str, limits: tuple[float, float] | None
-) -> None:
+def _panels(figure: Figure, scenes: Mapping[str, Scene], field: str, limits: tuple[float, float] | None) -> None:
     shown = {name: _visible(scene) for name, scene in scenes.items()}
     low, high = _extent([scene.position[shown[name], :2] * 1e3 for name, scene in scenes.items()])
     columns = _columns(len(scenes), (high[1] - low[1]) / (high[0] - low[0]))
@@ -132,9 +130,12 @@ def _extent(positions: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _columns(count: int, aspect: float) -> int:
-    """Return how many panels of this height over width make a row of a picture wider than tall."""
-    fitting = [c for c in range(1, count + 1) if math.ceil(count / c) * aspect / c <= 0.9]
-    return fitting[0] if fitting else count
+    """Return how many panels of this height over width make a row of a wide picture with few gaps."""
+    shapes = {c: math.ceil(count / c) * aspect / c for c in range(1, count + 1)}
+    fitting = [c for c, shape in shapes.items() if 0.4 <= shape <= 0.9]
+    if not fitting:
+        return next((c for c, shape in shapes.items() if shape <= 0.9), count)
+    return min(fitting, key=lambda c: (-count % c, c))
 
 
 def _profiles(figure: Figure, moments: Mapping[str, Snapshot], field: str) -> None:

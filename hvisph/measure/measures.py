@@ -121,9 +121,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None) -> Me
     # a folder of another code's files has no history; a damaged one is an error
     history = reader.read_history(path) if (path / names.HISTORY).exists() else None
     if at == "all":
-        moments = tuple(
-            measure_snapshot(reader.read_snapshot(file), start, history, str(path)) for file in files
-        )
+        moments = tuple(measure_snapshot(reader.read_snapshot(file), start, history, str(path)) for file in files)
         last = moments[-1]
         return Measures(last.source, last.title, last.time, last.step, last.results, moments)
     if at is None:

@@ -50,9 +50,7 @@ class RunFolder:
         try:
             folder.mkdir(parents=True, exist_ok=True)
             if not looks_like_a_run(folder) and any(folder.iterdir()):
-                raise CaseError(
-                    f"{folder} is not empty and not a run of hvisph; nothing was changed", where="--out"
-                )
+                raise CaseError(f"{folder} is not empty and not a run of hvisph; nothing was changed", where="--out")
             lock = _locked(folder)
             try:
                 if _content(folder):

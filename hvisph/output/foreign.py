@@ -86,9 +86,7 @@ def snapshot_of_another_code(
         if key is not None:
             fields[name] = arrays[key][1].astype(float)
             used.add(key)
-    fields |= {
-        name: values for key, (name, values) in arrays.items() if key not in used and name not in fields
-    }
+    fields |= {name: values for key, (name, values) in arrays.items() if key not in used and name not in fields}
     body, bodies = _groups(arrays, BODY, n, "body")
     material, materials = _groups(arrays, MATERIAL, n, "material")
     number = _whole(arrays, ID)

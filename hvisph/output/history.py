@@ -41,9 +41,7 @@ class HistoryWriter:
         self._start(Path(path), columns, flush_seconds)
 
     @classmethod
-    def resume(
-        cls, path: str | Path, columns: Sequence[str], step: int, flush_seconds: float = 1.0
-    ) -> HistoryWriter:
+    def resume(cls, path: str | Path, columns: Sequence[str], step: int, flush_seconds: float = 1.0) -> HistoryWriter:
         """Go on with a file, without its records after `step`, by the column ``step``.
 
         Raises

@@ -105,8 +105,9 @@ def build(case: Any, bodies: list[PlacedBody] | None = None) -> Setup:
         particles["velocity"][held] = 0.0
     set_kernel_types(particles, case, names)
     planes = tuple(Plane("xyz".index(plane.axis), plane.at) for plane in case.symmetry)
-    stepper = formulation.stepper(particles, formulation, materials, scheme.stage, scheme.previous, h, planes,
-                                  **scheme.further())
+    stepper = formulation.stepper(
+        particles, formulation, materials, scheme.stage, scheme.previous, h, planes, **scheme.further()
+    )
     set_loads(stepper, case, names)
     criteria = Criteria(dim, particles.count, case.time.cfl, formulation.viscous_factor)
     gauges = Gauges(case.gauges, placed, dx, stepper)

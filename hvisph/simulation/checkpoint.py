@@ -97,9 +97,7 @@ class Keeper:
         try:
             return self._restore(header, checkpoint.arrays)
         except (KeyError, ValueError, TypeError) as error:
-            raise OutputError(
-                f"the checkpoint of step {checkpoint.step} does not fit this run: {error}"
-            ) from error
+            raise OutputError(f"the checkpoint of step {checkpoint.step} does not fit this run: {error}") from error
 
     def _restore(self, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Step:
         clock, budget, particles = self.clock, self.budget, self.setup.particles
@@ -176,9 +174,7 @@ def refuse_changed(checkpoint: Checkpoint, case: Any) -> None:
 def _differences(before: Any, now: Any, path: str) -> list[tuple[str, Any, Any]]:
     if isinstance(before, dict) and isinstance(now, dict):
         keys = [*before, *(key for key in now if key not in before)]
-        found = [
-            _differences(before.get(key), now.get(key), f"{path}.{key}" if path else key) for key in keys
-        ]
+        found = [_differences(before.get(key), now.get(key), f"{path}.{key}" if path else key) for key in keys]
         return [difference for part in found for difference in part]
     if isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         parts = [_differences(a, b, f"{path}.{k}") for k, (a, b) in enumerate(zip(before, now, strict=True))]

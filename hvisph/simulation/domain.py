@@ -54,9 +54,7 @@ class Domain:
         outside = np.flatnonzero(self._outside())
         if len(outside):
             body = setup.bodies[int(setup.particles.body[outside[0]])]
-            raise CaseError(
-                f"{len(outside)} particles start outside, the first of body '{body}'", where="domain"
-            )
+            raise CaseError(f"{len(outside)} particles start outside, the first of body '{body}'", where="domain")
 
     def _outside(self) -> np.ndarray:
         position = self._setup.particles["position"]

@@ -28,7 +28,8 @@ MOST_FILLED = 2_000_000
 MEMORY = {1: 600, 2: 700, 3: 1000}
 INTERPRETER = 250_000_000  # [bytes]
 MICROSECONDS = {"eulerian": {1: 0.15, 2: 0.25, 3: 0.85}, "riemann": {1: 0.3, 2: 0.6, 3: 2.4},
-                "projection": {1: 0.1, 2: 0.25, 3: 1.2}}  # fmt: skip
+                "projection": {1: 0.1, 2: 0.25, 3: 1.2}, "total_lagrangian": {1: 0.2, 2: 0.3, 3: 0.9},
+                "adaptive": {1: 0.3, 2: 0.45, 3: 1.2}}  # fmt: skip
 STEP_OVERHEAD = 2e-4  # whatever the number of particles [s]
 THREAD_GAIN = 0.85  # of each further thread
 # Share of the impact velocity that the signals of a run gain over those at rest, on the mean of steps:
@@ -143,9 +144,7 @@ def estimate(case: Any, threads: int | None = None) -> Estimate:
     )
 
 
-def refuse_impossible(
-    case: Any, bodies: Sequence[PlacedBody] | None = None, *, free: float | None = None
-) -> None:
+def refuse_impossible(case: Any, bodies: Sequence[PlacedBody] | None = None, *, free: float | None = None) -> None:
     """Refuse a case that surely needs more memory than there is; without `bodies`, before a particle is made.
 
     Overlapping bodies are refused where they are placed (`hvisph.simulation.bodies`).
@@ -230,9 +229,7 @@ def _counted(body: PlacedBody) -> BodyEstimate:
     size, dim = body.filling.size, len(body.filling.size)
     spacing = float(body.volumes[0]) ** (1.0 / dim)
     mass = body.model.material.density * float(body.volumes.sum())
-    return BodyEstimate(
-        body.name, len(body.positions), round(size[min(1, dim - 1)] / spacing), mass, body.filling.note
-    )
+    return BodyEstimate(body.name, len(body.positions), round(size[min(1, dim - 1)] / spacing), mass, body.filling.note)
 
 
 def _uncounted(case: Any) -> list[BodyEstimate]:

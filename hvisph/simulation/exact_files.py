@@ -55,18 +55,14 @@ def write_exact(solution: ExactSolution, case: Any, folder: str | Path) -> list[
             if number in drawn:
                 label = f"t = {time:.4g}" if unitless else f"t = {1e6 * time:.4g} us"
                 profiles.setdefault(column, []).append(Curve(label, profile["x"], profile[column]))
-    files.append(
-        curves_picture(profiles, folder / "profiles.png", title=title, across="x", unitless=unitless)
-    )
+    files.append(curves_picture(profiles, folder / "profiles.png", title=title, across="x", unitless=unitless))
     return files
 
 
 def _moments(case: Any) -> list[float]:
     end, every = case.time.end, case.output.every or case.time.end
     # the end itself is the first moment that the waves are not followed through
-    return [
-        min(number * every, end * (1.0 - 1e-12)) for number in range(1, int(np.ceil(end / every - 1e-9)) + 1)
-    ]
+    return [min(number * every, end * (1.0 - 1e-12)) for number in range(1, int(np.ceil(end / every - 1e-9)) + 1)]
 
 
 def _write_table(path: Path, table: dict[str, np.ndarray]) -> Path:

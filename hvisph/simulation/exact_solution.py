@@ -84,9 +84,7 @@ class ExactSolution:
 
     def histories(self, times: np.ndarray) -> dict[str, np.ndarray]:
         """Return ``gauge.<name>.<field>`` at `times` [s]: what the columns of history.csv should be."""
-        return {
-            f"gauge.{g.name}.{column}": g.sample(column, times) for g in self.gauges for column in g.columns
-        }
+        return {f"gauge.{g.name}.{column}": g.sample(column, times) for g in self.gauges for column in g.columns}
 
     def columns(self) -> list[str]:
         """Return the columns that a profile has."""
@@ -145,10 +143,8 @@ def exact_solution(case: Any, bodies: list[PlacedBody] | None = None) -> ExactSo
 
 def _refuse_unsolvable(case: Any) -> None:
     reasons = {
-        "kinematics": case.dim != 1
-        and f"a case in {case.dim}D has no exact solution here; use uniaxial_strain",
-        "symmetry": bool(case.symmetry)
-        and "planes of symmetry are not in the exact solution; write out both halves",
+        "kinematics": case.dim != 1 and f"a case in {case.dim}D has no exact solution here; use uniaxial_strain",
+        "symmetry": bool(case.symmetry) and "planes of symmetry are not in the exact solution; write out both halves",
         "clamped": bool(case.clamped) and "clamped regions are not in the exact solution",
     }
     for where, reason in reasons.items():

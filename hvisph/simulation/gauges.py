@@ -84,9 +84,7 @@ class Gauges:
         owner = np.repeat(np.arange(len(bodies)), [len(body.positions) for body in bodies])
         self._gauges = [_placed(name, model, positions, owner, dx) for name, model in models.items()]
         self.columns = tuple(
-            f"gauge.{name}.{column}"
-            for name, g in zip(models, self._gauges, strict=True)
-            for column in g.columns
+            f"gauge.{name}.{column}" for name, g in zip(models, self._gauges, strict=True) for column in g.columns
         )
         present = {*stepper.particles.names, "pressure", "sound_speed", "von_mises_stress", "stress"}
         for name, gauge in zip(models, self._gauges, strict=True):
@@ -116,11 +114,7 @@ class Gauges:
             Row of each particle by its permanent number (n,).
         """
         due = [g.every is None or step % g.every == 0 for g in self._gauges]
-        riding = [
-            int(where[g.particle])
-            for g, now in zip(self._gauges, due, strict=True)
-            if now and g.point is None
-        ]
+        riding = [int(where[g.particle]) for g, now in zip(self._gauges, due, strict=True) if now and g.point is None]
         values = _Values(self._stepper, np.array(riding, np.int64)) if riding else None
         record: list[float] = []
         row = 0

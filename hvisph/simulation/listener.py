@@ -44,19 +44,19 @@ class Listener:
     """Hears of a run; every method does nothing unless overridden."""
 
     def started(self, folder: Path, particles: int, end: float) -> None:
-        """The run's folder is made; so many particles run to `end` [s]."""
+        """Hear that the run's folder is made and so many particles run to `end` [s]."""
 
     def compiling(self, name: str) -> None:
-        """A loop is being compiled afresh."""
+        """Hear that a loop is being compiled afresh."""
 
     def progress(self, progress: Progress) -> None:
-        """Some ten times a second."""
+        """Hear where the run is, some ten times a second."""
 
     def message(self, text: str) -> None:
         """Something a user should know."""
 
     def finished(self, summary: dict[str, Any]) -> None:
-        """The summary is written."""
+        """Hear that the summary is written."""
 
 
 class Reporter:

@@ -50,9 +50,7 @@ def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_s
     return resume_run(run, resume_case(run, end, max_steps), threads=threads, listener=listener)
 
 
-def resume_case(
-    run: str | os.PathLike[str], end: str | float | None = None, max_steps: int | None = None
-) -> Case:
+def resume_case(run: str | os.PathLike[str], end: str | float | None = None, max_steps: int | None = None) -> Case:
     """Return the case that a run goes on with; arguments and errors as of `resume`."""
     folder = Path(run)
     if not folder.is_dir() or not looks_like_a_run(folder):

@@ -25,8 +25,8 @@ from hvisph.output.reader import read_history
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import Setup, build
 from hvisph.simulation.checkpoint import Keeper
-from hvisph.simulation.contact_warnings import contact_warnings
 from hvisph.simulation.clock import Clock
+from hvisph.simulation.contact_warnings import contact_warnings
 from hvisph.simulation.domain import Domain
 from hvisph.simulation.estimate import refuse_impossible
 from hvisph.simulation.listener import Listener, Reporter

@@ -70,9 +70,7 @@ class RunFiles:
         OutputError
             When the history does not reach up to the checkpoint.
         """
-        self.history = HistoryWriter.resume(
-            self.folder.history_path, self._observer.columns, self._clock.steps
-        )
+        self.history = HistoryWriter.resume(self.folder.history_path, self._observer.columns, self._clock.steps)
         if self.history.last_step != self.state.recorded:
             raise OutputError(
                 f"cannot go on with {self.history.path}: it ends with step {self.history.last_step}, and the "
@@ -86,9 +84,7 @@ class RunFiles:
         """Add a record: the next step, the particle that limits it, the length of the last one, the energy drift."""
         clock = self._clock
         self.state.recorded = clock.steps
-        self.history.append(
-            self._observer.record(clock.steps, clock.time, length, step.criterion, limiting, drift)
-        )
+        self.history.append(self._observer.record(clock.steps, clock.time, length, step.criterion, limiting, drift))
 
     def write_output(self) -> None:
         """Write the snapshot of a moment of output."""

@@ -43,7 +43,7 @@ def summarise(case: Any, text: str, *, status: str, time: float, failure: dict[s
         if status != "failed":
             raise
         results = unmeasured(f"the run failed and its last state cannot be measured ({error})")
-    found = dict(results) | {name: value for name, value in conservation.items()}
+    found = dict(results) | dict(conservation.items())
     return {
         "title": case.title,
         "code_version": __version__,

@@ -11,7 +11,6 @@ from hvisph.formulations import update
 from hvisph.integrators.criteria import Limit
 from hvisph.simulation.build import Setup
 
-
 # Steps between two looks at all densities.
 DENSITY_EVERY = 8
 
@@ -140,9 +139,7 @@ class Watch:
         edge = self._setup.stepper.support
         finite = np.isfinite(position).all(axis=1) & (np.abs(position) < 1e15 * edge).all(axis=1)
         if not finite.all():
-            return self._failure(
-                "not_finite", int((~finite).argmax()), time, step, "a position is not finite"
-            )
+            return self._failure("not_finite", int((~finite).argmax()), time, step, "a position is not finite")
         cells = np.floor(position / edge).astype(np.int64)
         _, member, crowd = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
         return self._failure("collapse", int(crowd[member.ravel()].argmax()), time, step, str(error))
@@ -165,9 +162,7 @@ def _likely_cause(particles: Any, index: int) -> str:
     if not np.isfinite(density) or not np.isfinite(energy):
         return "its state is not finite: the step is too long for what happens there; try a smaller time.cfl"
     if density <= 0.0:
-        return (
-            "its density is not positive: the equation of state has no answer there; try a smaller time.cfl"
-        )
+        return "its density is not positive: the equation of state has no answer there; try a smaller time.cfl"
     return (
         f"its density is {density:.4g} kg/m^3 and its energy {energy:.4g} J/kg; the step is too long, or the "
         "material's equation of state is beyond its range there; try a smaller time.cfl"

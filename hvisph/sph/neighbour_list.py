@@ -72,9 +72,7 @@ class NeighbourList:
         Number of particles and images: the number of the far row.
     """
 
-    def __init__(
-        self, kernel: Kernel, margin: float, positions: np.ndarray, h: float, planes: tuple[Plane, ...] = ()
-    ):
+    def __init__(self, kernel: Kernel, margin: float, positions: np.ndarray, h: float, planes: tuple[Plane, ...] = ()):
         self.count, self.dim = positions.shape
         self.reach, self.planes = kernel.reach + margin, planes
         self.layout = RowLayout(self.dim, (("x", "vector"), ("h", "scalar")))

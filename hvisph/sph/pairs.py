@@ -156,7 +156,5 @@ class Pairs:
             if needed == 0:
                 return
             if needed > MOST_NEIGHBOURS:
-                raise RunError(
-                    f"a particle has more than {MOST_NEIGHBOURS} candidate neighbours: the bodies collapsed"
-                )
+                raise RunError(f"a particle has more than {MOST_NEIGHBOURS} candidate neighbours: the bodies collapsed")
             self.capacity = 2 * needed

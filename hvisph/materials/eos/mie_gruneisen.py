@@ -110,7 +110,5 @@ def sound_speed_squared(rho, e, p, row):
             d = DENOMINATOR_FLOOR
             d_slope = 0.0
         inverse = 1.0 / d
-        slope *= (numerator + mu * (first - a * mu - 2.0 * numerator * d_slope * inverse)) * (
-            inverse * inverse
-        )
+        slope *= (numerator + mu * (first - a * mu - 2.0 * numerator * d_slope * inverse)) * (inverse * inverse)
     return slope + a * e + p * (gamma0 + a * mu) * rho0 / (rho * rho)

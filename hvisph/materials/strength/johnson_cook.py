@@ -56,8 +56,7 @@ class JohnsonCook:
         slots.require_not_negative(self, "yield_stress", "hardening_coefficient", "rate_coefficient")
         if not self.melt_temperature > self.room_temperature:
             raise CaseError(
-                f"melt_temperature {self.melt_temperature!r} is not above "
-                f"room_temperature {self.room_temperature!r}",
+                f"melt_temperature {self.melt_temperature!r} is not above room_temperature {self.room_temperature!r}",
                 where=self.name,
             )
 

@@ -15,11 +15,11 @@ import numpy as np
 FIELDS = (("kind", "scalar"), ("body", "scalar"), ("d", "vector"))
 
 
-def shares(rows, i, b, dx, dy, dz):
+def shares(rows, i, b, dx, dy, dz, reach2):
     """Return the three shares of the pairs of row `i` and the lanes `b`: a template.
 
     Bound names: DIM, slots KIND, BODY and D (displacement from the reference position), CONTACT
-    and STRESS_AT_INTERFACE (1.0 or 0.0) and REACH2, the square of the reference support [m^2].
+    and STRESS_AT_INTERFACE (1.0 or 0.0). `reach2` is the square of the reference support [m^2].
     """
     mixed = abs(rows[i, KIND] - b[KIND])
     both = rows[i, KIND] * b[KIND]
@@ -31,7 +31,7 @@ def shares(rows, i, b, dx, dy, dz):
     if DIM > 2:
         e_z = dz - (rows[i, D + 2] - b[D + 2])
         reference2 += e_z * e_z
-    near = max(np.copysign(1.0, REACH2 - reference2), 0.0)
+    near = max(np.copysign(1.0, reach2 - reference2), 0.0)
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
     same = 1.0 - other
     gradient = 1.0 - CONTACT * other

@@ -36,9 +36,7 @@ def stress_layout(dim: int) -> RowLayout:
 
 def poisson_layout(dim: int) -> RowLayout:
     """Return what the density and Poisson sums read: position, velocity, volume, density, old pressure."""
-    return RowLayout(
-        dim, (("x", "vector"), ("u", "vector"), ("v", "scalar"), ("rho", "scalar"), ("p", "scalar"))
-    )
+    return RowLayout(dim, (("x", "vector"), ("u", "vector"), ("v", "scalar"), ("rho", "scalar"), ("p", "scalar")))
 
 
 def pressure_layout(dim: int) -> RowLayout:

@@ -29,7 +29,6 @@ from hvisph.core.simd import neighbours
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
-
 # Options of the law, off unless bound: the product form, density dissipation, shares of the viscosity, and
 # the exponent n of f.
 PRODUCT = DISSIPATION = SWITCHED = 0
@@ -108,7 +107,7 @@ def accumulate(near, n, rows, i, constants, out):
         q = r * ih
         m = b[M]
         if COUPLED:
-            force_share, gradient_share, stress_share = shares(rows, i, b, dx, dy, dz)
+            force_share, gradient_share, stress_share = shares(rows, i, b, dx, dy, dz, constants[4])
         # One division for four: 1/r, 1/(r^2 + 0.01 h^2), 1/(rho_a + rho_b) and 1/rho_b.
         rho_b = b[RHO]
         soft = r2 + SOFTENING * hm * hm
