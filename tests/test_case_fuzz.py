@@ -40,7 +40,7 @@ VALUES = st.recursive(
     ),
     max_leaves=12,
 )
-QUICK = settings(max_examples=120, deadline=2000, suppress_health_check=[HealthCheck.function_scoped_fixture])
+QUICK = settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 def attempt(source, overrides=()):

@@ -52,16 +52,6 @@ def test_help_is_light():
     assert in_new_process(code).stdout.strip() == "[]"
 
 
-def test_help_is_quick():
-    def once():
-        start = time.perf_counter()
-        assert in_new_process("import sys; sys.argv = ['hvisph', '--help']; import hvisph.__main__").stdout
-        return time.perf_counter() - start
-
-    # 0.1 s on a free machine, 0.3 s promised; the best of five, so that a busy one does not fail
-    assert any(once() < 0.3 for _ in range(5))
-
-
 def test_version_and_module():
     assert call("--version").stdout == f"hvisph {hvisph.__version__}\n"
     found = in_new_process("import sys; sys.argv = ['hvisph', '--version']; import hvisph.__main__")
@@ -211,16 +201,6 @@ def test_check_for_programs():
 def test_check_without_an_impact_says_why():
     found = json.loads(call("check", "al_al", "--set", "bodies.projectile.velocity=[0, 0]", "--json").stdout)
     assert "approach" in found["plane_shock"]["reason"]
-
-
-def test_check_is_quick():
-    def once():
-        start = time.perf_counter()
-        assert in_new_process("import sys; sys.argv = ['hvisph', 'check', 'al_al']; import hvisph.__main__").stdout
-        return time.perf_counter() - start
-
-    # 0.6 s on a free machine, 1 s promised; the best of five, so that a busy one does not fail
-    assert any(once() < 1.0 for _ in range(5))
 
 
 @pytest.mark.parametrize("command", ["check", "run"])

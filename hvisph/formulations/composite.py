@@ -23,7 +23,7 @@ from hvisph.sph.kernels.kernel import scale
 from hvisph.sph.laws import contact, coupling, deformation, reference, standard
 from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.reference import Reference
-from hvisph.sph.rows import aligned_zeros
+from hvisph.sph.rows import RowLayout, aligned_zeros
 from hvisph.sph.selection import Selection
 from hvisph.sph.symmetry import Plane, mirror, with_images
 from hvisph.sph.traversal import FAR
@@ -156,15 +156,14 @@ class CompositeStepper(Stepper):
         self._deform = bound(deformation.deform)
         self._sums = {coupled: bound(reference.accumulate, COUPLED=coupled) for coupled in (0, 1)}
         euler = formulation.eulerian
-        layout = standard.row_layout(dim, euler.stress_eps != 0.0, coupling.FIELDS)
+        layout = RowLayout(dim, (*euler.layout(dim).fields, *coupling.FIELDS))
         to = layout.slots()
         parted = formulation.contact is not None
         shares = specialise(coupling.shares, DIM=dim, KIND=to["KIND"], BODY=to["BODY"], D=to["D"],
                             CONTACT=float(parted),
                             STRESS_AT_INTERFACE=float(formulation.stress_at_interface))  # fmt: skip
-        one = Pass(standard.accumulate, layout,
-                   {"ARTIFICIAL_STRESS": int(euler.stress_eps != 0.0), "COUPLED": 1, "shares": shares,
-                    "EXPONENT": euler.stress_exponent})  # fmt: skip
+        (alone,) = euler.passes(dim)
+        one = Pass(standard.accumulate, layout, alone.options | {"COUPLED": 1, "shares": shares})
         position = self.particles["position"]
         constants = np.append(euler.coefficients(), (kernel.reach * self.h) ** 2)
         self.pairs = self.spatial = Pairs(layout, kernel, [one], constants, position, self.h, self.planes)
@@ -376,8 +375,6 @@ class CompositeStepper(Stepper):
 
 def _plain(dim: int) -> Any:
     """Return the layout of a row of a position and a number."""
-    from hvisph.sph.rows import RowLayout
-
     return RowLayout(dim, (("x", "vector"), ("number", "scalar")))
 
 

@@ -39,6 +39,8 @@ class TotalLagrangian:
         Artificial stress of the Eulerian particles, 0 for none.
     stress_at_interface
         Whether it acts between Eulerian and Total Lagrangian particles, on both sides; otherwise on neither.
+    product
+        Whether the pair stress of Eulerian particles is (sigma_a + sigma_b)/(rho_a rho_b).
     correction
         ``none``, ``gradient`` or ``mixed``, of the reference kernel.
     printed_viscosity
@@ -60,6 +62,7 @@ class TotalLagrangian:
     stress_eps: float = 0.0
     stress_exponent: int = 4
     stress_at_interface: bool = True
+    product: bool = True
     correction: str = "mixed"
     printed_viscosity: bool = False
     hourglass: float = 0.0
@@ -81,7 +84,7 @@ class TotalLagrangian:
     def eulerian(self) -> Eulerian:
         """The scheme of the Eulerian particles."""
         return Eulerian(kernel=self.kernel, h_over_dx=self.h_over_dx, alpha=self.alpha, beta=self.beta,
-                        stress_eps=self.stress_eps, stress_exponent=self.stress_exponent)  # fmt: skip
+                        product=self.product, stress_eps=self.stress_eps, stress_exponent=self.stress_exponent)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return nothing: the stepper of this formulation runs its own passes."""

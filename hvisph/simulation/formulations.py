@@ -84,7 +84,7 @@ def _composite(model: Any, case: Any) -> TotalLagrangian:
         else None,
     }
     if model.type == "eulerian":
-        return TotalLagrangian(**shared)
+        return TotalLagrangian(**shared, product=model.momentum_form == "product")
     limits = getattr(model, "conversion", None)
     kinds = [body.formulation or model.type for body in case.bodies.values()]
     return TotalLagrangian(

@@ -107,7 +107,7 @@ def accumulate(near, n, rows, i, constants, out):
         q = r * ih
         m = b[M]
         if COUPLED:
-            force_share, gradient_share, stress_share = shares(rows, i, b, dx, dy, dz, constants[4])
+            force_share, gradient_share, stress_share = shares(rows, i, b, dx, dy, dz, constants[constants.size - 1])
         # One division for four: 1/r, 1/(r^2 + 0.01 h^2), 1/(rho_a + rho_b) and 1/rho_b.
         rho_b = b[RHO]
         soft = r2 + SOFTENING * hm * hm
