@@ -123,6 +123,10 @@ def test_bundled_folders_and_equal_names(cases):
     assert "steel_al/sav1" in names
     assert len(set(names)) == len(names)
     assert not any(name.endswith("base") for name in names)
+    written_out = [entry.name for entry in entries(["cases/published/al_al"])]
+    assert written_out == [
+        name.removeprefix("al_al/") for name in names if name.startswith("al_al/") or "/" not in name
+    ]
     own = next(entry for entry in rows if entry.name == "al_al/sav1")
     assert own.folder.as_posix().startswith("runs/published/al_al/sav1")
     assert own.case.resolution == 4e-4

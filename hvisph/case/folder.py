@@ -19,7 +19,8 @@ def case_folder(source: str | os.PathLike[str]) -> Path | None:
             return path
         if path.is_absolute() or ".." in path.parts or path == Path():
             return None
-        bundled = data_folder("cases") / path
+        # as named in the source tree, or as cases are: cases/published/al_al, published/al_al
+        bundled = data_folder("cases").joinpath(*path.parts[path.parts[0] == "cases" :])
         return bundled if bundled.is_dir() else None
     except (OSError, ValueError):
         return None
