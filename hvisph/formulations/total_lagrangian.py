@@ -83,8 +83,10 @@ class TotalLagrangian:
     @property
     def eulerian(self) -> Eulerian:
         """The scheme of the Eulerian particles."""
-        return Eulerian(kernel=self.kernel, h_over_dx=self.h_over_dx, alpha=self.alpha, beta=self.beta,
-                        product=self.product, stress_eps=self.stress_eps, stress_exponent=self.stress_exponent)  # fmt: skip
+        return Eulerian(
+            kernel=self.kernel, h_over_dx=self.h_over_dx, alpha=self.alpha, beta=self.beta, product=self.product,
+            stress_eps=self.stress_eps, stress_exponent=self.stress_exponent,
+        )  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return nothing: the stepper of this formulation runs its own passes."""
