@@ -55,7 +55,7 @@ def test_infinite_limit_is_total_lagrangian_bit_for_bit():
 def test_limit_zero_is_eulerian_from_the_first_step_on():
     plain = {"artificial_stress": {"type": "none"}}
     one = impact(adaptive(strain=0.0) | plain)
-    other = impact({"type": "eulerian", "contact": {"type": "repulsive"}})
+    other = impact({"type": "eulerian", "momentum_form": "product", "contact": {"type": "repulsive"}})
     for setup in (one, other):
         advance(setup, 1e-6)
     assert eulerian_count(one) == one.particles.count
@@ -69,7 +69,7 @@ def test_all_eulerian_without_contact_is_the_eulerian_formulation():
         speed=100.0,
         kinds=("eulerian", "eulerian"),
     )
-    other = impact({"type": "eulerian"}, speed=100.0)
+    other = impact({"type": "eulerian", "momentum_form": "product"}, speed=100.0)
     for setup in (one, other):
         advance(setup, 1.0, steps=30)
     a = one.particles["position"][np.argsort(one.particles.id)]
@@ -142,7 +142,9 @@ def test_kernels_by_body_and_region():
         "eulerian_regions": [{"box": {"min": [0.0, -2e-3], "max": [None, 2e-3]}}],
     }
     by_region = impact(patch)
-    inside = (by_region.particles["position"][:, 0] > 0) & (np.abs(by_region.particles["position"][:, 1]) < 2e-3)
+    inside = (by_region.particles["position"][:, 0] > 0) & (
+        np.abs(by_region.particles["position"][:, 1]) < 2e-3
+    )
     assert (by_region.particles["kernel_type"] == np.where(inside, 0.0, 1.0)).all()
     with pytest.raises(CaseError, match="holds no particle"):
         impact({"type": "total_lagrangian", "eulerian_regions": [{"box": {"min": [1.0, None]}}]})

@@ -146,7 +146,7 @@ def test_override_reaches_into_a_block_left_to_its_default(tmp_path):
     plain = write(tmp_path, "plain.yaml", "base: quickstart\nformulation: null\n")
     assert load_case(plain, ["formulation.h_over_dx=1.5"]).formulation.h_over_dx == 1.5
     assert (
-        load_case("quickstart", ["formulation.viscosity=", "formulation.viscosity.beta=3"]).formulation.viscosity.beta
+        load_case("al_al", ["formulation.viscosity=", "formulation.viscosity.beta=3"]).formulation.viscosity.beta
         == 3
     )
 
@@ -248,7 +248,7 @@ def test_dump_keeps_text_as_text(title):
 
 
 def test_dump_writes_every_default():
-    text = dump_case(load_case("quickstart"))
+    text = dump_case(load_case("al_al"))
     for key in (
         "h_over_dx: 1.4",
         "integrator: leapfrog",

@@ -9,8 +9,7 @@ from hvisph.case.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.integrators.criteria import Limit
 from hvisph.simulation.build import build
-from hvisph.simulation.monitors import Failure
-from hvisph.simulation.watch import Watch
+from hvisph.simulation.watch import Failure, Watch
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.reference import Reference
 
@@ -54,7 +53,9 @@ def test_corrected_gradients_are_exact_on_linear_fields(dim, correction):
     gradient, rate = np.eye(dim) + 0.1 * random.normal(size=(dim, dim)), 1e3 * random.normal(size=(dim, dim))
     stepper = mapped(build(body(dim, correction=correction)), gradient, rate)
     assert stepper.jacobians == pytest.approx(np.linalg.det(gradient), rel=1e-12)
-    assert stepper.rates[:, dim + 2 :] == pytest.approx(np.tile(rate.ravel(), (stepper.particles.count, 1)), rel=1e-9)
+    assert stepper.rates[:, dim + 2 :] == pytest.approx(
+        np.tile(rate.ravel(), (stepper.particles.count, 1)), rel=1e-9
+    )
     assert stepper.particles["density"] == pytest.approx(RHO / np.linalg.det(gradient), rel=1e-12)
 
 
@@ -238,7 +239,9 @@ def test_removal_empties_lists_and_keeps_gradients_exact():
             lists.slopes[row][keep][:, None] * d @ lists.matrix[i].T
             + lists.shapes[row][keep][:, None] * lists.vector[i]
         )
-        assert ((field[near[keep]] - field[i])[:, None] * g).sum(axis=0) == pytest.approx([2.0, -3.0], rel=1e-12)
+        assert ((field[near[keep]] - field[i])[:, None] * g).sum(axis=0) == pytest.approx(
+            [2.0, -3.0], rel=1e-12
+        )
 
 
 def test_inverted_particle_stops_with_its_place():

@@ -206,12 +206,12 @@ def _in_pieces(case: Case) -> Iterator[Problem]:
         )
     if isinstance(formulation, EulerianFormulation) and parted:
         why = "not available where a contact algorithm parts the bodies"
-        if formulation.momentum_form != "sigma_over_rho_squared":
-            yield Problem(("formulation", "momentum_form"), f"{why}; leave it out")
         if formulation.viscosity.type not in ("none", "monaghan"):
             yield Problem(("formulation", "viscosity", "type"), f"{why}; give 'monaghan'")
         if formulation.density_dissipation.type != "none":
             yield Problem(("formulation", "density_dissipation", "type"), f"{why}; give 'none'")
+        if formulation.correction.type != "none":
+            yield Problem(("formulation", "correction", "type"), f"{why}; give 'none'")
 
 
 def _measures(case: Case) -> Iterator[Problem]:

@@ -1,8 +1,10 @@
 """The plug that a projectile punches out of a plate, and the lip that it leaves (Young 2021 sec. 3.3).
 
 A group of the target is attached when it reaches the outer tenth of the target, which the impact leaves
-alone; the plug is the largest group that is not. The lip is made of the front-most attached particles
-within two projectile widths of the shot line: as many as go around a circle of that width in 3D, ten in 2D.
+alone; the plug is the largest group that is not. Its width is its extent across the shot line between
+particles: 0.88 mm is two particles side by side, as in Young 2021's Table 2. The lip is made of the
+front-most attached particles within two projectile widths of the shot line: as many as go around a
+circle of that width in 3D, ten in 2D.
 """
 
 from __future__ import annotations
@@ -20,6 +22,7 @@ LIP_IN_THE_PLANE = 10
 UNITS = {
     "plug_velocity": "m/s",
     "plug_width": "m",
+    "plug_thickness": "m",
     "impact_diameter": "m",
     "lip_height": "m",
     "lip_height_maximum": "m",
@@ -49,13 +52,17 @@ def plug_and_lip(scene: Scene) -> dict[str, Result]:
 def _plug(scene: Scene, loose: list[Fragment]) -> dict[str, Result]:
     if not loose or loose[0].count < FEWEST:
         reason = "no group of the target is detached"
-        return {name: meaningless(UNITS[name], reason) for name in ("plug_velocity", "plug_width")}
+        return {
+            name: meaningless(UNITS[name], reason)
+            for name in ("plug_velocity", "plug_width", "plug_thickness")
+        }
     plug = loose[0]
     speed = scene.now.fields["velocity"][plug.particles, 0]
     spread = float(speed.std() / math.sqrt(plug.count))
     return {
         "plug_velocity": Result(float(plug.velocity[0]), "m/s", spread),
-        "plug_width": _length(scene, float(plug.extent[0]), scene.spacing),
+        "plug_width": _length(scene, float(plug.extent[1:].mean()), scene.spacing),
+        "plug_thickness": _length(scene, float(plug.extent[0]), scene.spacing),
     }
 
 
@@ -67,7 +74,7 @@ def _lip(scene: Scene, attached: np.ndarray) -> dict[str, Result]:
         names = ("impact_diameter", "lip_height", "lip_height_maximum")
         return {name: meaningless("m", reason) for name in names}
     x = scene.position[near, 0]
-    front = np.argsort(-x, kind="stable")[:around]
+    front = np.lexsort((scene.radius[near], -x))[:around]  # by radius where they are level
     heights = x[front] - scene.face - scene.thickness
     radii = scene.radius[near[front]]
     spread = 1.0 / math.sqrt(around)
