@@ -49,13 +49,6 @@ What runs survive, and what is never silent. Each row is made by one function of
 | what | to reach | found |
 | --- | --- | --- |"""
 
-TAIL = """
-Known limit of bit-for-bit resumption: code that was compiled in the same process and the same code from the
-cache may round differently (the optimiser may reassociate, and sees a parallel loop once or twice), seen with
-Johnson-Cook damage. So a run that compiled its own loops and is resumed from the cache can differ in the last
-bit from an unbroken one. Figures above are of cached loops.
-"""
-
 LONGEST = 2.0  # [s] of processor time until a fuzzed case must be refused or accepted: waiting is not counted
 
 
@@ -328,7 +321,7 @@ def keep_row(path, order, row):
         known = {one[0]: one for one in cells if len(one) == 3 and one[0] in order}
     known[row[0]] = list(row)
     lines = [HEAD, *(f"| {' | '.join(known[what])} |" for what in order if what in known)]
-    path.write_text("\n".join(lines) + "\n" + TAIL, encoding="utf-8")
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -142,9 +142,7 @@ def test_kernels_by_body_and_region():
         "eulerian_regions": [{"box": {"min": [0.0, -2e-3], "max": [None, 2e-3]}}],
     }
     by_region = impact(patch)
-    inside = (by_region.particles["position"][:, 0] > 0) & (
-        np.abs(by_region.particles["position"][:, 1]) < 2e-3
-    )
+    inside = (by_region.particles["position"][:, 0] > 0) & (np.abs(by_region.particles["position"][:, 1]) < 2e-3)
     assert (by_region.particles["kernel_type"] == np.where(inside, 0.0, 1.0)).all()
     with pytest.raises(CaseError, match="holds no particle"):
         impact({"type": "total_lagrangian", "eulerian_regions": [{"box": {"min": [1.0, None]}}]})

@@ -146,8 +146,7 @@ def test_override_reaches_into_a_block_left_to_its_default(tmp_path):
     plain = write(tmp_path, "plain.yaml", "base: quickstart\nformulation: null\n")
     assert load_case(plain, ["formulation.h_over_dx=1.5"]).formulation.h_over_dx == 1.5
     assert (
-        load_case("al_al", ["formulation.viscosity=", "formulation.viscosity.beta=3"]).formulation.viscosity.beta
-        == 3
+        load_case("al_al", ["formulation.viscosity=", "formulation.viscosity.beta=3"]).formulation.viscosity.beta == 3
     )
 
 

@@ -20,9 +20,7 @@ def rates_of(position, body, dim, h=1.4, velocity=None):
     """Rates of unit masses and volumes with unit stiffness, in the order of the particles."""
     layout = contact.row_layout(dim)
     constants = Contact().coefficients(CUBIC_SPLINE, 1.4)
-    pairs = Pairs(
-        layout, CUBIC_SPLINE, [Pass(contact.accumulate, layout, {"EXPONENT": 4})], constants, position, h
-    )
+    pairs = Pairs(layout, CUBIC_SPLINE, [Pass(contact.accumulate, layout, {"EXPONENT": 4})], constants, position, h)
     to = layout.slots()
     pairs.rows[:, :dim] = position
     if velocity is not None:
@@ -44,9 +42,7 @@ def energy(position, body, h=1.4):
     return total
 
 
-@pytest.mark.parametrize(
-    "dim", [2, pytest.param(1, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("dim", [2, pytest.param(1, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
 def test_force_is_the_gradient_of_the_energy_and_balances(dim):
     random = np.random.default_rng(dim)
     position = random.uniform(0.0, 3.0, (12, dim))
@@ -78,9 +74,7 @@ def test_frequency_is_that_of_the_pair():
     # two free unit masses: omega^2 = 2 k_ab, k_ab at least the curvature of the energy along the line
     position, body, h = np.array([[0.0], [1.0]]), np.array([0.0, 1.0]), 1.4
     step = 1e-4
-    curvature = sum(
-        c * energy(np.array([[0.0], [1.0 + d * step]]), body) for c, d in ((1, 1), (-2, 0), (1, -1))
-    )
+    curvature = sum(c * energy(np.array([[0.0], [1.0 + d * step]]), body) for c, d in ((1, 1), (-2, 0), (1, -1)))
     assert rates_of(position, body, 1, h)[0, 2] >= 2.0 * curvature / step**2 > 0.0
 
 
@@ -114,9 +108,7 @@ def test_equal_bars_exchange_their_velocities(kind):
 def test_contact_gives_its_own_limit_of_the_step():
     times = []
     for stiffness in (0.025, 0.1):
-        setup = build(
-            bars({"type": "total_lagrangian", "contact": {"type": "repulsive", "stiffness": stiffness}})
-        )
+        setup = build(bars({"type": "total_lagrangian", "contact": {"type": "repulsive", "stiffness": stiffness}}))
         setup.particles["position"][setup.particles.body == 0, 0] += 0.5e-3  # the bodies touch
         setup.stepper.start()
         ((time, name, particle),) = setup.stepper.limits()

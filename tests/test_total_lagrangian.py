@@ -53,9 +53,7 @@ def test_corrected_gradients_are_exact_on_linear_fields(dim, correction):
     gradient, rate = np.eye(dim) + 0.1 * random.normal(size=(dim, dim)), 1e3 * random.normal(size=(dim, dim))
     stepper = mapped(build(body(dim, correction=correction)), gradient, rate)
     assert stepper.jacobians == pytest.approx(np.linalg.det(gradient), rel=1e-12)
-    assert stepper.rates[:, dim + 2 :] == pytest.approx(
-        np.tile(rate.ravel(), (stepper.particles.count, 1)), rel=1e-9
-    )
+    assert stepper.rates[:, dim + 2 :] == pytest.approx(np.tile(rate.ravel(), (stepper.particles.count, 1)), rel=1e-9)
     assert stepper.particles["density"] == pytest.approx(RHO / np.linalg.det(gradient), rel=1e-12)
 
 
@@ -239,9 +237,7 @@ def test_removal_empties_lists_and_keeps_gradients_exact():
             lists.slopes[row][keep][:, None] * d @ lists.matrix[i].T
             + lists.shapes[row][keep][:, None] * lists.vector[i]
         )
-        assert ((field[near[keep]] - field[i])[:, None] * g).sum(axis=0) == pytest.approx(
-            [2.0, -3.0], rel=1e-12
-        )
+        assert ((field[near[keep]] - field[i])[:, None] * g).sum(axis=0) == pytest.approx([2.0, -3.0], rel=1e-12)
 
 
 def test_inverted_particle_stops_with_its_place():

@@ -62,21 +62,15 @@ def _conversion(case: Case) -> Iterator[Problem]:
     if not adaptive:
         yield Problem(path, "no body is adaptive; use the formulation total_lagrangian")
     elif limits.damage and all(body.material.damage.type != "johnson_cook" for body in adaptive):
-        yield Problem(
-            (*path, "damage"), "no material of an adaptive body can fail; give one johnson_cook damage"
-        )
+        yield Problem((*path, "damage"), "no material of an adaptive body can fail; give one johnson_cook damage")
 
 
 def _region(case: Case, region: object, path: Path) -> Iterator[Problem]:
     for number, name in enumerate(getattr(region, "bodies")):  # noqa: B009 - regions of several kinds
         if name not in case.bodies:
-            yield Problem(
-                (*path, "bodies", number), f"unknown body '{name[:64]}'{nearest(name, list(case.bodies))}"
-            )
+            yield Problem((*path, "bodies", number), f"unknown body '{name[:64]}'{nearest(name, list(case.bodies))}")
     box = getattr(region, "box")  # noqa: B009
     for side in ("min", "max"):
         corner = getattr(box, side)
         if corner and len(corner) != case.dim:
-            yield Problem(
-                (*path, "box", side), f"has {len(corner)} components, needs {case.dim} in {case.dim}D"
-            )
+            yield Problem((*path, "box", side), f"has {len(corner)} components, needs {case.dim} in {case.dim}D")

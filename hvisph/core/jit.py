@@ -31,9 +31,9 @@ from .loop_cache import forgive_damage, usable
 # process needs: a small case on a shared machine then takes twenty times as long.
 os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 
-# No 'nnan' and no 'ninf': checks for non-finite values must keep their meaning.
-FASTMATH = {"reassoc", "contract", "arcp", "nsz", "afn"}
-_OPTIONS: dict[str, Any] = {"fastmath": FASTMATH, "error_model": "numpy", "boundscheck": False}
+# No fastmath here: with it the same loop, compiled in this process or taken from the cache, may round
+# differently. The vectors of `core.lanes`, where the time goes, carry flags of their own.
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "boundscheck": False}
 
 # Left to itself the compiler calls larger functions, such as the stress update, at three times the cost.
 compiled = numba.njit(forceinline=True, **_OPTIONS)

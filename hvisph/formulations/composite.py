@@ -117,9 +117,7 @@ class CompositeStepper(Stepper):
         if "EM" in slots:
             moduli = np.array([_young_modulus(material) for material in self.materials])[particles.material]
             self.rows_[:-1, slots["EM"]] = moduli[origin]
-        self.reference = Reference(
-            extended[:, :dim], volume, body[origin], count, kernel, h, formulation.correction
-        )
+        self.reference = Reference(extended[:, :dim], volume, body[origin], count, kernel, h, formulation.correction)
         self._rates = np.zeros((count, rate_slots.width(dim)))
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains = np.ones(count), np.zeros(count)
@@ -149,9 +147,7 @@ class CompositeStepper(Stepper):
 
         def bound(law: Any, **more: Any) -> Any:
             names = law.__code__.co_names
-            return specialise(
-                law, parallel=True, **{k: v for k, v in (options | slots | more).items() if k in names}
-            )
+            return specialise(law, parallel=True, **{k: v for k, v in (options | slots | more).items() if k in names})
 
         self._deform = bound(deformation.deform)
         self._sums = {coupled: bound(reference.accumulate, COUPLED=coupled) for coupled in (0, 1)}
@@ -170,16 +166,13 @@ class CompositeStepper(Stepper):
         packer, more = euler.pack()
         names = packer.__code__.co_names
         write = specialise(packer, **{k: v for k, v in ({"DIM": dim} | more | to).items() if k in names})
-        self._spatial_rows = bound(
-            _spatial_rows, TO_D=to["D"], TO_KIND=to["KIND"], TO_BODY=to["BODY"], write=write
-        )
+        self._spatial_rows = bound(_spatial_rows, TO_D=to["D"], TO_KIND=to["KIND"], TO_BODY=to["BODY"], write=write)
         if not parted:
             return
         constants = formulation.contact.coefficients(kernel, formulation.h_over_dx)
         spacing = self.h / formulation.h_over_dx
         stiffness = [
-            formulation.contact.of_material(m.density, m.bulk_sound_speed, spacing, dim)
-            for m in self.materials
+            formulation.contact.of_material(m.density, m.bulk_sound_speed, spacing, dim) for m in self.materials
         ]
         self._stiffness = np.array(stiffness)[self.particles.material]
         layout = contact.row_layout(dim)
@@ -317,9 +310,7 @@ class CompositeStepper(Stepper):
     def _turn(self) -> None:
         """Let particles turn Eulerian, or leave the lists."""
         particles, formulation = self.particles, self.formulation
-        if not len(self._tied) or (
-            formulation.conversion.off and not self._any_eulerian and not self._can_fail
-        ):
+        if not len(self._tied) or (formulation.conversion.off and not self._any_eulerian and not self._can_fail):
             return
         lagrangian = self._lagrangian & ~self.loose
         damage = particles["damage"] if self._can_fail else self._undamaged

@@ -78,7 +78,8 @@ def _pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t, s_xx,
     rows[s, M] = mass
     rows[s, V] = mass / rho
     rows[s, ZN] = rho * c_l
-    rows[s, ZT] = rho * c_t
+    # A liquid slips: a shear impedance of next to nothing, for with none at all u* of the pair is 0/0.
+    rows[s, ZT] = rho * max(c_t, 1e-8 * c_l)
     rows[s, T] = s_xx - p
     if DIM > 1:
         rows[s, U + 1] = v

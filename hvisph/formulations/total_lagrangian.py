@@ -98,9 +98,7 @@ class TotalLagrangian:
 
     def row(self, dim: int) -> tuple[RowLayout, int]:
         """Return the row of a particle, and how many of its slots neighbours read."""
-        return reference.row_layout(
-            dim, self.correction == "mixed", self.printed_viscosity, self.hourglass != 0.0
-        )
+        return reference.row_layout(dim, self.correction == "mixed", self.printed_viscosity, self.hourglass != 0.0)
 
     def coefficients(self) -> np.ndarray:
         """Return alpha."""
@@ -111,9 +109,7 @@ class TotalLagrangian:
         return _pack, {}
 
 
-def _pack(
-    rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t, s_xx, s_yy, s_zz, s_xy, s_xz, s_yz
-):
+def _pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t, s_xx, s_yy, s_zz, s_xy, s_xz, s_yz):
     """Write what the passes read, but for place of reference and kind, which stay; return the speed of signals."""
     rows[s, U] = u
     rows[s, M] = mass

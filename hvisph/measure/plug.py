@@ -52,10 +52,7 @@ def plug_and_lip(scene: Scene) -> dict[str, Result]:
 def _plug(scene: Scene, loose: list[Fragment]) -> dict[str, Result]:
     if not loose or loose[0].count < FEWEST:
         reason = "no group of the target is detached"
-        return {
-            name: meaningless(UNITS[name], reason)
-            for name in ("plug_velocity", "plug_width", "plug_thickness")
-        }
+        return {name: meaningless(UNITS[name], reason) for name in ("plug_velocity", "plug_width", "plug_thickness")}
     plug = loose[0]
     speed = scene.now.fields["velocity"][plug.particles, 0]
     spread = float(speed.std() / math.sqrt(plug.count))

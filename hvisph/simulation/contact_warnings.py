@@ -39,9 +39,7 @@ def contact_warnings(case: Any) -> list[str]:
     kernel = KERNELS[case.formulation.kernel]
     stiffness = min(contact.of_material(m.density, m.bulk_sound_speed, dx, dim) for m in materials)
     for material in materials:
-        omega2 = _omega_squared(
-            contact, kernel, stiffness, material.density, case.formulation.h_over_dx, dx, dim
-        )
+        omega2 = _omega_squared(contact, kernel, stiffness, material.density, case.formulation.h_over_dx, dx, dim)
         share = 2.0 / np.sqrt(omega2) * material.longitudinal_sound_speed / case.smoothing_length
         if share < SHARE:
             found.append(

@@ -220,9 +220,7 @@ def deform(rows, active, state, stage, starts, near, slopes, shapes, matrix, vec
                 strain_yz = 0.5 * (f_xy * f_xz + f_yy * f_yz + f_zy * f_zz)
                 mean = (strain_xx + strain_yy + strain_zz) / 3.0
                 squares = (strain_xx - mean) ** 2 + (strain_yy - mean) ** 2 + (strain_zz - mean) ** 2
-                strains[i] = np.sqrt(
-                    2.0 / 3.0 * (squares + 2.0 * (strain_xy**2 + strain_xz**2 + strain_yz**2))
-                )
+                strains[i] = np.sqrt(2.0 / 3.0 * (squares + 2.0 * (strain_xy**2 + strain_xz**2 + strain_yz**2)))
                 trace = (d_xx * i_xx + d_xy * i_yx + d_xz * i_zx + d_yx * i_xy + d_yy * i_yy + d_yz * i_zy
                          + d_zx * i_xz + d_zy * i_yz + d_zz * i_zz)  # fmt: skip
                 if kind == 1.0:

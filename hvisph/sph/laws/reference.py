@@ -186,9 +186,7 @@ def accumulate(
                         reference2 = e_x * e_x + e_y * e_y
                         own = ((rows[i, FG] * e_x + rows[i, FG + 1] * e_y) * dx
                                + (rows[i, FG + 2] * e_x + rows[i, FG + 3] * e_y) * dy)  # fmt: skip
-                        other = (b[FG] * e_x + b[FG + 1] * e_y) * dx + (
-                            b[FG + 2] * e_x + b[FG + 3] * e_y
-                        ) * dy
+                        other = (b[FG] * e_x + b[FG + 1] * e_y) * dx + (b[FG + 2] * e_x + b[FG + 3] * e_y) * dy
                     if DIM == 3:
                         e_x, e_y, e_z = x0 - b[X0], y0 - b[X0 + 1], z0 - b[X0 + 2]
                         reference2 = e_x * e_x + e_y * e_y + e_z * e_z
