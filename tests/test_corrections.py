@@ -259,6 +259,7 @@ def test_no_correction_is_the_standard_formulation():
     [
         (CORRECTED | {"momentum_form": "sigma_over_rho_squared"}, "momentum_form"),
         (CORRECTED | {"density_dissipation": {"type": "zisis"}}, "density_dissipation"),
+        (CORRECTED | {"density_form": "mass"}, "density_form"),
         (CORRECTED | {"viscosity": {"type": "balsara"}}, "viscosity"),
         (CORRECTED | {"contact": {"type": "repulsive"}}, "contact"),
         ({"type": "eulerian", "correction": {"type": "mixed", "factor": 1.0}}, "factor"),

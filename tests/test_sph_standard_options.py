@@ -1,4 +1,4 @@
-"""Options of the standard law against sums written out: product form, density dissipation, exponent of f."""
+"""Options of the standard law against sums written out: both forms of momentum and density, dissipation, f^n."""
 
 import numpy as np
 import pytest
@@ -48,8 +48,8 @@ def rates_of(dim, **options):
     return particles, stepper.rates[stepper.place].copy()
 
 
-def written_out(particles, alpha, beta, product, alpha_rho, kernel="cubic_spline"):
-    """Return acceleration, power and rate of ln(rho), by double sums over full tensors."""
+def written_out(particles, alpha, beta, product, mass_form, alpha_rho, kernel="cubic_spline"):
+    """Return acceleration, power and the further rate of ln(rho), by double sums over full tensors."""
     dim, count, kernel = particles.dim, particles.count, KERNELS[kernel]
     x, u = particles["position"], particles["velocity"]
     m, rho, h = particles["mass"], particles["density"], particles["smoothing_length"]
@@ -82,21 +82,25 @@ def written_out(particles, alpha, beta, product, alpha_rho, kernel="cubic_spline
             power[a] -= m[b] * v @ ((own - 0.5 * pi * np.eye(dim)) @ gradient)
             q = alpha_rho * m[b] / rho[b] * (p[a] - p[b]) / (0.5 * (c[a] + c[b])) * slope
             chi[a] += q / rho[a]
+            if mass_form:
+                chi[a] += (m[b] / rho[a] - m[b] / rho[b]) * v @ gradient
             power[a] += 0.5 * q / rho[a] * (p[a] / rho[a] + p[b] / rho[b])
     return acceleration, power, chi
 
 
 @pytest.mark.parametrize(
-    ("dim", "product", "alpha_rho"),
-    [(1, False, 0.0), (1, True, 0.0), (1, False, 0.4), (2, True, 0.8), (3, True, 0.8)],
-)
-def test_against_sums_written_out(dim, product, alpha_rho):
-    particles, rates = rates_of(dim, alpha=1.0, beta=2.0, product=product, alpha_rho=alpha_rho)
-    acceleration, power, chi = written_out(particles, 1.0, 2.0, product, alpha_rho)
+    ("dim", "product", "mass_form", "alpha_rho"),
+    [(1, False, False, 0.0), (1, True, False, 0.0), (1, False, False, 0.4), (2, True, False, 0.8),
+     (3, True, False, 0.8), (1, False, True, 0.0), (2, False, True, 0.0), (3, True, True, 0.8)],
+)  # fmt: skip
+def test_against_sums_written_out(dim, product, mass_form, alpha_rho):
+    options = {"product": product, "mass_form": mass_form, "alpha_rho": alpha_rho}
+    particles, rates = rates_of(dim, alpha=1.0, beta=2.0, **options)
+    acceleration, power, chi = written_out(particles, 1.0, 2.0, **options)
     # rounding of sums of terms that nearly cancel
     np.testing.assert_allclose(rates[:, :dim], acceleration, rtol=1e-9, atol=1e-11 * np.abs(acceleration).max())
     np.testing.assert_allclose(rates[:, dim], power, rtol=1e-9, atol=1e-11 * np.abs(power).max())
-    if alpha_rho:
+    if alpha_rho or mass_form:
         np.testing.assert_allclose(rates[:, -1], chi, rtol=1e-9, atol=1e-11 * np.abs(chi).max())
 
 

@@ -210,6 +210,8 @@ def _in_pieces(case: Case) -> Iterator[Problem]:
             yield Problem(("formulation", "viscosity", "type"), f"{why}; give 'monaghan'")
         if formulation.density_dissipation.type != "none":
             yield Problem(("formulation", "density_dissipation", "type"), f"{why}; give 'none'")
+        if formulation.density_form != "volume":
+            yield Problem(("formulation", "density_form"), f"{why}; give 'volume'")
         if formulation.correction.type != "none":
             yield Problem(("formulation", "correction", "type"), f"{why}; give 'none'")
 

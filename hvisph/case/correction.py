@@ -88,5 +88,7 @@ def correction_problems(formulation: EulerianFormulation) -> Iterator[Problem]:
         yield Problem(("viscosity", "type"), f"not available with correction '{kind}'; give 'monaghan' or 'none'")
     if formulation.density_dissipation.type != "none":
         yield Problem(("density_dissipation", "type"), f"not available with correction '{kind}'; give 'none'")
+    if formulation.density_form != "volume":
+        yield Problem(("density_form",), f"not available with correction '{kind}'; give 'volume'")
     if formulation.contact.type != "kernel":
         yield Problem(("contact", "type"), f"not available with correction '{kind}'; give 'kernel'")

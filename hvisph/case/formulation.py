@@ -84,6 +84,11 @@ class EulerianFormulation(KernelOptions):
         default="sigma_over_rho_squared",
         description="Pair stress: sigma_a/rho_a^2 + sigma_b/rho_b^2, or (sigma_a + sigma_b)/(rho_a rho_b)",
     )
+    density_form: Literal["volume", "mass"] = Field(
+        default="volume",
+        description="Rate of density: rho_a sum m_b/rho_b u_ab . grad W, which neighbours of another density leave "
+        "alone, or sum m_b u_ab . grad W, which keeps to the particles' spacing through strong shocks",
+    )
     correction: Correction = Field(
         default=NoCorrection(),
         description="Correction of the kernel and its gradient (Young 2021 eqs. 3-5), in the form `product`",
@@ -164,6 +169,7 @@ class RiemannFormulation(KernelOptions):
         "correction": "its pair forces are those of the plain kernel gradient, equal and opposite",
         "contact": "bodies meet by the Riemann problem of each pair",
         "momentum_form": "each pair has one contact stress",
+        "density_form": "the contact velocity of each pair gives the rate of density",
         "density_dissipation": "the contact velocity of each pair smooths density at interfaces",
     }
 
@@ -187,6 +193,7 @@ class ProjectionFormulation(KernelOptions):
         "correction": "its Poisson equation is that of the plain kernel gradient",
         "contact": "bodies meet in the pressure's Poisson equation",
         "momentum_form": "give pressure_gradient: conjugate or printed",
+        "density_form": "density is restored each step",
         "density_dissipation": "density is restored each step",
     }
 

@@ -38,6 +38,8 @@ class Eulerian:
         Its exponent n of W/W(dx).
     product
         Whether the pair stress is (sigma_a + sigma_b)/(rho_a rho_b).
+    mass_form
+        Whether the rate of density is sum m_b u_ab . grad W, not rho_a sum m_b/rho_b u_ab . grad W.
     alpha_rho
         Coefficient of the density dissipation, 0 for none.
     switch
@@ -54,6 +56,7 @@ class Eulerian:
     stress_eps: float = 0.0
     stress_exponent: int = 4
     product: bool = False
+    mass_form: bool = False
     alpha_rho: float = 0.0
     switch: str = "none"
     share_minimum: float = 0.1
@@ -66,7 +69,12 @@ class Eulerian:
     def fields(self) -> tuple[str, ...]:
         """What particles carry beside the state."""
         switched = ("viscosity_share",) if self.switch == "morris_monaghan" else ()
-        return (*switched, "previous_density_rate") if self.alpha_rho else switched
+        return (*switched, "previous_density_rate") if self.density_rate else switched
+
+    @property
+    def density_rate(self) -> bool:
+        """Whether density has a rate beside that of the velocity gradient."""
+        return self.mass_form or self.alpha_rho != 0.0
 
     @property
     def viscous_factor(self) -> float:
@@ -76,12 +84,13 @@ class Eulerian:
     def passes(self, dim: int) -> list[Pass]:
         """Return the one pass: all rates at once."""
         options = self._options() | {"COUPLED": 0, "EXPONENT": self.stress_exponent}
-        return [Pass(standard.accumulate, self.layout(dim), options, density_rate=self.alpha_rho != 0.0)]
+        return [Pass(standard.accumulate, self.layout(dim), options, density_rate=self.density_rate)]
 
     def _options(self) -> dict[str, int]:
         return {
             "ARTIFICIAL_STRESS": int(self.stress_eps != 0.0),
             "PRODUCT": int(self.product),
+            "MASS_FORM": int(self.mass_form),
             "DISSIPATION": int(self.alpha_rho != 0.0),
             "SWITCHED": int(self.switch != "none"),
         }

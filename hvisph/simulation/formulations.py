@@ -37,6 +37,7 @@ def formulation_of(model: Any, case: Any = None) -> AnyFormulation:
             if model.density_dissipation.type == "zisis":
                 shared["alpha_rho"] = model.density_dissipation.alpha
             shared["product"] = model.momentum_form == "product"
+            shared["mass_form"] = model.density_form == "mass"
             if model.correction.type == "none":
                 return Eulerian(**shared)
             return Corrected(**shared, correction=model.correction.type, factor=model.correction.factor)

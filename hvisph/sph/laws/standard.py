@@ -8,9 +8,14 @@ Each particle receives its own stress power and half of the work of what belongs
 pair, so the sum of m_a de_a is exactly minus the power of the pair forces. In the product form
 both denominators are rho_a rho_b (Zisis 2013 eq. 13; Young 2021 eq. 1).
 
+The rate of density is that of the volume, -rho tr L, or in the mass form sum_b m_b u_ab . grad_a W_ab,
+written as what it adds to the rate of ln(rho):
+
+    chi_a = sum_b (m_b/rho_a - m_b/rho_b) u_ab . grad_a W_ab
+
 Density dissipation (Zisis 2013 eqs. 22-24), as a rate of ln(rho), and its energy:
 
-    chi_a = 1/rho_a sum_b q_ab,      q_ab = alpha_rho m_b/rho_b (p_a - p_b)/c_ab dW/dr,
+    chi_a += 1/rho_a sum_b q_ab,     q_ab = alpha_rho m_b/rho_b (p_a - p_b)/c_ab dW/dr,
     de_a += 1/(2 rho_a) sum_b q_ab (p_a/rho_a + p_b/rho_b)
 
 Density holds elastic energy, p/rho^2 for each unit of it. Of what the two sides of a pair give and
@@ -29,9 +34,9 @@ from hvisph.core.simd import neighbours
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
-# Options of the law, off unless bound: the product form, density dissipation, shares of the viscosity, and
-# the exponent n of f.
-PRODUCT = DISSIPATION = SWITCHED = 0
+# Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
+# viscosity, and the exponent n of f.
+PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = 0
 EXPONENT = 4
 
 
@@ -78,7 +83,7 @@ def accumulate(near, n, rows, i, constants, out):
     if DISSIPATION:
         p = rows[i, P]
         twice_alpha = 2.0 * constants[4]  # for c_a + c_b in place of their mean
-        exchanged = none
+    density_rate = none
     l_xx = l_xy = l_xz = l_yx = l_yy = l_yz = l_zx = l_zy = l_zz = none
     a_x = a_y = a_z = power = mu_max = none
     for k in range(np.uint64(0), n, np.uint64(LANES)):
@@ -167,10 +172,12 @@ def accumulate(near, n, rows, i, constants, out):
         if COUPLED:
             vf = vf * gradient_share
             m = m * force_share
+        if MASS_FORM:
+            density_rate += (m - rho * vf) * (f * ur)
         if DISSIPATION:
             p_b = b[P]
             flow = twice_alpha * vf * (p - p_b) * (f * r) / (c + b[C])
-            exchanged += flow
+            density_rate += flow
             power -= 0.5 * inverse_rho * flow * (p * inverse_rho + p_b * (inverse_products * densities))
         of_b_x = b_xx * g_x + b_xy * g_y + b_xz * g_z
         of_b_y = b_xy * g_x + b_yy * g_y + b_yz * g_z
@@ -200,5 +207,5 @@ def accumulate(near, n, rows, i, constants, out):
     write_rates(out, i, total(a_x), total(a_y), total(a_z), -total(power), largest(mu_max),
                 total(l_xx), total(l_xy), total(l_xz), total(l_yx), total(l_yy), total(l_yz),
                 total(l_zx), total(l_zy), total(l_zz))  # fmt: skip
-    if DISSIPATION:
-        out[i, DIM + 2 + DIM * DIM] = inverse_rho * total(exchanged)
+    if MASS_FORM or DISSIPATION:
+        out[i, DIM + 2 + DIM * DIM] = inverse_rho * total(density_rate)
