@@ -31,7 +31,7 @@ def perforated(height=1.5e-3, shift=20e-3, plug_radius=4.2e-3):
     def snapshot(position, speed, chosen, time, step):
         fields = {"position": position[chosen], "velocity": speed[chosen], "mass": np.ones(chosen.sum()),
                   "smoothing_length": np.full(chosen.sum(), 1.2 * DX)}  # fmt: skip
-        numbers = np.arange(chosen.sum())
+        numbers = np.flatnonzero(chosen)
         return Snapshot(time, step, 3, fields, body[chosen], np.zeros(chosen.sum(), int), numbers, ["shot", "plate"],
                         ["metal"], {"spacing": DX})  # fmt: skip
 
@@ -50,6 +50,44 @@ def test_plug_and_lip():
     # the innermost ring of the lip, where all are level
     assert 12e-3 < found["impact_diameter"].value < 14e-3
     assert found["target_fragments"].value == 1.0
+
+
+def test_what_is_thrown_back_is_no_plug():
+    scene = perforated()
+    plug = scene.now.body == 1
+    plug &= scene.now.fields["velocity"][:, 0] > 0.0
+    scene.now.fields["velocity"][plug] *= -1.0
+    found = plug_and_lip(scene)
+    assert found["plug_velocity"].value is None
+    assert found["target_fragments"].value == 1.0
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_debris_beside_the_plate_is_not_attached(known):
+    """A piece of the middle that has flown out to the rim, or past it, is a fragment where the start is known."""
+    scene = perforated()
+    plug = (scene.now.body == 1) & (scene.now.fields["velocity"][:, 0] > 0.0)
+    scene.now.fields["position"][plug, 1] += 28 * DX if known else 60 * DX
+    found = plug_and_lip(Scene(scene.now, scene.start if known else None))
+    assert found["target_fragments"].value == 1.0
+    assert found["plug_velocity"].value == pytest.approx(300.0)
+
+
+def test_both_halves_of_a_plate_struck_off_its_middle_are_attached():
+    y = (np.arange(100) - 79.5) * DX  # -80 to 20 mm: the upper half ends where the lower one's rim is far away
+    plate = np.stack(np.meshgrid([0.5e-3, 1.5e-3, 2.5e-3], y, indexing="ij"), -1).reshape(-1, 2)
+    plate = plate[np.abs(plate[:, 1]) > 5e-3]
+    shot = np.stack(np.meshgrid(*[(np.arange(8) - 3.5) * DX] * 2, indexing="ij"), -1).reshape(-1, 2)
+    position = np.concatenate([shot, plate])
+    body = np.repeat([0, 1], [len(shot), len(plate)])
+    n = len(position)
+    fields = {"position": position, "velocity": np.ones((n, 2)), "mass": np.ones(n)}
+    snapshot = Snapshot(0.0, 0, 2, fields, body, np.zeros(n, int), np.arange(n), ["shot", "plate"], ["metal"],
+                        {"spacing": DX})  # fmt: skip
+    for start in (snapshot, None):
+        found = plug_and_lip(Scene(snapshot, start))
+        assert found["target_fragments"].value == 0.0
+        assert found["plug_velocity"].value is None
 
 
 def test_a_whole_plate_has_no_plug():

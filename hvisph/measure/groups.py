@@ -66,9 +66,10 @@ class Fragment:
     count
         Number of particles.
     mass
-        Mass [kg; kg/m in 2D, kg/m^2 in 1D].
+        Mass [kg; kg/m in 2D, kg/m^2 in 1D]; NaN where the snapshot has none.
     centre, velocity
-        Mass means, shape (dim,) [m], [m/s].
+        Mass means, shape (dim,) [m], [m/s]; NaN where the snapshot has no velocity. Without masses every
+        particle counts alike.
     extent
         Largest less smallest coordinate of its particles along each axis, shape (dim,) [m].
     particles
@@ -82,6 +83,11 @@ class Fragment:
     velocity: np.ndarray
     extent: np.ndarray
     particles: np.ndarray
+
+    @property
+    def speed(self) -> float:
+        """Magnitude of the velocity [m/s]."""
+        return float(np.sqrt((self.velocity**2).sum()))
 
 
 def fragments(snapshot: Snapshot, body: int, spacing: float, link: float = LINK) -> list[Fragment]:
@@ -99,22 +105,26 @@ def fragments(snapshot: Snapshot, body: int, spacing: float, link: float = LINK)
         Linking distance in spacings.
     """
     members = np.flatnonzero(snapshot.body == body)
+    if len(members) == 0:
+        return []
     labels = connected_groups(snapshot.fields["position"][members], spacing, link)
-    by_group = np.argsort(labels, kind="stable")
-    ends = np.flatnonzero(np.diff(labels[by_group])) + 1
-    return [_fragment(snapshot, body, members[group]) for group in np.split(by_group, ends) if len(group)]
-
-
-def _fragment(snapshot: Snapshot, body: int, particles: np.ndarray) -> Fragment:
-    position = snapshot.fields["position"][particles]
-    velocity = snapshot.fields["velocity"][particles]
-    mass = snapshot.fields["mass"][particles]
-    return Fragment(
-        body=body,
-        count=len(particles),
-        mass=float(mass.sum()),
-        centre=np.average(position, axis=0, weights=mass),
-        velocity=np.average(velocity, axis=0, weights=mass),
-        extent=np.ptp(position, axis=0),
-        particles=particles,
-    )
+    by_group = members[np.argsort(labels, kind="stable")]
+    counts = np.bincount(labels)
+    starts = np.cumsum(counts) - counts
+    position = snapshot.fields["position"][by_group].reshape(len(members), -1)
+    velocity = np.full_like(position, np.nan)
+    if "velocity" in snapshot.fields:
+        velocity = snapshot.fields["velocity"][by_group].reshape(position.shape)
+    weight, mass = np.ones(len(members)), np.full(len(counts), np.nan)
+    if "mass" in snapshot.fields:
+        weight = snapshot.fields["mass"][by_group]
+        mass = np.add.reduceat(weight, starts)
+    whole = np.add.reduceat(weight, starts)[:, None]
+    with np.errstate(invalid="ignore", divide="ignore"):  # groups without mass have no mean
+        centre = np.add.reduceat(weight[:, None] * position, starts) / whole
+        mean = np.add.reduceat(weight[:, None] * velocity, starts) / whole
+    extent = np.maximum.reduceat(position, starts) - np.minimum.reduceat(position, starts)
+    return [
+        Fragment(body, int(counts[k]), float(mass[k]), centre[k], mean[k], extent[k], particles)
+        for k, particles in enumerate(np.split(by_group, starts[1:]))
+    ]

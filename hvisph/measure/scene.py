@@ -10,17 +10,18 @@ and the projectile's present width take their place.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.measure.groups import main_body
+from hvisph.measure.groups import Fragment, fragments, main_body
 from hvisph.output.snapshot import Snapshot
 
 PROJECTILE, TARGET = 0, 1
+RIM = 0.9  # of the way from the shot line to the target's edges: what is further out the impact leaves alone
 
 
 def axis_of(position: np.ndarray, body: np.ndarray, spacing: float) -> np.ndarray:
@@ -83,6 +84,7 @@ class Scene:
 
     now: Snapshot
     start: Snapshot | None = None
+    _fragments: dict[int, list[Fragment]] = field(default_factory=dict, init=False, repr=False)
 
     @cached_property
     def position(self) -> np.ndarray:
@@ -182,10 +184,17 @@ class Scene:
             return float(np.ptp(position) + self.spacing)
         return float(np.ptp(position[:, 1]) + self.spacing)
 
+    def fragments(self, body: int) -> list[Fragment]:
+        """Return the connected groups of a body, the one with most particles first."""
+        if body not in self._fragments:
+            _ = self.position  # says which particle has none
+            self._fragments[body] = fragments(self.now, body, self.spacing)
+        return self._fragments[body]
+
     @cached_property
     def projectile(self) -> np.ndarray:
         """Indices of the projectile's main body."""
-        return self._main(self.now.body == PROJECTILE)
+        return self._whole(PROJECTILE)
 
     @cached_property
     def target_sides(self) -> list[np.ndarray]:
@@ -195,11 +204,47 @@ class Scene:
         """
         plate = self.now.body == TARGET
         if self.now.dimensions != 2:
-            return [self._main(plate)]
+            return [self._whole(TARGET)]
         upper = self.lateral[:, 0] > 0.0
         sides = [self._main(plate & upper), self._main(plate & ~upper)]
         return [side for side in sides if len(side)]
 
+    @cached_property
+    def rim(self) -> np.ndarray:
+        """Whether a particle is of the target's rim, its outer tenth towards any of its edges, shape (n,).
+
+        What began there, where the start is known and particles have permanent numbers, as in our own files;
+        else what is there now, between the edges of the main bodies: debris may have flown further. In 1D
+        there is none.
+        """
+        found = np.zeros(self.now.count, dtype=bool)
+        if self.now.dimensions == 1 or not self.has_target:
+            return found
+        if self.start is not None and "spacing" in self.start.metadata:
+            plate = self.start.body == TARGET
+            lateral = self.start.fields["position"][plate, 1:] - self.axis
+            outer = self.start.id[plate][_outward(lateral, lateral) >= RIM] if plate.any() else []
+            return np.isin(self.now.id, outer) & (self.now.body == TARGET)
+        plate = np.flatnonzero(self.now.body == TARGET)
+        outward = _outward(self.lateral[plate], self.lateral[np.concatenate(self.target_sides)])
+        found[plate] = (outward >= RIM) & (outward <= 1.0)
+        return found
+
+    def _whole(self, body: int) -> np.ndarray:
+        found = self.fragments(body)
+        return found[0].particles if found else np.zeros(0, dtype=np.int64)
+
     def _main(self, chosen: np.ndarray) -> np.ndarray:
         members = np.flatnonzero(chosen)
         return members[main_body(self.position[members], self.spacing)]
+
+
+def _outward(lateral: np.ndarray, plate: np.ndarray) -> np.ndarray:
+    """Return how far (n,) of the way from the shot line to the edges of `plate` each particle is; 1 is on an edge.
+
+    Both have the shape (.., dim - 1). An edge that the shot line is on is a plane of symmetry, no edge.
+    """
+    low, high = plate.min(axis=0), plate.max(axis=0)
+    reach = np.where(lateral > 0.0, high, -low)
+    share = np.divide(np.abs(lateral), reach, out=np.zeros_like(lateral), where=reach > 0.0)
+    return share.max(axis=1)
