@@ -183,6 +183,10 @@ def test_table_for_people():
         "centre_pressure_peak": Result(18.8e9, "Pa", 1e3, time=0.91e-6),
         "void_fraction": meaningless("", "2D only"),
         "energy_drift": -7e-6,
+        "momentum_drift": -0.0,
+        "momentum_transfer": -4e-4,
+        "plug_width": Result(8.7e-3, "m", 1e-3),
+        "target_fragments": Result(3.0, ""),
         "a_new_measure": Result(12345.678, "kg"),
     }
     expected = compare(results, {"extension": {"value": 7e-3, "tolerance": 1e-3, "source": "Young 2021"}})
@@ -196,6 +200,10 @@ def test_table_for_people():
     assert table["void_fraction"].value == "-"
     assert table["void_fraction"].note == "2D only"
     assert table["energy_drift"].value == "-0.00070 %"
+    assert table["momentum_drift"].value == "0"  # what rounds to nothing has no sign
+    assert table["momentum_transfer"].value == "0.000"
+    assert table["plug_width"].value == "8.70 ± 1.00 mm"
+    assert table["target_fragments"].value == "3"
     assert table["a_new_measure"].value == "1.23e+04 kg"
     assert table["a_new_measure"].passed is None
     plain = {row.name: row for row in rows(results, unitless=True)}

@@ -1,4 +1,4 @@
-"""Measures as rows of text for people: centimetres, gigapascals, per cent."""
+"""Measures as rows of text for people: centimetres or millimetres, gigapascals, per cent."""
 
 from __future__ import annotations
 
@@ -20,6 +20,13 @@ SHOWN: dict[str, tuple[str, str, float, int]] = {
     "centre_tension_peak": ("peak tension on the axis", "GPa", 1e-9, 2),
     "residual_velocity": ("residual velocity", "m/s", 1.0, 1),
     "momentum_transfer": ("momentum transfer beta", "", 1.0, 3),
+    "plug_velocity": ("plug velocity", "m/s", 1.0, 1),
+    "plug_width": ("plug width", "mm", 1e3, 2),
+    "plug_thickness": ("plug thickness", "mm", 1e3, 2),
+    "impact_diameter": ("impact diameter", "mm", 1e3, 2),
+    "lip_height": ("lip height", "mm", 1e3, 2),
+    "lip_height_maximum": ("lip height, largest", "mm", 1e3, 2),
+    "target_fragments": ("fragments off the target", "", 1.0, 0),
     "plateau_stress": ("plateau stress", "GPa", 1e-9, 3),
     "interface_velocity": ("interface velocity", "m/s", 1.0, 1),
     "energy_drift": ("energy drift", "%", 1e2, 5),
@@ -52,6 +59,11 @@ class Row:
     note: str = ""
 
 
+def label(name: str) -> str:
+    """Return a measure's name in words."""
+    return SHOWN[name][0] if name in SHOWN else name.replace("_", " ")
+
+
 def rows(
     results: Mapping[str, Result | float | None],
     expected: Sequence[Mapping[str, Any]] = (),
@@ -72,7 +84,7 @@ def rows(
     table = []
     for name, found in results.items():
         result = found if isinstance(found, Result) else Result(found, "")
-        label, unit, factor, decimals = SHOWN.get(name, (name.replace("_", " "), result.unit, 1.0, -1))
+        _, unit, factor, decimals = SHOWN.get(name, ("", result.unit, 1.0, -1))
         if unitless and unit != "%":
             unit, factor, decimals = "", 1.0, -1
         entry = by_name.get(name)
@@ -86,7 +98,7 @@ def rows(
         table.append(
             Row(
                 name=name,
-                label=label,
+                label=label(name),
                 value=_text(result.value, result.uncertainty, unit, factor, decimals),
                 expected=target,
                 passed=entry["passed"] if entry is not None else None,
@@ -101,7 +113,8 @@ def _text(value: float | None, spread: float | None, unit: str, factor: float, d
         return "-"
 
     def number(figure: float) -> str:
-        return f"{figure * factor:.{decimals}f}" if decimals >= 0 else f"{figure * factor:.3g}"
+        text = f"{figure * factor:.{decimals}f}" if decimals >= 0 else f"{figure * factor:.3g}"
+        return text if float(text) else text.lstrip("-")  # what rounds to nothing has no sign
 
     # a spread that rounds to nothing says nothing
     shown = f" ± {number(spread)}" if spread and float(number(spread)) > 0.0 else ""
