@@ -330,3 +330,50 @@ def test_words():
     assert [size(n) for n in (12, 1200, 262e6, 1.25e11)] == ["12 B", "1.2 kB", "262 MB", "125 GB"]
     assert [rounded(n) for n in (7, 2683, 123456)] == ["7", "2700", "120000"]
     assert table([("a", "bb", ""), ("ccc", "d", "")], indent=1) == " a    bb\n ccc  d"
+
+
+def test_fragments_of_a_run(ran, tmp_path):
+    found = call("measure", ran.folder, "--fragments")
+    assert found.exit_code == 0
+    assert "projectile: 1 fragment of 100 particles" in found.stdout
+    assert "main body" in found.stdout
+    assert "kg/m^2" in found.stdout
+    plain = json.loads(call("measure", ran.folder, "--fragments", "--json").stdout)
+    assert [body["number"] for body in plain["bodies"]] == [1, 1]
+    whole = call("measure", ran.folder, "--fragments", "--at", "all", "--csv", tmp_path / "pieces.csv")
+    assert whole.stdout.rstrip().endswith("pieces.csv")
+    with (tmp_path / "pieces.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 12
+    assert {row["body"] for row in rows} == {"projectile", "target"}
+    summed = call("measure", ran.folder, "--fragments", "--smallest", "200").stdout
+    assert "1 of fewer than 200 particles: 100 particles" in summed
+
+
+def test_histories_of_a_run(ran, tmp_path):
+    found = call("measure", ran.folder, "--csv", tmp_path / "all.csv", "--plot", tmp_path / "all.png")
+    assert found.exit_code == 0
+    with (tmp_path / "all.csv").open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    series = json.loads(call("measure", ran.folder, "--at", "all", "--json").stdout)["series"]
+    assert [float(row["time [s]"]) for row in rows] == [moment["time"] for moment in series]
+    for row, moment in zip(rows, series, strict=True):
+        value = moment["measures"]["interface_velocity"]["value"]
+        assert row["interface_velocity [m/s]"] == ("" if value is None else repr(value))
+    assert (tmp_path / "all.png").stat().st_size > 10000
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--smallest", "3"), "--fragments"),
+        (("--plot", "a.png", "--fragments"), "picture"),
+        (("--plot", "a.png", "--at", "0.2us"), "all moments"),
+        (("--csv", "nowhere/a.csv"), "cannot write"),
+        (("--plot", "a.txt"), "stored as"),
+    ],
+)
+def test_options_of_measure_that_do_not_go(ran, options, words):
+    found = call("measure", ran.folder, *options)
+    assert found.exit_code in (2, 3)
+    assert words in found.output

@@ -1,7 +1,8 @@
-"""`hvisph measure`: lengths, peaks and voids of a run or a snapshot, from its files alone."""
+"""`hvisph measure`: lengths, peaks, voids and fragments of a run or a snapshot, from its files alone."""
 
 from __future__ import annotations
 
+import textwrap
 from contextlib import suppress
 from pathlib import Path
 from typing import Annotated, Any
@@ -9,6 +10,9 @@ from typing import Annotated, Any
 import typer
 
 from hvisph.cli.options import JsonOption
+
+WIDTH = 110  # of the tables over time: wider ones go on below
+HEADING = 14  # of a column's name, which is broken where it is longer
 
 
 def measure(
@@ -21,29 +25,58 @@ def measure(
             help="Snapshot nearest to a time (4us), or all; the last unless given.",
         ),
     ] = None,
+    fragments: Annotated[
+        bool, typer.Option("--fragments", help="List what every body has broken into: groups linked at 2 dx.")
+    ] = False,
+    smallest: Annotated[
+        int | None,
+        typer.Option(
+            "--smallest",
+            min=1,
+            metavar="N",
+            help="With --fragments: list those of N particles or more, 5 unless given, and sum up the others.",
+        ),
+    ] = None,
+    csv: Annotated[
+        Path | None,
+        typer.Option("--csv", metavar="FILE", help="Write a line a moment, or a fragment, for programs; SI units."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw all measures over time; FILE.png or .pdf.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Measure a run: crater, penetration, pressures, voids."""
+    """Measure a run: crater, penetration, pressures, voids, plug, fragments; now or over time."""
+    _refuse(at, fragments, smallest, plot)
     from hvisph.measure.measures import measure as measure_source
 
-    found = measure_source(source, _moment(at))
+    moment = _moment(at)
+    found = measure_source(source, "all" if plot is not None else moment)
+    _written(found, csv, plot, fragments)
     if as_json:
         from hvisph.cli.words import echo_json
 
-        echo_json(found.as_dict())
+        fewest = smallest or _fewest()
+        echo_json(found.fragments_as_dict(fewest) if fragments else found.as_dict())
         return
-    case = _case_of(Path(source))
-    unitless = case is not None and case.units == "none"
-    typer.echo(found.title or str(source))
-    if found.series:
-        typer.echo(_series(found.series, unitless))
-        return
-    expected = _expected(case, found) if at is None else []
-    from hvisph.cli.results import results_table
-    from hvisph.cli.words import quantity
+    text = _fragments(found, smallest or _fewest()) if fragments else _measures(source, found, at)
+    typer.echo(f"{found.title or source}\n{text}")
+    for file in (csv, plot):
+        if file is not None:
+            typer.echo(str(file))
 
-    typer.echo(f"t = {quantity(found.time, '' if unitless else 's')}, step {found.step}\n")
-    typer.echo(results_table(found.as_dict()["measures"], expected, unitless))
+
+def _refuse(at: str | None, fragments: bool, smallest: int | None, plot: Path | None) -> None:
+    """Raise `CaseError` for options that say nothing together."""
+    from hvisph.core.errors import CaseError
+
+    if smallest is not None and not fragments:
+        raise CaseError("it is an option of --fragments", where="--smallest")
+    if plot is not None and fragments:
+        raise CaseError("fragments as a list have no picture; without --fragments it shows how they develop",
+                        where="--plot")  # fmt: skip
+    if plot is not None and at not in (None, "all"):
+        raise CaseError("a picture shows all moments; leave --at out", where="--plot")
 
 
 def _moment(text: str | None) -> float | str | None:
@@ -58,6 +91,49 @@ def _moment(text: str | None) -> float | str | None:
         return parse_quantity(text, TIME)
     except ValueError as error:
         raise CaseError(f"{error}, or all", where="--at") from None
+
+
+def _written(found: Any, csv: Path | None, plot: Path | None, fragments: bool) -> None:
+    """Write the files that were asked for."""
+    if csv is None and plot is None:
+        return
+    from hvisph.measure.series import series_picture, write_fragments, write_series
+
+    if csv is not None:
+        (write_fragments if fragments else write_series)(found, csv)
+    if plot is not None:
+        series_picture(found, plot)
+
+
+def _fewest() -> int:
+    from hvisph.measure.plug import FEWEST
+
+    return FEWEST
+
+
+def _fragments(found: Any, fewest: int) -> str:
+    """Return the fragments of the moment, or of all of them."""
+    from hvisph.cli.fragments_table import fragments_series, fragments_text
+    from hvisph.cli.words import quantity
+
+    if found.series:
+        return fragments_series(found.series, fewest)
+    time = quantity(found.time, "" if found.unitless else "s")
+    return f"t = {time}, step {found.step}; fragments are linked at 2 dx\n\n{fragments_text(found, fewest)}"
+
+
+def _measures(source: str, found: Any, at: str | None) -> str:
+    """Return the measures of the moment beside what is expected of them, or of all moments."""
+    from hvisph.cli.results import results_table
+    from hvisph.cli.words import quantity
+
+    if found.series:
+        return _series(found.series, found.unitless)
+    case = _case_of(Path(source))
+    expected = _expected(case, found) if at is None else []
+    time = quantity(found.time, "" if found.unitless else "s")
+    shown = results_table(found.as_dict()["measures"], expected, found.unitless)
+    return f"t = {time}, step {found.step}\n\n{shown}"
 
 
 def _case_of(folder: Path) -> Any:
@@ -84,19 +160,35 @@ def _expected(case: Any, found: Any) -> list[dict[str, Any]]:
 
 
 def _series(series: Any, unitless: bool) -> str:
-    """Return one line a moment, one column a measure that ever has a value."""
-    from hvisph.cli.words import quantity, table
+    """Return one line a moment, one column a measure that ever has a value, in tables that fit a screen."""
+    from hvisph.cli.words import table, times
     from hvisph.measure.table import rows
 
     shown = [{row.name: row for row in rows(moment.results, unitless=unitless)} for moment in series]
     names = [name for name in shown[0] if any(found[name].value != "-" for found in shown)]
-    table_rows = [["t", *(shown[0][name].label for name in names)]]
-    if not unitless:
-        table_rows.append(["", *(_unit([found[name].value for found in shown]) for name in names)])
-    for moment, found in zip(series, shown, strict=True):
-        time = quantity(moment.time, "" if unitless else "s", 3)
-        table_rows.append([time, *(found[name].value.split(" ")[0] for name in names)])
-    return table(table_rows)
+    first = ["t", *times([moment.time for moment in series], "" if unitless else "s")]
+    blocks: list[list[list[str]]] = []
+    width = WIDTH
+    for name in names:
+        values = [found[name].value for found in shown]
+        heading = textwrap.wrap(shown[0][name].label, HEADING)
+        column = [*heading, *([] if unitless else [_unit(values)]), *(value.split(" ")[0] for value in values)]
+        own = max(map(len, column)) + 2
+        if width + own > WIDTH:
+            blocks.append([first])
+            width = max(map(len, first)) + 2
+        blocks[-1].append(column)
+        width += own
+    return "\n\n".join(table(_lines(block)) for block in blocks)
+
+
+def _lines(columns: list[list[str]]) -> list[list[str]]:
+    """Return the lines of columns of which all but the first end together; that one begins with the first line."""
+    first, *others = columns
+    height = max(map(len, others))
+    padded = [[first[0], *[""] * (height - len(first)), *first[1:]]]
+    padded += [[*[""] * (height - len(column)), *column] for column in others]
+    return [list(line) for line in zip(*padded, strict=True)]
 
 
 def _unit(values: list[str]) -> str:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from hvisph.output.reader import read_history
 
 # Units that read better than SI's own: unit, its label, how many of it in the SI unit.
 READABLE = {"Pa": ("GPa", 1e-9), "s": ("us", 1e6), "m": ("mm", 1e3), "J/kg": ("kJ/kg", 1e-3)}
+STYLES = ("-", "--", ":")  # of the curves beyond the colours
 COLOURS = ("#1b4f72", "#b9770e", "#1e8449", "#922b21", "#6c3483", "#117a65", "#515a5a")
 EXACT = "#111111"
 
@@ -32,12 +34,15 @@ class Curve:
         Points, in SI.
     exact
         Whether it is the exact solution, drawn thin and black.
+    marked
+        Whether its points are marked: where they are few, or stand alone between gaps (NaN).
     """
 
     label: str
     x: np.ndarray
     y: np.ndarray
     exact: bool = False
+    marked: bool = False
 
 
 def curves_picture(
@@ -47,6 +52,8 @@ def curves_picture(
     title: str = "",
     across: str = "time",
     unitless: bool = False,
+    units: Mapping[str, str] | None = None,
+    legends: Literal["below", "beside"] = "below",
 ) -> Path:
     """Draw panels below one another and store them.
 
@@ -62,6 +69,10 @@ def curves_picture(
         ``time`` or ``x``: what runs along the axis.
     unitless
         Whether the case is non-dimensional.
+    units
+        SI units of panels that are not named after a field.
+    legends
+        One below the picture, for panels of the same curves, or one beside each panel.
 
     Raises
     ------
@@ -69,26 +80,36 @@ def curves_picture(
         Where there is nothing to draw.
     """
     from matplotlib.figure import Figure
+    from matplotlib.ticker import MaxNLocator
 
     if not panels:
         raise CaseError("there is nothing to draw")
-    figure = Figure(figsize=(7.5, 1.2 + 2.4 * len(panels)), dpi=110, layout="constrained")
+    beside = legends == "beside"
+    figure = Figure(figsize=(9.5 if beside else 7.5, 1.2 + 2.4 * len(panels)), dpi=110, layout="constrained")
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     x_label, x_scale = _label(across, unitless)
     for axis, (column, curves) in zip(axes, panels.items(), strict=True):
-        y_label, y_scale = _label(column, unitless)
+        y_label, y_scale = _label(column, unitless, (units or {}).get(column))
         colour = 0
         for curve in curves:
-            style = {"color": EXACT, "lw": 0.8, "ls": "--", "zorder": 3}
+            style: dict[str, Any] = {"color": EXACT, "lw": 0.8, "ls": "--", "zorder": 3}
             if not curve.exact:
                 style = {"color": COLOURS[colour % len(COLOURS)], "lw": 1.4}
+                style |= {"ls": STYLES[colour // len(COLOURS) % len(STYLES)]}
+                if curve.marked:  # thinner one by one: what is covered can still be seen
+                    style |= {"lw": max(1.0, 2.6 - 0.4 * colour), "marker": "o", "ms": max(2.5, 5.0 - 0.6 * colour)}
                 colour += 1
             axis.plot(x_scale * curve.x, y_scale * curve.y, label=curve.label or "_", **style)
         axis.set_ylabel(y_label)
         axis.grid(alpha=0.25, lw=0.5)
+        if column == "number":
+            axis.yaxis.set_major_locator(MaxNLocator(integer=True))
+        if beside:
+            axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
     axes[-1].set_xlabel(x_label)
     handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 7), fontsize=8)
+    if not beside:
+        figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 7), fontsize=8)
     figure.suptitle(title, fontsize=9)
     return store(figure, path)
 
@@ -134,8 +155,10 @@ def steps(times: np.ndarray, values: np.ndarray, end: float) -> tuple[np.ndarray
     return corners, np.repeat(values, 2)
 
 
-def _label(column: str, unitless: bool) -> tuple[str, float]:
-    if column == "x":
+def _label(column: str, unitless: bool, given: str | None = None) -> tuple[str, float]:
+    if given is not None:
+        unit = given
+    elif column == "x":
         unit = "m"
     elif column == "time":
         unit = "s"

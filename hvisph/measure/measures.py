@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
+from hvisph.measure.debris import MASS_UNITS, BodyFragments, debris
 from hvisph.measure.lengths import crater_diameter, extension, penetration
 from hvisph.measure.motion import momentum_transfer, residual_velocity
 from hvisph.measure.plateau import plateau
+from hvisph.measure.plug import FEWEST, plug_and_lip
 from hvisph.measure.plug import UNITS as PLUG_UNITS
-from hvisph.measure.plug import plug_and_lip
 from hvisph.measure.pressure import centre_pressure_peak, centre_tension_peak
 from hvisph.measure.result import Result, meaningless
 from hvisph.measure.scene import PROJECTILE, Scene
@@ -53,6 +54,12 @@ class Measures:
         The moment [s] and the number of steps done.
     results
         By name; values in SI.
+    dimensions
+        1, 2 or 3.
+    unitless
+        Whether the case has no units.
+    fragments
+        Of every body, in the order of bodies: its connected groups with masses and velocities.
     series
         Where every moment was asked for: all of them, in the order of time. This one is the last.
     """
@@ -62,10 +69,18 @@ class Measures:
     time: float
     step: int
     results: dict[str, Result]
-    series: tuple[Measures, ...] = field(default=())
+    dimensions: int = 3
+    unitless: bool = False
+    fragments: tuple[BodyFragments, ...] = field(default=(), compare=False, repr=False)
+    series: tuple[Measures, ...] = field(default=(), compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Result:
         return self.results[name]
+
+    @property
+    def mass_unit(self) -> str:
+        """SI unit of a fragment's mass, which is one per depth or area in 2D and 1D; empty without units."""
+        return "" if self.unitless else MASS_UNITS[self.dimensions]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON: SI units throughout."""
@@ -78,6 +93,26 @@ class Measures:
         }
         if self.series:
             plain["series"] = [moment.as_dict() for moment in self.series]
+        return plain
+
+    def fragments_as_dict(self, fewest: int = FEWEST) -> dict[str, Any]:
+        """Return the fragments in their plain form for JSON: SI units throughout.
+
+        Parameters
+        ----------
+        fewest
+            Particles of a fragment that is listed; smaller ones are summed up.
+        """
+        plain: dict[str, Any] = {
+            "source": self.source,
+            "title": self.title,
+            "time": self.time,
+            "step": self.step,
+            "mass_unit": self.mass_unit,
+            "bodies": [part.as_dict(fewest) for part in self.fragments],
+        }
+        if self.series:
+            plain["series"] = [moment.fragments_as_dict(fewest) for moment in self.series]
         return plain
 
 
@@ -95,6 +130,9 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None) -> Me
     Returns
     -------
     Measures
+        ``measure(run)["plug_velocity"].value`` is a number in SI, and
+        ``[piece.mass for body in measure(run).fragments for piece in body]`` are the masses of all fragments.
+        `hvisph.measure.series` writes and draws what ``at="all"`` returns.
 
     Raises
     ------
@@ -123,7 +161,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None) -> Me
     if at == "all":
         moments = tuple(measure_snapshot(reader.read_snapshot(file), start, history, str(path)) for file in files)
         last = moments[-1]
-        return Measures(last.source, last.title, last.time, last.step, last.results, moments)
+        return replace(last, series=moments)
     if at is None:
         return measure_snapshot(reader.read_snapshot(files[-1]), start, history, str(path))
     snapshots: Iterator[Snapshot] = (reader.read_snapshot(file) for file in files)
@@ -166,7 +204,16 @@ def measure_snapshot(
         results["plateau_stress"] = behind_shocks.stress
         results["interface_velocity"] = behind_shocks.velocity
     results = {name: _finite(result) for name, result in results.items()}
-    return Measures(source, str(now.metadata.get("title", "")), now.time, now.step, results)
+    return Measures(
+        source=source,
+        title=str(now.metadata.get("title", "")),
+        time=now.time,
+        step=now.step,
+        results=results,
+        dimensions=now.dimensions,
+        unitless=now.metadata.get("units") == "none",
+        fragments=debris(scene),
+    )
 
 
 def unmeasured(reason: str) -> dict[str, Result]:
