@@ -88,7 +88,7 @@ def _summary(part: Any, unit: str, factor: float) -> str:
     text = f"{part.body}: {many} fragment{'s' if many > 1 else ''} of {part.counts.sum()} particles"
     if math.isfinite(part.mass):
         text += f", {_figure(factor * part.mass)} {unit}".rstrip()
-        text += f"; the largest holds {_percent(part.share([0]))} %"
+        text += f"; the largest, {part.counts[0]} particles, holds {_percent(part.share([0]))} %"
     if single.any():
         text += f"; {single.sum()} single particle{'s' if single.sum() > 1 else ''}{_mass(part, single, unit, factor)}"
     return text
