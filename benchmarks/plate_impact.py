@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.case.loader import load_case
+from hvisph.measure.against_exact import compare_gauge
 from hvisph.measure.curves import curves_picture, gauge_panels, steps
 from hvisph.output.reader import read_history
 from hvisph.simulation.exact_solution import ExactSolution, exact_solution
@@ -28,13 +29,12 @@ VARIANTS = {
     "Mie-Grueneisen, 600 m/s": tuple(f"bodies.{body}.material.{MIE_GRUENEISEN}" for body in ("projectile", "target")),
     "overdriven, 3.1 km/s": ("bodies.projectile.velocity=[3.1 km/s]", "time.end=2 us"),
 }
-# Plateaus are means over the middle half of the time between two fronts, as in `measure.against_exact`.
-EDGE = 0.25
+APART = 5e-3  # of the gauges `near` and `far`, at centres of particles [m]
 
 
 @dataclass(frozen=True)
 class Row:
-    """A figure: found, exact, and what the difference may be."""
+    """A figure, as found and exact."""
 
     name: str
     found: float
@@ -50,53 +50,32 @@ def rows_of(history: dict[str, np.ndarray], exact: ExactSolution) -> list[Row]:
     """Return the figures of a run whose gauges are those of `plate_impact_600`."""
     gauges = {gauge.name: gauge for gauge in exact.gauges}
     time = history["time"]
-    near, far = gauges["near"], gauges["far"]
-    fronts = _fronts(near.values("stress_xx"))
-    found_at, exact_at = {}, {}
-    for name, gauge in (("near", near), ("far", far)):
-        values = -history[f"gauge.{name}.stress_xx"]
-        stress = -gauge.values("stress_xx")
-        for number in range(fronts):
-            level = 0.5 * (stress[number] + stress[number + 1])
-            found_at[name, number] = _passing(time, values, level)
-            exact_at[name, number] = float(gauge.times[number + 1])
+    near, far = (
+        # rises of a tenth of the precursor's stress at least, plateaus of 40 ns: the precursor's at `near` has 60
+        compare_gauge(time, -history[f"gauge.{name}.stress_xx"], gauges[name].times,
+                      -gauges[name].values("stress_xx"), shortest=4e-8, smallest=6e7)
+        for name in ("near", "far")
+    )  # fmt: skip
+    pairs = list(zip(near.arrivals, far.arrivals, strict=False))
+    # with a precursor, the first plateau is far below the second
+    two = len(pairs) > 1 and far.plateaus[1].exact < 0.5 * far.plateaus[2].exact
+    names = ("precursor", "plastic shock") if two else ("shock",)
     rows = []
-    names = ("precursor", "plastic shock") if fronts == 2 else ("shock",)
-    apart = 5e-3  # of the gauges `near` and `far` [m]
-    for number, name in enumerate(names):
-        speeds = [apart / (at["far", number] - at["near", number]) for at in (found_at, exact_at)]
-        rows.append(Row(f"speed of the {name}", *speeds, "m/s"))
-    stress = -far.values("stress_xx")
-    bounds = [*far.times[1 : fronts + 1], far.times[fronts + 1] if len(far.times) > fronts + 1 else time[-1]]
-    for number, name in enumerate((*names[:-1], "plateau")):
-        found = _mean(time, -history["gauge.far.stress_xx"], bounds[number], bounds[number + 1])
-        rows.append(Row(f"stress of the {name}", found / 1e9, stress[number + 1] / 1e9, "GPa"))
+    for name, (a, b) in zip(names, pairs, strict=False):
+        rows.append(Row(f"speed of the {name}", APART / (b.found - a.found), APART / (b.exact - a.exact), "m/s"))
+    for name, level in zip((*names[:-1], "plateau"), far.plateaus[1:], strict=False):
+        rows.append(Row(f"stress of the {name}", level.found / 1e9, level.exact / 1e9, "GPa"))
     surface = gauges["surface"]
-    # From the shock's arrival, which the fastest change of the exact surface marks, to the end of the plateau.
-    velocity = surface.values("velocity_x")
-    end = time[-1]
-    begin = float(surface.times[1:][np.abs(np.diff(velocity)).argmax()])
-    middle = np.linspace(begin + EDGE * (end - begin), end - EDGE * (end - begin), 200)
-    exact_mean = float(surface.sample("velocity_x", middle).mean())
-    found = float(np.interp(middle, time, history["gauge.surface.velocity_x"]).mean())
-    return [*rows, Row("velocity of the free surface", found, exact_mean, "m/s")]
-
-
-def _fronts(stress: np.ndarray) -> int:
-    """Return how many fronts lead to the first plateau: 2 with a precursor."""
-    first = abs(stress[1] - stress[0])
-    return 1 if first > 0.5 * np.abs(stress).max() else 2
-
-
-def _passing(time: np.ndarray, values: np.ndarray, level: float) -> float:
-    after = int((values >= level).argmax())
-    low, high = values[after - 1], values[after]
-    return float(time[after - 1] + (level - low) / (high - low) * (time[after] - time[after - 1]))
-
-
-def _mean(time: np.ndarray, values: np.ndarray, begin: float, end: float) -> float:
-    inner = EDGE * (end - begin)
-    return float(values[(time >= begin + inner) & (time <= end - inner)].mean())
+    # The exact surface still rises in small steps behind the shock: both are averaged over the same time.
+    arrival = surface.times[1:][np.abs(np.diff(surface.values("velocity_x"))).argmax()]
+    late = np.linspace(0.75 * arrival + 0.25 * time[-1], 0.25 * arrival + 0.75 * time[-1], 200)
+    found = np.interp(late, time, history["gauge.surface.velocity_x"])
+    rows.append(
+        Row(
+            "velocity of the free surface", float(found.mean()), float(surface.sample("velocity_x", late).mean()), "m/s"
+        )
+    )
+    return rows
 
 
 def main() -> None:
