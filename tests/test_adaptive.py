@@ -62,14 +62,26 @@ def test_limit_zero_is_eulerian_from_the_first_step_on():
     assert (one.particles.data == other.particles.data).all()
 
 
-def test_all_eulerian_without_contact_is_the_eulerian_formulation():
+@pytest.mark.parametrize("correction", ["none", "mixed"])
+def test_all_eulerian_without_contact_is_the_eulerian_formulation(correction):
     # another stepper and another order of particles: round-off, which 30 steps of a smooth flow keep small
-    one = impact(
-        {"type": "total_lagrangian", "contact": {"type": "kernel"}},
-        speed=100.0,
-        kinds=("eulerian", "eulerian"),
-    )
-    other = impact({"type": "eulerian", "momentum_form": "product"}, speed=100.0)
+    corrected = {"type": correction}
+    square = {"material": METAL, "shape": {"type": "box", "size": [4e-3, 4e-3]}, "velocity": [100.0, 0.0]}
+
+    def flying(formulation, kind=None):
+        if correction == "none":  # bodies that meet
+            return impact(formulation, speed=100.0, kinds=(kind, kind))
+        bodies = {"square": square | {"formulation": kind}}
+        case = {"kinematics": "plane_strain", "resolution": 0.5e-3, "bodies": bodies, "formulation": formulation,
+                "time": {"end": 1e-6}}  # fmt: skip
+        setup = build(load_case(case))
+        x = setup.particles["position"]
+        setup.particles["velocity"][:, 1] = 50.0 * np.sin(2000.0 * x[:, 0])
+        return setup
+
+    one = flying({"type": "total_lagrangian", "contact": {"type": "kernel"}, "spatial_correction": corrected},
+                 "eulerian")  # fmt: skip
+    other = flying({"type": "eulerian", "momentum_form": "product", "correction": corrected})
     for setup in (one, other):
         advance(setup, 1.0, steps=30)
     a = one.particles["position"][np.argsort(one.particles.id)]
@@ -90,10 +102,10 @@ def test_conversion_conserves(dim):
     assert abs(drift) < 1e-12 * total
 
 
-@pytest.mark.parametrize("interface", ["both", "neither"])
-def test_interface_forces_balance_and_power_is_their_work(interface):
+@pytest.mark.parametrize(("interface", "correction"), [("both", "none"), ("neither", "none"), ("both", "mixed")])
+def test_interface_forces_balance_and_power_is_their_work(interface, correction):
     form = {"type": "total_lagrangian", "artificial_stress": {"type": "gray", "eps": 0.3},
-            "artificial_stress_at_interface": interface,
+            "artificial_stress_at_interface": interface, "spatial_correction": {"type": correction},
             "eulerian_regions": [{"box": {"min": [None, 0.0]}, "bodies": ["plate"]}]}  # fmt: skip
     setup = impact(form)
     particles, stepper = setup.particles, setup.stepper
@@ -109,6 +121,22 @@ def test_interface_forces_balance_and_power_is_their_work(interface):
     assert np.abs(force.sum(axis=0)).max() < 1e-13 * np.abs(force).sum()
     work, heat = (force * particles["velocity"]).sum(), (particles["mass"] * stepper.rates[:, 2]).sum()
     assert heat == pytest.approx(-work, rel=1e-10)
+
+
+def test_corrected_velocity_gradients_are_exact_at_the_interface():
+    form = {"type": "total_lagrangian", "spatial_correction": {"type": "mixed", "factor": 1e6},
+            "eulerian_regions": [{"box": {"min": [None, 0.0]}, "bodies": ["plate"]}]}  # fmt: skip
+    setup = impact(form)
+    particles, stepper = setup.particles, setup.stepper
+    stepper.start()
+    given = np.array([[300.0, -500.0], [200.0, 100.0]])
+    particles["velocity"] = particles["position"] @ given.T
+    stepper.predict(0.0)
+    stepper.evaluate()
+    found = stepper.rates[stepper.place, 4:8].reshape(-1, 2, 2)
+    # of both kernels, in the body's corners too; the shot, far off, has no say in the plate
+    assert (particles["kernel_type"][particles.body == 1] == 0.0).any()
+    assert np.abs(found[particles.body == 1] - given).max() < 1e-9 * 500.0
 
 
 def test_damage_turns_particles_with_their_neighbours_or_lets_them_leave():

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 # C_f without and with artificial stress (Young 2021 section 3.2).
 FACTORS = {"none": 7.5, "gray": 90.0}
+CORRECTIONS = ("shepard", "gradient", "mixed")
 
 
 class NoCorrection(StrictModel):
@@ -56,21 +57,31 @@ Correction = Annotated[
 ]
 
 
+def fill_factor(data: Any, key: str, unless_given: str) -> Any:
+    """Write out C_f of the correction under `key`, by the artificial stress or what it is `unless_given`."""
+    if not isinstance(data, dict):
+        return data
+    correction = data.get(key)
+    if isinstance(correction, BaseModel):
+        correction = correction.model_dump()
+    if not isinstance(correction, dict) or correction.get("type") not in CORRECTIONS:
+        return data
+    stress = data.get("artificial_stress")
+    kind = stress.get("type") if isinstance(stress, dict) else getattr(stress, "type", unless_given)
+    if correction.get("factor") is None and isinstance(kind, str) and kind in FACTORS:
+        return data | {key: correction | {"factor": FACTORS[kind]}}
+    return data
+
+
 def fill_correction(data: Any) -> Any:
     """Write out C_f, by the artificial stress, and the momentum form where a formulation has a correction."""
     if not isinstance(data, dict):
         return data
     correction = data.get("correction")
-    if isinstance(correction, BaseModel):
-        correction = correction.model_dump()
-    if not isinstance(correction, dict) or correction.get("type") not in ("shepard", "gradient", "mixed"):
+    kind = correction.get("type") if isinstance(correction, dict) else getattr(correction, "type", None)
+    if kind not in CORRECTIONS:
         return data
-    stress = data.get("artificial_stress")
-    kind = stress.get("type") if isinstance(stress, dict) else getattr(stress, "type", "none")
-    filled = dict(data)
-    if correction.get("factor") is None and isinstance(kind, str) and kind in FACTORS:
-        filled["correction"] = correction | {"factor": FACTORS[kind]}
-    return {"momentum_form": "product"} | filled
+    return {"momentum_form": "product"} | fill_factor(data, "correction", "none")
 
 
 def correction_problems(formulation: EulerianFormulation) -> Iterator[Problem]:

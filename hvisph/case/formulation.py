@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from hvisph.case.contact import Contact, KernelContact, RepulsiveContact
 from hvisph.case.conversion import ConversionLimits, EulerianRegion
-from hvisph.case.correction import Correction, NoCorrection, correction_problems, fill_correction
+from hvisph.case.correction import Correction, NoCorrection, correction_problems, fill_correction, fill_factor
 from hvisph.case.dimensions import NUMBER, TIME
 from hvisph.case.model import SCALAR_AS_LIST, StrictModel, refuse
 from hvisph.case.units import Acceleration, NonNegativeNumber, Quantity
@@ -128,6 +128,10 @@ class TotalLagrangianFormulation(KernelOptions):
     correction: Literal["none", "gradient", "mixed"] = Field(
         default="mixed", description="Correction of the reference kernel (Young 2021 eqs. 3-5)"
     )
+    spatial_correction: Correction = Field(
+        default=NoCorrection(),
+        description="Correction of the kernel in the current configuration, for Eulerian particles and those near them",
+    )
     hourglass: NonNegativeNumber = Field(
         default=0.0,
         description="Coefficient of the control of zero-energy modes (Ganzenmueller 2015) [-], at least 0, 0 is "
@@ -148,6 +152,11 @@ class TotalLagrangianFormulation(KernelOptions):
     eulerian_regions: tuple[EulerianRegion, ...] = Field(
         default=(), description="Regions that are Eulerian from the start", max_length=100
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_factor(cls, data: Any) -> Any:
+        return fill_factor(data, "spatial_correction", cls.model_fields["artificial_stress"].default.type)
 
 
 class AdaptiveFormulation(TotalLagrangianFormulation):

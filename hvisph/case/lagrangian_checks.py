@@ -26,6 +26,10 @@ def lagrangian_problems(case: Case) -> Iterator[Problem]:
     if (parted or kind in LAGRANGIAN) and formulation.smoothing_length.type == "variable":
         reason = "reference kernels are" if kind in LAGRANGIAN else "contact is"
         yield Problem((*path, "smoothing_length"), f"{reason} of a fixed smoothing length; leave it out")
+    corrected = kind in LAGRANGIAN and getattr(formulation, "spatial_correction").type != "none"  # noqa: B009
+    if corrected and not parted and len(case.bodies) > 1:
+        reason = "where bodies meet through the kernel their corrections would mix; give contact: {type: repulsive}"
+        yield Problem((*path, "spatial_correction"), reason)
     for number, load in enumerate(case.initial_loads):
         if kind not in LAGRANGIAN:
             yield Problem(

@@ -10,6 +10,7 @@ Particles keep the order that they have at the start, sorted by place: reference
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from hvisph.materials import response
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates as rate_slots
 from hvisph.sph.kernels.kernel import scale
-from hvisph.sph.laws import contact, coupling, deformation, reference, standard
+from hvisph.sph.laws import contact, coupling, deformation, reference
 from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.reference import Reference
 from hvisph.sph.rows import RowLayout, aligned_zeros
@@ -122,11 +123,11 @@ class CompositeStepper(Stepper):
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains = np.ones(count), np.zeros(count)
         self._omega = np.zeros(count)
-        self._stage = 0.0
+        self._stage, self._chosen = 0.0, 0
         self.loose = np.zeros(count, bool)
         turning = formulation.conversion.bodies
         self._convertible = np.ones(count, bool) if turning is None else np.isin(body, turning)
-        self._selection = Selection(at, body, reach)
+        self._selection = Selection(at, body, reach, with_neighbours=formulation.spatial_correction != "none")
         self._bodies = body.astype(np.float64)
         self._one_body = len(np.unique(body)) == 1
         self._can_fail = any(material.damage.name == "johnson_cook" for material in self.materials)
@@ -158,11 +159,11 @@ class CompositeStepper(Stepper):
         shares = specialise(coupling.shares, DIM=dim, KIND=to["KIND"], BODY=to["BODY"], D=to["D"],
                             CONTACT=float(parted),
                             STRESS_AT_INTERFACE=float(formulation.stress_at_interface))  # fmt: skip
-        (alone,) = euler.passes(dim)
-        one = Pass(standard.accumulate, layout, alone.options | {"COUPLED": 1, "shares": shares})
+        coupled = {"COUPLED": 1, "shares": shares}
+        passes = [replace(one, reads=layout, options=one.options | coupled) for one in euler.passes(dim)]
         position = self.particles["position"]
         constants = np.append(euler.coefficients(), (kernel.reach * self.h) ** 2)
-        self.pairs = self.spatial = Pairs(layout, kernel, [one], constants, position, self.h, self.planes)
+        self.pairs = self.spatial = Pairs(layout, kernel, passes, constants, position, self.h, self.planes)
         packer, more = euler.pack()
         names = packer.__code__.co_names
         write = specialise(packer, **{k: v for k, v in ({"DIM": dim} | more | to).items() if k in names})
@@ -198,6 +199,11 @@ class CompositeStepper(Stepper):
     def place(self) -> np.ndarray:
         """Row of each particle's rates: its own number."""
         return self._place
+
+    @property
+    def paired(self) -> np.ndarray:
+        """Rows of `pairs`, sorted, of the particles of the last spatial pass, without images."""
+        return self.spatial.place[: self._chosen]
 
     @property
     def lagrangian(self) -> np.ndarray:
@@ -246,6 +252,7 @@ class CompositeStepper(Stepper):
                     ref.first_sums, ref.zeroth_sums, formulation.alpha, formulation.beta, formulation.hourglass,
                     1.0 / self.h, self._rates)  # fmt: skip
         parted = formulation.contact is not None
+        self._chosen = 0
         if not self._any_eulerian and self._one_body:
             return
         near_body, near_spatial = self._selection.choose(self.rows_, self._eulerian)
@@ -271,6 +278,7 @@ class CompositeStepper(Stepper):
         self._spatial_rows(
             self.rows_, chosen, self._bodies, self.pressures, self.loads, self.spatial.coefficients, packed
         )
+        self._chosen = len(chosen)
         self.spatial.rows = packed
         self.spatial.evaluate(self.h)
         found = self.spatial.rates[self.spatial.place[: len(chosen)]]

@@ -1,6 +1,7 @@
 """Eulerian SPH with corrected kernels (Young 2021): Shepard's correction, the gradient's, or both.
 
-Passes: the corrections into each row, then all rates at once (`sph.laws.corrected`).
+Passes: the corrections into each row, then all rates at once (`sph.laws.corrections`,
+`sph.laws.corrected`).
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.sph.laws import corrected
+from hvisph.sph.laws import corrected, corrections
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
 
@@ -41,15 +42,16 @@ class Corrected(Eulerian):
             "ARTIFICIAL_STRESS": int(self.stress_eps != 0.0),
             "FACTOR": len(super().coefficients()),
             "EXPONENT": self.stress_exponent,
+            "COUPLED": 0,
         }
         return [
-            Pass(corrected.corrections, standard, parts, into_rows=True),
-            Pass(corrected.accumulate, corrected.pair_layout(standard), options),
+            Pass(corrections.corrections, standard, parts | {"COUPLED": 0}, into_rows=True),
+            Pass(corrected.accumulate, corrections.pair_layout(standard), options),
         ]
 
     def layout(self, dim: int) -> RowLayout:
         """Return the row of the standard law with the corrections."""
-        return corrected.row_layout(super().layout(dim))
+        return corrections.row_layout(super().layout(dim))
 
     def coefficients(self) -> np.ndarray:
         """Return those of the standard law, then C_f."""
@@ -59,4 +61,4 @@ class Corrected(Eulerian):
 def fallbacks(stepper: Any) -> int:
     """Return how many gradients, two a pair, were plain in the last evaluation of a corrected `stepper`."""
     pairs = stepper.pairs
-    return round(float(pairs.sorted[stepper.place, pairs.slots["FALLBACKS"]].sum()))
+    return round(float(pairs.sorted[stepper.paired, pairs.slots["FALLBACKS"]].sum()))

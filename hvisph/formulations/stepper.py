@@ -116,6 +116,11 @@ class Stepper:
         """Row of each particle's rates (n,)."""
         return self.pairs.place[: self.particles.count]
 
+    @property
+    def paired(self) -> np.ndarray:
+        """Rows of `pairs`, sorted, of the particles that the last evaluation paired, without images."""
+        return self.place
+
     def start(self) -> None:
         """Evaluate the forces of the state as it stands, without a step."""
         self.rates[:] = 0.0

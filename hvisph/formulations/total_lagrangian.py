@@ -21,6 +21,7 @@ from hvisph.sph.rows import RowLayout
 
 from .composite import CompositeStepper
 from .conversion import Conversion
+from .corrected import Corrected
 from .eulerian import Eulerian
 from .formulation import Smoothing
 
@@ -43,6 +44,8 @@ class TotalLagrangian:
         Whether the pair stress of Eulerian particles is (sigma_a + sigma_b)/(rho_a rho_b).
     correction
         ``none``, ``gradient`` or ``mixed``, of the reference kernel.
+    spatial_correction, factor
+        ``none``, ``shepard``, ``gradient`` or ``mixed``, of the kernel in the current configuration, and its C_f.
     printed_viscosity
         Whether the viscosity of Total Lagrangian pairs is the printed one in reference gradients.
     hourglass
@@ -64,6 +67,8 @@ class TotalLagrangian:
     stress_at_interface: bool = True
     product: bool = True
     correction: str = "mixed"
+    spatial_correction: str = "none"
+    factor: float = 90.0
     printed_viscosity: bool = False
     hourglass: float = 0.0
     failed_leave: bool = True
@@ -83,10 +88,13 @@ class TotalLagrangian:
     @property
     def eulerian(self) -> Eulerian:
         """The scheme of the Eulerian particles."""
-        return Eulerian(
-            kernel=self.kernel, h_over_dx=self.h_over_dx, alpha=self.alpha, beta=self.beta, product=self.product,
-            stress_eps=self.stress_eps, stress_exponent=self.stress_exponent,
-        )  # fmt: skip
+        shared: dict[str, Any] = {
+            "kernel": self.kernel, "h_over_dx": self.h_over_dx, "alpha": self.alpha, "beta": self.beta,
+            "product": self.product, "stress_eps": self.stress_eps, "stress_exponent": self.stress_exponent,
+        }  # fmt: skip
+        if self.spatial_correction == "none":
+            return Eulerian(**shared)
+        return Corrected(**shared, correction=self.spatial_correction, factor=self.factor)
 
     def passes(self, dim: int) -> list[Pass]:
         """Return nothing: the stepper of this formulation runs its own passes."""

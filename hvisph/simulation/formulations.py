@@ -54,6 +54,10 @@ def formulation_of(model: Any, case: Any = None) -> AnyFormulation:
     raise ValueError(model.type)
 
 
+def _spatial_correction(model: Any) -> dict[str, Any]:
+    return {} if model.type == "none" else {"spatial_correction": model.type, "factor": model.factor}
+
+
 def _viscosity(model: Any) -> dict[str, Any]:
     """Return the coefficients of an artificial viscosity, and the shares of it that particles take."""
     match model.type:
@@ -92,6 +96,7 @@ def _composite(model: Any, case: Any) -> TotalLagrangian:
         **shared,
         stress_at_interface=model.artificial_stress_at_interface == "both",
         correction=model.correction,
+        **_spatial_correction(model.spatial_correction),
         printed_viscosity=model.viscosity_gradient == "reference",
         hourglass=model.hourglass,
         failed_leave=model.failed_particles == "leave",

@@ -88,7 +88,8 @@ class Observer:
             CENTRE_COLUMN: particles.id[projectile[centre_particles(position, spacing, axis)]],
             AXIS_COLUMN: particles.id[projectile[axis_particles(position, spacing, axis)]],
         }
-        self.corrected = isinstance(setup.stepper.formulation, Corrected)
+        formulation = setup.stepper.formulation
+        self.corrected = isinstance(getattr(formulation, "eulerian", formulation), Corrected)
         counted = (FALLBACKS_COLUMN,) if self.corrected else ()
         self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
         self.locate()

@@ -39,6 +39,7 @@ def _spread(nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for cell in range(first, min(first + np.uint64(CHUNK), count)):
             if lowest[cell] == np.uint32(NO_BODY):
+                spatial_near[cell] = np.uint8(0)
                 continue
             cx, cy, cz = cell & (nx - one), (cell // nx) & (ny - one), cell // (nx * ny)
             low, high, euler = lowest[cell], highest[cell], spatial[cell]
@@ -52,6 +53,23 @@ def _spread(nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
             spatial_near[cell] = euler
 
 
+def _widen(nx, ny, nz, near, wider):
+    """Mark the cells that are, or lie beside, one that is marked in `near`."""
+    count = np.uint64(near.shape[0])
+    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        one, three = np.uint64(1), np.uint64(3)
+        first = np.uint64(chunk) * np.uint64(CHUNK)
+        for cell in range(first, min(first + np.uint64(CHUNK), count)):
+            cx, cy, cz = cell & (nx - one), (cell // nx) & (ny - one), cell // (nx * ny)
+            found = near[cell]
+            for shift in range(np.uint64(3**DIM)):
+                x = (cx + shift % three + nx - one) & (nx - one)
+                y = (cy + (shift // three) % three + ny - one) & (ny - one) if DIM > 1 else cy
+                z = (cz + shift // (three * three) + nz - one) & (nz - one) if DIM > 2 else cz
+                found |= near[x + nx * (y + ny * z)]
+            wider[cell] = found
+
+
 class Selection:
     """Chooses particles by what is near them.
 
@@ -63,9 +81,12 @@ class Selection:
         Body of each particle (n,).
     reach
         Distance within which others count as near [m].
+    with_neighbours
+        Whether the neighbours of those near an Eulerian particle are chosen, too: their corrections
+        need them.
     """
 
-    def __init__(self, position: np.ndarray, bodies: np.ndarray, reach: float):
+    def __init__(self, position: np.ndarray, bodies: np.ndarray, reach: float, with_neighbours: bool = False):
         count, dim = position.shape
         self.grid = Grid.around(position, reach)
         self.bodies = bodies.astype(np.uint32)
@@ -74,8 +95,11 @@ class Selection:
         self._lowest, self._highest = np.zeros(size, np.uint32), np.zeros(size, np.uint32)
         self._spatial = np.zeros(size, np.uint8)
         self._meets, self._spatial_near = np.zeros(size, bool), np.zeros(size, np.uint8)
+        self._wider = np.zeros(size, np.uint8)
+        self._with_neighbours = with_neighbours
         self._mark = specialise(_mark, parallel=False, DIM=dim)
         self._spread = specialise(_spread, parallel=True, DIM=dim)
+        self._widen = specialise(_widen, parallel=True, DIM=dim)
 
     def choose(self, rows: np.ndarray, eulerian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the indices of the particles near another body, and of those near an Eulerian one or such.
@@ -91,4 +115,8 @@ class Selection:
         self._mark(rows, eulerian, self.bodies, 1.0 / self.grid.edge, *sizes, self._cells, self._lowest, self._highest,
                    self._spatial)  # fmt: skip
         self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
-        return np.flatnonzero(self._meets[self._cells]), np.flatnonzero(self._spatial_near[self._cells])
+        near = self._spatial_near
+        if self._with_neighbours:
+            self._widen(*sizes, near, self._wider)
+            near = self._wider
+        return np.flatnonzero(self._meets[self._cells]), np.flatnonzero(near[self._cells])

@@ -1,28 +1,20 @@
 """Standard SPH of solids with corrected kernels: Shepard's, the gradient's, or both (mixed).
 
-    s_a     = sum_b V_b W_ab, the particle itself included               (Shepard's sum)
-    G~_ab   = grad_a (W_ab / s_a) = grad_a W_ab / s_a - W_ab (sum_b V_b grad_a W_ab) / s_a^2
-    K_a     = [sum_b V_b G~_ab (x) (x_b - x_a)]^-1
-    g_ab    = K_a G~_ab = A_a grad_a W_ab + W_ab B_a
-
     L_a     = - sum_b V_b u_ab (x) g_ab
     rho_a a_a = sum_b V_b (sigma_a g_ab - sigma_b g_ba) + rho_a rho_b V_b (-Pi_ab I + f^n (R_a + R_b)) g*_ab
     rho_a de_a = sigma_a : L_a - (the last term's work) / 2,            g*_ab = (g_ab - g_ba) / 2
 
-`shepard` has K = I, `gradient` has s = 1. With g_ab the velocity gradient of a linear field is exact
-(`gradient`, `mixed`), at free surfaces too; forces remain equal and opposite pair by pair, because each
-side's correction goes with its own stress; and own stress power with half of the pair work to each
-is exactly minus the power of the forces. Where A = I and B = 0 this is the standard form
-with (sigma_a + sigma_b)/(rho_a rho_b).
+with g_ab = A_a grad_a W_ab + W_ab B_a the corrected gradient, whose A and B the pass before this one wrote
+into each row (`sph.laws.corrections`). Forces remain equal and opposite pair by pair, because each side's
+correction goes with its own stress; and own stress power with half of the pair work to each is exactly
+minus the power of the forces. Where A = I and B = 0 this is the standard form with
+(sigma_a + sigma_b)/(rho_a rho_b). Beside Total Lagrangian particles pairs have shares (`sph.laws.coupling`).
 
-Two passes: `corrections` writes A and B into each row, `accumulate` sums the rates.
-
-Safeguards. A particle with fewer than two neighbours, or with a matrix near singular, has A = I, B = 0.
-A pair takes the plain gradient on both sides where a component of either corrected gradient is more than
+Safeguard. A pair takes the plain gradient on both sides where a component of either corrected gradient is more than
 C_f times the plain one or less than 1/C_f of it; that refuses changed signs too. Components along which
 the two stand side by side are not tested: the plain gradient has none there. Fall-backs are counted.
 
-Source: Young 2021 eqs. 1, 3-5, 14 and section 3.2.
+Source: Young 2021 eqs. 1, 14 and section 3.2.
 """
 
 from __future__ import annotations
@@ -32,26 +24,11 @@ import numpy as np
 from hvisph.core.jit import compiled
 from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
-from hvisph.sph.rows import RowLayout
+from hvisph.sph.laws.corrections import HUGE
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
-
-# A neighbourhood whose matrix has less than this share of a round one's determinant keeps the plain gradient.
-SINGULAR = 0.05
 
 # A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
 LEVEL = 1e-3
-
-HUGE = 1e300
-
-
-def row_layout(standard: RowLayout) -> RowLayout:
-    """Return the `standard` law's row with A, B; the last slot, which no pair reads, takes the fall-backs."""
-    return RowLayout(standard.dim, (*pair_layout(standard).fields, ("fallbacks", "scalar")))
-
-
-def pair_layout(standard: RowLayout) -> RowLayout:
-    """Return what `accumulate` reads of a neighbour: the `standard` law's row with A and B."""
-    return RowLayout(standard.dim, (*standard.fields, ("a", "gradient"), ("b", "vector")))
 
 
 def coefficients(factor: float) -> np.ndarray:
@@ -75,107 +52,6 @@ def margin(own, others, plain, factor, distance, level):
     low = min(own * plain, others * plain)
     high = max(own * plain, others * plain)
     return min(factor * square - high, factor * low - square) + max((level - abs(distance)) * HUGE, 0.0)
-
-
-def corrections(near, n, rows, i, constants, out):
-    """Write A and B into row `i`, and the number of its neighbours where it falls back as a whole, else 0."""
-    x = rows[i, 0]
-    y = rows[i, 1] if DIM > 1 else 0.0
-    z = rows[i, 2] if DIM > 2 else 0.0
-    h = rows[i, H]
-    none = all_lanes(0.0)
-    count = s = none
-    g_x = g_y = g_z = q_x = q_y = q_z = none
-    m_xx = m_yy = m_zz = m_xy = m_xz = m_yz = none
-    for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
-        dx = b[0] - x
-        dy = b[1] - y if DIM > 1 else 0.0
-        dz = b[2] - z if DIM > 2 else 0.0
-        r = np.sqrt(dx * dx + dy * dy + dz * dz)
-        hm = 0.5 * (h + b[H])
-        density_length = r * b[RHO]
-        inverse = 1.0 / (hm * density_length)  # one division for 1/h and 1/(r rho_b)
-        ih = inverse * density_length
-        norm = scale(ih) * b[M] * (inverse * hm)
-        f = norm * slope(r * ih)  # V_b (dW/dr) / r, times -d the gradient
-        count += min(b[M] * HUGE, 1.0)
-        fx = f * dx
-        fy = f * dy if DIM > 1 else 0.0
-        fz = f * dz if DIM > 2 else 0.0
-        if SHEPARD:
-            w = norm * r * hm * shape(r * ih)
-            s += w
-            g_x -= fx
-            q_x += w * dx
-            if DIM > 1:
-                g_y -= fy
-                q_y += w * dy
-            if DIM > 2:
-                g_z -= fz
-                q_z += w * dz
-        if GRADIENT:
-            m_xx -= fx * dx
-            if DIM > 1:
-                m_xy -= fx * dy
-                m_yy -= fy * dy
-            if DIM > 2:
-                m_xz -= fx * dz
-                m_yz -= fy * dz
-                m_zz -= fz * dz
-    inverse_s = 1.0
-    b_x = b_y = b_z = 0.0
-    if SHEPARD:
-        inverse_s = 1.0 / (total(s) + rows[i, M] / rows[i, RHO] * scale(1.0 / h) * h * shape(0.0))
-        b_x = -total(g_x) * inverse_s * inverse_s
-        b_y = -total(g_y) * inverse_s * inverse_s
-        b_z = -total(g_z) * inverse_s * inverse_s
-    a_xx = a_yy = a_zz = inverse_s
-    a_xy = a_xz = a_yx = a_yz = a_zx = a_zy = 0.0
-    good = total(count) > 1.5
-    if GRADIENT:
-        c_xx = inverse_s * total(m_xx) + b_x * total(q_x)
-        c_xy = inverse_s * total(m_xy) + b_x * total(q_y)
-        c_xz = inverse_s * total(m_xz) + b_x * total(q_z)
-        c_yx = inverse_s * total(m_xy) + b_y * total(q_x)
-        c_yy = inverse_s * total(m_yy) + b_y * total(q_y) if DIM > 1 else 1.0
-        c_yz = inverse_s * total(m_yz) + b_y * total(q_z)
-        c_zx = inverse_s * total(m_xz) + b_z * total(q_x)
-        c_zy = inverse_s * total(m_yz) + b_z * total(q_y)
-        c_zz = inverse_s * total(m_zz) + b_z * total(q_z) if DIM > 2 else 1.0
-        k_xx = c_yy * c_zz - c_yz * c_zy
-        k_yx = c_yz * c_zx - c_yx * c_zz
-        k_zx = c_yx * c_zy - c_yy * c_zx
-        determinant = c_xx * k_xx + c_xy * k_yx + c_xz * k_zx
-        mean = (c_xx + (c_yy if DIM > 1 else 0.0) + (c_zz if DIM > 2 else 0.0)) / DIM
-        good = good and mean > SINGULAR and determinant > SINGULAR * mean**DIM
-        d = 1.0 / determinant
-        k_xx, k_yx, k_zx = d * k_xx, d * k_yx, d * k_zx
-        k_xy = d * (c_xz * c_zy - c_xy * c_zz)
-        k_yy = d * (c_xx * c_zz - c_xz * c_zx)
-        k_zy = d * (c_xy * c_zx - c_xx * c_zy)
-        k_xz = d * (c_xy * c_yz - c_xz * c_yy)
-        k_yz = d * (c_xz * c_yx - c_xx * c_yz)
-        k_zz = d * (c_xx * c_yy - c_xy * c_yx)
-        a_xx, a_xy, a_xz = inverse_s * k_xx, inverse_s * k_xy, inverse_s * k_xz
-        a_yx, a_yy, a_yz = inverse_s * k_yx, inverse_s * k_yy, inverse_s * k_yz
-        a_zx, a_zy, a_zz = inverse_s * k_zx, inverse_s * k_zy, inverse_s * k_zz
-        b_x, b_y, b_z = (k_xx * b_x + k_xy * b_y + k_xz * b_z, k_yx * b_x + k_yy * b_y + k_yz * b_z,
-                         k_zx * b_x + k_zy * b_y + k_zz * b_z)  # fmt: skip
-    if not good:
-        a_xx = a_yy = a_zz = 1.0
-        a_xy = a_xz = a_yx = a_yz = a_zx = a_zy = b_x = b_y = b_z = 0.0
-    out[i, A] = a_xx
-    out[i, B] = b_x
-    out[i, FALLBACKS] = 0.0 if good else total(count)
-    if DIM == 2:
-        out[i, A + 1], out[i, A + 2], out[i, A + 3] = a_xy, a_yx, a_yy
-        out[i, B + 1] = b_y
-    if DIM == 3:
-        out[i, A + 1], out[i, A + 2] = a_xy, a_xz
-        out[i, A + 3], out[i, A + 4], out[i, A + 5] = a_yx, a_yy, a_yz
-        out[i, A + 6], out[i, A + 7], out[i, A + 8] = a_zx, a_zy, a_zz
-        out[i, B + 1], out[i, B + 2] = b_y, b_z
 
 
 def accumulate(near, n, rows, i, constants, out):
@@ -214,6 +90,7 @@ def accumulate(near, n, rows, i, constants, out):
         r_yz = rows[i, R + 5] if DIM > 2 else 0.0
     none = all_lanes(0.0)
     l_xx = l_xy = l_xz = l_yx = l_yy = l_yz = l_zx = l_zy = l_zz = none
+    w_xx = w_xy = w_xz = w_yy = w_yz = w_zz = none
     s_x = s_y = s_z = f_x = f_y = f_z = power = mu_max = plain = none
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
@@ -251,7 +128,9 @@ def accumulate(near, n, rows, i, constants, out):
         ih = inverse_lengths_h * lengths
         q = r * ih
         mu = approach(hm, ur, inverse_lengths * r)
-        mu_max = larger_lanes(mu_max, -mu)
+        if COUPLED:
+            force_share, gradient_share, stress_share = shares(rows, i, b, dx, dy, dz, constants[constants.size - 1])
+        mu_max = larger_lanes(mu_max, -mu * force_share if COUPLED else -mu)
         pi = monaghan(mu, alpha, beta, c + b[C], inverse_products * rho_b)
         m = b[M]
         volume = m * (inverse_products * densities)
@@ -304,6 +183,8 @@ def accumulate(near, n, rows, i, constants, out):
             fn = fw
             for _ in range(EXPONENT - 1):
                 fn = fn * fw
+            if COUPLED:
+                fn = fn * stress_share
             t_xx = fn * (r_xx + b[R]) - pi
             t_yy = fn * (r_yy + b[R + 1]) - pi if DIM > 1 else 0.0
             t_xy = fn * (r_xy + b[R + DIM]) if DIM > 1 else 0.0
@@ -318,6 +199,8 @@ def accumulate(near, n, rows, i, constants, out):
             pair_y = -pi * mean_y
             pair_z = -pi * mean_z
         # b's stress over rho_a: T = sigma/rho^2, V_b sigma_b = m_b rho_b T_b
+        if COUPLED:
+            m = m * force_share
         weight = m * rho_b
         b_xx = b[T]
         b_yy = b[T + 1] if DIM > 1 else 0.0
@@ -328,15 +211,34 @@ def accumulate(near, n, rows, i, constants, out):
         pair_x *= m * rho
         f_x += weight * (b_xx * o_x + b_xy * o_y + b_xz * o_z) + pair_x
         power += du * pair_x
+        if COUPLED:
+            # what acts has other shares than what is differentiated
+            acts = volume * force_share
+            s_x += acts * g_x
+            if DIM > 1:
+                s_y += acts * g_y
+            if DIM > 2:
+                s_z += acts * g_z
+            w_xx -= acts * du * g_x
+            if DIM > 1:
+                w_xy -= acts * (du * g_y + dv * g_x)
+                w_yy -= acts * dv * g_y
+            if DIM > 2:
+                w_xz -= acts * (du * g_z + dw * g_x)
+                w_yz -= acts * (dv * g_z + dw * g_y)
+                w_zz -= acts * dw * g_z
+            volume = volume * gradient_share
         vg_x = volume * g_x
-        s_x += vg_x
+        if not COUPLED:
+            s_x += vg_x
         l_xx -= du * vg_x
         if DIM > 1:
             pair_y *= m * rho
             f_y += weight * (b_xy * o_x + b_yy * o_y + b_yz * o_z) + pair_y
             power += dv * pair_y
             vg_y = volume * g_y
-            s_y += vg_y
+            if not COUPLED:
+                s_y += vg_y
             l_xy -= du * vg_y
             l_yx -= dv * vg_x
             l_yy -= dv * vg_y
@@ -345,7 +247,8 @@ def accumulate(near, n, rows, i, constants, out):
             f_z += weight * (b_xz * o_x + b_yz * o_y + b_zz * o_z) + pair_z
             power += dw * pair_z
             vg_z = volume * g_z
-            s_z += vg_z
+            if not COUPLED:
+                s_z += vg_z
             l_xz -= du * vg_z
             l_yz -= dv * vg_z
             l_zx -= dw * vg_x
@@ -363,8 +266,12 @@ def accumulate(near, n, rows, i, constants, out):
     l_xx, l_xy, l_xz = total(l_xx), total(l_xy), total(l_xz)
     l_yx, l_yy, l_yz = total(l_yx), total(l_yy), total(l_yz)
     l_zx, l_zy, l_zz = total(l_zx), total(l_zy), total(l_zz)
-    own = t_xx * l_xx + t_yy * l_yy + t_zz * l_zz
-    own += t_xy * (l_xy + l_yx) + t_xz * (l_xz + l_zx) + t_yz * (l_yz + l_zy)
+    if COUPLED:
+        own = t_xx * total(w_xx) + t_yy * total(w_yy) + t_zz * total(w_zz)
+        own += t_xy * total(w_xy) + t_xz * total(w_xz) + t_yz * total(w_yz)
+    else:
+        own = t_xx * l_xx + t_yy * l_yy + t_zz * l_zz
+        own += t_xy * (l_xy + l_yx) + t_xz * (l_xz + l_zx) + t_yz * (l_yz + l_zy)
     write_rates(out, i, t_xx * x + t_xy * y + t_xz * z + total(f_x) * inverse_rho,
                 t_xy * x + t_yy * y + t_yz * z + total(f_y) * inverse_rho,
                 t_xz * x + t_yz * y + t_zz * z + total(f_z) * inverse_rho,
