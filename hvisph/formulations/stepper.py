@@ -161,6 +161,8 @@ class Stepper:
         count, pairs = self.particles.count, self.pairs
         order = pairs.order[: pairs.present]
         order = order[order < count].copy()
+        if (order[1:] > order[:-1]).all():  # it is in order, as in 1D at most times
+            return order
         self.particles.permute(order)
         for values in (self.lengths, self.signals, self.pressures):
             values[:] = values[order]

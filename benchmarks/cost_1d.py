@@ -1,0 +1,62 @@
+"""Cost of a step in 1D on a hundred thousand and a million particles, one thread, whole runs.
+
+    python benchmarks/cost_1d.py [--steps 100]
+
+The layers of Zisis 2013 (staggered, Gaussian kernel to 3h, variable h, density dissipation) and the
+elastic-plastic plates (leapfrog, cubic spline, stiffened gas with strength), each from the case to its summary.
+Processor time, so that other work on the machine counts little. Two lengths of run are subtracted, so that
+building, the first and last snapshots and the summary are left out of the steps' cost; they are shown beside.
+"""
+
+from __future__ import annotations
+
+import argparse
+import subprocess
+import sys
+import tempfile
+
+# Resolution for about 1e5 and 1e6 particles.
+CASES = {
+    "published/layered/test": ("1.1e-5", "1.1e-6"),
+    "plate_impact_600": ("0.2 um", "0.02 um"),
+}
+LONGER = 4
+MEASURE = """
+import resource, sys, time
+from hvisph.simulation.run import run
+from hvisph.case.loader import load_case
+begin = time.process_time()
+outcome = run(load_case(sys.argv[1], overrides=sys.argv[3:]), sys.argv[2], force=True, threads=1)
+assert outcome.summary["status"] == "done"
+print(outcome.summary["particles"], time.process_time() - begin, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+"""
+
+
+def cost(case: str, folder: str, overrides: list[str]) -> tuple[int, float, int]:
+    """Return particles, processor time [s] and peak memory [bytes] of a run: the best of three."""
+    command = [sys.executable, "-c", MEASURE, case, f"{folder}/run", *overrides]
+    runs = [subprocess.run(command, capture_output=True, text=True, check=True).stdout.split() for _ in range(3)]
+    n, seconds, peak = min(runs, key=lambda one: float(one[1]))
+    return int(n), float(seconds), int(peak)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--steps", type=int, default=100, help="of the smaller runs; the larger take a fifth")
+    options = parser.parse_args()
+    print(f"{'case':26}{'particles':>10}{'us per particle-step':>22}{'all else, s':>13}{'kB per particle':>17}")
+    with tempfile.TemporaryDirectory() as folder:
+        for case, resolutions in CASES.items():
+            # a fixed step fits the published resolution alone
+            free = ["time.step=null"] if case.startswith("published") else []
+            for resolution, few in zip(resolutions, (options.steps, options.steps // 5), strict=True):
+                common = [f"resolution={resolution}", *free]
+                n, short, _ = cost(case, folder, [*common, f"time.max_steps={few}"])
+                _, long, peak = cost(case, folder, [*common, f"time.max_steps={LONGER * few}"])
+                step = (long - short) / ((LONGER - 1) * few)
+                print(f"{case:26}{n:>10}{1e6 * step / n:>22.3f}{short - step * few:>13.1f}{peak / n / 1000:>17.2f}")
+
+
+if __name__ == "__main__":
+    main()
