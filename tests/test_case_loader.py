@@ -165,6 +165,10 @@ def test_override_reaches_into_a_block_left_to_its_default(tmp_path):
         ("time.end=!!python/name:os.system x", ["tag"]),
         ("resolution=\udc80", ["Unicode"]),
         ("time=null", ["time: missing"]),
+        ("tiem=null", ["tiem: unknown key", "'time'"]),
+        ("time={ned: null}", ["time.ned: unknown key", "'end'"]),
+        ("bodies.projectil=null", ["bodies.projectil", "found nothing"]),
+        ("formulation={type:riemann}", ["formulation.type:riemann", "space after a colon: 'type: riemann'"]),
     ],
 )
 def test_bad_override_is_named(override, parts):

@@ -1,7 +1,8 @@
 """Changing a case before it is validated: a base with a small override, and single settings.
 
 In both, mappings merge key by key, anything else is replaced, null takes a key away (so that its
-default holds again), and another `type` replaces a whole block.
+default holds again), and another `type` replaces a whole block. A null that has nothing to take away
+and stands where no key can is kept, so that validation names it.
 """
 
 from __future__ import annotations
@@ -29,18 +30,18 @@ def merged(base: Document, changes: Document) -> Document:
 def _merge(old: Any, new: Any, path: Path, places: dict[Path, Place], new_places: dict[Path, Place]) -> Any:
     if not isinstance(old, dict) or not isinstance(new, dict) or _other_type(old, new):
         _replace_places(path, places, new_places)
-        return _without_null(new) if isinstance(new, dict) else new
+        return _without_null(new, path) if isinstance(new, dict) else new
     result = dict(old)
     for key, item in new.items():
         below = (*path, key)
-        if item is None:
+        if item is None and (key in result or _has_default(below)):
             result.pop(key, None)
             _replace_places(below, places, {})
         elif key in result:
             result[key] = _merge(result[key], item, below, places, new_places)
         else:
             _replace_places(below, places, new_places)
-            result[key] = _without_null(item) if isinstance(item, dict) else item
+            result[key] = _without_null(item, below) if isinstance(item, dict) else item
     return result
 
 
@@ -48,10 +49,18 @@ def _other_type(old: dict[str, Any], new: dict[str, Any]) -> bool:
     return new.get("type") is not None and old.get("type") != new["type"]
 
 
-def _without_null(value: dict[str, Any]) -> dict[str, Any]:
+def _without_null(value: dict[str, Any], path: Path) -> dict[str, Any]:
     return {
-        key: _without_null(item) if isinstance(item, dict) else item for key, item in value.items() if item is not None
+        key: _without_null(item, (*path, key)) if isinstance(item, dict) else item
+        for key, item in value.items()
+        if item is not None or not _has_default((*path, key))
     }
+
+
+def _has_default(path: Path) -> bool:
+    """Whether some alternative of the models has the key at the end of `path`, rather than a name of the user's."""
+    above = walk(Case, path[:-1])
+    return above is not None and not above.named and walk(Case, path) is not None
 
 
 def _replace_places(path: Path, places: dict[Path, Place], new_places: dict[Path, Place]) -> None:
@@ -130,7 +139,8 @@ class _Setting:
         below = (*path, key)
         if not rest and new is None:
             self.mark(below)
-            return {name: item for name, item in value.items() if name != key}
+            kept = {} if key in value or _has_default(below) else {key: None}
+            return {name: item for name, item in value.items() if name != key} | kept
         if not rest and key == "type" and value.get("type") != new:
             self.mark(path)
             return {"type": new}

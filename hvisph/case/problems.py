@@ -86,6 +86,9 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
         parent = walk(root, path[:-1], data)
         if parent is not None and (reason := _meaningless(parent, at(data, path[:-1]), str(path[-1]))):
             return path, reason
+        if ":" in str(path[-1]):
+            spaced = _short(str(path[-1])).replace(":", ": ", 1)
+            return path, f"unknown key; YAML wants a space after a colon: '{spaced}'"
         return (
             path,
             f"unknown key{nearest(str(path[-1]), keys_of(parent, at(data, path[:-1])) if parent else [])}",
