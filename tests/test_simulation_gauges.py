@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from small_runs import DAMAGED, FORMULATIONS, METAL, OPTIONS, row_of
 
 from hvisph.case.loader import load_case
 from hvisph.core.errors import CaseError
+from hvisph.core.fields import component_names
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 from hvisph.simulation.run import run
 
@@ -97,6 +99,66 @@ def test_free_surface_in_two_dimensions(tmp_path):
     assert {"gauge.felt.deviator_zz", "gauge.tip.stress_xy", "gauge.back.velocity_x"} <= history.keys()
     assert "gauge.back.velocity_y" not in history
     assert np.isfinite(history["gauge.felt.deviator_zz"]).all()
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+@pytest.mark.parametrize("formulation", FORMULATIONS)
+def test_every_formulation_and_dimension(tmp_path, formulation, dim):
+    """Riding gauges hold the very numbers of the snapshot; a fixed one lies among those of its neighbours."""
+    beside = [0.0] * (dim - 1)
+    fields = ["position", "velocity", "pressure", "density", "stress", "von_mises_stress", "plastic_strain"]
+    if formulation == "projection" and dim == 1:
+        pytest.skip("its cases have two dimensions or three")
+    case = row_of(
+        [DAMAGED if formulation == "adaptive" else METAL] * 2,
+        dim,
+        formulation={"type": formulation} | OPTIONS.get(formulation, {}),
+        time={"end": 3e-8 if formulation == "projection" else 2e-7},
+        gauges={
+            "riding": {"type": "material", "at": [-0.8e-3, *beside], "fields": fields},
+            "fixed": {"type": "fixed", "at": [0.9e-3, *beside], "fields": fields},
+            "back": {"type": "free_surface", "at": [-0.8e-3, *beside], "direction": "-x", "fields": fields},
+        },
+    )
+    outcome = run(case, tmp_path / "run", threads=1)
+    history = read_history(outcome.folder)
+    first, last = (read_snapshot(list_snapshots(outcome.folder)[k]) for k in (0, -1))
+    columns = [c for field in fields for c in component_names(field, dim)]
+    assert {f"gauge.{name}.{c}" for name in ("riding", "fixed", "back") for c in columns} <= history.keys()
+    start = first.fields["position"]
+    ridden = np.linalg.norm(start - [-0.8e-3, *beside], axis=1).argmin()
+    for name in ("velocity", "pressure", "density", "von_mises_stress", "plastic_strain"):
+        values = last.fields[name]
+        own = np.ravel(values[ridden])[0]
+        suffix = "_x" if name == "velocity" else ""
+        assert history[f"gauge.riding.{name}{suffix}"][-1] == pytest.approx(own, rel=1e-12, abs=1e-12), name
+        reached = np.linalg.norm(last.fields["position"] - [0.9e-3, *beside], axis=1) < 2.0e-3
+        near = np.ravel(values[reached, 0] if name == "velocity" else values[reached])
+        found, rounding = history[f"gauge.fixed.{name}{suffix}"][-1], 1e-12 * np.abs(near).max()
+        assert near.min() - rounding <= found <= near.max() + rounding, name
+    # half a spacing outside the last particle beside the axis; spacings have changed by some percent
+    inner = (np.abs(last.fields["position"][:, 1:dim]) < 0.5e-3).all(axis=1)
+    outermost = last.fields["position"][inner, 0].min()
+    assert history["gauge.back.position_x"][-1] == pytest.approx(outermost - 0.25e-3, abs=0.1 * 0.5e-3)
+
+
+def test_a_retired_particle_records_nothing(tmp_path):
+    case = row_of([METAL], formulation={"type": "eulerian"}, speed=2000.0, domain={"max": [3.5e-3, None]},
+                  gauges={"front": {"type": "material", "at": [2.7e-3, 0.2e-3], "fields": ["position", "density"]},
+                          "rear": {"type": "material", "at": [0.3e-3, 0.2e-3], "fields": ["position", "density"]}},
+                  )  # fmt: skip
+    outcome = run(case, tmp_path / "run", threads=1)
+    assert outcome.summary["conservation"]["retired_particles"] > 0
+    history = read_history(outcome.folder)
+    x = history["gauge.front.position_x"]
+    gone = np.isnan(x)
+    assert gone[-1]
+    assert not gone[0]
+    assert not np.diff(gone.astype(int)).min() < 0  # for good
+    assert np.array_equal(gone, np.isnan(history["gauge.front.density"]))
+    # up to then it flies: particles are retired every 16 steps
+    assert 3.5e-3 * 0.9 <= x[~gone][-1] < 3.5e-3 + 2000.0 * 17 * np.diff(history["time"]).max()
+    assert np.isfinite(history["gauge.rear.position_x"]).all()
 
 
 def test_cadence(tmp_path):

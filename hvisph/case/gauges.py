@@ -34,7 +34,7 @@ class GaugeOptions(StrictModel):
 
 
 class MaterialGauge(GaugeOptions):
-    """Rides with the particle that begins nearest to `at`."""
+    """Rides with the particle that begins nearest to `at`; empty once that has left the `domain`."""
 
     type: Literal["material"] = "material"
 

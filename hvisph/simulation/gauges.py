@@ -4,6 +4,8 @@ A gauge is placed once, on the bodies as they start. Those that ride follow a pa
 permanent number, so nothing of them changes while a run goes on: a run that is built again from
 its case has the same gauges.
 
+A particle that has been retired from the domain no longer is where it was, and its gauge records NaN.
+
 At a point fixed in space the value is f = sum_b V_b W_b f_b / sum_b V_b W_b over the particles
 whose kernels reach it: Shepard's normalisation, exact for a constant up to a free surface.
 """
@@ -18,7 +20,7 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import SYMMETRIC_COMPONENTS, component_names, field_of
 from hvisph.core.jit import specialise
-from hvisph.core.particles import Particles
+from hvisph.core.particles import FLAGS, RETIRED, Particles
 from hvisph.formulations.diagnose import diagnose
 from hvisph.formulations.protocol import AnyStepper
 from hvisph.simulation.bodies import PlacedBody
@@ -104,7 +106,7 @@ class Gauges:
         return any(g.every is not None and step % g.every == 0 for g in self._gauges)
 
     def record(self, step: int, where: np.ndarray) -> list[float]:
-        """Return the values of `columns`; NaN for gauges that are not due or see nothing.
+        """Return the values of `columns`; NaN for gauges that are not due, see nothing or are retired.
 
         Parameters
         ----------
@@ -163,7 +165,9 @@ class _Values:
         return values if values.ndim == 1 else values[:, component_names(name, dim).index(column)]
 
     def of(self, column: str, row: int, normal: np.ndarray | None) -> float:
-        """Return a component at one particle; of a position at the surface, half a spacing outwards."""
+        """Return a component at one particle, NaN if it is retired; a surface lies half a spacing outwards."""
+        if self._particles.tags[row, FLAGS] & RETIRED:
+            return float("nan")
         value = float(self.column(column)[row])
         if normal is None or field_of(column).name != "position":
             return value
