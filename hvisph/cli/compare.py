@@ -5,13 +5,17 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from hvisph.cli.guard import FAILED
 from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption
+
+if TYPE_CHECKING:
+    from hvisph.simulation.gauge_overlay import Overlay
 
 PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".eps", ".ps")
 
@@ -38,6 +42,15 @@ def compare(
         Path | None,
         typer.Option("--picture", metavar="FILE", help="Draw the final states into one picture: png, pdf, svg."),
     ] = None,
+    gauges: Annotated[
+        Path | None,
+        typer.Option(
+            "--gauges",
+            metavar="FILE",
+            help="Draw all gauges into one picture, in 1D beside the exact "
+            "solution, and tabulate the differences from it.",
+        ),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Run again what has been run.")] = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
@@ -55,6 +68,8 @@ def compare(
     found = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
     if picture is not None and any(entry.case is not None for entry in found):
         _refuse_picture(picture, field)
+    if gauges is not None:
+        _refuse_format(gauges, "--gauges")
     _complete(found, threads, force, quiet or as_json)
     from hvisph.measure.compare import last_snapshot, row
 
@@ -64,17 +79,30 @@ def compare(
 
         moments = {entry.name: last_snapshot(entry.folder) for entry in found}
         gallery(moments, picture, field or "pressure")
+    overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in found}, gauges)
     if as_json:
         from hvisph.cli.words import echo_json
 
-        echo_json({"rows": [r.as_dict() for r in rows], "picture": None if picture is None else str(picture)})
+        told: dict[str, Any] = {
+            "rows": [r.as_dict() for r in rows],
+            "picture": None if picture is None else str(picture),
+        }
+        if overlaid is not None:
+            told["gauges"] = {name: {column: asdict(one) for column, one in columns.items()}
+                              for name, columns in overlaid.differences.items()}  # fmt: skip
+        echo_json(told)
     elif not quiet:
         from hvisph.cli.comparison_table import comparison_tables
 
         unitless = any(_unitless(entry) for entry in found)
         typer.echo(comparison_tables(rows, unitless))
-        if picture is not None:
-            typer.echo(f"\n{picture}")
+        if overlaid is not None:
+            from hvisph.cli.comparison_table import gauge_table
+
+            typer.echo(gauge_table(overlaid))
+        for drawn in (picture, gauges):
+            if drawn is not None:
+                typer.echo(f"\n{drawn}")
     failed = [r.name for r in rows if r.status == "failed"]
     if failed:
         typer.secho(f"error: failed: {', '.join(failed)}", err=True, fg=typer.colors.RED)
@@ -86,13 +114,29 @@ def _refuse_picture(picture: Path, field: str | None) -> None:
     from hvisph.core.errors import CaseError, nearest
     from hvisph.core.fields import CATALOGUE
 
+    _refuse_format(picture, "--picture")
+    if field not in (None, "body", *CATALOGUE):
+        raise CaseError(f"there is no field '{field}'{nearest(str(field), ['body', *CATALOGUE])}", where="--field")
+
+
+def _refuse_format(picture: Path, option: str) -> None:
+    from hvisph.core.errors import CaseError, nearest
+
     if picture.suffix.lower() not in PICTURES:
         raise CaseError(
             f"{picture}: pictures cannot be stored as '{picture.suffix}'{nearest(picture.suffix, PICTURES)}",
-            where="--picture",
+            where=option,
         )
-    if field not in (None, "body", *CATALOGUE):
-        raise CaseError(f"there is no field '{field}'{nearest(str(field), ['body', *CATALOGUE])}", where="--field")
+
+
+def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
+    """Draw the gauges of all runs into one picture."""
+    from hvisph.measure.curves import curves_picture
+    from hvisph.simulation.gauge_overlay import overlay
+
+    made = overlay(folders)
+    curves_picture(made.panels, picture, title="Gauges", unitless=made.unitless)
+    return made
 
 
 def _complete(found: Sequence[Any], threads: int | None, force: bool, silent: bool) -> None:

@@ -13,6 +13,7 @@ from hvisph.cli.words import duration, table
 
 if TYPE_CHECKING:
     from hvisph.measure.compare import Row
+    from hvisph.simulation.gauge_overlay import Overlay
 
 # Labels that leave room for many columns: those of the papers, where they have one.
 SHORT = {
@@ -100,6 +101,27 @@ def _cost(rows: Sequence[Row]) -> str:
 
 def _drift(value: float | None) -> str:
     return "-" if value is None else f"{value:.3f}" if abs(value) > 0.01 else f"{value:.1e}"
+
+
+def gauge_table(overlay: Overlay) -> str:
+    """Return how far the gauges of each run are from the exact solution."""
+    from hvisph.measure.curves import label_and_scale
+
+    lines = []
+    if overlay.differences:
+        lines.append(["gauge", "field", *overlay.differences])
+    for column in dict.fromkeys(c for columns in overlay.differences.values() for c in columns):
+        _, gauge, name = column.split(".", 2)
+        shown, scale = label_and_scale(name, overlay.unitless)
+        cells = []
+        for columns in overlay.differences.values():
+            one = columns.get(column)
+            share = f" ({one.mean / one.exact_range:.1%})" if one and one.exact_range > 0.0 else ""
+            cells.append(f"{one.mean * scale:.3g}{share}" if one else "-")
+        lines.append([gauge, shown, *cells])
+    parts = ["", "Mean difference from the exact solution over the run (and of the exact range):", table(lines)]
+    parts = parts if lines else []
+    return "\n".join([*parts, *(f"{name}: no exact solution: {why}" for name, why in overlay.without.items())])
 
 
 def _coloured(text: str) -> str:

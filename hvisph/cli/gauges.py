@@ -18,18 +18,13 @@ def gauges(
 ) -> None:
     """Draw the gauges of a run: one panel a field, one line a gauge."""
     from hvisph.case.loader import load_case
-    from hvisph.measure.curves import curves_picture, gauge_panels, steps
+    from hvisph.core.errors import CaseError
+    from hvisph.measure.curves import curves_picture
+    from hvisph.simulation.gauge_overlay import overlay
 
     folder = Path(run)
-    case = load_case(folder / "case.yaml")
-    beside = {}
-    if exact:
-        from hvisph.simulation.exact_solution import exact_solution
-
-        for gauge in exact_solution(case).gauges:
-            for column in gauge.columns:
-                beside[f"gauge.{gauge.name}.{column}"] = steps(gauge.times, gauge.values(column), case.time.end)
-    picture = curves_picture(
-        gauge_panels(folder, beside), out or folder / "gauges.png", title=case.title, unitless=case.units == "none"
-    )
-    typer.echo(str(picture))
+    made = overlay({folder.name: folder}, exact)
+    for reason in made.without.values():
+        raise CaseError(f"there is no exact solution to draw: {reason}", where="--exact")
+    title = load_case(folder / "case.yaml").title
+    typer.echo(str(curves_picture(made.panels, out or folder / "gauges.png", title=title, unitless=made.unitless)))

@@ -102,9 +102,16 @@ def compare_gauge(
         exact = _passing(*_corners(exact_times, exact_values, end), mean, start, finish, rising)
         arrivals.append(Arrival(exact, _passing(times[there], values[there], mean, start, finish, rising)))
     sampled = exact_values[np.searchsorted(exact_times, times, side="right") - 1]
-    difference = np.abs(values - sampled)
-    mean_difference = float(np.trapezoid(difference, times) / (times[-1] - times[0]))
-    return Comparison(tuple(plateaus), tuple(arrivals), mean_difference)
+    return Comparison(tuple(plateaus), tuple(arrivals), mean_difference(times, values, sampled))
+
+
+def mean_difference(times: np.ndarray, values: np.ndarray, exact: np.ndarray) -> float:
+    """Return the mean over time of the size of `values` - `exact`, both at `times`; NaN is left out."""
+    seen = np.isfinite(values)
+    times, difference = times[seen], np.abs(values - exact)[seen]
+    if len(times) < 2:
+        return float("nan")
+    return float(np.trapezoid(difference, times) / (times[-1] - times[0]))
 
 
 def _stretches(times: np.ndarray, values: np.ndarray, end: float, alike: float) -> list[tuple[float, float, float]]:

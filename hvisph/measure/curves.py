@@ -87,19 +87,24 @@ def curves_picture(
     beside = legends == "beside"
     figure = Figure(figsize=(9.5 if beside else 7.5, 1.2 + 2.4 * len(panels)), dpi=110, layout="constrained")
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    x_label, x_scale = _label(across, unitless)
+    x_label, x_scale = label_and_scale(across, unitless)
+    numbers: dict[str, int] = {}  # of the colours; below one another, panels show a label in the same one
+    shown: dict[str, Any] = {}
     for axis, (column, curves) in zip(axes, panels.items(), strict=True):
-        y_label, y_scale = _label(column, unitless, (units or {}).get(column))
-        colour = 0
+        y_label, y_scale = label_and_scale(column, unitless, (units or {}).get(column))
+        if beside:
+            numbers = {}
         for curve in curves:
             style: dict[str, Any] = {"color": EXACT, "lw": 0.8, "ls": "--", "zorder": 3}
             if not curve.exact:
+                colour = numbers.setdefault(curve.label, len(numbers))
                 style = {"color": COLOURS[colour % len(COLOURS)], "lw": 1.4}
                 style |= {"ls": STYLES[colour // len(COLOURS) % len(STYLES)]}
                 if curve.marked:  # thinner one by one: what is covered can still be seen
                     style |= {"lw": max(1.0, 2.6 - 0.4 * colour), "marker": "o", "ms": max(2.5, 5.0 - 0.6 * colour)}
-                colour += 1
-            axis.plot(x_scale * curve.x, y_scale * curve.y, label=curve.label or "_", **style)
+            (line,) = axis.plot(x_scale * curve.x, y_scale * curve.y, label=curve.label or "_", **style)
+            if curve.label:
+                shown.setdefault(curve.label, line)
         axis.set_ylabel(y_label)
         axis.grid(alpha=0.25, lw=0.5)
         if column == "number":
@@ -107,15 +112,18 @@ def curves_picture(
         if beside:
             axis.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
     axes[-1].set_xlabel(x_label)
-    handles, labels = axes[0].get_legend_handles_labels()
     if not beside:
-        figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 7), fontsize=8)
+        # as many beside one another as the picture's 110 characters hold
+        columns = max(1, min(len(shown), 7, 110 // (8 + max(map(len, shown), default=0))))
+        figure.legend(list(shown.values()), list(shown), loc="outside lower center", ncols=columns, fontsize=8)
     figure.suptitle(title, fontsize=9)
     return store(figure, path)
 
 
 def gauge_panels(
-    run: str | os.PathLike[str], exact: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None
+    run: str | os.PathLike[str],
+    exact: Mapping[str, tuple[np.ndarray, np.ndarray]] | None = None,
+    prefix: str = "",
 ) -> dict[str, list[Curve]]:
     """Return the panels of a run's gauges: one a field, one curve a gauge.
 
@@ -125,6 +133,8 @@ def gauge_panels(
         Folder of the run.
     exact
         Times [s] and values of exact gauges, by their column.
+    prefix
+        Before the gauges' names in the legend.
 
     Raises
     ------
@@ -140,7 +150,7 @@ def gauge_panels(
             continue
         _, gauge, column = name.split(".", 2)
         seen = np.isfinite(values)
-        panels.setdefault(column, []).append(Curve(gauge, history["time"][seen], values[seen]))
+        panels.setdefault(column, []).append(Curve(prefix + gauge, history["time"][seen], values[seen]))
         if exact and name in exact:
             first = not any(curve.exact for curve in panels[column])
             panels[column].append(Curve("exact" if first else "", *exact[name], exact=True))
@@ -155,7 +165,11 @@ def steps(times: np.ndarray, values: np.ndarray, end: float) -> tuple[np.ndarray
     return corners, np.repeat(values, 2)
 
 
-def _label(column: str, unitless: bool, given: str | None = None) -> tuple[str, float]:
+def label_and_scale(column: str, unitless: bool, given: str | None = None) -> tuple[str, float]:
+    """Return a column's name with the unit that it is shown in, and how many of that are one of SI's.
+
+    `given` is its unit in SI, where it is not named after a field.
+    """
     if given is not None:
         unit = given
     elif column == "x":
