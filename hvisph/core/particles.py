@@ -101,5 +101,5 @@ class Particles:
 
     def permute(self, order: np.ndarray) -> None:
         """Put the particles into a new order, in place: row k becomes the former row order[k]."""
-        self.data[...] = self.data[order]
-        self.tags[...] = self.tags[order]
+        self.data[...] = self.data.take(order, axis=0)
+        self.tags[...] = self.tags.take(order, axis=0)

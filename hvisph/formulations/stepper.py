@@ -165,8 +165,8 @@ class Stepper:
             return order
         self.particles.permute(order)
         for values in (self.lengths, self.signals, self.pressures):
-            values[:] = values[order]
-        pairs.rows[:] = pairs.rows[order]
+            values[:] = values.take(order)
+        pairs.rows[:] = pairs.rows.take(order, axis=0)
         pairs.place[:count] = pairs.place[order]
         return order
 
