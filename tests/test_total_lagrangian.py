@@ -257,7 +257,7 @@ def test_inverted_particle_stops_with_its_place():
 
 
 def test_conversion_needs_a_formulation_that_uses_it():
-    with pytest.raises(CaseError, match="conversion"):
+    with pytest.raises(CaseError, match="only particles of the formulation 'adaptive' turn"):
         body(conversion={"strain": 0.85})
     with pytest.raises(CaseError, match="no body has a formulation of its own"):
         load_case({"kinematics": "plane_strain", "resolution": 5e-4, "formulation": {"type": "eulerian"},

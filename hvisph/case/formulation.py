@@ -72,8 +72,13 @@ class KernelOptions(StrictModel):
         return REACH.get(self.kernel, 2.0)
 
 
+NO_CONVERSION = {"conversion": "only particles of the formulation 'adaptive' turn Eulerian"}
+
+
 class EulerianFormulation(KernelOptions):
     """Standard SPH in the current configuration, with artificial viscosity (the SAV family)."""
+
+    meaningless: ClassVar[dict[str, str]] = NO_CONVERSION
 
     type: Literal["eulerian"] = "eulerian"
     viscosity: Viscosity = Field(default=MonaghanViscosity(), description="Artificial viscosity")
@@ -118,6 +123,8 @@ class TotalLagrangianFormulation(KernelOptions):
     Bodies, or regions of them, may be Eulerian (standard SPH) in the same run.
     """
 
+    meaningless: ClassVar[dict[str, str]] = NO_CONVERSION
+
     type: Literal["total_lagrangian"] = "total_lagrangian"
     viscosity: PlainViscosity = Field(default=MonaghanViscosity(), description="Artificial viscosity")
     viscosity_gradient: Literal["current", "reference"] = Field(
@@ -135,7 +142,7 @@ class TotalLagrangianFormulation(KernelOptions):
     hourglass: NonNegativeNumber = Field(
         default=0.0,
         description="Coefficient of the control of zero-energy modes (Ganzenmueller 2015) [-], at least 0, 0 is "
-        "off; 10 to 50 is usual",
+        "off; 10 to 50 is usual in elastic bodies, and a body that flows takes less than 1: more hardens it",
     )
     failed_particles: Literal["leave", "stay"] = Field(
         default="leave",
@@ -172,7 +179,7 @@ class AdaptiveFormulation(TotalLagrangianFormulation):
 class RiemannFormulation(KernelOptions):
     """Contact SPH (CON): each pair meets through an acoustic Riemann problem; nothing to tune."""
 
-    meaningless: ClassVar[dict[str, str]] = {
+    meaningless: ClassVar[dict[str, str]] = NO_CONVERSION | {
         "viscosity": "the Riemann problem of each pair dissipates what a shock needs",
         "artificial_stress": "the contact stress of each pair keeps particles from clumping",
         "correction": "its pair forces are those of the plain kernel gradient, equal and opposite",
@@ -195,7 +202,7 @@ class ProjectionFormulation(KernelOptions):
     Neither equation of state nor energy: a material gives its density and its strength alone.
     """
 
-    meaningless: ClassVar[dict[str, str]] = {
+    meaningless: ClassVar[dict[str, str]] = NO_CONVERSION | {
         "eos": "its pressure restores density and comes from no equation of state",
         "viscosity": "it has neither shocks nor an artificial viscosity to spread them",
         "artificial_stress": "its pressure keeps particles in order",

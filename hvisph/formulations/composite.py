@@ -59,6 +59,25 @@ def _spatial_rows(rows, chosen, bodies, pressures, loads, coefficients, out):
                   pressures[i] + loads[i], rows[i, C], 0.0, 0.0, rows[i, S], s_yy, s_zz, s_xy, s_xz, s_yz)  # fmt: skip
 
 
+def _add_rates(found, place, chosen, eulerian, rates):
+    """Add what the spatial pass `found` to the `rates` of the `chosen` particles: a template.
+
+    Accelerations and powers add up, of max|mu| the larger stays, and an Eulerian particle's velocity gradient
+    is the spatial one.
+    """
+    count = np.uint64(chosen.shape[0])
+    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        first = np.uint64(chunk) * np.uint64(CHUNK)
+        for k in range(first, min(first + np.uint64(CHUNK), count)):
+            i, at = np.uint64(chosen[k]), np.uint64(place[k])
+            for slot in range(np.uint64(DIM + 1)):
+                rates[i, slot] += found[at, slot]
+            rates[i, DIM + 1] = max(rates[i, DIM + 1], found[at, DIM + 1])
+            if eulerian[i] == 1:
+                for slot in range(np.uint64(DIM + 2), np.uint64(DIM + 2 + DIM * DIM)):
+                    rates[i, slot] = found[at, slot]
+
+
 class CompositeStepper(Stepper):
     """Moves Total Lagrangian and Eulerian particles, and bodies in contact.
 
@@ -167,6 +186,7 @@ class CompositeStepper(Stepper):
         packer, more = euler.pack()
         names = packer.__code__.co_names
         write = specialise(packer, **{k: v for k, v in ({"DIM": dim} | more | to).items() if k in names})
+        self._add_rates = specialise(_add_rates, parallel=True, DIM=dim)
         self._spatial_rows = bound(_spatial_rows, TO_D=to["D"], TO_KIND=to["KIND"], TO_BODY=to["BODY"], write=write)
         if not parted:
             return
@@ -273,7 +293,6 @@ class CompositeStepper(Stepper):
             self.rows_[images.first : last] = made
 
     def _add_spatial(self, chosen: np.ndarray) -> None:
-        dim = self.particles.dim
         packed = np.zeros((len(chosen), self.spatial.layout.width))
         self._spatial_rows(
             self.rows_, chosen, self._bodies, self.pressures, self.loads, self.spatial.coefficients, packed
@@ -281,11 +300,7 @@ class CompositeStepper(Stepper):
         self._chosen = len(chosen)
         self.spatial.rows = packed
         self.spatial.evaluate(self.h)
-        found = self.spatial.rates[self.spatial.place[: len(chosen)]]
-        self._rates[chosen, : dim + 1] += found[:, : dim + 1]
-        self._rates[chosen, dim + 1] = np.maximum(self._rates[chosen, dim + 1], found[:, dim + 1])
-        own = self._eulerian[chosen] == 1
-        self._rates[chosen[own], dim + 2 :] = found[own, dim + 2 :]
+        self._add_rates(self.spatial.rates, self.paired, chosen, self._eulerian, self._rates)
 
     def _add_contact(self, chosen: np.ndarray) -> None:
         dim, slots, to = self.particles.dim, self.slots, self.contact.slots

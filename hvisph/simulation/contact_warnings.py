@@ -34,7 +34,7 @@ def contact_warnings(case: Any) -> list[str]:
         if expected > pressure:
             found.append(
                 f"formulation.contact: carries about {pressure:.3g} Pa, and the impact brings {expected:.3g} Pa: the "
-                f"bodies may pass through each other; make it {expected / pressure:.3g} times as stiff"
+                f"bodies may pass through each other; give {_times(model, expected / pressure)}"
             )
     kernel = KERNELS[case.formulation.kernel]
     stiffness = min(contact.of_material(m.density, m.bulk_sound_speed, dx, dim) for m in materials)
@@ -43,11 +43,17 @@ def contact_warnings(case: Any) -> list[str]:
         share = 2.0 / np.sqrt(omega2) * material.longitudinal_sound_speed / case.smoothing_length
         if share < SHARE:
             found.append(
-                f"formulation.contact: limits the step to about {share:.2g} of what '{material.name}' allows; make it "
-                f"{(SHARE / share) ** 2:.3g} times as soft, or accept as many more steps"
+                f"formulation.contact: limits the step to about {share:.2g} of what '{material.name}' allows; give "
+                f"{_times(model, (share / SHARE) ** 2)}, or accept as many more steps"
             )
             break
     return found
+
+
+def _times(model: Any, factor: float) -> str:
+    """Return the key that gives the stiffness, with `factor` times its value."""
+    key = "stiffness" if model.absolute_stiffness is None else "absolute_stiffness"
+    return f"{key}: {factor * getattr(model, key):.2g}"
 
 
 def _omega_squared(contact: Any, kernel: Any, stiffness: float, density: float, h_over_dx: float, dx: float,
