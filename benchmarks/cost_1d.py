@@ -6,6 +6,7 @@ The layers of Zisis 2013 (staggered, Gaussian kernel to 3h, variable h, density 
 elastic-plastic plates (leapfrog, cubic spline, stiffened gas with strength), each from the case to its summary.
 Processor time, so that other work on the machine counts little. Two lengths of run are subtracted, so that
 building, the first and last snapshots and the summary are left out of the steps' cost; they are shown beside.
+Last, the compiled passes of a step alone, the best of a dozen.
 """
 
 from __future__ import annotations
@@ -14,6 +15,12 @@ import argparse
 import subprocess
 import sys
 import tempfile
+
+import numba
+from pair_pass import best
+
+from hvisph.case.loader import load_case
+from hvisph.simulation.build import build
 
 # Resolution for about 1e5 and 1e6 particles.
 CASES = {
@@ -40,12 +47,29 @@ def cost(case: str, folder: str, overrides: list[str]) -> tuple[int, float, int]
     return int(n), float(seconds), int(peak)
 
 
+def passes(case: str, overrides: list[str]) -> float:
+    """Return the time of the compiled passes of a step [us per particle]: pair sums, update and criteria."""
+    numba.set_num_threads(1)
+    setup = build(load_case(case, overrides=overrides))
+    stepper, n = setup.stepper, setup.particles.count
+    stepper.start()
+    stepper.permute()
+    calls = (
+        stepper.evaluate,
+        lambda: stepper.complete(1e-20, 1e-20),
+        lambda: setup.criteria.limit(stepper.lengths, stepper.signals, stepper.rates, stepper.place),
+    )
+    return 1e6 / n * sum(best(call, 12) for call in calls)
+
+
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--steps", type=int, default=100, help="of the smaller runs; the larger take a fifth")
     options = parser.parse_args()
-    print(f"{'case':26}{'particles':>10}{'us per particle-step':>22}{'all else, s':>13}{'kB per particle':>17}")
+    print(
+        f"{'case':26}{'particles':>10}{'us per particle-step':>22}{'all else, s':>13}{'kB per particle':>17}{'passes, us':>12}"
+    )
     with tempfile.TemporaryDirectory() as folder:
         for case, resolutions in CASES.items():
             # a fixed step fits the published resolution alone
@@ -55,7 +79,8 @@ def main() -> None:
                 n, short, _ = cost(case, folder, [*common, f"time.max_steps={few}"])
                 _, long, peak = cost(case, folder, [*common, f"time.max_steps={LONGER * few}"])
                 step = (long - short) / ((LONGER - 1) * few)
-                print(f"{case:26}{n:>10}{1e6 * step / n:>22.3f}{short - step * few:>13.1f}{peak / n / 1000:>17.2f}")
+                print(f"{case:26}{n:>10}{1e6 * step / n:>22.3f}{short - step * few:>13.1f}{peak / n / 1000:>17.2f}"
+                      f"{passes(case, common):>12.3f}")  # fmt: skip
 
 
 if __name__ == "__main__":
