@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,7 +28,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WIDTH, TALLEST = 12.0, 7.0  # of the picture, of a panel [in]; at most
-ASIDE, ABOVE, BELOW = 1.7, 0.35, 0.55  # room for the colour bar and y, for the name of each panel, for x [in]
+ASIDE, ABOVE, BELOW = 1.7, 0.5, 0.55  # room for the colour bar and y, for the name of each panel, for x [in]
+NAME_WIDTH = 26  # characters of a panel's name on a line: what the narrowest panel takes
 OUTSIDE = 0.02  # share of particles beyond each end of the colours: debris would set the scale otherwise
 STRAY = 0.001  # share of each run's particles that may lie outside of the axes on either side
 MOST = 40  # panels
@@ -92,7 +94,7 @@ def _panels(figure: Figure, scenes: Mapping[str, Scene], field: str, limits: tup
         discs = draw_particles(axes, scene, shown[name], field, None, bare=True)
         if discs is not None:
             discs.set_clim(*scale)
-        axes.set_title(name, fontsize=9)
+        axes.set_title(textwrap.fill(name, NAME_WIDTH), fontsize=9)
         axes.label_outer()
     grid[0, 0].set_xlim(low[0], high[0])
     grid[0, 0].set_ylim(low[1], high[1])
@@ -145,7 +147,7 @@ def _profiles(figure: Figure, moments: Mapping[str, Snapshot], field: str) -> No
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     for axes, (name, snapshot) in zip(grid.flat, moments.items(), strict=False):
         draw_profile(axes, snapshot, field)
-        axes.set_title(name, fontsize=9)
+        axes.set_title(textwrap.fill(name, NAME_WIDTH), fontsize=9)
         axes.label_outer()
     for axes in grid.flat[len(moments) :]:
         axes.set_visible(False)
