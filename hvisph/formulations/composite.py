@@ -3,7 +3,7 @@
 An evaluation runs, each only where it is needed,
 1. `deform` over reference neighbours: F, stress, density of Total Lagrangian particles;
 2. `accumulate` over them: their pair forces;
-3. the standard law over current neighbours, for Eulerian particles and those near one;
+3. the standard law, or that of corrected kernels, over current neighbours, for Eulerian particles and those near one;
 4. contact forces, for particles near another body.
 Particles keep the order that they have at the start, sorted by place: reference lists hold their numbers.
 """
@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.jit import prange, specialise
+from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
 from hvisph.materials import response
 from hvisph.materials.table import Material, pack
@@ -29,53 +29,9 @@ from hvisph.sph.selection import Selection
 from hvisph.sph.symmetry import Plane, mirror, with_images
 from hvisph.sph.traversal import FAR
 
+from . import composite_passes
 from . import update as single
 from .stepper import Stepper
-
-CHUNK = 256
-
-
-def _spatial_rows(rows, chosen, bodies, pressures, loads, coefficients, out):
-    """Pack the rows of the `chosen` particles for the standard law: a template."""
-    count = np.uint64(chosen.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for k in range(first, min(first + np.uint64(CHUNK), count)):
-            i = np.uint64(chosen[k])
-            out[k, 0] = rows[i, 0]
-            out[k, TO_D] = rows[i, 0] - rows[i, X0]
-            v = w = s_yy = s_zz = s_xy = s_xz = s_yz = 0.0
-            if DIM > 1:
-                out[k, 1] = rows[i, 1]
-                out[k, TO_D + 1] = rows[i, 1] - rows[i, X0 + 1]
-                v, s_yy, s_xy = rows[i, U + 1], rows[i, S + 1], rows[i, S + DIM]
-            if DIM > 2:
-                out[k, 2] = rows[i, 2]
-                out[k, TO_D + 2] = rows[i, 2] - rows[i, X0 + 2]
-                w, s_zz, s_xz, s_yz = rows[i, U + 2], rows[i, S + 2], rows[i, S + 4], rows[i, S + 5]
-            out[k, TO_KIND] = rows[i, KIND]
-            out[k, TO_BODY] = bodies[i]
-            write(out, k, coefficients, rows[i, U], v, w, rows[i, M], rows[i, RHO], 0.0, rows[i, H],
-                  pressures[i] + loads[i], rows[i, C], 0.0, 0.0, rows[i, S], s_yy, s_zz, s_xy, s_xz, s_yz)  # fmt: skip
-
-
-def _add_rates(found, place, chosen, eulerian, rates):
-    """Add what the spatial pass `found` to the `rates` of the `chosen` particles: a template.
-
-    Accelerations and powers add up, of max|mu| the larger stays, and an Eulerian particle's velocity gradient
-    is the spatial one.
-    """
-    count = np.uint64(chosen.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for k in range(first, min(first + np.uint64(CHUNK), count)):
-            i, at = np.uint64(chosen[k]), np.uint64(place[k])
-            for slot in range(np.uint64(DIM + 1)):
-                rates[i, slot] += found[at, slot]
-            rates[i, DIM + 1] = max(rates[i, DIM + 1], found[at, DIM + 1])
-            if eulerian[i] == 1:
-                for slot in range(np.uint64(DIM + 2), np.uint64(DIM + 2 + DIM * DIM)):
-                    rates[i, slot] = found[at, slot]
 
 
 class CompositeStepper(Stepper):
@@ -186,8 +142,9 @@ class CompositeStepper(Stepper):
         packer, more = euler.pack()
         names = packer.__code__.co_names
         write = specialise(packer, **{k: v for k, v in ({"DIM": dim} | more | to).items() if k in names})
-        self._add_rates = specialise(_add_rates, parallel=True, DIM=dim)
-        self._spatial_rows = bound(_spatial_rows, TO_D=to["D"], TO_KIND=to["KIND"], TO_BODY=to["BODY"], write=write)
+        self._add_rates = specialise(composite_passes.add_rates, parallel=True, DIM=dim)
+        self._spatial_rows = bound(composite_passes.spatial_rows, TO_D=to["D"], TO_KIND=to["KIND"],
+                                   TO_BODY=to["BODY"], write=write)  # fmt: skip
         if not parted:
             return
         constants = formulation.contact.coefficients(kernel, formulation.h_over_dx)
