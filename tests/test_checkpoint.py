@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from small_runs import FORMULATIONS, LIQUID, METAL, assert_same_results, every_material, row_of
+from small_runs import FORMULATIONS, GAS, LIQUID, METAL, assert_same_results, every_material, row_of
 
 import hvisph
 from hvisph.core.errors import CaseError, OutputError
@@ -59,14 +59,18 @@ def test_a_resumed_run_has_the_same_bits(formulation, integrator, tmp_path):
     [
         (1, {"formulation": {"type": "eulerian", "smoothing_length": {"type": "variable"}}}),
         (2, {"symmetry": [{"axis": "y", "at": 0.0}]}),
+        (2, {"symmetry": [{"axis": "y", "at": 0.0}],
+             "formulation": {"type": "adaptive", "conversion": {"strain": 0.02}, "hourglass": 0.5,
+                             "spatial_correction": {"type": "mixed", "factor": 7.5}}}),
         (2, {"domain": {"max": [None, 3.2e-3], "min": [None, -3.2e-3]}, "time": {"end": 2e-6}}),
         (3, {"time": {"end": 5e-7, "step": 6e-9}, "clamped": [{"box": {"min": [2e-3, None, None]}}]}),
     ],
-    ids=["1d_variable_h", "2d_mirror", "2d_retiring", "3d_clamped_fixed_step"],
+    ids=["1d_variable_h", "2d_mirror", "2d_mirror_adaptive_corrected", "2d_retiring", "3d_clamped_fixed_step"],
 )
 def test_options_resume_with_the_same_bits(dim, further, tmp_path):
     settings = {"formulation": {"type": "eulerian"}, "output": {"every": 2e-7, "history_every": 3}} | further
-    assert_same_results(*stopped_and_resumed(row_of([METAL, LIQUID], dim=dim, **settings), tmp_path))
+    materials = [METAL, LIQUID, GAS] if dim == 1 else [METAL, LIQUID]
+    assert_same_results(*stopped_and_resumed(row_of(materials, dim=dim, **settings), tmp_path))
 
 
 def test_a_run_extended_at_an_output_is_the_longer_run(tmp_path):
