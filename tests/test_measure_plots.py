@@ -46,6 +46,17 @@ def test_discs_have_the_size_of_cells_and_colours_their_scale():
     assert axes.get_aspect() == 1.0
 
 
+def test_a_case_without_units_has_none_in_its_picture():
+    snap = impact_end(DX)
+    snap.metadata["units"] = "none"
+    snap.fields["pressure"] = np.linspace(-1.0, 3.0, snap.count)
+    axes = Figure().add_subplot()
+    discs = draw_particles(axes, Scene(snap), np.arange(snap.count), "pressure", limits=(-1.0, 3.0))
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x", "y")
+    assert discs.get_clim() == (-1.0, 3.0)
+    assert axes.get_xlim()[1] == pytest.approx(snap.fields["position"][:, 0].max(), rel=0.5)  # not in mm
+
+
 def test_given_limits_are_kept(tmp_path):
     snap = impact_end(DX)
     axes = Figure().add_subplot()

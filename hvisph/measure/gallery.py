@@ -19,6 +19,7 @@ from hvisph.measure.plots import (
     draw_profile,
     field_range,
     field_values,
+    lengths,
     store,
 )
 from hvisph.measure.scene import Scene
@@ -39,9 +40,10 @@ def gallery(
     moments: Mapping[str, Snapshot],
     path: str | os.PathLike[str],
     field: str = "pressure",
-    limits: tuple[float, float] | None = None,
 ) -> Path:
     """Draw snapshots side by side and store the picture.
+
+    The colour scale is that of all particles, less the outermost 2 %.
 
     Parameters
     ----------
@@ -51,8 +53,6 @@ def gallery(
         File to write; its ending tells the format.
     field
         A field that all of them have, or ``body``.
-    limits
-        Ends of the colour scale in SI; by default those of all particles, less the outermost 2 %.
 
     Raises
     ------
@@ -71,13 +71,16 @@ def gallery(
     if dimensions == {1}:
         _profiles(figure, moments, field)
     else:
-        _panels(figure, {name: Scene(snapshot) for name, snapshot in moments.items()}, field, limits)
+        _panels(figure, {name: Scene(snapshot) for name, snapshot in moments.items()}, field)
     return store(figure, path)
 
 
-def _panels(figure: Figure, scenes: Mapping[str, Scene], field: str, limits: tuple[float, float] | None) -> None:
+def _panels(figure: Figure, scenes: Mapping[str, Scene], field: str) -> None:
     shown = {name: _visible(scene) for name, scene in scenes.items()}
-    low, high = _extent([scene.position[shown[name], :2] * 1e3 for name, scene in scenes.items()])
+    # runs of other codes may name their bodies otherwise: the legend is that of the first, and so are the units
+    first = next(iter(scenes.values())).now
+    unit, factor = lengths(first)
+    low, high = _extent([scene.position[shown[name], :2] * factor for name, scene in scenes.items()])
     columns = _columns(len(scenes), (high[1] - low[1]) / (high[0] - low[0]))
     rows = math.ceil(len(scenes) / columns)
     aspect = (high[1] - low[1]) / (high[0] - low[0])
@@ -88,10 +91,10 @@ def _panels(figure: Figure, scenes: Mapping[str, Scene], field: str, limits: tup
     if field != "body":
         found = [field_values(scene.now, field) for scene in scenes.values()]
         values = np.concatenate([v[0][shown[name]] for name, v in zip(scenes, found, strict=True)])
-        scale = field_range(field, values, found[0][3], limits, OUTSIDE)
+        scale = field_range(values, found[0][3], OUTSIDE)
     discs: Any = None
     for axes, (name, scene) in zip(grid.flat, scenes.items(), strict=False):
-        discs = draw_particles(axes, scene, shown[name], field, None, bare=True)
+        discs = draw_particles(axes, scene, shown[name], field, bare=True)
         if discs is not None:
             discs.set_clim(*scale)
         axes.set_title(textwrap.fill(name, NAME_WIDTH), fontsize=9)
@@ -102,10 +105,8 @@ def _panels(figure: Figure, scenes: Mapping[str, Scene], field: str, limits: tup
         axes.set_visible(False)
     for axes in grid.flat[max(len(scenes) - columns, 0) : len(scenes)]:
         # above a panel that is not there, the labels are still needed
-        axes.set_xlabel("x [mm]")
+        axes.set_xlabel(f"x{unit}")
         axes.tick_params(labelbottom=True)
-    # runs of other codes may name their bodies otherwise: the legend is that of the first
-    first = next(iter(scenes.values())).now
     marks = body_marks(first, first.body)
     figure.legend(handles=marks, loc="outside upper center", ncols=len(marks), fontsize=8, frameon=False)
     if discs is not None:

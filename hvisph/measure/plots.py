@@ -56,7 +56,7 @@ def picture(
     field
         A field of the snapshot, or ``body``. Vectors are drawn by their magnitude.
     limits
-        Ends of the colour scale in SI; by default the field's range less its outermost 0.5 %.
+        Ends of the colour scale in the snapshot's unit; by default the field's range less its outermost 0.5 %.
 
     Raises
     ------
@@ -69,13 +69,13 @@ def picture(
     shown = np.arange(snapshot.count)
     if snapshot.dimensions == 3:
         shown = np.flatnonzero(np.abs(scene.lateral[:, 1]) < scene.spacing)
-    x = scene.position[shown, :2] * 1e3
+    x = scene.position[shown, :2] * lengths(snapshot)[1]
     if snapshot.dimensions == 1:
         figure = Figure(figsize=(8.0, 4.5), dpi=150, layout="constrained")
         axes = figure.add_subplot()
         draw_profile(axes, snapshot, field)
     else:
-        span = np.ptp(x, axis=0) + 4.0 if len(x) else np.ones(2)
+        span = np.ptp(x, axis=0) + 4.0 * scene.spacing * lengths(snapshot)[1] if len(x) else np.ones(2)
         height = 7.0
         width = float(np.clip(height * span[0] / span[1] + 1.9, 4.2, 13.0))
         figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
@@ -100,14 +100,16 @@ def draw_particles(
     from matplotlib.collections import EllipseCollection
 
     snapshot = scene.now
-    x = scene.position[shown, :2] * 1e3
-    size = np.full(len(shown), DISC * scene.spacing * 1e3)
+    unit, metres = lengths(snapshot)
+    x = scene.position[shown, :2] * metres
+    spacing = scene.spacing * metres
+    size = np.full(len(shown), DISC * spacing)
     body = snapshot.body[shown]
     edges = [BODY_COLOURS[index % len(BODY_COLOURS)] for index in body]
     look: dict[str, Any] = {"units": "xy", "offsets": x, "transOffset": axes.transData}
     # wider discs in the body's colour underneath: neighbours cover them but for the body's outline
     reach = float(np.ptp(x, axis=0).max()) if len(x) else 0.0
-    wide = size + max(0.3 * scene.spacing * 1e3, 0.005 * reach)
+    wide = size + max(0.3 * spacing, 0.005 * reach)
     discs = None
     rims = EllipseCollection(wide, wide, 0.0 * size, facecolors=edges, lw=0.0, **look)
     axes.add_collection(rims)
@@ -116,7 +118,8 @@ def draw_particles(
     else:
         values, label, colours, symmetric = field_values(snapshot, field)
         discs = EllipseCollection(size, size, 0.0 * size, array=values[shown], cmap=colours, lw=0.0, **look)
-        low, high = field_range(field, values[shown], symmetric, limits)
+        factor = appearance(snapshot, field)[1]
+        low, high = (limits[0] * factor, limits[1] * factor) if limits else field_range(values[shown], symmetric)
         discs.set_clim(low, high)
         axes.add_collection(discs)
         if not bare:
@@ -132,8 +135,8 @@ def draw_particles(
         margin = 0.03 * reach + float(size[0])
         axes.set_xlim(start[0] - margin, end[0] + margin)
         axes.set_ylim(start[1] - margin, end[1] + margin)
-    axes.set_xlabel("x [mm]")
-    axes.set_ylabel("y [mm]")
+    axes.set_xlabel(f"x{unit}")
+    axes.set_ylabel(f"y{unit}")
     return discs
 
 
@@ -151,12 +154,13 @@ def body_marks(snapshot: Snapshot, body: np.ndarray) -> list[Any]:
 def draw_profile(axes: Axes, snapshot: Snapshot, field: str) -> None:
     """Draw a field of a 1D snapshot over x into `axes`, a line for each body."""
     values, label, _, _ = field_values(snapshot, field)
-    x = snapshot.fields["position"].reshape(snapshot.count, -1)[:, 0] * 1e3
+    unit, factor = lengths(snapshot)
+    x = snapshot.fields["position"].reshape(snapshot.count, -1)[:, 0] * factor
     for index, name in enumerate(snapshot.bodies):
         own = np.flatnonzero(snapshot.body == index)
         own = own[np.argsort(x[own])]
         axes.plot(x[own], values[own], ".-", ms=2, lw=0.9, color=BODY_COLOURS[index % 6], label=name)
-    axes.set_xlabel("x [mm]")
+    axes.set_xlabel(f"x{unit}")
     axes.set_ylabel(label)
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
@@ -215,6 +219,23 @@ def store(figure: Figure, path: str | os.PathLike[str]) -> Path:
     return target
 
 
+def lengths(snapshot: Snapshot) -> tuple[str, float]:
+    """Return the unit of lengths in pictures as an axis shows it, and the factor from the snapshot's own."""
+    return ("", 1.0) if _unitless(snapshot) else (" [mm]", 1e3)
+
+
+def appearance(snapshot: Snapshot, field: str) -> tuple[str, float, str, bool]:
+    """Return label, factor from the snapshot's own unit, colour map, and whether zero is its middle."""
+    label, factor, colours, symmetric = LOOK.get(field, (field.replace("_", " "), 1.0, "viridis", False))
+    if _unitless(snapshot):
+        label, factor = label.partition(" [")[0], 1.0
+    return label, factor, colours, symmetric
+
+
+def _unitless(snapshot: Snapshot) -> bool:
+    return snapshot.metadata.get("units") == "none"
+
+
 def field_values(snapshot: Snapshot, field: str) -> tuple[np.ndarray, str, str, bool]:
     """Return a field in the unit of pictures (n,), label, colour map, and whether zero is its middle."""
     if field not in snapshot.fields:
@@ -222,21 +243,12 @@ def field_values(snapshot: Snapshot, field: str) -> tuple[np.ndarray, str, str, 
         raise CaseError(f"the snapshot has no field '{field}'{nearest(field, allowed)}", where="field")
     values = snapshot.fields[field].reshape(snapshot.count, -1)
     magnitude = np.sqrt((values**2).sum(axis=1)) if values.shape[1] > 1 else values[:, 0]
-    label, factor, colours, symmetric = LOOK.get(field, (field.replace("_", " "), 1.0, "viridis", False))
+    label, factor, colours, symmetric = appearance(snapshot, field)
     return magnitude * factor, label, colours, symmetric
 
 
-def field_range(
-    field: str,
-    values: np.ndarray,
-    symmetric: bool,
-    limits: tuple[float, float] | None,
-    outside: float = OUTSIDE,
-) -> tuple[float, float]:
-    """Return the ends of a colour scale: `limits` [SI], or the range of `values` less its outermost share."""
-    if limits is not None:
-        factor = LOOK.get(field, ("", 1.0, "", False))[1]
-        return limits[0] * factor, limits[1] * factor
+def field_range(values: np.ndarray, symmetric: bool, outside: float = OUTSIDE) -> tuple[float, float]:
+    """Return the ends of a colour scale: the range of `values` less its outermost share."""
     finite = values[np.isfinite(values)]
     if len(finite) == 0:
         return 0.0, 1.0
@@ -255,7 +267,5 @@ def beyond(values: np.ndarray, low: float, high: float) -> Literal["neither", "m
 
 def _title(snapshot: Snapshot, width: int) -> str:
     title = textwrap.fill(str(snapshot.metadata.get("title", "")), width)
-    moment = f"t = {snapshot.time * 1e6:.2f} us"
-    if snapshot.metadata.get("units") == "none":
-        moment = f"t = {snapshot.time:.4g}"
+    moment = f"t = {snapshot.time:.4g}" if _unitless(snapshot) else f"t = {snapshot.time * 1e6:.2f} us"
     return f"{title}\n{moment}" if title else moment
