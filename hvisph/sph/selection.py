@@ -31,12 +31,20 @@ def _mark(rows, eulerian, bodies, inverse_edge, nx, ny, nz, cells, lowest, highe
         spatial[cell] |= eulerian[i]
 
 
+def _beside(cx, cy, cz, shift, nx, ny, nz):
+    """Return the cell that lies `shift`, 0 to 3**DIM - 1, from the one at (cx, cy, cz): in the middle itself."""
+    one, three = np.uint64(1), np.uint64(3)
+    x = (cx + shift % three + nx - one) & (nx - one)
+    y = (cy + (shift // three) % three + ny - one) & (ny - one) if DIM > 1 else cy
+    z = (cz + shift // (three * three) + nz - one) & (nz - one) if DIM > 2 else cz
+    return x + nx * (y + ny * z)
+
+
 def _spread(nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
     """Find the occupied cells that have another body, or an Eulerian particle, in or beside them."""
     count = np.uint64(lowest.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        one, three = np.uint64(1), np.uint64(3)
-        first = np.uint64(chunk) * np.uint64(CHUNK)
+        first, one = np.uint64(chunk) * np.uint64(CHUNK), np.uint64(1)
         for cell in range(first, min(first + np.uint64(CHUNK), count)):
             if lowest[cell] == np.uint32(NO_BODY):
                 spatial_near[cell] = np.uint8(0)
@@ -44,10 +52,7 @@ def _spread(nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
             cx, cy, cz = cell & (nx - one), (cell // nx) & (ny - one), cell // (nx * ny)
             low, high, euler = lowest[cell], highest[cell], spatial[cell]
             for shift in range(np.uint64(3**DIM)):
-                x = (cx + shift % three + nx - one) & (nx - one)
-                y = (cy + (shift // three) % three + ny - one) & (ny - one) if DIM > 1 else cy
-                z = (cz + shift // (three * three) + nz - one) & (nz - one) if DIM > 2 else cz
-                at = x + nx * (y + ny * z)
+                at = beside(cx, cy, cz, shift, nx, ny, nz)
                 low, high, euler = min(low, lowest[at]), max(high, highest[at]), euler | spatial[at]
             meets[cell] = low != high
             spatial_near[cell] = euler
@@ -57,16 +62,12 @@ def _widen(nx, ny, nz, near, wider):
     """Mark the cells that are, or lie beside, one that is marked in `near`."""
     count = np.uint64(near.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        one, three = np.uint64(1), np.uint64(3)
-        first = np.uint64(chunk) * np.uint64(CHUNK)
+        first, one = np.uint64(chunk) * np.uint64(CHUNK), np.uint64(1)
         for cell in range(first, min(first + np.uint64(CHUNK), count)):
             cx, cy, cz = cell & (nx - one), (cell // nx) & (ny - one), cell // (nx * ny)
             found = near[cell]
             for shift in range(np.uint64(3**DIM)):
-                x = (cx + shift % three + nx - one) & (nx - one)
-                y = (cy + (shift // three) % three + ny - one) & (ny - one) if DIM > 1 else cy
-                z = (cz + shift // (three * three) + nz - one) & (nz - one) if DIM > 2 else cz
-                found |= near[x + nx * (y + ny * z)]
+                found |= near[beside(cx, cy, cz, shift, nx, ny, nz)]
             wider[cell] = found
 
 
@@ -98,8 +99,9 @@ class Selection:
         self._wider = np.zeros(size, np.uint8)
         self._with_neighbours = with_neighbours
         self._mark = specialise(_mark, parallel=False, DIM=dim)
-        self._spread = specialise(_spread, parallel=True, DIM=dim)
-        self._widen = specialise(_widen, parallel=True, DIM=dim)
+        beside = specialise(_beside, DIM=dim)
+        self._spread = specialise(_spread, parallel=True, DIM=dim, beside=beside)
+        self._widen = specialise(_widen, parallel=True, DIM=dim, beside=beside)
 
     def choose(self, rows: np.ndarray, eulerian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the indices of the particles near another body, and of those near an Eulerian one or such.
