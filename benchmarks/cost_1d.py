@@ -19,7 +19,7 @@ import tempfile
 import numba
 from pair_pass import best
 
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 from hvisph.simulation.build import build
 
 # Resolution for about 1e5 and 1e6 particles.
@@ -31,7 +31,7 @@ LONGER = 4
 MEASURE = """
 import resource, sys, time
 from hvisph.simulation.run import run
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 begin = time.process_time()
 outcome = run(load_case(sys.argv[1], overrides=sys.argv[3:]), sys.argv[2], force=True, threads=1)
 assert outcome.summary["status"] == "done"

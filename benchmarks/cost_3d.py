@@ -15,7 +15,7 @@ from pathlib import Path
 MEASURE = """
 import resource, sys
 from hvisph.simulation.run import run
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 case, out, threads, overrides = sys.argv[1], sys.argv[2], int(sys.argv[3]), sys.argv[4:]
 outcome = run(load_case(case, overrides=overrides), out, force=True, threads=threads)
 print("peak", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)

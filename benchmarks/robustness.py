@@ -34,7 +34,7 @@ from small_runs import (  # noqa: E402
 )
 
 import hvisph  # noqa: E402
-from hvisph.case.loader import load_case  # noqa: E402
+from hvisph.casefile.loader import load_case  # noqa: E402
 from hvisph.core.errors import HvisphError  # noqa: E402
 from hvisph.output.checkpoint import Checkpoint, list_checkpoints, read_checkpoint, write_checkpoint  # noqa: E402
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot  # noqa: E402

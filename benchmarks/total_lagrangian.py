@@ -13,7 +13,7 @@ import json
 import tempfile
 from pathlib import Path
 
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 from hvisph.simulation.run import run
 
 COMMON = ["output.every=null", "output.history_every=50", "expected={}"]

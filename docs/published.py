@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from hvisph import __version__
-from hvisph.measure.compare import Row, last_snapshot, row
-from hvisph.measure.gallery import gallery
-from hvisph.measure.published import COLUMNS, FARAHANI_2, TABLES, YOUNG_1, Published, published
+from hvisph.measures.compare import Row, last_snapshot, row
+from hvisph.measures.published import COLUMNS, FARAHANI_2, TABLES, YOUNG_1, Published, published
 from hvisph.output.reader import read_history
-from hvisph.simulation.campaign import complete
-from hvisph.simulation.comparison import entries, is_run
+from hvisph.pictures.gallery import gallery
+from hvisph.study.campaign import complete
+from hvisph.study.comparison import entries, is_run
 
 IMPACTS = {"al_al": "Aluminium on aluminium", "steel_al": "Steel on aluminium"}
 ORDER = (

@@ -11,10 +11,10 @@ __version__ = "0.1.0"
 __all__ = ["load_case", "measure", "resume", "run"]
 
 _LAZY = {
-    "load_case": ("hvisph.case.loader", "load_case"),
+    "load_case": ("hvisph.casefile.loader", "load_case"),
     "run": ("hvisph.simulation.run", "run"),
     "resume": ("hvisph.simulation.resume", "resume"),
-    "measure": ("hvisph.measure.measures", "measure"),
+    "measure": ("hvisph.measures.measure", "measure"),
 }
 
 

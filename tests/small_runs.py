@@ -5,7 +5,7 @@ from typing import get_args
 import numpy as np
 
 from hvisph.case.case import Case
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import list_snapshots, read_snapshot
 

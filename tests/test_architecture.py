@@ -17,46 +17,50 @@ PACKAGE = Path(hvisph.__file__).parent
 MAY_IMPORT = {
     "core": set(),
     "case": {"core"},
+    "casefile": {"core", "case"},
     "geometry": {"core"},
     "materials": {"core"},
     "sph": {"core"},
     "formulations": {"core", "materials", "sph"},
     "integrators": {"core"},
     "output": {"core"},
-    "measure": {"core", "geometry", "output"},
-    "simulation": {
-        *("core", "case", "geometry", "materials", "sph", "formulations", "integrators", "output", "measure", "exact")
-    },
+    "measures": {"core", "geometry", "output"},
+    "pictures": {"core", "measures", "output"},
     "exact": {"core", "materials"},
-    "cli": {"core", "case", "simulation", "measure", "exact"},
+    "simulation": {
+        *("core", "case", "casefile", "geometry", "materials", "sph", "formulations", "integrators", "output"),
+        "measures",
+    },
+    "study": {"core", "case", "casefile", "simulation", "measures", "pictures", "exact", "output"},
+    "cli": {"core", "case", "casefile", "simulation", "study", "measures", "pictures", "exact"},
 }
-# `measure` works on files alone: of `output` it may know what reads them, and how a picture is written whole.
+# `measures` and `pictures` work on files alone: of `output` it may know what reads them, and how a picture is written whole.
 OF_OUTPUT = {"hvisph.output." + name for name in ("names", "reader", "snapshot", "atomic")}
 
 # The rooms of each third-party library; those not named here are anyone's.
 LIBRARIES = {
-    "pydantic": {"case"},
-    "pydantic_core": {"case"},
-    "yaml": {"case"},
+    "pydantic": {"case", "casefile"},
+    "pydantic_core": {"case", "casefile"},
+    "yaml": {"casefile"},
     "pint": {"case"},
     "typer": {"cli"},
     "rich": {"cli"},
     "h5py": {"output"},
     "meshio": {"output", "geometry"},
-    "matplotlib": {"measure"},
-    "scipy": {"geometry", "measure"},
+    "matplotlib": {"pictures"},
+    "scipy": {"geometry", "measures"},
     "llvmlite": {"core"},
     "platformdirs": {"core"},
     "psutil": {"simulation", "cli"},
     "numba": {"core", "simulation"},
-    "numpy": {*MAY_IMPORT} - {"cli", "case"},
+    "numpy": {*MAY_IMPORT} - {"cli", "case", "casefile"},
 }
 # Slow to import and seldom needed: only within functions, so that nobody pays who does not use them.
 LAZY = {"scipy", "matplotlib", "h5py", "meshio", "pint", "psutil"}
 # Outside `core`, numba is for the number of threads; what compiles is in `core` alone.
 NUMBA_OUTSIDE_CORE = {"config", "get_num_threads", "set_num_threads", "threading_layer"}
 # Rooms that must load without numba: nothing that they do needs a compiler.
-WITHOUT_NUMBA = ("case", "cli", "geometry", "output", "measure")
+WITHOUT_NUMBA = ("case", "casefile", "cli", "geometry", "output", "measures", "pictures")
 
 
 def module_name(path):
@@ -119,11 +123,11 @@ def test_a_room_imports_only_what_it_may(room):
     assert not wrong, "\n".join(wrong)
 
 
-def test_measure_knows_only_the_reader_of_output():
+def test_measures_and_pictures_know_only_the_reader_of_output():
     wrong = [
         f"{module}, line {line}: {name}"
         for module in SOURCES
-        if room_of(module) == "measure"
+        if room_of(module) in ("measures", "pictures")
         for name, line in ours(module)
         if room_of(name) == "output" and name not in OF_OUTPUT | {"hvisph.output"}
     ]

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX permissio
 PROGRAM = """
 import json
 from hvisph.core.jit import cache_folder
-from hvisph.simulation.self_test import self_test
+from hvisph.core.self_test import self_test
 found = self_test()
 print(json.dumps(found | {"folder": str(cache_folder())}))
 """

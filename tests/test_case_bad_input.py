@@ -4,8 +4,8 @@ import textwrap
 
 import pytest
 
-from hvisph.case.loader import load_case
-from hvisph.case.problems import CaseErrors
+from hvisph.casefile.loader import load_case
+from hvisph.casefile.problems import CaseErrors
 from hvisph.core.errors import CaseError
 
 GOOD = textwrap.dedent("""\

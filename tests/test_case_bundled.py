@@ -6,17 +6,17 @@ import jsonschema
 import pytest
 
 from hvisph.case.bodies import ARRANGEMENTS
-from hvisph.case.data import data_folder
 from hvisph.case.expected import MEASURES
-from hvisph.case.explain import explain
-from hvisph.case.loader import bundled_cases, dump_case, library, load_case, load_material
-from hvisph.case.manual import case_manual
-from hvisph.case.schema import case_schema, generated_files
-from hvisph.case.yaml_text import parse
+from hvisph.casefile.data import data_folder
+from hvisph.casefile.explain import explain
+from hvisph.casefile.loader import bundled_cases, dump_case, library, load_case, load_material
+from hvisph.casefile.manual import case_manual
+from hvisph.casefile.schema import case_schema, generated_files
+from hvisph.casefile.yaml_text import parse
 from hvisph.core.errors import CaseError
 from hvisph.geometry import shapes
 from hvisph.geometry.fill import allowed_arrangements
-from hvisph.measure.measures import UNITS
+from hvisph.measures.measure import UNITS
 
 ROOT = data_folder("cases").parent
 VALIDATOR = jsonschema.Draft202012Validator(case_schema())
@@ -98,7 +98,7 @@ def test_every_field_is_described():
 
 @pytest.mark.parametrize("path", generated_files(ROOT), ids=lambda path: path.name)
 def test_generated_files_are_fresh(path):
-    """Run `python -m hvisph.case.schema --write` after a change of the models."""
+    """Run `python -m hvisph.casefile.schema --write` after a change of the models."""
     assert path.read_text(encoding="utf-8") == generated_files(ROOT)[path]
 
 

@@ -3,8 +3,8 @@
 import pytest
 
 from hvisph.case.formulation import REACH, KernelOptions
-from hvisph.case.loader import bundled_cases, dump_case, load_case
-from hvisph.case.yaml_text import parse
+from hvisph.casefile.loader import bundled_cases, dump_case, load_case
+from hvisph.casefile.yaml_text import parse
 from hvisph.core.errors import CaseError
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.materials import material_of

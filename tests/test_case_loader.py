@@ -6,9 +6,9 @@ import time
 
 import pytest
 
-from hvisph.case.loader import bundled_cases, dump_case, load_case
 from hvisph.case.viscosity import MonaghanViscosity
-from hvisph.case.yaml_text import parse
+from hvisph.casefile.loader import bundled_cases, dump_case, load_case
+from hvisph.casefile.yaml_text import parse
 from hvisph.core.errors import CaseError
 
 

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 import hvisph
-from hvisph.case.data import bundled_cases, data_folder
+from hvisph.casefile.data import bundled_cases, data_folder
 from hvisph.cli.main import app
 from hvisph.core.jit import heard_compiling
 
@@ -96,7 +96,7 @@ def test_an_unexpected_error_is_a_bug_and_no_traceback(monkeypatch):
     def broken(path):
         raise ZeroDivisionError("by nothing\nin detail")
 
-    monkeypatch.setattr("hvisph.case.explain.explain", broken)
+    monkeypatch.setattr("hvisph.casefile.explain.explain", broken)
     monkeypatch.delenv("HVISPH_DEBUG", raising=False)
     found = call("explain", "time")
     assert found.exit_code == 3
@@ -159,7 +159,7 @@ def test_doctor_tries_a_compiled_loop():
 
 def test_doctor_tells_a_broken_machine(monkeypatch):
     broken = {"passed": False, "reason": "wrong", "cached": False, "seconds": 0.0, "threads": 1}
-    monkeypatch.setattr("hvisph.simulation.self_test.self_test", lambda: broken)
+    monkeypatch.setattr("hvisph.core.self_test.self_test", lambda: broken)
     found = call("doctor")
     assert found.exit_code == 3
     assert "FAILED: wrong" in found.stdout

@@ -17,8 +17,8 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 import hvisph
-from hvisph.case.data import bundled_cases, data_folder
-from hvisph.case.loader import load_case
+from hvisph.casefile.data import bundled_cases, data_folder
+from hvisph.casefile.loader import load_case
 from hvisph.cli import interrupt
 from hvisph.cli.lines import status_text, time_left
 from hvisph.cli.live import Live

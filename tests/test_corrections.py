@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from sph_twins import compiled_rates, neighbours, packed, random_cloud, tensile
 
-from hvisph.case.loader import dump_case, load_case
+from hvisph.casefile.loader import dump_case, load_case
 from hvisph.core.errors import CaseError
 from hvisph.formulations.corrected import Corrected
 from hvisph.formulations.eulerian import Eulerian

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_runs import DAMAGED, HARDENING, METAL, row_of
 
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 from hvisph.output.folder import RunFolder
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.build import build

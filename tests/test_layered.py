@@ -2,11 +2,11 @@
 
 import pytest
 
-from hvisph.case.loader import load_case
-from hvisph.measure.against_exact import compare_gauge
+from hvisph.casefile.loader import load_case
+from hvisph.measures.against_exact import compare_gauge
 from hvisph.output.reader import read_history
-from hvisph.simulation.exact_solution import exact_solution
 from hvisph.simulation.run import run
+from hvisph.study.exact_solution import exact_solution
 
 COARSE = ("resolution=0.005", "time.step=2e-4", "output.every=null")
 

@@ -10,12 +10,12 @@ from measure_bodies import MM, box, snapshot
 
 import hvisph
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.measure.debris import debris
-from hvisph.measure.measures import measure_snapshot
-from hvisph.measure.scene import Scene
-from hvisph.measure.series import columns, series_picture, write_fragments, write_series
+from hvisph.measures.debris import debris
+from hvisph.measures.measure import measure_snapshot
+from hvisph.measures.scene import Scene
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.vtu import write_vtu
+from hvisph.pictures.series import columns, series_picture, write_fragments, write_series
 
 DX = 1 * MM
 # what the projectile breaks into: particles along x and their velocity
@@ -191,7 +191,7 @@ def test_cases_without_units_have_none_in_their_header(tmp_path):
 
 
 def test_picture_of_all_measures(run, tmp_path, monkeypatch):
-    import hvisph.measure.curves as curves
+    import hvisph.pictures.curves as curves
 
     figures = []
     store = curves.store

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, snapshot
 
-from hvisph.measure.groups import connected_groups, fragments, main_body
-from hvisph.measure.scene import Scene
-from hvisph.measure.voids import void_fraction
+from hvisph.measures.groups import connected_groups, fragments, main_body
+from hvisph.measures.scene import Scene
+from hvisph.measures.voids import void_fraction
 
 
 def test_groups_are_linked_at_two_spacings():

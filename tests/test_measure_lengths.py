@@ -7,8 +7,8 @@ import pytest
 from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, snapshot
 
 from hvisph.core.errors import OutputError
-from hvisph.measure.lengths import crater_diameter, extension, penetration
-from hvisph.measure.scene import Scene, axis_of, reference
+from hvisph.measures.lengths import crater_diameter, extension, penetration
+from hvisph.measures.scene import Scene, axis_of, reference
 
 
 @pytest.mark.parametrize("dx", [0.1 * MM, 0.2 * MM, 0.4 * MM])

@@ -7,8 +7,8 @@ from matplotlib.image import imread
 from measure_bodies import MM, ball, box, impact_end, snapshot
 
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.measure.plots import draw_particles, history_plot, picture
-from hvisph.measure.scene import Scene
+from hvisph.measures.scene import Scene
+from hvisph.pictures.plots import draw_particles, history_plot, picture
 
 DX = 0.4 * MM
 

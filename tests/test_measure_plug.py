@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hvisph.measure.plug import plug_and_lip
-from hvisph.measure.scene import Scene
+from hvisph.measures.plug import plug_and_lip
+from hvisph.measures.scene import Scene
 from hvisph.output.snapshot import Snapshot
 
 DX = 1e-3

@@ -13,10 +13,10 @@ import pytest
 from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, snapshot
 
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.measure.expected import compare
-from hvisph.measure.measures import measure, measure_snapshot, unmeasured
-from hvisph.measure.result import Result, meaningless
-from hvisph.measure.table import rows
+from hvisph.measures.expected import compare
+from hvisph.measures.measure import measure, measure_snapshot, unmeasured
+from hvisph.measures.result import Result, meaningless
+from hvisph.measures.table import rows
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.vtu import write_vtu
 
@@ -270,8 +270,8 @@ def test_schema_takes_later_measures(run):
 
 
 def test_measure_is_light_to_import():
-    modules = "measures, groups, lengths, voids, pressure, plateau, expected, table, plots"
+    modules = "measure, groups, lengths, voids, pressure, plateau, expected, table"
     heavy = "{'numba', 'scipy', 'matplotlib', 'yaml', 'h5py'}"
-    code = f"import sys; from hvisph.measure import {modules}; print(*{heavy} & sys.modules.keys())"
+    code = f"import sys; from hvisph.measures import {modules}; from hvisph.pictures import plots; print(*{heavy} & sys.modules.keys())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []

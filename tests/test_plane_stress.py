@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 from hvisph.materials.eos import Elastic, StiffenedGas
 from hvisph.materials.plane_stress import thinning
 from hvisph.materials.response import respond

@@ -6,7 +6,7 @@ from small_runs import LIQUID, METAL, assert_same_results, row_of
 
 import hvisph
 from hvisph.case.checks import warnings_of
-from hvisph.case.loader import dump_case, load_case
+from hvisph.casefile.loader import dump_case, load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 from hvisph.simulation.listener import Listener

@@ -2,15 +2,15 @@
 
 import pytest
 
-from hvisph.case.data import data_folder
-from hvisph.case.folder import cases_in
-from hvisph.case.loader import load_case
-from hvisph.case.reading import read_yaml
+from hvisph.casefile.data import data_folder
+from hvisph.casefile.folder import cases_in
+from hvisph.casefile.loader import load_case
+from hvisph.casefile.reading import read_yaml
 from hvisph.core.errors import CaseError
-from hvisph.measure.compare import row
-from hvisph.measure.published import FARAHANI_2, YOUNG_1, published, tolerance
-from hvisph.simulation.campaign import complete
-from hvisph.simulation.comparison import entries
+from hvisph.measures.compare import row
+from hvisph.measures.published import FARAHANI_2, YOUNG_1, published, tolerance
+from hvisph.study.campaign import complete
+from hvisph.study.comparison import entries
 
 IMPACTS = ("al_al", "steel_al")
 FILES = {

@@ -12,7 +12,7 @@ import time
 import pytest
 from small_runs import LIQUID, METAL, assert_same_results, row_of
 
-from hvisph.case.loader import dump_case
+from hvisph.casefile.loader import dump_case
 from hvisph.output.checkpoint import list_checkpoints, read_checkpoint
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from small_runs import DAMAGED, FORMULATIONS, METAL, OPTIONS, row_of
 
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import component_names
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot

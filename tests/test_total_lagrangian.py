@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from composite_runs import advance
 
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.integrators.criteria import Limit
 from hvisph.simulation.build import build

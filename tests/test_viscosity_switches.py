@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 from hvisph.simulation.run import run
 from hvisph.sph.viscosity import balsara_share, relaxed_share
 

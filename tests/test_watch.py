@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from small_runs import HARDENING, METAL, row_of
 
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.folder import RunFolder
 from hvisph.output.reader import read_history, read_snapshot

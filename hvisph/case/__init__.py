@@ -1,1 +1,1 @@
-"""What a user writes: models of the case file, its loader, units and the material library."""
+"""What a case is: its models, what they must fulfil together, quantities, and the numbers of the material library."""

@@ -12,6 +12,7 @@ from hvisph.case.eos import ElasticEos, Eos, IdealGasEos
 from hvisph.case.model import Problem, Shorthand, StrictModel, refuse
 from hvisph.case.strength import JohnsonCookStrength, NoStrength, Strength
 from hvisph.case.units import PositiveDensity
+from hvisph.core.errors import CaseError
 
 
 class Material(StrictModel):
@@ -84,11 +85,11 @@ def _by_name(value: Any, info: ValidationInfo) -> Any:
         return value
     if info.context and info.context.get("units") == "none":
         raise ValueError(f"the library is in SI, and the case has `units: none`; write out '{value[:64]}'")
-    from hvisph.case.material_library import load_material
-    from hvisph.core.errors import CaseError
-
+    library = (info.context or {}).get("library")
+    if library is None:
+        raise ValueError(f"there is no library at hand; write out '{value[:64]}'")
     try:
-        return load_material(value)
+        return library(value)
     except CaseError as error:
         raise ValueError(error.message) from None
 

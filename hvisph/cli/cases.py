@@ -21,7 +21,7 @@ def cases(
     as_json: JsonOption = False,
 ) -> None:
     """List the bundled cases, print one, or copy them."""
-    from hvisph.case.data import bundled_cases
+    from hvisph.casefile.data import bundled_cases
     from hvisph.core.errors import CaseError, nearest
 
     files = bundled_cases()
@@ -38,7 +38,7 @@ def cases(
 
 
 def _list(files: dict[str, Path], as_json: bool) -> None:
-    from hvisph.case.loader import load_case
+    from hvisph.casefile.loader import load_case
     from hvisph.cli.words import echo_json, table
 
     loaded = {name: load_case(path) for name, path in files.items()}

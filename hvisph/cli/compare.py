@@ -15,7 +15,7 @@ from hvisph.cli.guard import FAILED
 from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption
 
 if TYPE_CHECKING:
-    from hvisph.simulation.gauge_overlay import Overlay
+    from hvisph.study.gauge_overlay import Overlay
 
 PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".eps", ".ps")
 
@@ -63,7 +63,7 @@ def compare(
 
     if field is not None and picture is None:
         raise CaseError("needs --picture FILE, which it colours", where="--field")
-    from hvisph.simulation.comparison import entries
+    from hvisph.study.comparison import entries
 
     found = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
     if picture is not None and any(entry.case is not None for entry in found):
@@ -71,11 +71,11 @@ def compare(
     if gauges is not None:
         _refuse_format(gauges, "--gauges")
     _complete(found, threads, force, quiet or as_json)
-    from hvisph.measure.compare import last_snapshot, row
+    from hvisph.measures.compare import last_snapshot, row
 
     rows = [row(entry.name, entry.folder) for entry in found]
     if picture is not None:
-        from hvisph.measure.gallery import gallery
+        from hvisph.pictures.gallery import gallery
 
         moments = {entry.name: last_snapshot(entry.folder) for entry in found}
         gallery(moments, picture, field or "pressure")
@@ -131,8 +131,8 @@ def _refuse_format(picture: Path, option: str) -> None:
 
 def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
     """Draw the gauges of all runs into one picture."""
-    from hvisph.measure.curves import curves_picture
-    from hvisph.simulation.gauge_overlay import overlay
+    from hvisph.pictures.curves import curves_picture
+    from hvisph.study.gauge_overlay import overlay
 
     made = overlay(folders)
     curves_picture(made.panels, picture, title="Gauges", unitless=made.unitless)
@@ -141,7 +141,7 @@ def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
 
 def _complete(found: Sequence[Any], threads: int | None, force: bool, silent: bool) -> None:
     """Run what has not been run; an interrupt ends the command."""
-    from hvisph.simulation.comparison import is_run
+    from hvisph.study.comparison import is_run
 
     todo = [entry for entry in found if entry.case is not None and (force or not is_run(entry))]
     if not todo:
@@ -149,7 +149,7 @@ def _complete(found: Sequence[Any], threads: int | None, force: bool, silent: bo
     from hvisph.cli.ending import listener_for
     from hvisph.cli.interrupt import noted_interrupts
     from hvisph.cli.loading import placed
-    from hvisph.simulation.campaign import complete
+    from hvisph.study.campaign import complete
 
     for number, entry in enumerate(todo, 1):
         if not silent:
@@ -171,7 +171,7 @@ def _complete(found: Sequence[Any], threads: int | None, force: bool, silent: bo
 def _unitless(entry: Any) -> bool:
     case = entry.case
     if case is None and (entry.folder / "case.yaml").is_file():
-        from hvisph.case.loader import load_case
+        from hvisph.casefile.loader import load_case
         from hvisph.core.errors import CaseError
 
         # a run of a later version, say: it can be shown all the same

@@ -12,8 +12,8 @@ import typer
 from hvisph.cli.words import duration, table
 
 if TYPE_CHECKING:
-    from hvisph.measure.compare import Row
-    from hvisph.simulation.gauge_overlay import Overlay
+    from hvisph.measures.compare import Row
+    from hvisph.study.gauge_overlay import Overlay
 
 # Labels that leave room for many columns: those of the papers, where they have one.
 SHORT = {
@@ -43,7 +43,7 @@ def comparison_tables(rows: Sequence[Row], unitless: bool = False) -> str:
 
 
 def _measures(rows: Sequence[Row], unitless: bool) -> str:
-    from hvisph.measure.compare import shown_measures
+    from hvisph.measures.compare import shown_measures
 
     names = shown_measures(rows)
     looks = {name: _look(rows, name, unitless) for name in names}
@@ -57,7 +57,7 @@ def _measures(rows: Sequence[Row], unitless: bool) -> str:
 
 def _look(rows: Sequence[Row], name: str, unitless: bool) -> tuple[str, float, int]:
     """Return the unit for people, its factor from SI and the decimals (-1 for significant figures)."""
-    from hvisph.measure.table import SHOWN
+    from hvisph.measures.table import SHOWN
 
     own = next((row.measures[name]["unit"] for row in rows if name in row.measures), "")
     _, unit, factor, decimals = SHOWN.get(name, ("", own, 1.0, -1))
@@ -105,7 +105,7 @@ def _drift(value: float | None) -> str:
 
 def gauge_table(overlay: Overlay) -> str:
     """Return how far the gauges of each run are from the exact solution."""
-    from hvisph.measure.curves import label_and_scale
+    from hvisph.pictures.curves import label_and_scale
 
     lines = []
     if overlay.differences:

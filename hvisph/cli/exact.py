@@ -22,8 +22,8 @@ def exact(
 ) -> None:
     """Solve a 1D case exactly: histories at its gauges, profiles at its moments of output, pictures."""
     loaded = load(case, settings, resolution)
-    from hvisph.simulation.exact_files import write_exact
-    from hvisph.simulation.exact_solution import exact_solution
+    from hvisph.study.exact_files import write_exact
+    from hvisph.study.exact_solution import exact_solution
 
     with placed(case):
         solution = exact_solution(loaded)

@@ -13,6 +13,6 @@ def explain(
     ] = "",
 ) -> None:
     """Say what may stand at a place of the case file."""
-    from hvisph.case.explain import explain as explain_path
+    from hvisph.casefile.explain import explain as explain_path
 
     typer.echo(explain_path(path))

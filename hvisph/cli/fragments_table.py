@@ -17,7 +17,7 @@ def fragments_text(moment: Any, fewest: int) -> str:
     Parameters
     ----------
     moment
-        `hvisph.measure.measures.Measures`.
+        `hvisph.measures.measure.Measures`.
     fewest
         Particles of a fragment that is listed; smaller ones are summed up in one line.
     """

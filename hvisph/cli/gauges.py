@@ -17,10 +17,10 @@ def gauges(
     exact: Annotated[bool, typer.Option("--exact", help="Draw the exact solution beside (1D).")] = False,
 ) -> None:
     """Draw the gauges of a run: one panel a field, one line a gauge."""
-    from hvisph.case.loader import load_case
+    from hvisph.casefile.loader import load_case
     from hvisph.core.errors import CaseError
-    from hvisph.measure.curves import curves_picture
-    from hvisph.simulation.gauge_overlay import overlay
+    from hvisph.pictures.curves import curves_picture
+    from hvisph.study.gauge_overlay import overlay
 
     folder = Path(run)
     made = overlay({folder.name: folder}, exact)

@@ -10,7 +10,7 @@ from typing import Any
 
 def load(case: str, settings: Sequence[str] | None, resolution: str | None) -> Any:
     """Return the validated case that the arguments of a command mean."""
-    from hvisph.case.loader import load_case
+    from hvisph.casefile.loader import load_case
 
     return load_case(case, settings or (), resolution)
 
@@ -29,16 +29,16 @@ def placed(case: str) -> Iterator[None]:
         keys = tuple(int(key) if key.isdigit() else key for key in error.where.split("."))
         if error.file or error.where.startswith("-") or not error.where:
             raise
-        from hvisph.case.loader import find_case
-        from hvisph.case.problems import located
-        from hvisph.case.reading import read_yaml
+        from hvisph.casefile.loader import find_case
+        from hvisph.casefile.problems import located
+        from hvisph.casefile.reading import read_yaml
 
         raise located(keys, error.message, read_yaml(find_case(case)).places) from None
 
 
 def run_folder(case: str) -> Path:
     """Return where a case runs unless told otherwise: under ``runs``, by its file's or its bundled name."""
-    from hvisph.case.data import bundled_cases
+    from hvisph.casefile.data import bundled_cases
 
     bundled = case in bundled_cases() and not Path(case).is_file()
     return Path("runs") / (case if bundled else Path(case).stem)

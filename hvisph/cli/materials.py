@@ -16,8 +16,8 @@ def materials(
     as_json: JsonOption = False,
 ) -> None:
     """List the material library, or print one material."""
-    from hvisph.case.loader import library, load_material
-    from hvisph.case.yaml_text import dump
+    from hvisph.casefile.loader import library, load_material
+    from hvisph.casefile.yaml_text import dump
     from hvisph.cli.words import echo_json, table
 
     if name is not None:

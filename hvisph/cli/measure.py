@@ -48,7 +48,7 @@ def measure(
 ) -> None:
     """Measure a run: crater, penetration, pressures, voids, plug, fragments; now or over time."""
     _refuse(at, fragments, smallest, plot)
-    from hvisph.measure.measures import measure as measure_source
+    from hvisph.measures.measure import measure as measure_source
 
     moment = _moment(at)
     found = measure_source(source, "all" if plot is not None else moment)
@@ -97,7 +97,7 @@ def _written(found: Any, csv: Path | None, plot: Path | None, fragments: bool) -
     """Write the files that were asked for."""
     if csv is None and plot is None:
         return
-    from hvisph.measure.series import series_picture, write_fragments, write_series
+    from hvisph.pictures.series import series_picture, write_fragments, write_series
 
     if csv is not None:
         (write_fragments if fragments else write_series)(found, csv)
@@ -106,7 +106,7 @@ def _written(found: Any, csv: Path | None, plot: Path | None, fragments: bool) -
 
 
 def _fewest() -> int:
-    from hvisph.measure.plug import FEWEST
+    from hvisph.measures.plug import FEWEST
 
     return FEWEST
 
@@ -140,7 +140,7 @@ def _case_of(folder: Path) -> Any:
     """Return the effective case of a run's folder; None where there is none that can be read."""
     path = folder / "case.yaml"
     if path.is_file():
-        from hvisph.case.loader import load_case
+        from hvisph.casefile.loader import load_case
         from hvisph.core.errors import CaseError
 
         # of a later version, say: the files can be measured all the same
@@ -153,7 +153,7 @@ def _expected(case: Any, found: Any) -> list[dict[str, Any]]:
     """Return the comparison with what the case expects at its end; none before that."""
     if case is None or found.time < case.time.end * (1.0 - 1e-9):
         return []
-    from hvisph.measure.expected import compare
+    from hvisph.measures.expected import compare
 
     asked = {name: entry for name, entry in case.expected.items() if name in found.results}
     return compare(found.results, asked)
@@ -162,7 +162,7 @@ def _expected(case: Any, found: Any) -> list[dict[str, Any]]:
 def _series(series: Any, unitless: bool) -> str:
     """Return one line a moment, one column a measure that ever has a value, in tables that fit a screen."""
     from hvisph.cli.words import table, times
-    from hvisph.measure.table import rows
+    from hvisph.measures.table import rows
 
     shown = [{row.name: row for row in rows(moment.results, unitless=unitless)} for moment in series]
     names = [name for name in shown[0] if any(found[name].value != "-" for found in shown)]

@@ -30,7 +30,7 @@ def results_table(
     further
         Other figures by name, such as drifts.
     """
-    from hvisph.measure.table import rows
+    from hvisph.measures.table import rows
 
     found: dict[str, Any] = {name: _result(plain) for name, plain in measures.items()}
     shown = rows(found | dict(further or {}), expected, unitless)
@@ -51,7 +51,7 @@ def conservation_rows(summary: Mapping[str, Any]) -> dict[str, float | None]:
 
 
 def _result(plain: Mapping[str, Any]) -> Any:
-    from hvisph.measure.result import Result
+    from hvisph.measures.result import Result
 
     return Result(plain["value"], plain["unit"], plain["uncertainty"], plain.get("time"), plain.get("reason", ""))
 

@@ -20,7 +20,7 @@ def schema(
     ] = None,
 ) -> None:
     """Print a JSON schema, or write them into a folder."""
-    from hvisph.case.data import data_folder
+    from hvisph.casefile.data import data_folder
     from hvisph.core.errors import CaseError, OutputError, nearest
 
     if name is not None and name not in NAMES:

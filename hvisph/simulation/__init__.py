@@ -1,1 +1,1 @@
-"""From a case to a finished run: build, step loop, monitors, summary."""
+"""A run: from a case to its objects, the step loop, monitors, files and summary."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from hvisph.formulations import update
 from hvisph.formulations.corrected import Corrected, fallbacks
-from hvisph.measure.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
+from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
 from hvisph.simulation.build import Setup
 
 # Of the two gradients of each pair in the last evaluation, those that the correction left plain.

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from hvisph.case.case import Case
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.core.jit import heard_compiling
 from hvisph.output import names

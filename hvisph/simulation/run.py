@@ -13,7 +13,7 @@ import numba
 from hvisph import __version__
 from hvisph.case.case import Case
 from hvisph.case.checks import warnings_of
-from hvisph.case.loader import dump_case, load_case
+from hvisph.casefile.loader import dump_case, load_case
 from hvisph.core.errors import CaseError, HvisphError, RunError
 from hvisph.core.jit import heard_compiling
 from hvisph.formulations.stepper import PERMUTE_EVERY

@@ -7,8 +7,8 @@ from typing import Any
 
 from hvisph import __version__
 from hvisph.core.errors import HvisphError
-from hvisph.measure.expected import compare
-from hvisph.measure.measures import measure_snapshot, unmeasured
+from hvisph.measures.expected import compare
+from hvisph.measures.measure import measure_snapshot, unmeasured
 from hvisph.output.snapshot import Snapshot
 
 

@@ -10,7 +10,7 @@ from hvisph import __version__
 from hvisph.core.errors import OutputError
 from hvisph.core.particles import FLAGS, RETIRED
 from hvisph.formulations.diagnose import diagnose
-from hvisph.measure.scene import reference
+from hvisph.measures.scene import reference
 from hvisph.output import names
 from hvisph.output.atomic import reason
 from hvisph.output.folder import RunFolder

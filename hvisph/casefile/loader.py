@@ -1,0 +1,138 @@
+"""From what a user gives - a file, a bundled name, a mapping - to a `Case`, and back to text."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pydantic import ValidationError
+
+from hvisph.case.case import Case
+from hvisph.case.model import Path
+from hvisph.casefile.data import bundled_cases
+from hvisph.casefile.material_library import library, load_material, material_names
+from hvisph.casefile.merge import merged, overridden
+from hvisph.casefile.plain import plain_document
+from hvisph.casefile.problems import raise_all, translate
+from hvisph.casefile.reading import read_yaml
+from hvisph.casefile.yaml_text import Document, Place, dump
+from hvisph.core.errors import CaseError, nearest
+
+__all__ = ["bundled_cases", "dump_case", "library", "load_case", "load_material", "material_names"]
+
+MOST_BASES = 8
+
+Source = str | os.PathLike[str] | Mapping[str, Any]
+
+
+def load_case(source: Source, overrides: Iterable[str] = (), resolution: str | float | None = None) -> Case:
+    """Return the validated case.
+
+    Parameters
+    ----------
+    source
+        Path of a case file, name of a bundled case, or a mapping with the keys of one.
+    overrides
+        Settings ``path.to.key=value`` laid over it, in their order.
+    resolution
+        Particle spacing in place of the case's own: plain numbers are metres.
+
+    Raises
+    ------
+    CaseError
+        For anything wrong with any of them; `CaseErrors` lists several.
+    """
+    document = _document(source)
+    if isinstance(overrides, str):
+        overrides = [overrides]
+    for override in overrides:
+        document = overridden(document, override)
+    if resolution is not None:
+        places: dict[Path, Place] = {("resolution",): Place(f"--resolution {str(resolution)[:80]}")}
+        document = merged(document, Document({"resolution": resolution}, places))
+    return validated(document)
+
+
+def validated(document: Document) -> Case:
+    """Return the case that `document` holds, or raise all that is wrong with it."""
+    units = document.value.get("units")
+    try:
+        return Case.model_validate(document.value, context={"units": units, "library": load_material})
+    except ValidationError as error:
+        raise_all(translate(error, Case, document.value, document.places))
+        raise
+
+
+def dump_case(case: Case) -> str:
+    """Return the effective case in YAML, every default written out; it loads to an equal case."""
+    return dump(_type_first(case.model_dump(mode="json")))
+
+
+def _type_first(value: Any) -> Any:
+    """Return plain values with the `type` of every block, which says how to read the rest, in front."""
+    if isinstance(value, list):
+        return [_type_first(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    front = {"type": value["type"]} if "type" in value else {}
+    return front | {key: _type_first(item) for key, item in value.items()}
+
+
+def find_case(source: str | os.PathLike[str]) -> pathlib.Path:
+    """Return the file that `source` means: a path, or the name of a bundled case.
+
+    Raises
+    ------
+    CaseError
+        If there is neither.
+    """
+    path = pathlib.Path(source)
+    try:
+        exists = path.exists()
+    except (OSError, ValueError):
+        exists = False
+    if exists and not (path.is_dir() and str(source) in bundled_cases()):
+        return path
+    cases = bundled_cases()
+    name = str(source)
+    if name in cases:
+        return cases[name]
+    shown = name if len(name) <= 200 else f"{name[:200]}..."
+    names = [short for short in cases if "/" not in short]
+    raise CaseError(f"there is no case file and no bundled case '{shown}'{nearest(name[:200], names)}")
+
+
+def _document(source: Source) -> Document:
+    if isinstance(source, Mapping):
+        return _on_base(plain_document(source), pathlib.Path(), ())
+    if not isinstance(source, str | os.PathLike):
+        raise CaseError("a case is a path, the name of a bundled case, or a mapping")
+    path = find_case(source)
+    return _on_base(read_yaml(path), path, ())
+
+
+def _on_base(document: Document, path: pathlib.Path, seen: tuple[pathlib.Path, ...]) -> Document:
+    """Return `document` laid over the file that its `base` names, if it names one."""
+    if "base" not in document.value:
+        return document
+    base, place = document.value["base"], document.places.get(("base",), Place(""))
+    changes = Document({k: v for k, v in document.value.items() if k != "base"}, document.places)
+    seen = (*seen, path.resolve())
+    try:
+        if not isinstance(base, str):
+            raise CaseError("expected the path of another case file, such as base.yaml")
+        beside = path.parent / base
+        found = beside if beside.is_file() else find_case(base)
+        if not found.is_file():
+            raise CaseError(f"'{base[:200]}' is no file")
+        if found.resolve() in seen:
+            raise CaseError(f"'{base}' leads back to a file that is based on it")
+        if len(seen) > MOST_BASES:
+            raise CaseError(f"more than {MOST_BASES} files are based on each other")
+    except (OSError, ValueError):
+        raise CaseError("is no path", where="base", file=place.file, line=place.line) from None
+    except CaseError as error:
+        raise CaseError(error.message, where="base", file=place.file, line=place.line) from None
+    return merged(_on_base(read_yaml(found), found, seen), changes)

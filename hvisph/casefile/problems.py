@@ -1,0 +1,167 @@
+"""From what pydantic found to errors that say where, what, what is allowed and what is nearest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from hvisph.case.model import PROBLEMS, Path
+from hvisph.case.units import kind_of
+from hvisph.casefile.describe import Spot, keys_of, walk
+from hvisph.casefile.yaml_text import Place
+from hvisph.core.errors import CaseError, nearest
+
+MOST_SHOWN = 20
+
+
+class CaseErrors(CaseError):  # noqa: N818 - a collection, not a kind
+    """Several things wrong with one case.
+
+    Parameters
+    ----------
+    errors
+        Each of them.
+    """
+
+    def __init__(self, errors: Sequence[CaseError]):
+        self.errors = tuple(errors)
+        lines = [str(error) for error in errors[:MOST_SHOWN]]
+        if len(errors) > MOST_SHOWN:
+            lines.append(f"and {len(errors) - MOST_SHOWN} more")
+        super().__init__("\n".join([f"{len(errors)} errors in the case:", *(f"  {line}" for line in lines)]))
+
+
+def raise_all(errors: Sequence[CaseError]) -> None:
+    """Raise one error as it is, several as `CaseErrors`; do nothing if there are none."""
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        raise CaseErrors(errors)
+
+
+def translate(
+    error: ValidationError, root: type[BaseModel], data: Any, places: Mapping[Path, Place]
+) -> list[CaseError]:
+    """Return the errors of a validation of `data` against `root`, each with its place."""
+    found: dict[tuple[Path, str], CaseError] = {}
+    for detail in error.errors(include_url=False):
+        path = user_path(root, detail["loc"], data)
+        if detail["type"] == PROBLEMS:
+            problems: Iterable[tuple[Path, str]] = ((path + p.path, p.message) for p in detail["ctx"][PROBLEMS])
+        else:
+            problems = [_explain(root, path, detail, data)]
+        for where, message in problems:
+            found.setdefault((where, message), located(where, message, places))
+    return list(found.values())
+
+
+def located(path: Path, message: str, places: Mapping[Path, Place]) -> CaseError:
+    """Return the error at `path`, with the place of the nearest key above that has one."""
+    place = next((places[path[:n]] for n in range(len(path), -1, -1) if path[:n] in places), Place(""))
+    where = ".".join(_short(str(part)) for part in path)
+    return CaseError(message, where=where, file=place.file, line=place.line)
+
+
+def user_path(root: type[BaseModel], loc: Sequence[str | int], data: Any) -> Path:
+    """Return pydantic's location without the tags of alternatives, which no user writes."""
+    path: Path = ()
+    tag_due = False
+    for part in loc:
+        # pydantic marks a bad name of a body by '[key]' after the name
+        named = walk(root, path[:-1], data) if part == "[key]" and path else None
+        if tag_due or (named is not None and named.named):
+            tag_due = False
+            continue
+        path = (*path, part)
+        spot = walk(root, path, data)
+        tag_due = spot is not None and spot.tagged
+    return path
+
+
+def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple[Path, str]:
+    kind, value = detail["type"], detail["input"]
+    if kind == "extra_forbidden":
+        parent = walk(root, path[:-1], data)
+        if parent is not None and (reason := _meaningless(parent, at(data, path[:-1]), str(path[-1]))):
+            return path, reason
+        if ":" in str(path[-1]):
+            spaced = _short(str(path[-1])).replace(":", ": ", 1)
+            return path, f"unknown key; YAML wants a space after a colon: '{spaced}'"
+        return (
+            path,
+            f"unknown key{nearest(str(path[-1]), keys_of(parent, at(data, path[:-1])) if parent else [])}",
+        )
+    spot = walk(root, path, data)
+    if kind == "missing":
+        about = spot.info.description if spot and spot.info and spot.info.description else ""
+        return path, f"missing{': ' + about if about else ''}"
+    if kind == "union_tag_not_found":
+        return path, _untagged(spot, value)
+    if kind == "union_tag_invalid":
+        tag = str(detail["ctx"]["tag"])
+        return (*path, "type"), f"unknown '{_short(tag)}'{nearest(tag, list(spot.models) if spot else [])}"
+    if kind == "literal_error":
+        return path, f"unknown {_shown(value)}{nearest(str(value), spot.choices if spot else ())}"
+    if kind == "value_error":
+        return path, str(detail["ctx"]["error"])
+    if kind == "model_attributes_type" and spot and spot.tagged:
+        return path, _untagged(spot, value)
+    return path, _plain(kind, detail, value)
+
+
+def _meaningless(spot: Spot, value: Any, key: str) -> str:
+    """Return why `key` has no meaning in the mapping `value`, empty where it is simply unknown."""
+    tag = value.get("type") if isinstance(value, dict) else None
+    reason = getattr(spot.models.get(str(tag)), "meaningless", {}).get(key)
+    return f"has no meaning with {tag}: {reason}; leave it out" if reason else ""
+
+
+def _plain(kind: str, detail: Any, value: Any) -> str:
+    """Word pydantic's remaining messages by what was found."""
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return f"expected a mapping of keys, found {kind_of(value)}"
+    if kind in ("tuple_type", "list_type"):
+        return f"expected a list, found {kind_of(value)}"
+    if kind == "string_type":
+        return f"expected text, found {kind_of(value)}"
+    if kind in ("int_type", "int_parsing", "int_from_float"):
+        return f"expected a whole number, found {_shown(value)}"
+    if kind == "string_pattern_mismatch":
+        return "a name starts with a letter or _ and holds up to 64 letters, digits, _ and -"
+    if kind == "too_short":
+        return f"needs at least {detail['ctx']['min_length']} entries, has {detail['ctx']['actual_length']}"
+    if kind == "too_long":
+        return f"has more than the {detail['ctx']['max_length']} entries that are allowed"
+    message = str(detail["msg"])
+    return f"{message[:1].lower()}{message[1:]}, found {_shown(value)}"
+
+
+def _untagged(spot: Spot | None, value: Any) -> str:
+    allowed = list(spot.models) if spot else []
+    if isinstance(value, dict):
+        return f"`type` is missing; allowed: {', '.join(allowed)}"
+    if isinstance(value, str) and value in allowed:
+        return f"expected a mapping; write {{type: {value}}}"
+    return f"expected a mapping with `type`, found {kind_of(value)}; allowed types: {', '.join(allowed)}"
+
+
+def at(data: Any, path: Path) -> Any:
+    """Return the value at `path` in plain `data`, None where there is none."""
+    for key in path:
+        if isinstance(data, dict):
+            data = data.get(key)
+        elif isinstance(data, list | tuple) and isinstance(key, int) and 0 <= key < len(data):
+            data = data[key]
+        else:
+            return None
+    return data
+
+
+def _shown(value: Any) -> str:
+    return f"'{_short(value)}'" if isinstance(value, str) else f"{_short(repr(value))}"
+
+
+def _short(text: str, most: int = 64) -> str:
+    return text if len(text) <= most else f"{text[:most]}..."

@@ -1,0 +1,64 @@
+"""Comparison of measures with the values that a case expects."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Protocol
+
+from hvisph.core.errors import CaseError, nearest
+from hvisph.measures.result import Result
+
+
+class Expectations(Protocol):
+    """Names and expectations: a mapping, or the part of a case that holds them."""
+
+    def items(self) -> Iterable[tuple[str, Any]]:
+        """Return pairs of a measure's name and its expectation."""
+
+
+def compare(results: Mapping[str, Result | float | None], expected: Expectations) -> list[dict[str, Any]]:
+    """Compare measures with expected values.
+
+    Parameters
+    ----------
+    results
+        Measured results by name; other figures of the run, such as its energy drift, as plain numbers.
+    expected
+        By the same names: mappings or objects with `value`, `tolerance` (half-width, the same unit)
+        and, optionally, `source`. SI units.
+
+    Returns
+    -------
+    list of dict
+        One entry per expectation, in its order: `name`, `value` (None where the measure has no
+        meaning), `expected`, `tolerance`, `source`, `passed`. A value on the limit passes.
+
+    Raises
+    ------
+    CaseError
+        When an expectation names no measure.
+    """
+    rows = []
+    for name, entry in expected.items():
+        if name not in results:
+            raise CaseError(f"unknown measure '{name}'{nearest(name, list(results))}", where=f"expected.{name}")
+        found = results[name]
+        value = found.value if isinstance(found, Result) else found
+        target, tolerance = float(_get(entry, "value")), float(_get(entry, "tolerance"))
+        # what was written in decimals may sit on the limit: give it a few ulp
+        slack = 1e-12 * (abs(target) + tolerance)
+        rows.append(
+            {
+                "name": name,
+                "value": value,
+                "expected": target,
+                "tolerance": tolerance,
+                "source": str(_get(entry, "source", "") or ""),
+                "passed": value is not None and abs(value - target) <= tolerance + slack,
+            }
+        )
+    return rows
+
+
+def _get(entry: Any, name: str, default: Any = None) -> Any:
+    return entry.get(name, default) if isinstance(entry, Mapping) else getattr(entry, name, default)

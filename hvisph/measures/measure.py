@@ -1,0 +1,227 @@
+"""Every measure of a run or of one snapshot, from its files alone."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.measures.debris import MASS_UNITS, BodyFragments, debris
+from hvisph.measures.lengths import crater_diameter, extension, penetration
+from hvisph.measures.motion import momentum_transfer, residual_velocity
+from hvisph.measures.plateau import plateau
+from hvisph.measures.plug import FEWEST, plug_and_lip
+from hvisph.measures.plug import UNITS as PLUG_UNITS
+from hvisph.measures.pressure import centre_pressure_peak, centre_tension_peak
+from hvisph.measures.result import Result, meaningless
+from hvisph.measures.scene import PROJECTILE, Scene
+from hvisph.measures.voids import void_fraction
+from hvisph.output.snapshot import Snapshot
+
+UNITS = {
+    "crater_diameter": "m",
+    "crater_diameter_minimum": "m",
+    "crater_lip_to_lip": "m",
+    "extension": "m",
+    "penetration": "m",
+    "void_fraction": "",
+    "centre_pressure_peak": "Pa",
+    "centre_tension_peak": "Pa",
+    "residual_velocity": "m/s",
+    "momentum_transfer": "",
+    **PLUG_UNITS,
+}  # measures of every run, in the order of tables; plate impacts in 1D have more
+
+History = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class Measures:
+    """The measures at one moment.
+
+    Parameters
+    ----------
+    source
+        The file or folder that was measured.
+    title
+        The case's title.
+    time, step
+        The moment [s] and the number of steps done.
+    results
+        By name; values in SI.
+    dimensions
+        1, 2 or 3.
+    unitless
+        Whether the case has no units.
+    fragments
+        Of every body, in the order of bodies: its connected groups with masses and velocities.
+    series
+        Where every moment was asked for: all of them, in the order of time. This one is the last.
+    """
+
+    source: str
+    title: str
+    time: float
+    step: int
+    results: dict[str, Result]
+    dimensions: int = 3
+    unitless: bool = False
+    fragments: tuple[BodyFragments, ...] = field(default=(), compare=False, repr=False)
+    series: tuple[Measures, ...] = field(default=(), compare=False, repr=False)
+
+    def __getitem__(self, name: str) -> Result:
+        return self.results[name]
+
+    @property
+    def mass_unit(self) -> str:
+        """SI unit of a fragment's mass, which is one per depth or area in 2D and 1D; empty without units."""
+        return "" if self.unitless else MASS_UNITS[self.dimensions]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for JSON: SI units throughout."""
+        plain: dict[str, Any] = {
+            "source": self.source,
+            "title": self.title,
+            "time": self.time,
+            "step": self.step,
+            "measures": {name: result.as_dict() for name, result in self.results.items()},
+        }
+        if self.series:
+            plain["series"] = [moment.as_dict() for moment in self.series]
+        return plain
+
+    def fragments_as_dict(self, fewest: int = FEWEST) -> dict[str, Any]:
+        """Return the fragments in their plain form for JSON: SI units throughout.
+
+        Parameters
+        ----------
+        fewest
+            Particles of a fragment that is listed; smaller ones are summed up.
+        """
+        plain: dict[str, Any] = {
+            "source": self.source,
+            "title": self.title,
+            "time": self.time,
+            "step": self.step,
+            "mass_unit": self.mass_unit,
+            "bodies": [part.as_dict(fewest) for part in self.fragments],
+        }
+        if self.series:
+            plain["series"] = [moment.fragments_as_dict(fewest) for moment in self.series]
+        return plain
+
+
+def measure(source: str | os.PathLike[str], at: float | str | None = None) -> Measures:
+    """Measure a run folder or a single snapshot file.
+
+    Parameters
+    ----------
+    source
+        A run folder, a folder of VTU files, or one snapshot (HDF5 or VTU). A single snapshot is
+        measured alone: its history and its start, and what needs them, are not looked for elsewhere.
+    at
+        None for the last moment, a time [s] for the snapshot nearest to it, ``"all"`` for all of them.
+
+    Returns
+    -------
+    Measures
+        ``measure(run)["plug_velocity"].value`` is a number in SI, and
+        ``[piece.mass for body in measure(run).fragments for piece in body]`` are the masses of all fragments.
+        `hvisph.pictures.series` writes and draws what ``at="all"`` returns.
+
+    Raises
+    ------
+    CaseError
+        When there is no such file or folder, or `at` is none of the above.
+    OutputError
+        When a folder holds no snapshot, or a file is damaged or foreign.
+    """
+    path = Path(source)
+    if not path.exists():
+        raise CaseError(f"no such run folder or snapshot: {path}")
+    if not (at is None or at == "all" or (isinstance(at, int | float) and np.isfinite(at))):
+        raise CaseError(f"{at!r} is no moment; allowed: a time in seconds, or 'all'", where="at")
+    from hvisph.output import names, reader
+
+    if path.is_file():
+        return measure_snapshot(reader.read_snapshot(path), source=str(path))
+    files = reader.list_snapshots(path)
+    if not files:
+        raise OutputError(f"{path}: the folder holds no snapshot")
+    first = reader.read_snapshot(files[0])
+    # a folder whose first snapshots are gone does not tell how the run began
+    start = first if first.step == 0 else None
+    # a folder of another code's files has no history; a damaged one is an error
+    history = reader.read_history(path) if (path / names.HISTORY).exists() else None
+    if at == "all":
+        moments = tuple(measure_snapshot(reader.read_snapshot(file), start, history, str(path)) for file in files)
+        last = moments[-1]
+        return replace(last, series=moments)
+    if at is None:
+        return measure_snapshot(reader.read_snapshot(files[-1]), start, history, str(path))
+    snapshots: Iterator[Snapshot] = (reader.read_snapshot(file) for file in files)
+    now = min(snapshots, key=lambda snapshot: abs(snapshot.time - float(at)))
+    return measure_snapshot(now, start, history, str(path))
+
+
+def measure_snapshot(
+    now: Snapshot, start: Snapshot | None = None, history: History | None = None, source: str = ""
+) -> Measures:
+    """Measure one moment held in memory.
+
+    Parameters
+    ----------
+    now
+        The moment.
+    start
+        The run's first snapshot; without it the axis and the plate come from `now` (see `scene`).
+    history
+        Columns of ``history.csv`` by name; peaks are taken up to the moment.
+    source
+        What to name as measured.
+    """
+    if not (now.body == PROJECTILE).any():
+        raise OutputError(f"{source or 'the snapshot'}: there is no particle of the first body")
+    scene = Scene(now, start)
+    behind_shocks = plateau(scene)
+    results = {
+        **crater_diameter(scene),
+        "extension": extension(scene),
+        "penetration": penetration(scene),
+        "void_fraction": void_fraction(scene),
+        "centre_pressure_peak": centre_pressure_peak(history, now.time),
+        "centre_tension_peak": centre_tension_peak(history, now.time),
+        "residual_velocity": residual_velocity(scene),
+        "momentum_transfer": momentum_transfer(scene),
+        **plug_and_lip(scene),
+    }
+    if now.dimensions == 1:
+        results["plateau_stress"] = behind_shocks.stress
+        results["interface_velocity"] = behind_shocks.velocity
+    results = {name: _finite(result) for name, result in results.items()}
+    return Measures(
+        source=source,
+        title=str(now.metadata.get("title", "")),
+        time=now.time,
+        step=now.step,
+        results=results,
+        dimensions=now.dimensions,
+        unitless=now.metadata.get("units") == "none",
+        fragments=debris(scene),
+    )
+
+
+def unmeasured(reason: str) -> dict[str, Result]:
+    """Return the results of a run that cannot be measured, for its summary: every one without a value."""
+    return {name: meaningless(unit, reason) for name, unit in UNITS.items()}
+
+
+def _finite(result: Result) -> Result:
+    if result.value is None or np.isfinite(result.value):
+        return result
+    return meaningless(result.unit, "its value is not finite")

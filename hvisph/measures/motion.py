@@ -1,0 +1,48 @@
+"""Velocities left after the impact, and the momentum handed over."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.measures.result import Result, meaningless
+from hvisph.measures.scene import PROJECTILE, TARGET, Scene
+from hvisph.output.snapshot import Snapshot
+
+
+def residual_velocity(scene: Scene) -> Result:
+    """Return the mass-mean axial velocity of the projectile's main body [m/s].
+
+    Its uncertainty is the standard error of the mean over the particles.
+    """
+    if not {"velocity", "mass"} <= scene.now.fields.keys():
+        return meaningless("m/s", "the snapshot has no velocity or no mass")
+    chosen = scene.projectile
+    velocity = _axial(scene.now)[chosen]
+    mean = float(np.average(velocity, weights=scene.now.fields["mass"][chosen]))
+    return Result(mean, "m/s", float(velocity.std() / np.sqrt(len(chosen))))
+
+
+def momentum_transfer(scene: Scene) -> Result:
+    """Return beta: the target's change of axial momentum over the projectile's momentum at the start."""
+    if not scene.has_target:
+        return meaningless("", "there is no target")
+    if scene.start is None:
+        return meaningless("", "a single snapshot does not tell the momentum at the start")
+    if not {"velocity", "mass"} <= scene.now.fields.keys():
+        return meaningless("", "the snapshot has no velocity or no mass")
+    brought = _momentum(scene.start, PROJECTILE)
+    before = _momentum(scene.start, TARGET)
+    scale = float(np.abs(scene.start.fields["mass"] * _axial(scene.start)).sum())
+    # what round-off leaves of a symmetric collision's momentum is no measure
+    if not abs(brought) > 1e-12 * scale:
+        return meaningless("", "the projectile had no axial momentum at the start")
+    return Result((_momentum(scene.now, TARGET) - before) / brought, "")
+
+
+def _axial(snapshot: Snapshot) -> np.ndarray:
+    return snapshot.fields["velocity"].reshape(snapshot.count, -1)[:, 0]
+
+
+def _momentum(snapshot: Snapshot, body: int) -> float:
+    chosen = snapshot.body == body
+    return float((snapshot.fields["mass"][chosen] * _axial(snapshot)[chosen]).sum())
