@@ -8,11 +8,14 @@ import sys
 
 import pytest
 
+from hvisph.core.fingerprint import fingerprint
+from hvisph.core.jit import compiled
+
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX permissions")
 
 PROGRAM = """
 import json
-from hvisph.core.jit import cache_folder
+from hvisph.core.loop_cache import cache_folder
 from hvisph.core.self_test import self_test
 found = self_test()
 print(json.dumps(found | {"folder": str(cache_folder())}))
@@ -75,12 +78,61 @@ def test_an_empty_read_only_cache_does_without(tmp_path):
         folder.chmod(0o555)
     found = result(started(cache, preexec_fn=without_override, environment={"TMPDIR": str(elsewhere)}))
     assert found["passed"], found["reason"]
-    assert not found["cached"]
+    assert not found["folder"].startswith(str(tmp_path))
 
 
 def test_a_damaged_cache_is_compiled_anew(tmp_path):
     cache = tmp_path / "cache"
     assert result(started(cache))["passed"]
-    for path in cache.rglob("*.nb*"):
+    for path in cache.rglob("*.loop"):
         path.write_bytes(path.read_bytes()[:20])
     assert result(started(cache))["passed"]
+
+
+def test_a_folder_that_others_could_have_made_is_not_used(tmp_path):
+    shared, nowhere = tmp_path / "tmp", tmp_path / "nowhere"
+    shared.mkdir()
+    nowhere.mkdir()
+    nowhere.chmod(0o555)
+    private = shared / f"hvisph-cache-{os.getuid()}"
+    environment = {"TMPDIR": str(shared)}
+
+    assert result(started(nowhere, preexec_fn=without_override, environment=environment))["folder"] == str(private)
+    assert private.stat().st_mode & 0o777 == 0o700
+    private.chmod(0o777)
+    assert result(started(nowhere, preexec_fn=without_override, environment=environment))["folder"] == "None"
+    private.chmod(0o700)
+    private.rename(shared / "elsewhere")
+    private.symlink_to(shared / "elsewhere")
+    assert result(started(nowhere, preexec_fn=without_override, environment=environment))["folder"] == "None"
+
+
+FACTOR = 2.0
+
+
+def doubled(x):
+    """Return twice x."""
+    return FACTOR * x
+
+
+def of(text, **names):
+    """Fingerprint of the function f of a source text."""
+    space = {"__name__": "some.module", "doubled": doubled} | names
+    exec(text, space)
+    return fingerprint(space["f"])
+
+
+def test_a_loop_is_known_by_its_code_and_by_all_that_it_calls(monkeypatch):
+    text = "def f(x):\n    return doubled(x) + A\n"
+    first = of(text, A=1.0)
+    assert of(text, A=1.0) == first
+    assert of("\n\n# moved down\ndef f(x):\n    'Said.'\n\n    return doubled(x) + A  # why\n", A=1.0) == first
+    assert of(text, A=1.5) != first
+    assert of("def f(x):\n    return doubled(x) - A\n", A=1.0) != first
+    assert of(text, A=1.0, doubled=lambda x: x + x) != first
+    assert of(text, A=compiled(doubled)) == of(text, A=doubled)
+    assert of("def f(x):\n    return m.doubled(x)\n", m=sys.modules[__name__]) != of(
+        "def f(x):\n    return m.of(x)\n", m=sys.modules[__name__]
+    )
+    monkeypatch.setattr(sys.modules[__name__], "FACTOR", 3.0)
+    assert of(text, A=1.0) != first

@@ -34,7 +34,7 @@ def _facts() -> dict[str, Any]:
 
     import psutil
 
-    from hvisph.core.jit import cache_folder
+    from hvisph.core.loop_cache import cache_folder
     from hvisph.core.self_test import self_test
     from hvisph.simulation.estimate import available_threads, free_memory
 

@@ -5,27 +5,23 @@
 `specialise` makes a loop out of a template, as C++ does with template parameters:
 the template's free names (a pair law, the number of dimensions, an option) are bound
 to constants and functions, so the compiler sees one straight loop. The result is
-cached on disk under a name made of all that was bound, which closures over compiled
-functions never are.
+cached on disk under the fingerprint of all that it is made of.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
 import types
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numba
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 
-from .loop_cache import forgive_damage, usable
+from .loop_cache import LoopCache, cache_folder
 
 # Threads wait for each other some 0.1 ms awake, then asleep. OpenMP's own patience lets them hold a core that another
 # process needs: a small case on a shared machine then takes twenty times as long.
@@ -38,41 +34,6 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "boundscheck": False}
 # Left to itself the compiler calls larger functions, such as the stress update, at three times the cost.
 compiled = numba.njit(forceinline=True, **_OPTIONS)
 prange = numba.prange
-
-
-@cache
-def _source_fingerprint() -> str:
-    """Hash of every source file of the package: a changed source never meets an old compilation."""
-    root = Path(__file__).resolve().parent.parent
-    digest = hashlib.sha256()
-    for path in sorted(root.rglob("*.py")):
-        stat = path.stat()
-        digest.update(f"{path.relative_to(root)}:{stat.st_size}:{stat.st_mtime_ns};".encode())
-    digest.update(str(root).encode())
-    return digest.hexdigest()[:16]
-
-
-@cache
-def cache_folder() -> Path | None:
-    """Folder of the compiled loops, made if need be; None where none can be written."""
-    from platformdirs import user_cache_path
-
-    base = Path(os.environ.get("HVISPH_CACHE_DIR") or user_cache_path("hvisph", appauthor=False))
-    for candidate in (
-        base,
-        Path(tempfile.gettempdir()) / f"hvisph-cache-{os.getuid() if hasattr(os, 'getuid') else ''}",
-    ):
-        folder = candidate / _source_fingerprint()
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder):
-                pass
-        except OSError:
-            if folder.is_dir() and any(folder.iterdir()):
-                return folder
-            continue
-        return folder
-    return None
 
 
 def _key(value: Any) -> str:
@@ -140,11 +101,9 @@ def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **
     if parallel is None:
         made = compiled(function)
     else:
+        made = numba.njit(parallel=parallel, nogil=True, **_OPTIONS)(function)
         folder = cache_folder()
-        folder = None if folder is None else usable(folder)
         if folder is not None:
-            numba.config.CACHE_DIR = str(folder)
-        made = numba.njit(parallel=parallel, nogil=True, cache=folder is not None, **_OPTIONS)(function)
-        forgive_damage(made)
+            made._cache = LoopCache(function, folder)
     _made[full] = made
     return made

@@ -1,62 +1,132 @@
-"""What can be wrong with the folder of compiled loops: read-only, or damaged. Neither stops a run."""
+"""The cache of compiled loops: one file a loop, named by what the loop is made of.
+
+A loop is taken from the cache when its fingerprint, argument types and processor agree, so an edit costs
+only the loops that it concerns, and versions of the package share what they have in common. What cannot be read,
+is damaged or cannot be written is as good as absent: neither stops a run.
+
+Loops are unpickled and run, so a folder is as trusted as the program itself: the user's own, or one that
+the user names in HVISPH_CACHE_DIR. A folder under the shared temporary folder is used only if it is the
+user's own, closed to others and no link.
+"""
 
 from __future__ import annotations
 
-import atexit
-import shutil
+import hashlib
+import os
+import pickle
+import stat
 import tempfile
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from numba.core.caching import IndexDataCacheFile
+from numba.core import compiler, serialize
+from numba.core.caching import _Cache
+
+from .fingerprint import fingerprint
+
+_SUFFIX = ".loop"
+_SEAL = 32  # bytes of the hash before the pickled loop
 
 
 @cache
-def usable(folder: Path) -> Path | None:
-    """Return `folder`, or where it is read-only a copy for this process; None where there is no room for one.
+def cache_folder() -> Path | None:
+    """Folder of the compiled loops, made if need be; None where there is none to write or to read from."""
+    from platformdirs import user_cache_path
 
-    numba passes over a cache that it cannot write, even to read from it.
-    """
+    named = Path(os.environ.get("HVISPH_CACHE_DIR") or user_cache_path("hvisph", appauthor=False)) / "loops"
+    if _writable(named):
+        return named
+    if named.is_dir() and any(named.glob(f"*{_SUFFIX}")):
+        return named
+    return _private_folder()
+
+
+def _writable(folder: Path) -> bool:
     try:
+        folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
-            return folder
+            return True
     except OSError:
-        pass
+        return False
+
+
+def _private_folder() -> Path | None:
+    """Return a folder under the temporary one that nobody else can write to, or None."""
     try:
-        copy = Path(tempfile.mkdtemp(prefix="hvisph-cache-"))
-        atexit.register(shutil.rmtree, copy, ignore_errors=True)
-        # without permissions, which would make the copy read-only as well
-        for path in folder.rglob("*"):
-            target = copy / path.relative_to(folder)
-            if path.is_dir():
-                target.mkdir(parents=True, exist_ok=True)
-            else:
-                target.parent.mkdir(parents=True, exist_ok=True)
-                shutil.copyfile(path, target)
+        folder = Path(tempfile.gettempdir()) / f"hvisph-cache-{os.getuid() if hasattr(os, 'getuid') else ''}"
+    except OSError:  # no usable temporary folder at all
+        return None
+    try:
+        folder.mkdir(mode=0o700)
+    except FileExistsError:
+        if not _is_private(folder):
+            return None
     except OSError:
         return None
-    return copy
+    return folder if _writable(folder) else None
 
 
-class _Forgiving(IndexDataCacheFile):
-    """The index and the compiled loops of one function: what cannot be read is not there."""
+def _is_private(folder: Path) -> bool:
+    found = folder.lstat()
+    mine = not hasattr(os, "getuid") or found.st_uid == os.getuid()
+    return stat.S_ISDIR(found.st_mode) and mine and not found.st_mode & 0o077
 
-    def load(self, key: Any) -> Any:
+
+class LoopCache(_Cache):
+    """The compiled forms of one function in the cache folder."""
+
+    def __init__(self, function: Any, folder: Path) -> None:
+        self._function, self._folder = function, folder
+        self._print: str | None = None
+        self._enabled = True
+
+    @property
+    def cache_path(self) -> str:
+        """Folder of the compiled loops."""
+        return str(self._folder)
+
+    def enable(self) -> None:
+        """Read and write from now on."""
+        self._enabled = True
+
+    def disable(self) -> None:
+        """Neither read nor write from now on."""
+        self._enabled = False
+
+    def flush(self) -> None:
+        """Keep what is there: it is filed by content and never stale."""
+
+    def _path(self, signature: Any, context: Any) -> Path:
+        if self._print is None:
+            self._print = fingerprint(self._function)
+        machine = repr((signature, context.codegen().magic_tuple())).encode()
+        digest = hashlib.sha256(self._print.encode() + machine).hexdigest()[:32]
+        return self._folder / f"{self._function.__name__.split('_')[0] or 'loop'}-{digest}{_SUFFIX}"
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return the loop compiled for `sig`, or None where it is absent, damaged or of another make."""
+        if not self._enabled:
+            return None
+        target_context.refresh()
         try:
-            return super().load(key)
-        except Exception:  # whatever unpickling a damaged file brings up
+            data = self._path(sig, target_context).read_bytes()
+            if hashlib.sha256(data[_SEAL:]).digest() != data[:_SEAL]:
+                return None
+            return compiler.CompileResult._rebuild(target_context, *pickle.loads(data[_SEAL:]))  # noqa: S301 own files
+        except Exception:  # whatever a file of another make brings up: the loop is compiled anew
             return None
 
-    def _load_index(self) -> Any:
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Write the loop beside its place and rename it; a folder that takes no files is no error."""
+        if not self._enabled or data.lifted or data.library.has_dynamic_globals:
+            return
+        loop = serialize.dumps(data._reduce())
+        path = self._path(sig, data.target_context)
         try:
-            return super()._load_index()
-        except Exception:  # as above
-            return {}
-
-
-def forgive_damage(loop: Any) -> None:
-    """Let a loop whose cache is damaged be compiled anew, as after a power failure, and not fail."""
-    file = getattr(getattr(loop, "_cache", None), "_cache_file", None)
-    if type(file) is IndexDataCacheFile:
-        file.__class__ = _Forgiving
+            with tempfile.NamedTemporaryFile(dir=self._folder, prefix=".", suffix=".partial", delete=False) as file:
+                file.write(hashlib.sha256(loop).digest() + loop)
+            os.replace(file.name, path)
+        except OSError:
+            if "file" in locals():
+                Path(file.name).unlink(missing_ok=True)
