@@ -6,7 +6,6 @@ import jsonschema
 import pytest
 
 from hvisph.case.bodies import ARRANGEMENTS
-from hvisph.case.expected import MEASURES
 from hvisph.casefile.data import data_folder
 from hvisph.casefile.explain import explain
 from hvisph.casefile.loader import bundled_cases, dump_case, library, load_case, load_material
@@ -16,7 +15,6 @@ from hvisph.casefile.yaml_text import parse
 from hvisph.core.errors import CaseError
 from hvisph.geometry import shapes
 from hvisph.geometry.fill import allowed_arrangements
-from hvisph.measures.measure import UNITS
 
 ROOT = data_folder("cases").parent
 VALIDATOR = jsonschema.Draft202012Validator(case_schema())
@@ -159,11 +157,6 @@ def test_library_numbers_of_the_papers():
     plate = load_material("aluminium-young-3d")
     assert plate.shear_modulus == pytest.approx(70e9 / 2.66, rel=1e-5)  # written with six digits
     assert plate.damage.pressure_cutoff == -8e8
-
-
-def test_a_case_can_expect_whatever_is_measured():
-    plate_impact = {"plateau_stress": "Pa", "interface_velocity": "m/s"}
-    assert {name: measure.dimension.unit for name, measure in MEASURES.items()} == UNITS | plate_impact
 
 
 def test_arrangements_are_those_of_the_geometry():

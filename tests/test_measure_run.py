@@ -13,6 +13,7 @@ import pytest
 from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, snapshot
 
 from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.measures import CATALOGUE, reported
 from hvisph.measures.expected import compare
 from hvisph.measures.measure import measure, measure_snapshot, unmeasured
 from hvisph.measures.result import Result, meaningless
@@ -120,7 +121,7 @@ def test_values_that_are_not_finite_have_a_reason():
     snap = impact_end(0.4 * MM)
     snap.fields["velocity"][3, 0] = np.nan
     found = measure_snapshot(snap)
-    assert list(found.results) == list(unmeasured("none"))
+    assert list(found.results) == list(unmeasured("none", 2))
     assert found["residual_velocity"].value is None
     assert "finite" in found["residual_velocity"].reason
     assert found["penetration"].value > 0.0
@@ -227,11 +228,16 @@ def test_summary_of_every_dimension_follows_its_schema(run):
     line = snapshot(box([-2 * MM], [0], 0.1 * MM), box([0], [2 * MM], 0.1 * MM))
     for found in (measure(run), measure_snapshot(sphere), measure_snapshot(line)):
         jsonschema.validate(json.loads(json.dumps(summary(found), allow_nan=False)), SCHEMA)
+        # the catalogue knows every number, its unit and its place in the table
+        assert list(found.results) == list(reported(found.dimensions))
+        for name, result in found.results.items():
+            assert result.unit == CATALOGUE[name].unit, name
+            assert result.value is None or found.dimensions in CATALOGUE[name].dims, name
 
 
 def test_summary_of_a_failed_run_follows_its_schema(run):
     failed = summary(measure(run))
-    failed["measures"] = {name: result.as_dict() for name, result in unmeasured("the run failed").items()}
+    failed["measures"] = {name: result.as_dict() for name, result in unmeasured("the run failed", 2).items()}
     where = {"particle": 17, "body": "target", "time": 2e-6, "criterion": "finite", "message": "not finite"}
     failed.update(status="failed", failure=where)
     jsonschema.validate(failed, SCHEMA)

@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, field_serializer, model_validator
 from hvisph.case.bodies import ARRANGEMENTS, Body
 from hvisph.case.checks import problems_of
 from hvisph.case.conversion import InitialLoad
-from hvisph.case.expected import Expectations, MeasureName, measures_of
+from hvisph.case.expected import Expectations, MeasureName
 from hvisph.case.formulation import Formulation, RiemannFormulation
 from hvisph.case.gauges import Gauge
 from hvisph.case.model import StrictModel, refuse
@@ -19,6 +19,7 @@ from hvisph.case.regions import BoxRegion, Clamp, SymmetryPlane
 from hvisph.case.time import Time
 from hvisph.case.units import PositiveLength
 from hvisph.case.watch import Watch
+from hvisph.core.measures import measures_of
 
 DIMENSIONS = {"uniaxial_strain": 1, "plane_strain": 2, "plane_stress": 2, "three_d": 3}
 

@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from hvisph.case.bodies import ARRANGEMENTS, SHAPES, Body
-from hvisph.case.expected import MEASURES
 from hvisph.case.formulation import EulerianFormulation
 from hvisph.case.gauges import gauge_problems
 from hvisph.case.lagrangian_checks import lagrangian_problems
 from hvisph.case.model import Path, Problem
 from hvisph.case.projection import projection_problems, projection_warnings
 from hvisph.core.errors import nearest
+from hvisph.core.measures import CATALOGUE, measures_of
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -220,9 +220,8 @@ def _measures(case: Case) -> Iterator[Problem]:
     wanted: list[tuple[Path, str]] = [(("measures", i), name) for i, name in enumerate(case.measures or ())]
     wanted += [(("expected", name), name) for name, _ in case.expected.items()]
     for path, name in wanted:
-        if case.dim not in MEASURES[name].dims:
-            allowed = [other for other, measure in MEASURES.items() if case.dim in measure.dims]
-            yield Problem(path, f"has no meaning in {case.dim}D; allowed: {', '.join(allowed)}")
+        if case.dim not in CATALOGUE[name].dims:
+            yield Problem(path, f"has no meaning in {case.dim}D; allowed: {', '.join(measures_of(case.dim))}")
 
 
 def _metre(case: Case) -> str:

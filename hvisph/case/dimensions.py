@@ -80,3 +80,14 @@ for _dimension, _text in _SPELLINGS.items():
 def spellings(dimension: Dimension) -> list[str]:
     """Return the usual spellings of units of `dimension`, for "did you mean"."""
     return [unit for unit, (kind, _) in COMMON_UNITS.items() if kind is dimension]
+
+
+def dimension_of(unit: str) -> Dimension:
+    """Return the dimension whose plain numbers are in `unit`.
+
+    Raises
+    ------
+    KeyError
+        If the case file speaks of none.
+    """
+    return {dimension.unit: dimension for dimension in DIMENSIONS}[unit]

@@ -9,10 +9,10 @@ from pydantic import BaseModel
 
 from hvisph.case.case import Case
 from hvisph.case.dimensions import COMMON_UNITS, DIMENSIONS, NUMBER
-from hvisph.case.expected import MEASURES
 from hvisph.casefile.describe import Spot, spot_of
 from hvisph.casefile.material_library import library
 from hvisph.casefile.wording import default_text, value_text
+from hvisph.core.measures import CATALOGUE
 
 _HEAD = """\
 # The case file
@@ -97,7 +97,7 @@ def _measures() -> Iterator[str]:
         "percentage of the value, `12 %`. A run that misses an expectation exits with code 1.\n"
     )
     rows = ["| name | meaning | dimensions |", "| --- | --- | --- |"]
-    for name, measure in MEASURES.items():
+    for name, measure in CATALOGUE.items():
         rows.append(f"| `{name}` | {measure.meaning} | {', '.join(f'{dim}D' for dim in measure.dims)} |")
     yield "\n".join(rows) + "\n"
 

@@ -10,24 +10,12 @@ from typing import TYPE_CHECKING
 import typer
 
 from hvisph.cli.words import duration, table
+from hvisph.core.measures import Look, look_of
 
 if TYPE_CHECKING:
     from hvisph.measures.compare import Row
     from hvisph.study.gauge_overlay import Overlay
 
-# Labels that leave room for many columns: those of the papers, where they have one.
-SHORT = {
-    "crater_diameter": "d_cra",
-    "crater_diameter_minimum": "d_cra min",
-    "crater_lip_to_lip": "lip to lip",
-    "extension": "L_ext",
-    "penetration": "L_proj",
-    "void_fraction": "voids",
-    "centre_pressure_peak": "P peak",
-    "centre_tension_peak": "T peak",
-    "residual_velocity": "v_d",
-    "momentum_transfer": "beta",
-}
 MISSED = " *"  # behind a value that is further from the published one than its tolerance
 
 
@@ -48,34 +36,31 @@ def _measures(rows: Sequence[Row], unitless: bool) -> str:
     names = shown_measures(rows)
     looks = {name: _look(rows, name, unitless) for name in names}
     lines = [
-        ["", *(SHORT.get(name, name.replace("_", " ")) for name in names)],
-        ["", *(looks[name][0] for name in names)],
+        ["", *(look.short for look in looks.values())],
+        ["", *(look.unit for look in looks.values())],
     ]
-    lines += [[row.name, *(_cell(row, name, *looks[name][1:]) for name in names)] for row in rows]
+    lines += [[row.name, *(_cell(row, name, look) for name, look in looks.items())] for row in rows]
     return table(lines)
 
 
-def _look(rows: Sequence[Row], name: str, unitless: bool) -> tuple[str, float, int]:
-    """Return the unit for people, its factor from SI and the decimals (-1 for significant figures)."""
-    from hvisph.measures.table import SHOWN
-
+def _look(rows: Sequence[Row], name: str, unitless: bool) -> Look:
     own = next((row.measures[name]["unit"] for row in rows if name in row.measures), "")
-    _, unit, factor, decimals = SHOWN.get(name, ("", own, 1.0, -1))
-    return ("", 1.0, -1) if unitless and unit != "%" else (unit, factor, decimals)
+    return look_of(name, own, unitless)
 
 
-def _cell(row: Row, name: str, factor: float, decimals: int) -> str:
+def _cell(row: Row, name: str, look: Look) -> str:
     value = row.value(name)
     if value is None:
         return "-" + (MISSED if name in row.missed else "")
     off = row.differences.get(name)
     # a published void fraction of none needs no difference
-    shown = f" ({_number(off * factor, decimals, '+')})" if off is not None and row.published[name]["value"] else ""
-    return _number(value * factor, decimals) + shown + (MISSED if name in row.missed else "")
+    shown = f" ({_number(off, look, '+')})" if off is not None and row.published[name]["value"] else ""
+    return _number(value, look) + shown + (MISSED if name in row.missed else "")
 
 
-def _number(value: float, decimals: int, sign: str = "") -> str:
-    return f"{value:{sign}.{decimals}f}" if decimals >= 0 else f"{value:{sign}.4g}"
+def _number(value: float, look: Look, sign: str = "") -> str:
+    value *= look.factor
+    return f"{value:{sign}.{look.decimals}f}" if look.decimals >= 0 else f"{value:{sign}.4g}"
 
 
 def _cost(rows: Sequence[Row]) -> str:

@@ -11,31 +11,17 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.measures import CATALOGUE, reported
 from hvisph.measures.debris import MASS_UNITS, BodyFragments, debris
 from hvisph.measures.lengths import crater_diameter, extension, penetration
 from hvisph.measures.motion import momentum_transfer, residual_velocity
 from hvisph.measures.plateau import plateau
 from hvisph.measures.plug import FEWEST, plug_and_lip
-from hvisph.measures.plug import UNITS as PLUG_UNITS
 from hvisph.measures.pressure import centre_pressure_peak, centre_tension_peak
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import PROJECTILE, Scene
 from hvisph.measures.voids import void_fraction
 from hvisph.output.snapshot import Snapshot
-
-UNITS = {
-    "crater_diameter": "m",
-    "crater_diameter_minimum": "m",
-    "crater_lip_to_lip": "m",
-    "extension": "m",
-    "penetration": "m",
-    "void_fraction": "",
-    "centre_pressure_peak": "Pa",
-    "centre_tension_peak": "Pa",
-    "residual_velocity": "m/s",
-    "momentum_transfer": "",
-    **PLUG_UNITS,
-}  # measures of every run, in the order of tables; plate impacts in 1D have more
 
 History = Mapping[str, np.ndarray]
 
@@ -188,7 +174,6 @@ def measure_snapshot(
     if not (now.body == PROJECTILE).any():
         raise OutputError(f"{source or 'the snapshot'}: there is no particle of the first body")
     scene = Scene(now, start)
-    behind_shocks = plateau(scene)
     results = {
         **crater_diameter(scene),
         "extension": extension(scene),
@@ -201,8 +186,8 @@ def measure_snapshot(
         **plug_and_lip(scene),
     }
     if now.dimensions == 1:
-        results["plateau_stress"] = behind_shocks.stress
-        results["interface_velocity"] = behind_shocks.velocity
+        behind_shocks = plateau(scene)
+        results |= {"plateau_stress": behind_shocks.stress, "interface_velocity": behind_shocks.velocity}
     results = {name: _finite(result) for name, result in results.items()}
     return Measures(
         source=source,
@@ -216,9 +201,9 @@ def measure_snapshot(
     )
 
 
-def unmeasured(reason: str) -> dict[str, Result]:
-    """Return the results of a run that cannot be measured, for its summary: every one without a value."""
-    return {name: meaningless(unit, reason) for name, unit in UNITS.items()}
+def unmeasured(reason: str, dim: int) -> dict[str, Result]:
+    """Return the results of a run in `dim` dimensions that cannot be measured: every one without a value."""
+    return {name: meaningless(CATALOGUE[name].unit, reason) for name in reported(dim)}
 
 
 def _finite(result: Result) -> Result:

@@ -19,31 +19,25 @@ import math
 
 import numpy as np
 
+from hvisph.core.measures import CATALOGUE
 from hvisph.measures.groups import Fragment
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import TARGET, Scene
 
 FEWEST = 5  # particles of a plug: fewer are debris
 LIP_IN_THE_PLANE = 10
-UNITS = {
-    "plug_velocity": "m/s",
-    "plug_width": "m",
-    "plug_thickness": "m",
-    "impact_diameter": "m",
-    "lip_height": "m",
-    "lip_height_maximum": "m",
-    "target_fragments": "",
-}
+PLUG = ("plug_velocity", "plug_width", "plug_thickness")
+LIP = ("impact_diameter", "lip_height", "lip_height_maximum")
 
 
 def plug_and_lip(scene: Scene) -> dict[str, Result]:
     """Measure plug and lip; without a perforated plate the results carry the reason."""
     if scene.now.dimensions == 1:
-        return _none("a plug has no meaning in 1D")
+        return _without((*PLUG, *LIP, "target_fragments"), "a plug has no meaning in 1D")
     if not scene.has_target:
-        return _none("there is no target")
+        return _without((*PLUG, *LIP, "target_fragments"), "there is no target")
     if not {"velocity", "mass"} <= scene.now.fields.keys():
-        return _none("the snapshot has no velocity or no mass")
+        return _without((*PLUG, *LIP, "target_fragments"), "the snapshot has no velocity or no mass")
     groups = scene.fragments(TARGET)
     held = attached(scene)
     loose = [group for group, holds in zip(groups, held, strict=True) if not holds]
@@ -73,8 +67,7 @@ def plug_of(scene: Scene) -> Fragment | None:
 
 def _plug(scene: Scene, plug: Fragment | None) -> dict[str, Result]:
     if plug is None:
-        reason = "no group of the target is detached and flies on"
-        return {name: meaningless(UNITS[name], reason) for name in ("plug_velocity", "plug_width", "plug_thickness")}
+        return _without(PLUG, "no group of the target is detached and flies on")
     speed = scene.now.fields["velocity"][plug.particles, 0]
     spread = float(speed.std() / math.sqrt(plug.count))
     return {
@@ -88,9 +81,7 @@ def _lip(scene: Scene, attached: np.ndarray) -> dict[str, Result]:
     near = attached[scene.radius[attached] <= 2.0 * scene.width]
     around = LIP_IN_THE_PLANE if scene.now.dimensions == 2 else round(math.pi * scene.width / scene.spacing)
     if len(near) < around:
-        reason = "too few particles of the plate are left near the shot line"
-        names = ("impact_diameter", "lip_height", "lip_height_maximum")
-        return {name: meaningless("m", reason) for name in names}
+        return _without(LIP, "too few particles of the plate are left near the shot line")
     x = scene.position[near, 0]
     front = np.lexsort((scene.radius[near], -x))[:around]  # by radius where they are level
     heights = x[front] - scene.face - scene.thickness
@@ -107,5 +98,5 @@ def _length(scene: Scene, value: float, uncertainty: float) -> Result:
     return Result(value, "m", uncertainty, spacing=scene.spacing, support=scene.support)
 
 
-def _none(reason: str) -> dict[str, Result]:
-    return {name: meaningless(unit, reason) for name, unit in UNITS.items()}
+def _without(names: tuple[str, ...], reason: str) -> dict[str, Result]:
+    return {name: meaningless(CATALOGUE[name].unit, reason) for name in names}

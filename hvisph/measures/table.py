@@ -6,32 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from hvisph.core.measures import Look, look_of
 from hvisph.measures.result import Result
-
-# name: (label, unit for people, factor from SI, decimals)
-SHOWN: dict[str, tuple[str, str, float, int]] = {
-    "crater_diameter": ("crater diameter", "cm", 1e2, 2),
-    "crater_diameter_minimum": ("crater diameter, narrowest", "cm", 1e2, 2),
-    "crater_lip_to_lip": ("crater, lip to lip", "cm", 1e2, 2),
-    "extension": ("extension of the projectile", "cm", 1e2, 2),
-    "penetration": ("penetration", "cm", 1e2, 2),
-    "void_fraction": ("voids in the projectile", "%", 1e2, 1),
-    "centre_pressure_peak": ("peak centre pressure", "GPa", 1e-9, 2),
-    "centre_tension_peak": ("peak tension on the axis", "GPa", 1e-9, 2),
-    "residual_velocity": ("residual velocity", "m/s", 1.0, 1),
-    "momentum_transfer": ("momentum transfer beta", "", 1.0, 3),
-    "plug_velocity": ("plug velocity", "m/s", 1.0, 1),
-    "plug_width": ("plug width", "mm", 1e3, 2),
-    "plug_thickness": ("plug thickness", "mm", 1e3, 2),
-    "impact_diameter": ("impact diameter", "mm", 1e3, 2),
-    "lip_height": ("lip height", "mm", 1e3, 2),
-    "lip_height_maximum": ("lip height, largest", "mm", 1e3, 2),
-    "target_fragments": ("fragments off the target", "", 1.0, 0),
-    "plateau_stress": ("plateau stress", "GPa", 1e-9, 3),
-    "interface_velocity": ("interface velocity", "m/s", 1.0, 1),
-    "energy_drift": ("energy drift", "%", 1e2, 5),
-    "momentum_drift": ("momentum drift", "", 1.0, -1),
-}
 
 
 @dataclass(frozen=True)
@@ -59,11 +35,6 @@ class Row:
     note: str = ""
 
 
-def label(name: str) -> str:
-    """Return a measure's name in words."""
-    return SHOWN[name][0] if name in SHOWN else name.replace("_", " ")
-
-
 def rows(
     results: Mapping[str, Result | float | None],
     expected: Sequence[Mapping[str, Any]] = (),
@@ -84,22 +55,20 @@ def rows(
     table = []
     for name, found in results.items():
         result = found if isinstance(found, Result) else Result(found, "")
-        _, unit, factor, decimals = SHOWN.get(name, ("", result.unit, 1.0, -1))
-        if unitless and unit != "%":
-            unit, factor, decimals = "", 1.0, -1
+        look = look_of(name, result.unit, unitless)
         entry = by_name.get(name)
         notes = [result.reason] if result.value is None else []
         if result.time is not None:
             notes.append(f"at t = {result.time:.4g}" if unitless else f"at {result.time * 1e6:.2f} us")
         target = ""
         if entry is not None:
-            target = _text(entry["expected"], entry["tolerance"], unit, factor, decimals)
+            target = _text(entry["expected"], entry["tolerance"], look)
             notes.append(entry["source"])
         table.append(
             Row(
                 name=name,
-                label=label(name),
-                value=_text(result.value, result.uncertainty, unit, factor, decimals),
+                label=look.label,
+                value=_text(result.value, result.uncertainty, look),
                 expected=target,
                 passed=entry["passed"] if entry is not None else None,
                 note="; ".join(note for note in notes if note),
@@ -108,14 +77,15 @@ def rows(
     return table
 
 
-def _text(value: float | None, spread: float | None, unit: str, factor: float, decimals: int) -> str:
+def _text(value: float | None, spread: float | None, look: Look) -> str:
     if value is None:
         return "-"
 
     def number(figure: float) -> str:
-        text = f"{figure * factor:.{decimals}f}" if decimals >= 0 else f"{figure * factor:.3g}"
+        figure *= look.factor
+        text = f"{figure:.{look.decimals}f}" if look.decimals >= 0 else f"{figure:.3g}"
         return text if float(text) else text.lstrip("-")  # what rounds to nothing has no sign
 
     # a spread that rounds to nothing says nothing
     shown = f" ± {number(spread)}" if spread and float(number(spread)) > 0.0 else ""
-    return f"{number(value)}{shown} {unit}".rstrip()
+    return f"{number(value)}{shown} {look.unit}".rstrip()

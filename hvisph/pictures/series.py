@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import CaseError
+from hvisph.core.measures import look_of
 from hvisph.measures.measure import Measures
-from hvisph.measures.plug import FEWEST
-from hvisph.measures.plug import UNITS as PLUG_UNITS
-from hvisph.measures.table import label
+from hvisph.measures.plug import FEWEST, LIP, PLUG
 from hvisph.output.atomic import write_text
 from hvisph.pictures.curves import Curve, curves_picture
 
@@ -159,14 +158,14 @@ def _kind(name: str, unit: str) -> str:
     """Return the panel that a column belongs to."""
     if name == "target_fragments" or name.endswith(".number"):
         return "number"
-    if unit == "m" and name in PLUG_UNITS:
+    if unit == "m" and name in (*PLUG, *LIP):
         return "length, plug and lip"
     return next(kind for kind, own in KINDS.items() if own == unit)
 
 
 def _legend(name: str) -> str:
     if not name.startswith("fragments."):
-        return label(name)
+        return look_of(name).label
     body, _, what = name.removeprefix("fragments.").rpartition(".")
     words = {
         "number": f"fragments of {FEWEST} particles or more",

@@ -38,11 +38,11 @@ def summarise(case: Any, text: str, *, status: str, time: float, failure: dict[s
     try:
         results = measure_snapshot(now, start, history).results
     except HvisphError as error:
-        results = unmeasured(str(error))
+        results = unmeasured(str(error), case.dim)
     except (ValueError, FloatingPointError) as error:
         if status != "failed":
             raise
-        results = unmeasured(f"the run failed and its last state cannot be measured ({error})")
+        results = unmeasured(f"the run failed and its last state cannot be measured ({error})", case.dim)
     found = dict(results) | dict(conservation.items())
     return {
         "title": case.title,

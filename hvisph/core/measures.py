@@ -1,0 +1,155 @@
+"""The catalogue of measures: name, unit, dimensions, meaning, and how tables show each number of a run's result.
+
+A new measure is a function in `hvisph.measures`, called in its `measure`, and a row here: the case file's
+`measures` and `expected`, its schema and manual, summaries and tables follow.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+# How many of a unit for people are in the SI unit that it stands for; what is not named here is shown as it is.
+PER_SI = {"cm": 1e2, "mm": 1e3, "GPa": 1e-9, "%": 1e2}
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a table shows a number.
+
+    Parameters
+    ----------
+    label, short
+        What people call it; and where many columns leave little room: the papers' symbol, if they have one.
+    unit
+        Unit for people.
+    decimals
+        Digits after the point; -1 for significant figures.
+    """
+
+    label: str
+    short: str
+    unit: str
+    decimals: int
+
+    @property
+    def factor(self) -> float:
+        """How many of `unit` are in the SI unit."""
+        return PER_SI.get(self.unit, 1.0)
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A number that `hvisph measure` reports.
+
+    Parameters
+    ----------
+    name
+        Name at every interface: case file, summary, Python.
+    unit
+        SI unit; empty for plain numbers.
+    dims
+        Numbers of dimensions in which it has a meaning.
+    meaning
+        One line for the manual.
+    look
+        How tables show it.
+    """
+
+    name: str
+    unit: str
+    dims: tuple[int, ...]
+    meaning: str
+    look: Look
+
+
+def _measure(name: str, unit: str, dims: tuple[int, ...], meaning: str, label: str, shown: str, decimals: int,
+             short: str = "") -> Measure:  # fmt: skip
+    look = Look(label, short or name.replace("_", " "), shown, decimals)
+    return Measure(name, unit, dims, f"{meaning} [{unit or '-'}]", look)
+
+
+_ANY, _SOLID, _PLANE, _LINE = (1, 2, 3), (2, 3), (2,), (1,)
+
+# In the order of tables. Columns: name, SI unit, dimensions, meaning; label, unit for people, decimals, short label.
+CATALOGUE: dict[str, Measure] = {
+    measure.name: measure
+    for measure in (
+        _measure("crater_diameter", "m", _SOLID, "Mean diameter of the hole in the target",
+                 "crater diameter", "cm", 2, "d_cra"),
+        _measure("crater_diameter_minimum", "m", _SOLID, "Smallest diameter of the hole in the target",
+                 "crater diameter, narrowest", "cm", 2, "d_cra min"),
+        _measure("crater_lip_to_lip", "m", _SOLID, "Diameter of the crater between its lips",
+                 "crater, lip to lip", "cm", 2, "lip to lip"),
+        _measure("extension", "m", _SOLID, "Extent of the projectile's main body along the shot line",
+                 "extension of the projectile", "cm", 2, "L_ext"),
+        _measure("penetration", "m", _SOLID, "Depth of the projectile's tip behind the struck face",
+                 "penetration", "cm", 2, "L_proj"),
+        _measure("void_fraction", "", _PLANE, "Share of voids within the projectile's main body",
+                 "voids in the projectile", "%", 1, "voids"),
+        _measure("centre_pressure_peak", "Pa", _ANY, "Highest mean pressure at the projectile's centre",
+                 "peak centre pressure", "GPa", 2, "P peak"),
+        _measure("centre_tension_peak", "Pa", _ANY, "Highest tension on the shot line, positive",
+                 "peak tension on the axis", "GPa", 2, "T peak"),
+        _measure("residual_velocity", "m/s", _ANY, "Axial velocity of the projectile's main body",
+                 "residual velocity", "m/s", 1, "v_d"),
+        _measure("momentum_transfer", "", _ANY, "Momentum of the target over that of the shot",
+                 "momentum transfer beta", "", 3, "beta"),
+        _measure("plug_velocity", "m/s", _SOLID, "Axial velocity of the plug, the largest piece punched out",
+                 "plug velocity", "m/s", 1),
+        _measure("plug_width", "m", _SOLID, "Extent of the plug across the shot line, between particles",
+                 "plug width", "mm", 2),
+        _measure("plug_thickness", "m", _SOLID, "Extent of the plug along the shot line, between particles",
+                 "plug thickness", "mm", 2),
+        _measure("impact_diameter", "m", _SOLID, "Twice the mean radius of the hole's lip",
+                 "impact diameter", "mm", 2),
+        _measure("lip_height", "m", _SOLID, "Mean height of the lip over the plate's rear face",
+                 "lip height", "mm", 2),
+        _measure("lip_height_maximum", "m", _SOLID, "Largest height of the lip over the plate's rear face",
+                 "lip height, largest", "mm", 2),
+        _measure("target_fragments", "", _SOLID, "Number of the target's detached pieces of 5 particles or more",
+                 "fragments off the target", "", 0),
+        _measure("plateau_stress", "Pa", _LINE, "Axial stress behind the shocks of a plate impact",
+                 "plateau stress", "GPa", 3),
+        _measure("interface_velocity", "m/s", _LINE, "Velocity of the interface of a plate impact",
+                 "interface velocity", "m/s", 1),
+    )
+}  # fmt: skip
+
+# What a run has conserved stands in tables beside its measures.
+DRIFTS = {
+    "energy_drift": Look("energy drift", "energy drift", "%", 5),
+    "momentum_drift": Look("momentum drift", "momentum drift", "", -1),
+}
+
+
+def measures_of(dim: int) -> tuple[str, ...]:
+    """Return the names of the measures that have a meaning in `dim` dimensions."""
+    return tuple(name for name, measure in CATALOGUE.items() if dim in measure.dims)
+
+
+def reported(dim: int) -> tuple[str, ...]:
+    """Return the names that a result in `dim` dimensions holds: those without a meaning there say why.
+
+    Only measures of plate impacts, which nobody misses elsewhere, are left out beyond 1D.
+    """
+    return tuple(name for name, measure in CATALOGUE.items() if dim in measure.dims or measure.dims != _LINE)
+
+
+def look_of(name: str, unit: str = "", unitless: bool = False) -> Look:
+    """Return how a table shows a number.
+
+    Parameters
+    ----------
+    name
+        A measure, a drift, or any other number.
+    unit
+        SI unit of a number that is in no catalogue: it is shown in that.
+    unitless
+        Whether the case has no units: all but shares are shown as they are.
+    """
+    if name in CATALOGUE:
+        look = CATALOGUE[name].look
+    else:
+        words = name.replace("_", " ")
+        look = DRIFTS.get(name) or Look(words, words, unit, -1)
+    return Look(look.label, look.short, "", -1) if unitless and look.unit != "%" else look
