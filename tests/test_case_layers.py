@@ -2,7 +2,7 @@
 
 import pytest
 
-from hvisph.case.formulation import REACH, KernelOptions
+from hvisph.case.formulations.options import REACH, KernelOptions
 from hvisph.casefile.loader import bundled_cases, dump_case, load_case
 from hvisph.casefile.yaml_text import parse
 from hvisph.core.errors import CaseError

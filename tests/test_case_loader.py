@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from hvisph.case.viscosity import MonaghanViscosity
+from hvisph.case.formulations.viscosity import MonaghanViscosity
 from hvisph.casefile.loader import bundled_cases, dump_case, load_case
 from hvisph.casefile.yaml_text import parse
 from hvisph.core.errors import CaseError

@@ -8,14 +8,13 @@ from pydantic import Field, ValidationInfo, field_serializer, model_validator
 
 from hvisph.case.bodies import ARRANGEMENTS, Body
 from hvisph.case.checks import problems_of
-from hvisph.case.conversion import InitialLoad
 from hvisph.case.expected import Expectations, MeasureName
-from hvisph.case.formulation import Formulation, RiemannFormulation
+from hvisph.case.formulations import Formulation, RiemannFormulation
+from hvisph.case.formulations.projection import default_step
 from hvisph.case.gauges import Gauge
 from hvisph.case.model import StrictModel, refuse
 from hvisph.case.output import Output
-from hvisph.case.projection import default_step
-from hvisph.case.regions import BoxRegion, Clamp, SymmetryPlane
+from hvisph.case.regions import BoxRegion, Clamp, InitialLoad, SymmetryPlane
 from hvisph.case.time import Time
 from hvisph.case.units import PositiveLength
 from hvisph.case.watch import Watch

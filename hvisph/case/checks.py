@@ -3,26 +3,58 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Protocol
 
 from hvisph.case.bodies import ARRANGEMENTS, SHAPES, Body
-from hvisph.case.formulation import EulerianFormulation
-from hvisph.case.gauges import gauge_problems
-from hvisph.case.lagrangian_checks import lagrangian_problems
+from hvisph.case.expected import Expectations
+from hvisph.case.formulations.options import KernelOptions
+from hvisph.case.gauges import Gauge, gauge_problems
 from hvisph.case.model import Path, Problem
-from hvisph.case.projection import projection_problems, projection_warnings
-from hvisph.core.errors import nearest
+from hvisph.case.output import Output
+from hvisph.case.regions import Clamp, SymmetryPlane, box_problems, region_problems
+from hvisph.case.surroundings import Surroundings
 from hvisph.core.measures import CATALOGUE, measures_of
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
-    from hvisph.case.regions import BoxRegion
 
 FASTEST = 1e5  # [m/s]; ten times any impact in the solar system's inner part is a slip of units
 MOST_PARTICLES = 2**31 - 1  # indices in compiled loops are 32 bits wide
 AXES = ("x", "y", "z")
-RETIRING = ("eulerian", "riemann")  # formulations in which a particle may leave the others without a trace
+
+
+class Case(Surroundings, Protocol):
+    """A whole case: what its parts see of it, and the rest."""
+
+    @property
+    def smoothing_length(self) -> float:
+        """Initial smoothing length h [m]."""
+
+    @property
+    def symmetry(self) -> Sequence[SymmetryPlane]:
+        """Symmetry planes."""
+
+    @property
+    def clamped(self) -> Sequence[Clamp]:
+        """Regions that are held."""
+
+    @property
+    def formulation(self) -> KernelOptions:
+        """Scheme that computes the run."""
+
+    @property
+    def gauges(self) -> Mapping[str, Gauge]:
+        """Gauges by name."""
+
+    @property
+    def output(self) -> Output:
+        """What is written, and how often."""
+
+    @property
+    def measures(self) -> Sequence[str] | None:
+        """What to measure."""
+
+    @property
+    def expected(self) -> Expectations:
+        """Expected values."""
 
 
 def problems_of(case: Case) -> list[Problem]:
@@ -31,20 +63,17 @@ def problems_of(case: Case) -> list[Problem]:
         *_bodies(case),
         *_count(case),
         *_symmetry(case),
-        *_clamped(case),
-        *_domain(case),
-        *gauge_problems(case),
-        *_in_pieces(case),
+        *_regions(case),
+        *gauge_problems(case.gauges, case.dim),
+        *case.formulation.problems(case),
         *_schedule(case),
         *_measures(case),
-        *lagrangian_problems(case),
-        *projection_problems(case),
     ]
 
 
 def warnings_of(case: Case) -> list[str]:
     """Return what a user should know about a valid `case` before it runs."""
-    return [*projection_warnings(case)]
+    return [*case.formulation.warnings(case)]
 
 
 def _bodies(case: Case) -> Iterator[Problem]:
@@ -141,37 +170,13 @@ def _symmetry(case: Case) -> Iterator[Problem]:
         seen.add(plane.axis)
 
 
-def _clamped(case: Case) -> Iterator[Problem]:
+def _regions(case: Case) -> Iterator[Problem]:
     for index, clamp in enumerate(case.clamped):
-        path = ("clamped", index)
-        for number, name in enumerate(clamp.bodies):
-            if name not in case.bodies:
-                yield Problem(
-                    (*path, "bodies", number), f"unknown body '{name[:64]}'{nearest(name, list(case.bodies))}"
-                )
-        yield from _box(case, clamp.box, (*path, "box"))
-
-
-def _domain(case: Case) -> Iterator[Problem]:
-    if case.domain is None:
-        return
-    yield from _box(case, case.domain, ("domain",))
-    if case.formulation.type not in RETIRING:
-        yield Problem(
-            ("domain",),
-            f"particles cannot be retired with '{case.formulation.type}', whose particles keep what surrounds them; "
-            f"leave it out, or use {' or '.join(RETIRING)}",
-        )
-
-
-def _box(case: Case, box: BoxRegion, path: Path) -> Iterator[Problem]:
-    for side in ("min", "max"):
-        corner = getattr(box, side)
-        if corner and len(corner) != case.dim:
-            yield _length((*path, side), case.dim, len(corner), "components")
-    for axis, low, high in zip(AXES, box.min, box.max, strict=False):
-        if low is not None and high is not None and not low < high:
-            yield Problem(path, f"min {low:g} must be below max {high:g} along {axis}")
+        yield from region_problems(clamp, ("clamped", index), case.dim, case.bodies)
+    for index, load in enumerate(case.initial_loads):
+        yield from region_problems(load, ("initial_loads", index), case.dim, case.bodies)
+    if case.domain is not None:
+        yield from box_problems(case.domain, ("domain",), case.dim)
 
 
 def _schedule(case: Case) -> Iterator[Problem]:
@@ -185,35 +190,6 @@ def _schedule(case: Case) -> Iterator[Problem]:
         yield Problem(("time", "step"), f"{case.time.step:g}{unit} is beyond time.end = {end:g}{unit}; make it shorter")
     if len(set(case.output.formats)) < len(case.output.formats):
         yield Problem(("output", "formats"), "names a format twice")
-
-
-def _in_pieces(case: Case) -> Iterator[Problem]:
-    """Yield what bodies that are Total Lagrangian, or parted by a contact algorithm, cannot have."""
-    formulation = case.formulation
-    contact = getattr(formulation, "contact", None)
-    parted = contact is not None and contact.type == "repulsive"
-    if formulation.type not in ("total_lagrangian", "adaptive") and not parted:
-        return
-    if case.time.integrator == "staggered":
-        yield Problem(
-            ("time", "integrator"),
-            "'staggered' is for Eulerian bodies that meet through the kernel sums; leave it out here",
-        )
-    if case.kinematics == "plane_stress":
-        yield Problem(
-            ("kinematics",),
-            "plane_stress is for Eulerian and Riemann bodies that meet through the kernel sums; use plane_strain",
-        )
-    if isinstance(formulation, EulerianFormulation) and parted:
-        why = "not available where a contact algorithm parts the bodies"
-        if formulation.viscosity.type not in ("none", "monaghan"):
-            yield Problem(("formulation", "viscosity", "type"), f"{why}; give 'monaghan'")
-        if formulation.density_dissipation.type != "none":
-            yield Problem(("formulation", "density_dissipation", "type"), f"{why}; give 'none'")
-        if formulation.density_form != "volume":
-            yield Problem(("formulation", "density_form"), f"{why}; give 'volume'")
-        if formulation.correction.type != "none":
-            yield Problem(("formulation", "correction", "type"), f"{why}; give 'none'")
 
 
 def _measures(case: Case) -> Iterator[Problem]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -11,9 +11,6 @@ from hvisph.case.bodies import Position
 from hvisph.case.model import SCALAR_AS_LIST, Path, Problem, StrictModel
 from hvisph.core.errors import nearest
 from hvisph.core.fields import component_names, recordable
-
-if TYPE_CHECKING:
-    from hvisph.case.case import Case
 
 Fields = Annotated[tuple[Annotated[str, Field(max_length=64)], ...], SCALAR_AS_LIST, Field(min_length=1, max_length=64)]
 
@@ -57,19 +54,19 @@ class FreeSurfaceGauge(GaugeOptions):
 Gauge = Annotated[MaterialGauge | FixedGauge | FreeSurfaceGauge, Field(discriminator="type")]
 
 
-def gauge_problems(case: Case) -> Iterator[Problem]:
-    """Yield what is wrong with the gauges beyond their single fields."""
-    for name, gauge in case.gauges.items():
+def gauge_problems(gauges: Mapping[str, Gauge], dim: int) -> Iterator[Problem]:
+    """Yield what is wrong with the gauges of a case in `dim` dimensions, beyond their single fields."""
+    for name, gauge in gauges.items():
         path: Path = ("gauges", name)
-        if len(gauge.at) != case.dim:
-            axes = ", ".join("xyz"[: case.dim])
-            yield Problem((*path, "at"), f"has {len(gauge.at)} coordinates, needs {case.dim} in {case.dim}D: [{axes}]")
-        if isinstance(gauge, FreeSurfaceGauge) and gauge.direction[1] not in "xyz"[: case.dim]:
-            yield Problem((*path, "direction"), f"there is no axis {gauge.direction[1]} in {case.dim}D")
-        allowed = recordable(case.dim)
+        if len(gauge.at) != dim:
+            axes = ", ".join("xyz"[: dim])
+            yield Problem((*path, "at"), f"has {len(gauge.at)} coordinates, needs {dim} in {dim}D: [{axes}]")
+        if isinstance(gauge, FreeSurfaceGauge) and gauge.direction[1] not in "xyz"[: dim]:
+            yield Problem((*path, "direction"), f"there is no axis {gauge.direction[1]} in {dim}D")
+        allowed = recordable(dim)
         for number, field in enumerate(gauge.fields):
             if field not in allowed:
                 yield Problem((*path, "fields", number), f"unknown field '{field}'{nearest(field, allowed)}")
-        columns = [c for field in gauge.fields if field in allowed for c in component_names(field, case.dim)]
+        columns = [c for field in gauge.fields if field in allowed for c in component_names(field, dim)]
         if len(set(columns)) < len(columns):
             yield Problem((*path, "fields"), "names a field twice")

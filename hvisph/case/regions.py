@@ -1,14 +1,16 @@
-"""Symmetry planes and clamped regions."""
+"""Symmetry planes, and regions: clamped, loaded, or of another kind of kernel."""
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
 
 from hvisph.case.bodies import Axis
-from hvisph.case.model import SCALAR_AS_LIST, StrictModel
-from hvisph.case.units import Length
+from hvisph.case.model import SCALAR_AS_LIST, Path, Problem, StrictModel
+from hvisph.case.units import Length, Pressure
+from hvisph.core.errors import nearest
 
 Corner = Annotated[tuple[Length | None, ...], SCALAR_AS_LIST, Field(max_length=3)]
 
@@ -30,8 +32,47 @@ class BoxRegion(StrictModel):
     max: Corner = Field(default=(), description="Upper corner [m], a component per dimension, null if unbounded")
 
 
-class Clamp(StrictModel):
+class Region(StrictModel):
+    """Particles of some bodies, or of all, within a box."""
+
+    box: BoxRegion = Field(description="Region in the initial configuration whose particles are meant")
+    bodies: tuple[str, ...] = Field(default=(), description="Bodies of which they are; all unless given")
+
+
+class Clamp(Region):
     """Particles that are held still for the whole run."""
 
     box: BoxRegion = Field(description="Region in the initial configuration whose particles are held")
     bodies: tuple[str, ...] = Field(default=(), description="Bodies that are held; all unless given")
+
+
+class InitialLoad(Region):
+    """An impulse: pressure that is added to the material's own during the first step alone."""
+
+    box: BoxRegion = Field(description="Region in the initial configuration whose particles are loaded")
+    pressure: Pressure = Field(description="Pressure added [Pa]; negative is tension")
+
+
+class EulerianRegion(Region):
+    """Particles that are Eulerian from the start."""
+
+    box: BoxRegion = Field(description="Region in the initial configuration whose particles are Eulerian")
+
+
+def region_problems(region: Region, path: Path, dim: int, bodies: Collection[str]) -> Iterator[Problem]:
+    """Yield what is wrong with a region of a case in `dim` dimensions with these `bodies`."""
+    for number, name in enumerate(region.bodies):
+        if name not in bodies:
+            yield Problem((*path, "bodies", number), f"unknown body '{name[:64]}'{nearest(name, list(bodies))}")
+    yield from box_problems(region.box, (*path, "box"), dim)
+
+
+def box_problems(box: BoxRegion, path: Path, dim: int) -> Iterator[Problem]:
+    """Yield what is wrong with a box in `dim` dimensions."""
+    axes = "xyz"[:dim]
+    for side, corner in (("min", box.min), ("max", box.max)):
+        if corner and len(corner) != dim:
+            yield Problem((*path, side), f"has {len(corner)} components, needs {dim} in {dim}D: [{', '.join(axes)}]")
+    for axis, low, high in zip(axes, box.min, box.max, strict=False):
+        if low is not None and high is not None and not low < high:
+            yield Problem(path, f"min {low:g} must be below max {high:g} along {axis}")

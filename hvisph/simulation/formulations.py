@@ -17,7 +17,7 @@ from hvisph.sph.laws.contact import Contact
 
 
 def formulation_of(model: Any, case: Any = None) -> AnyFormulation:
-    """Return the scheme that a case's `model` (of `hvisph.case.formulation`) describes."""
+    """Return the scheme that a case's `model` (of `hvisph.case.formulations`) describes."""
     length = model.smoothing_length
     shared: dict[str, Any] = {
         "kernel": KERNELS[model.kernel],

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
 from hvisph.case.dimensions import NUMBER
-from hvisph.case.model import Problem, StrictModel
+from hvisph.case.model import StrictModel
 from hvisph.case.units import Quantity
-
-if TYPE_CHECKING:
-    from hvisph.case.formulation import EulerianFormulation
 
 # C_f without and with artificial stress (Young 2021 section 3.2).
 FACTORS = {"none": 7.5, "gray": 90.0}
@@ -82,24 +78,3 @@ def fill_correction(data: Any) -> Any:
     if kind not in CORRECTIONS:
         return data
     return {"momentum_form": "product"} | fill_factor(data, "correction", "none")
-
-
-def correction_problems(formulation: EulerianFormulation) -> Iterator[Problem]:
-    """Yield what has no meaning beside the formulation's correction."""
-    kind = formulation.correction.type
-    if kind == "none":
-        return
-    if formulation.momentum_form != "product":
-        yield Problem(
-            ("momentum_form",),
-            f"'{formulation.momentum_form}' has no meaning with correction '{kind}', where each side's "
-            "gradient goes with its own stress; leave it out or give 'product'",
-        )
-    if formulation.viscosity.type not in ("none", "monaghan"):
-        yield Problem(("viscosity", "type"), f"not available with correction '{kind}'; give 'monaghan' or 'none'")
-    if formulation.density_dissipation.type != "none":
-        yield Problem(("density_dissipation", "type"), f"not available with correction '{kind}'; give 'none'")
-    if formulation.density_form != "volume":
-        yield Problem(("density_form",), f"not available with correction '{kind}'; give 'volume'")
-    if formulation.contact.type != "kernel":
-        yield Problem(("contact", "type"), f"not available with correction '{kind}'; give 'kernel'")

@@ -1,4 +1,4 @@
-"""When Total Lagrangian particles turn Eulerian, and which are Eulerian from the start."""
+"""When Total Lagrangian particles turn Eulerian."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from pydantic import Field
 
 from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import StrictModel
-from hvisph.case.regions import BoxRegion
-from hvisph.case.units import PositiveNumber, Pressure, Quantity
+from hvisph.case.units import PositiveNumber, Quantity
 
 
 class ConversionLimits(StrictModel):
@@ -33,18 +32,3 @@ class ConversionLimits(StrictModel):
         default=None,
         description="Strain limit of the guard [-], above 0; 1.5 in 1D and 2D, 1 in 3D unless given",
     )
-
-
-class EulerianRegion(StrictModel):
-    """Particles that are Eulerian from the start."""
-
-    box: BoxRegion = Field(description="Region in the initial configuration whose particles are Eulerian")
-    bodies: tuple[str, ...] = Field(default=(), description="Bodies of which they are; all unless given")
-
-
-class InitialLoad(StrictModel):
-    """An impulse: pressure that is added to the material's own during the first step alone."""
-
-    box: BoxRegion = Field(description="Region in the initial configuration whose particles are loaded")
-    bodies: tuple[str, ...] = Field(default=(), description="Bodies of which they are; all unless given")
-    pressure: Pressure = Field(description="Pressure added [Pa]; negative is tension")

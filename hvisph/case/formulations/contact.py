@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.case.model import StrictModel
+from hvisph.case.model import Problem, StrictModel
+from hvisph.case.surroundings import Surroundings
 from hvisph.case.units import PositiveNumber
 
 
@@ -38,3 +40,30 @@ class RepulsiveContact(StrictModel):
 
 
 Contact = Annotated[KernelContact | RepulsiveContact, Field(discriminator="type")]
+
+
+def parted_problems(case: Surroundings, smoothing_length: str, what: str) -> Iterator[Problem]:
+    """Yield what is not available where bodies are in pieces: Total Lagrangian, or parted by a contact algorithm.
+
+    Parameters
+    ----------
+    case
+        The rest of the case.
+    smoothing_length
+        The type of the formulation's smoothing length.
+    what
+        What wants it fixed, with its verb.
+    """
+    if smoothing_length == "variable":
+        reason = f"{what} of a fixed smoothing length; leave it out"
+        yield Problem(("formulation", "smoothing_length"), reason)
+    if case.time.integrator == "staggered":
+        yield Problem(
+            ("time", "integrator"),
+            "'staggered' is for Eulerian bodies that meet through the kernel sums; leave it out here",
+        )
+    if case.kinematics == "plane_stress":
+        yield Problem(
+            ("kinematics",),
+            "plane_stress is for Eulerian and Riemann bodies that meet through the kernel sums; use plane_strain",
+        )

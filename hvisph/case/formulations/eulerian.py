@@ -1,0 +1,105 @@
+"""Eulerian SPH in its standard form, and what its options ask of one another and of the rest of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from hvisph.case.formulations.contact import Contact, KernelContact, RepulsiveContact, parted_problems
+from hvisph.case.formulations.correction import Correction, NoCorrection, fill_correction
+from hvisph.case.formulations.options import NO_CONVERSION, KernelOptions
+from hvisph.case.formulations.viscosity import (
+    ArtificialStress,
+    DensityDissipation,
+    MonaghanViscosity,
+    NoArtificialStress,
+    NoDensityDissipation,
+    Viscosity,
+)
+from hvisph.case.model import Problem, refuse
+from hvisph.case.surroundings import Surroundings
+
+
+class EulerianFormulation(KernelOptions):
+    """Standard SPH in the current configuration, with artificial viscosity (the SAV family)."""
+
+    retires: ClassVar[bool] = True
+    meaningless: ClassVar[dict[str, str]] = NO_CONVERSION
+
+    type: Literal["eulerian"] = "eulerian"
+    viscosity: Viscosity = Field(default=MonaghanViscosity(), description="Artificial viscosity")
+    artificial_stress: ArtificialStress = Field(
+        default=NoArtificialStress(), description="Artificial stress against the tensile instability"
+    )
+    momentum_form: Literal["sigma_over_rho_squared", "product"] = Field(
+        default="sigma_over_rho_squared",
+        description="Pair stress: sigma_a/rho_a^2 + sigma_b/rho_b^2, or (sigma_a + sigma_b)/(rho_a rho_b)",
+    )
+    density_form: Literal["volume", "mass"] = Field(
+        default="volume",
+        description="Rate of density: rho_a sum m_b/rho_b u_ab . grad W, which neighbours of another density leave "
+        "alone, or sum m_b u_ab . grad W, which keeps to the particles' spacing through strong shocks",
+    )
+    correction: Correction = Field(
+        default=NoCorrection(),
+        description="Correction of the kernel and its gradient (Young 2021 eqs. 3-5), in the form `product`",
+    )
+    density_dissipation: DensityDissipation = Field(
+        default=NoDensityDissipation(), description="Density dissipation at material interfaces"
+    )
+    contact: Contact = Field(default=KernelContact(), description="How bodies meet")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_what_depends_on_correction(cls, data: Any) -> Any:
+        return fill_correction(data)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> EulerianFormulation:
+        refuse(tuple(self._beside_the_correction()))
+        return self
+
+    @property
+    def parted(self) -> bool:
+        """Whether a contact algorithm, and no kernel sum, acts between bodies."""
+        return isinstance(self.contact, RepulsiveContact)
+
+    def problems(self, case: Surroundings) -> Iterator[Problem]:
+        """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
+        yield from super().problems(case)
+        if not self.parted:
+            return
+        if len(case.bodies) < 2:
+            yield Problem(("formulation", "contact"), "there is only one body; leave it out")
+        yield from parted_problems(case, self.smoothing_length.type, "contact is")
+        why = "not available where a contact algorithm parts the bodies"
+        if self.viscosity.type not in ("none", "monaghan"):
+            yield Problem(("formulation", "viscosity", "type"), f"{why}; give 'monaghan'")
+        if self.density_dissipation.type != "none":
+            yield Problem(("formulation", "density_dissipation", "type"), f"{why}; give 'none'")
+        if self.density_form != "volume":
+            yield Problem(("formulation", "density_form"), f"{why}; give 'volume'")
+        if self.correction.type != "none":
+            yield Problem(("formulation", "correction", "type"), f"{why}; give 'none'")
+
+    def _beside_the_correction(self) -> Iterator[Problem]:
+        kind = self.correction.type
+        if kind == "none":
+            return
+        if self.momentum_form != "product":
+            yield Problem(
+                ("momentum_form",),
+                f"'{self.momentum_form}' has no meaning with correction '{kind}', where each side's "
+                "gradient goes with its own stress; leave it out or give 'product'",
+            )
+        why = f"not available with correction '{kind}'"
+        if self.viscosity.type not in ("none", "monaghan"):
+            yield Problem(("viscosity", "type"), f"{why}; give 'monaghan' or 'none'")
+        if self.density_dissipation.type != "none":
+            yield Problem(("density_dissipation", "type"), f"{why}; give 'none'")
+        if self.density_form != "volume":
+            yield Problem(("density_form",), f"{why}; give 'volume'")
+        if self.parted:
+            yield Problem(("contact", "type"), f"{why}; give 'kernel'")

@@ -1,0 +1,107 @@
+"""SPH-projection, and what it asks of the rest of a case: its own time step, and no choice that it cannot follow."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field
+
+from hvisph.case.dimensions import LENGTH, NUMBER, TIME
+from hvisph.case.formulations.options import NO_CONVERSION, KernelOptions
+from hvisph.case.model import SCALAR_AS_LIST, Path, Problem
+from hvisph.case.surroundings import Surroundings
+from hvisph.case.units import Acceleration, Quantity, parse_quantity
+
+# Farahani 2009 steps by 0.1 ns at a spacing of 0.1 mm; in proportion to the spacing the physics stays [s/m].
+STEP_OVER_DX = 1e-6
+
+
+def default_step(data: dict[str, Any]) -> float | None:
+    """Return the step [s] of a raw case that leaves it to SPH-projection, None for any other case."""
+    formulation, time, resolution = (data.get(key) for key in ("formulation", "time", "resolution"))
+    if not isinstance(formulation, dict) or formulation.get("type") != "projection":
+        return None
+    if not isinstance(time, dict) or time.get("step") is not None or data.get("units") == "none":
+        return None
+    try:
+        spacing = parse_quantity(resolution, LENGTH) if isinstance(resolution, str) else float(resolution or 0.0)
+    except (TypeError, ValueError):  # the resolution's own check says what is wrong with it
+        return None
+    return STEP_OVER_DX * spacing if 0.0 < spacing < 1e300 else None
+
+
+class ProjectionFormulation(KernelOptions):
+    """SPH-projection (Farahani 2009): density restored each step by a pressure from a Poisson equation.
+
+    Neither equation of state nor energy: a material gives its density and its strength alone.
+    """
+
+    meaningless: ClassVar[dict[str, str]] = NO_CONVERSION | {
+        "eos": "its pressure restores density and comes from no equation of state",
+        "viscosity": "it has neither shocks nor an artificial viscosity to spread them",
+        "artificial_stress": "its pressure keeps particles in order",
+        "correction": "its Poisson equation is that of the plain kernel gradient",
+        "contact": "bodies meet in the pressure's Poisson equation",
+        "momentum_form": "give pressure_gradient: conjugate or printed",
+        "density_form": "density is restored each step",
+        "density_dissipation": "density is restored each step",
+    }
+
+    type: Literal["projection"] = "projection"
+    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = Field(
+        default=1.5, description="Initial smoothing length h over the resolution dx [-], 1 to 2.5"
+    )
+    pressure_gradient: Literal["conjugate", "printed"] = Field(
+        default="conjugate",
+        description="Pair pressure: `conjugate` is (P_a + P_b)/(rho_a rho_b); `printed` is the paper's eq. 31, "
+        "P_a/rho_a^2 + P_b/rho_b^2, which fails where bodies of different densities meet",
+    )
+    guard: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
+        default=0.3,
+        description="Fullness of a particle's neighbourhood below which it has no pressure [-], at least 0 and "
+        "below 1; inside a body it is 1, at a flat surface 0.5. It stops small detached groups, whose Poisson "
+        "equation is ill-posed, from pumping each other",
+    )
+    pressure_average: Annotated[float, Quantity(TIME, above=0)] = Field(
+        default=2e-7,
+        description="Time over which the pressures of the history are averaged [s], above 0: single values ring",
+    )
+    body_force: Annotated[tuple[Acceleration, ...], SCALAR_AS_LIST] = Field(
+        default=(),
+        description="Acceleration of all particles, one component per dimension [m/s^2]; none unless given",
+    )
+
+    def problems(self, case: Surroundings) -> Iterator[Problem]:
+        """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
+        yield from super().problems(case)
+        if case.kinematics == "plane_stress":
+            reason = "plane_stress has no meaning with projection, which keeps density in the plane"
+            yield Problem(("kinematics",), reason)
+        if case.time.step is None:
+            reason = "has no default for projection in a case without units; give the time step"
+            yield Problem(("time", "step"), reason)
+        force = len(self.body_force)
+        if force not in (0, case.dim):
+            yield Problem(("formulation", "body_force"), f"has {force} components, needs {case.dim} in {case.dim}D")
+        for name, body in case.bodies.items():
+            if body.material.damage.type != "none":
+                path: Path = ("bodies", name, "material", "damage", "type")
+                yield Problem(
+                    path,
+                    f"'{body.material.damage.type}' has no meaning with projection: its pressure restores the "
+                    "density and is no stress that a material could fail by; use none",
+                )
+
+    def warnings(self, case: Surroundings) -> Iterator[str]:
+        """Yield what a user should know about this formulation in a valid `case` before it runs."""
+        if case.time.integrator != "leapfrog":
+            name = case.time.integrator
+            yield f"time.integrator: '{name}' is not used by projection, which has a step of its own"
+        densities = {body.material.density for body in case.bodies.values()}
+        if self.pressure_gradient == "printed" and len(densities) > 1:
+            between = " and ".join(f"{density:g}" for density in (min(densities), max(densities)))
+            yield (
+                "formulation.pressure_gradient: 'printed' is for bodies of one density; between "
+                f"{between} kg/m^3 it fails at the published time step, use conjugate"
+            )

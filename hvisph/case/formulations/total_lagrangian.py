@@ -1,0 +1,124 @@
+"""Total Lagrangian SPH, and AdapTLE, which turns its particles Eulerian as they need it (Young 2021)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Field, model_validator
+
+from hvisph.case.formulations.contact import Contact, RepulsiveContact, parted_problems
+from hvisph.case.formulations.conversion import ConversionLimits
+from hvisph.case.formulations.correction import Correction, NoCorrection, fill_factor
+from hvisph.case.formulations.options import NO_CONVERSION, KernelOptions
+from hvisph.case.formulations.viscosity import (
+    ArtificialStress,
+    GrayArtificialStress,
+    MonaghanViscosity,
+    NoArtificialStress,
+    NoViscosity,
+)
+from hvisph.case.model import Problem
+from hvisph.case.regions import EulerianRegion, region_problems
+from hvisph.case.surroundings import Surroundings
+from hvisph.case.units import NonNegativeNumber
+
+# What a composite pair law knows.
+PlainViscosity = Annotated[NoViscosity | MonaghanViscosity, Field(discriminator="type")]
+
+
+class TotalLagrangianFormulation(KernelOptions):
+    """SPH in the reference configuration: no tensile instability, for distortions that a body survives.
+
+    Bodies, or regions of them, may be Eulerian (standard SPH) in the same run.
+    """
+
+    mixes_kernels: ClassVar[bool] = True
+    meaningless: ClassVar[dict[str, str]] = NO_CONVERSION
+
+    type: Literal["total_lagrangian"] = "total_lagrangian"
+    viscosity: PlainViscosity = Field(default=MonaghanViscosity(), description="Artificial viscosity")
+    viscosity_gradient: Literal["current", "reference"] = Field(
+        default="current",
+        description="Gradient of the viscosity between Total Lagrangian particles: the plain one at current "
+        "positions, which dissipates in every pair, or that of Young 2021 eq. 9 in the reference configuration",
+    )
+    correction: Literal["none", "gradient", "mixed"] = Field(
+        default="mixed", description="Correction of the reference kernel (Young 2021 eqs. 3-5)"
+    )
+    spatial_correction: Correction = Field(
+        default=NoCorrection(),
+        description="Correction of the kernel in the current configuration, for Eulerian particles and those near them",
+    )
+    hourglass: NonNegativeNumber = Field(
+        default=0.0,
+        description="Coefficient of the control of zero-energy modes (Ganzenmueller 2015) [-], at least 0, 0 is "
+        "off; 10 to 50 is usual in elastic bodies, and a body that flows takes less than 1: more hardens it",
+    )
+    failed_particles: Literal["leave", "stay"] = Field(
+        default="leave",
+        description="Whether a failed Total Lagrangian particle leaves its neighbours' lists; it bears no stress",
+    )
+    artificial_stress: ArtificialStress = Field(
+        default=NoArtificialStress(), description="Artificial stress of the Eulerian particles"
+    )
+    artificial_stress_at_interface: Literal["both", "neither"] = Field(
+        default="both",
+        description="Whether it acts between Eulerian and Total Lagrangian particles, on both sides or on neither",
+    )
+    contact: Contact = Field(default=RepulsiveContact(), description="How bodies meet")
+    eulerian_regions: tuple[EulerianRegion, ...] = Field(
+        default=(), description="Regions that are Eulerian from the start", max_length=100
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_factor(cls, data: Any) -> Any:
+        return fill_factor(data, "spatial_correction", cls.model_fields["artificial_stress"].default.type)
+
+    @property
+    def parted(self) -> bool:
+        """Whether a contact algorithm, and no kernel sum, acts between bodies."""
+        return isinstance(self.contact, RepulsiveContact)
+
+    def problems(self, case: Surroundings) -> Iterator[Problem]:
+        """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
+        yield from super().problems(case)
+        yield from parted_problems(case, self.smoothing_length.type, "reference kernels are")
+        if self.spatial_correction.type != "none" and not self.parted and len(case.bodies) > 1:
+            yield Problem(
+                ("formulation", "spatial_correction"),
+                "where bodies meet through the kernel their corrections would mix; give contact: {type: repulsive}",
+            )
+        for number, region in enumerate(self.eulerian_regions):
+            path = ("formulation", "eulerian_regions", number)
+            yield from region_problems(region, path, case.dim, case.bodies)
+        yield from self._own_formulations(case)
+
+    def _own_formulations(self, case: Surroundings) -> Iterator[Problem]:
+        for name, body in case.bodies.items():
+            if body.formulation == "adaptive":
+                yield Problem(
+                    ("bodies", name, "formulation"),
+                    "needs the limits of conversion; give the case the formulation adaptive",
+                )
+
+
+class AdaptiveFormulation(TotalLagrangianFormulation):
+    """AdapTLE (Young 2021): Total Lagrangian until a particle's strain or damage turns it Eulerian, for good."""
+
+    type: Literal["adaptive"] = "adaptive"  # type: ignore[assignment]
+    artificial_stress: ArtificialStress = Field(
+        default=GrayArtificialStress(), description="Artificial stress of the Eulerian particles"
+    )
+    conversion: ConversionLimits = Field(description="What turns a particle Eulerian")
+
+    def _own_formulations(self, case: Surroundings) -> Iterator[Problem]:
+        path = ("formulation", "conversion")
+        if self.conversion.strain is None and not self.conversion.damage:
+            yield Problem(path, "names no limit; give strain, or damage: true, or use total_lagrangian")
+        adaptive = [body for body in case.bodies.values() if body.formulation in (None, "adaptive")]
+        if not adaptive:
+            yield Problem(path, "no body is adaptive; use the formulation total_lagrangian")
+        elif self.conversion.damage and all(body.material.damage.type != "johnson_cook" for body in adaptive):
+            yield Problem((*path, "damage"), "no material of an adaptive body can fail; give one johnson_cook damage")

@@ -1,0 +1,46 @@
+"""What a part of a case may ask of the rest of it, for the rules that both must fulfil together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from hvisph.case.bodies import Body
+from hvisph.case.regions import BoxRegion, InitialLoad
+from hvisph.case.time import Time
+
+
+class Surroundings(Protocol):
+    """A case as its parts see it."""
+
+    @property
+    def units(self) -> str:
+        """``si`` or ``none``."""
+
+    @property
+    def kinematics(self) -> str:
+        """Dimensions and stress state by name."""
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions."""
+
+    @property
+    def resolution(self) -> float:
+        """Spacing dx [m]."""
+
+    @property
+    def bodies(self) -> Mapping[str, Body]:
+        """Bodies by name."""
+
+    @property
+    def initial_loads(self) -> Sequence[InitialLoad]:
+        """Impulses of the first step."""
+
+    @property
+    def domain(self) -> BoxRegion | None:
+        """Box outside of which particles are retired."""
+
+    @property
+    def time(self) -> Time:
+        """Duration and time stepping."""
