@@ -2,19 +2,24 @@
 
 Everything goes to `NAME.partial` in the same folder, is forced to the disk, and only then takes its
 name. A kill at any moment leaves at most a `.partial` file, which the next write of that name replaces.
+Nothing is written through a link, or over one.
 """
 
 from __future__ import annotations
 
+import errno
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
 from hvisph.core.errors import OutputError
+from hvisph.output.names import PARTIAL
 
-PARTIAL = ".partial"
+# Opens no link, where the system can tell (Windows cannot).
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 
 
 @contextmanager
@@ -29,8 +34,11 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
     target = Path(path)
     partial = target.with_name(target.name + PARTIAL)
     try:
+        if target.is_symlink():
+            raise FileExistsError(errno.EEXIST, "it is a link, and nothing is written over links")
+        file = _new(partial)
         try:
-            with partial.open("w+b") as file:
+            with file:
                 yield file
                 file.flush()
                 os.fsync(file.fileno())
@@ -42,6 +50,18 @@ def replacing(path: str | Path) -> Iterator[BinaryIO]:
         _sync_folder(target.parent)
     except OSError as error:
         raise OutputError(f"cannot write {target}: {reason(error)}") from error
+
+
+def _new(path: Path) -> BinaryIO:
+    """Return a new file `path`, open for writing and reading, in place of what a kill left there."""
+    try:
+        if stat.S_ISREG(path.lstat().st_mode):
+            path.unlink()
+    except FileNotFoundError:
+        pass
+    # never through a link, and never into what somebody else has just put there
+    handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+    return os.fdopen(handle, "w+b")
 
 
 def write_bytes(path: str | Path, content: bytes) -> None:

@@ -17,7 +17,7 @@ import numpy as np
 
 from hvisph import __version__
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.output.atomic import PARTIAL
+from hvisph.output import names
 from hvisph.output.sealed import reading, writing
 
 FORMAT_VERSION = 1
@@ -46,7 +46,7 @@ class Checkpoint:
 
 
 def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
-    """Write a checkpoint, whole or not at all, then delete all but it and the one before; return its path.
+    """Write a checkpoint, whole or not at all, then delete earlier ones but the one before; return its path.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
         for name, values in checkpoint.arrays.items():
             h5.create_dataset(f"{_ARRAYS}/{name}", data=values)
     earlier = [other for other in list_checkpoints(folder) if other.name < path.name]
-    for other in Path(folder).iterdir():
+    for other in list_checkpoints(folder):
         if other.name not in {path.name, *(kept.name for kept in earlier[: KEPT - 1])}:
             with suppress(OSError):  # one too many does no harm
                 other.unlink()
@@ -69,8 +69,9 @@ def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
 
 
 def list_checkpoints(folder: str | Path) -> list[Path]:
-    """Return the checkpoints in `folder`, the newest first; those being written are left out."""
-    found = [path for path in Path(folder).glob("*.h5") if path.stem.isdigit()]
+    """Return the checkpoints in `folder`, the newest first; those being written, links and files of others are none."""
+    pattern = names.PATTERNS[names.CHECKPOINT]
+    found = [path for path in Path(folder).glob("*.h5") if pattern.fullmatch(path.name) and names.is_plain(path)]
     return sorted(found, key=lambda path: int(path.stem), reverse=True)
 
 
@@ -128,11 +129,3 @@ def newest_checkpoint(folder: str | Path, tell: Callable[[str], None]) -> Checkp
                 raise OutputError(f"{error}; there is no other checkpoint to go on from") from error
             tell(f"{error}; going on from the checkpoint before it")
     return None
-
-
-def clear_unfinished(folder: str | Path) -> None:
-    """Delete what a killed writer left unfinished, in `folder` and one level below."""
-    for pattern in (f"*{PARTIAL}", f"*/*{PARTIAL}"):
-        for path in Path(folder).glob(pattern):
-            with suppress(OSError):
-                path.unlink()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-import shutil
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -40,7 +41,8 @@ class RunFolder:
         Raises
         ------
         CaseError
-            When the folder is in use for something: an earlier run without `force`, or anything else.
+            When the folder is in use for something: an earlier run without `force`, a link where hvisph
+            writes, or anything else.
         OutputError
             When another run is writing it or it cannot be written.
         """
@@ -51,6 +53,7 @@ class RunFolder:
             folder.mkdir(parents=True, exist_ok=True)
             if not looks_like_a_run(folder) and any(folder.iterdir()):
                 raise CaseError(f"{folder} is not empty and not a run of hvisph; nothing was changed", where="--out")
+            refuse_links(folder)
             lock = _locked(folder)
             try:
                 if _content(folder):
@@ -58,7 +61,7 @@ class RunFolder:
                         raise CaseError(
                             f"{folder} holds a run; --force replaces it; nothing was changed", where="--out"
                         )
-                    _clear(folder)
+                    delete_own(folder)
                 for name in names.FOLDERS:
                     (folder / name).mkdir(exist_ok=True)
             except BaseException:
@@ -75,13 +78,14 @@ class RunFolder:
         Raises
         ------
         CaseError
-            When there is no such folder or it is not a run's.
+            When there is no such folder, it is not a run's, or a link stands where hvisph writes.
         OutputError
             When another run is writing it.
         """
         folder = Path(path)
         if not folder.is_dir() or not looks_like_a_run(folder):
             raise CaseError(f"{folder} is not the folder of a run")
+        refuse_links(folder)
         lock = _locked(folder)
         try:
             for name in names.FOLDERS:
@@ -132,8 +136,46 @@ class RunFolder:
 
 def looks_like_a_run(folder: Path) -> bool:
     """Tell whether hvisph wrote this folder: it left its mark, or its effective case beside a history."""
-    marked = (folder / names.LOCK).is_file()
-    return marked or ((folder / names.CASE).is_file() and (folder / names.HISTORY).is_file())
+    if (folder / names.LOCK).is_file():
+        return True
+    try:
+        with (folder / names.CASE).open("rb") as file:
+            begins = file.read(len(names.CASE_HEAD)) == names.CASE_HEAD.encode("ascii")
+    except OSError:
+        return False
+    return begins and (folder / names.HISTORY).is_file()
+
+
+def refuse_links(folder: Path) -> None:
+    """Raise `CaseError` where a link, or anything else that is no plain file or folder, has a name of hvisph's."""
+    odd = [folder / name for name in names.FOLDERS if not _plain_or_absent(folder / name, names.is_plain_folder)]
+    odd += [path for path in (folder / names.LOCK, *names.own_files(folder)) if not _plain_or_absent(path, names.is_plain)]
+    if odd:
+        what = "link" if odd[0].is_symlink() else "plain folder" if odd[0].name in names.FOLDERS else "plain file"
+        raise CaseError(
+            f"{odd[0]} is {'a' if what == 'link' else 'no'} {what}, and hvisph writes and deletes nothing through "
+            "links; move it away, or run into another folder; nothing was changed",
+            where="--out",
+        )
+
+
+def delete_own(folder: Path) -> None:
+    """Delete what hvisph wrote into a run's folder, and only that; raises `OSError`."""
+    for path in names.own_files(folder):
+        if names.is_plain(path):
+            path.unlink()
+
+
+def clear_unfinished(folder: str | Path) -> None:
+    """Delete what a killed writer of hvisph left unfinished in a run's folder."""
+    for path in names.own_files(Path(folder)):
+        if path.name.endswith(names.PARTIAL) and names.is_plain(path):
+            with suppress(OSError):
+                path.unlink()
+
+
+def _plain_or_absent(path: Path, plain: Callable[[Path], bool]) -> bool:
+    return plain(path) or not (path.is_symlink() or path.exists())
 
 
 def _locked(folder: Path) -> FileLock:
@@ -148,19 +190,6 @@ def _locked(folder: Path) -> FileLock:
 def _content(folder: Path) -> list[Path]:
     """Return what the folder holds beside its mark."""
     return [path for path in folder.iterdir() if path.name != names.LOCK]
-
-
-def _clear(folder: Path) -> None:
-    """Delete what hvisph writes, and only that."""
-    for name in names.FILES:
-        for path in (folder / name, folder / (name + atomic.PARTIAL)):
-            path.unlink(missing_ok=True)
-    for name in names.FOLDERS:
-        # a link is taken away without following it: what it points to may be anything
-        if (folder / name).is_symlink():
-            (folder / name).unlink()
-        elif (folder / name).is_dir():
-            shutil.rmtree(folder / name)
 
 
 def _stem(number: int | str) -> str:

@@ -7,6 +7,8 @@ import os
 import sys
 from pathlib import Path
 
+from hvisph.output.atomic import NO_LINK
+
 # File systems without locks (some network ones) say so by these; a run there goes on unlocked.
 _NO_LOCKS = {errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP, errno.ENOSYS}
 
@@ -19,11 +21,11 @@ class FileLock:
     BlockingIOError
         When another process, or this one, holds it.
     OSError
-        When the file cannot be opened.
+        When the file cannot be opened, or is a link.
     """
 
     def __init__(self, path: str | Path):
-        self._handle: int | None = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        self._handle: int | None = os.open(path, os.O_RDWR | os.O_CREAT | NO_LINK, 0o644)
         try:
             _lock(self._handle)
         except OSError as error:

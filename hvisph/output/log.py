@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import os
 from datetime import datetime
 from pathlib import Path
 
 from hvisph.core.errors import OutputError
-from hvisph.output.atomic import reason
+from hvisph.core.wording import harmless
+from hvisph.output.atomic import NO_LINK, reason
 
 
 class RunLog:
     """Appends lines to `path`, each after the local date and time to the millisecond.
 
     The file is opened for every line: a log is a few dozen lines, and so a folder that vanished is noticed.
+    It is never opened through a link, and what would steer a terminal is spelled out.
     """
 
     def __init__(self, path: str | Path):
@@ -27,9 +30,10 @@ class RunLog:
             When the file cannot be written.
         """
         stamp = datetime.now().astimezone().isoformat(sep=" ", timespec="milliseconds")
-        block = "".join(f"{stamp}  {line}\n" for line in text.splitlines() or [""])
+        block = "".join(f"{stamp}  {harmless(line)}\n" for line in text.splitlines() or [""])
         try:
-            with self.path.open("a", encoding="utf-8", newline="\n") as file:
+            handle = os.open(self.path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | NO_LINK, 0o666)
+            with os.fdopen(handle, "a", encoding="utf-8", errors="replace", newline="\n") as file:
                 file.write(block)
         except OSError as error:
             raise OutputError(f"cannot write {self.path}: {reason(error)}") from error

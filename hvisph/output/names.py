@@ -1,4 +1,13 @@
-"""What the files of a run's folder are called."""
+"""What the files of a run's folder are called, and which of the files there are hvisph's own.
+
+Own is what hvisph writes, by its exact name, and no link: nothing else is ever deleted or written over.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
 
 SNAPSHOTS = "snapshots"
 VTU = "vtu"
@@ -9,6 +18,45 @@ HISTORY = "history.csv"
 SUMMARY = "summary.json"
 LOG = "run.log"
 LOCK = ".hvisph"  # marks the folder as a run's, and is locked while one writes it
+CASE_HEAD = "# Effective case of a run by hvisph"  # how `CASE` begins
+POST_MORTEM = "post_mortem"  # stem of the snapshot of a failure
+PARTIAL = ".partial"  # ends the name of a file that is being written
 
 FOLDERS = (SNAPSHOTS, VTU, CHECKPOINT)
 FILES = (CASE, SERIES, HISTORY, SUMMARY, LOG)
+# What each sub-folder holds.
+PATTERNS = {
+    SNAPSHOTS: re.compile(rf"([0-9]{{6,}}|{POST_MORTEM})\.h5", re.ASCII),
+    VTU: re.compile(r"[0-9]{6,}\.vtu", re.ASCII),
+    CHECKPOINT: re.compile(r"[0-9]{12}\.h5", re.ASCII),
+}
+
+
+def is_own(path: Path) -> bool:
+    """Tell whether `path`, in a sub-folder of a run, is named as hvisph names its files there, whole or partial."""
+    pattern = PATTERNS.get(path.parent.name)
+    return pattern is not None and pattern.fullmatch(path.name.removesuffix(PARTIAL)) is not None
+
+
+def own_files(folder: Path) -> Iterator[Path]:
+    """Yield what there is of hvisph's own in a run's folder, by name: files, and what is being written.
+
+    The mark is left out. A link, or anything else that is no file, is yielded as well: see `is_plain`.
+    """
+    for name in FILES:
+        for path in (folder / name, folder / (name + PARTIAL)):
+            if path.is_symlink() or path.exists():
+                yield path
+    for name in FOLDERS:
+        if is_plain_folder(folder / name):
+            yield from sorted(path for path in (folder / name).iterdir() if is_own(path))
+
+
+def is_plain(path: Path) -> bool:
+    """Tell whether `path` is a file, and no link to one."""
+    return path.is_file() and not path.is_symlink()
+
+
+def is_plain_folder(path: Path) -> bool:
+    """Tell whether `path` is a folder, and no link to one."""
+    return path.is_dir() and not path.is_symlink()

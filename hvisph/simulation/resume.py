@@ -10,8 +10,8 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.core.jit import heard_compiling
 from hvisph.output import names
-from hvisph.output.checkpoint import clear_unfinished, newest_checkpoint
-from hvisph.output.folder import RunFolder, looks_like_a_run
+from hvisph.output.checkpoint import newest_checkpoint
+from hvisph.output.folder import RunFolder, clear_unfinished, looks_like_a_run
 from hvisph.simulation.build import build
 from hvisph.simulation.checkpoint import refuse_changed
 from hvisph.simulation.estimate import refuse_impossible

@@ -52,7 +52,7 @@ class RunFiles:
 
     def write_case(self) -> None:
         """Write the effective case."""
-        head = f"# Effective case of a run by hvisph {__version__}; hash {case_hash(self._text)}\n"
+        head = f"{names.CASE_HEAD} {__version__}; hash {case_hash(self._text)}\n"
         self.folder.write_text(names.CASE, head + self._text)
 
     def begin(self, start: Snapshot) -> HistoryWriter:
@@ -97,7 +97,7 @@ class RunFiles:
         """Write the state in which the run ends, under its own name after a failure; return it."""
         now = self.writer.snapshot(self._clock.time, self._clock.steps)
         if failed:
-            self.writer.write(now, "post_mortem")
+            self.writer.write(now, names.POST_MORTEM)
         elif self._clock.steps != self.state.written:
             self.writer.write(now, self._clock.outputs + 1)
         return now

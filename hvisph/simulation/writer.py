@@ -68,13 +68,12 @@ class SnapshotWriter:
 
     def forget_after(self, number: int) -> None:
         """Delete the snapshots after `number` and that of a failure: a run that went back makes them again."""
-        stale = [self.folder.snapshot_path("post_mortem")]
-        for folder, pattern in ((names.SNAPSHOTS, "*.h5"), (names.VTU, "*.vtu")):
-            found = (self.folder.path / folder).glob(pattern)
-            stale += [path for path in found if path.stem.isdigit() and int(path.stem) > number]
+        path = self.folder.path
         try:
-            for path in stale:
-                path.unlink(missing_ok=True)
+            for path in names.own_files(self.folder.path):
+                stale = path.stem == names.POST_MORTEM or (path.stem.isdecimal() and int(path.stem) > number)
+                if path.parent.name in (names.SNAPSHOTS, names.VTU) and stale and names.is_plain(path):
+                    path.unlink()
         except OSError as error:
             raise OutputError(f"cannot delete {path}: {reason(error)}") from error
 
