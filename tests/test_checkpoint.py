@@ -59,9 +59,18 @@ def test_a_resumed_run_has_the_same_bits(formulation, integrator, tmp_path):
     [
         (1, {"formulation": {"type": "eulerian", "smoothing_length": {"type": "variable"}}}),
         (2, {"symmetry": [{"axis": "y", "at": 0.0}]}),
-        (2, {"symmetry": [{"axis": "y", "at": 0.0}],
-             "formulation": {"type": "adaptive", "conversion": {"strain": 0.02}, "hourglass": 0.5,
-                             "spatial_correction": {"type": "mixed", "factor": 7.5}}}),
+        (
+            2,
+            {
+                "symmetry": [{"axis": "y", "at": 0.0}],
+                "formulation": {
+                    "type": "adaptive",
+                    "conversion": {"strain": 0.02},
+                    "hourglass": 0.5,
+                    "spatial_correction": {"type": "mixed", "factor": 7.5},
+                },
+            },
+        ),
         (2, {"domain": {"max": [None, 3.2e-3], "min": [None, -3.2e-3]}, "time": {"end": 2e-6}}),
         (3, {"time": {"end": 5e-7, "step": 6e-9}, "clamped": [{"box": {"min": [2e-3, None, None]}}]}),
     ],

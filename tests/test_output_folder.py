@@ -1,5 +1,6 @@
 """The run folder, history, log and their reader."""
 
+import json
 import subprocess
 import sys
 import textwrap
@@ -10,7 +11,7 @@ import pytest
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.output import names
 from hvisph.output.atomic import replacing, write_text
-from hvisph.output.folder import RunFolder
+from hvisph.output.folder import RunFolder, clear_unfinished
 from hvisph.output.history import HistoryWriter
 from hvisph.output.log import RunLog
 from hvisph.output.reader import list_snapshots, read_history, read_summary
@@ -23,9 +24,9 @@ def test_a_folder_is_made_once(tmp_path):
     with RunFolder.create(path) as run:
         assert {p.name for p in path.iterdir()} == {names.LOCK, *names.FOLDERS}
         run.write_json(names.SUMMARY, {"particles": 3, "größe": [1.5, None]})
+        assert json.loads((path / names.SUMMARY).read_text()) == {"particles": 3, "größe": [1.5, None]}
         run.write_text(names.CASE, "title: x\n")
         run.log.write("one\ntwo")
-    assert read_summary(path) == {"particles": 3, "größe": [1.5, None]}
     with pytest.raises(CaseError, match="--force"):
         RunFolder.create(path)
     assert (path / names.CASE).read_text() == "title: x\n"
@@ -42,16 +43,79 @@ def test_force_replaces_a_run_and_spares_what_is_not_its(tmp_path):
     assert list((path / names.SNAPSHOTS).iterdir()) == []
 
 
-def test_force_never_follows_a_link_out_of_the_folder(tmp_path):
-    precious = tmp_path / "precious"
-    precious.mkdir()
-    (precious / "file").write_text("keep")
+def test_force_spares_files_of_others_inside_its_own_folders(tmp_path):
     path = tmp_path / "run"
     RunFolder.create(path).close()
-    (path / names.VTU).rmdir()
-    (path / names.VTU).symlink_to(precious)
+    own = ["snapshots/000012.h5", "snapshots/post_mortem.h5", "vtu/000003.vtu.partial", "checkpoint/000000000012.h5"]
+    others = ["snapshots/best.h5", "snapshots/12.h5", "vtu/state.pvsm", "checkpoint/000012.h5", "checkpoint/a.h5",
+              "snapshots/a.partial", "mine/b.partial", "history.csv.bak"]  # fmt: skip
+    for name in (*own, *others):
+        (path / name).parent.mkdir(exist_ok=True)
+        (path / name).write_bytes(b"x")
+    clear_unfinished(path)
+    assert not (path / "vtu/000003.vtu.partial").exists()
     RunFolder.create(path, force=True).close()
-    assert (precious / "file").read_text() == "keep"
+    assert [name for name in own if (path / name).exists()] == []
+    assert [name for name in others if not (path / name).exists()] == []
+
+
+LINKED = [names.LOCK, *names.FILES, *names.FOLDERS, "snapshots/000001.h5", "vtu/000001.vtu.partial",
+          "checkpoint/000000000001.h5", "history.csv.partial"]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", LINKED)
+@pytest.mark.parametrize("dangling", [False, True])
+def test_nothing_is_written_or_deleted_through_a_link(name, dangling, tmp_path):
+    precious = tmp_path / "precious"
+    if name in names.FOLDERS:
+        precious.mkdir()
+        (precious / "000001.h5").write_text("keep")
+    else:
+        precious.write_text("keep")
+    path = tmp_path / "run"
+    RunFolder.create(path).close()
+    if name in names.FOLDERS:
+        (path / name).rmdir()
+    (path / name).unlink(missing_ok=True)
+    (path / names.CASE).write_text(names.CASE_HEAD) if name == names.LOCK else None
+    (path / names.HISTORY).touch() if name == names.LOCK else None
+    (path / name).symlink_to(tmp_path / "nowhere" if dangling else precious)
+    before = {p: p.lstat().st_mtime_ns for p in (*tmp_path.rglob("*"), tmp_path)}
+    for action in (lambda: RunFolder.create(path, force=True), lambda: RunFolder.open(path)):
+        with pytest.raises(CaseError, match="is a link, and hvisph writes and deletes nothing through links"):
+            action()
+    assert {p: p.lstat().st_mtime_ns for p in (*tmp_path.rglob("*"), tmp_path)} == before
+
+
+def test_a_link_that_comes_later_is_not_followed_either(tmp_path):
+    precious = tmp_path / "precious"
+    precious.write_text("keep")
+    for name in ("log", "file", "file.partial"):
+        (tmp_path / name).unlink(missing_ok=True)
+        (tmp_path / name).symlink_to(precious)
+        with pytest.raises(OutputError, match="cannot write"):
+            RunLog(tmp_path / name).write("x") if name == "log" else write_text(tmp_path / "file", "x")
+        assert precious.read_text() == "keep"
+        assert (tmp_path / name).is_symlink()
+        (tmp_path / name).unlink()
+
+
+def test_a_log_that_shares_its_file_with_a_backup_leaves_the_backup_alone(tmp_path):
+    log = RunLog(tmp_path / names.LOG)
+    log.write("one")
+    (tmp_path / "backup").hardlink_to(log.path)
+    log.write("two")
+    assert len((tmp_path / "backup").read_text().splitlines()) == 1
+    assert len(log.path.read_text().splitlines()) == 2
+
+
+def test_a_folder_is_a_run_by_its_mark_or_by_the_case_that_hvisph_wrote(tmp_path):
+    (tmp_path / names.CASE).write_text("title: my own\n")
+    (tmp_path / names.HISTORY).write_text("year,event\n")
+    with pytest.raises(CaseError, match="not a run of hvisph"):
+        RunFolder.create(tmp_path, force=True)
+    (tmp_path / names.CASE).write_text(f"{names.CASE_HEAD} 0.1.0; hash 0123456789abcdef\n")
+    RunFolder.open(tmp_path).close()
 
 
 @pytest.mark.parametrize("force", [False, True])
@@ -81,7 +145,7 @@ def test_the_lock_of_a_killed_run_is_free(tmp_path):
     path = tmp_path / "run"
     program = f"""
         import os
-        from hvisph.output.folder import RunFolder
+        from hvisph.output.folder import RunFolder, clear_unfinished
         run = RunFolder.create({str(path)!r})
         os.kill(os.getpid(), 9)
     """
@@ -215,7 +279,13 @@ def test_damaged_histories_and_summaries_are_said(tmp_path):
             read_history(tmp_path)
     with pytest.raises(OutputError, match="no such file"):
         read_summary(tmp_path)
-    for content, message in [(b'{"a": ', "truncated"), (b"[]", "not a summary"), (b"\xff", "damaged")]:
+    for content, message in [
+        (b'{"a": ', "truncated"),
+        (b"[]", "not a summary"),
+        (b"\xff", "damaged"),
+        (b"{}", "title"),
+        (b"[" * 100000, "damaged"),
+    ]:
         (tmp_path / names.SUMMARY).write_bytes(content)
         with pytest.raises(OutputError, match=message):
             read_summary(tmp_path)

@@ -26,7 +26,7 @@ def placed(case: str) -> Iterator[None]:
     try:
         yield
     except CaseError as error:
-        keys = tuple(int(key) if key.isdigit() else key for key in error.where.split("."))
+        keys = tuple(int(key) if key.isdecimal() else key for key in error.where.split("."))
         if error.file or error.where.startswith("-") or not error.where:
             raise
         from hvisph.casefile.loader import find_case

@@ -75,7 +75,7 @@ def _pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t, s_xx,
     """Write what the contact law reads; return the speed of signals."""
     rows[s, U] = u
     rows[s, H] = h
-    rows[s, M] = mass
+    rows[s, M] = mass if mass > 0.0 else 1.0  # a retired particle has neither mass nor volume: not 0/0 but no force
     rows[s, V] = mass / rho
     rows[s, ZN] = rho * c_l
     # A liquid slips: a shear impedance of next to nothing, for with none at all u* of the pair is 0/0.

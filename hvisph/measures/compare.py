@@ -115,11 +115,7 @@ def row(name: str, source: str | os.PathLike[str]) -> Row:
     """
     path = Path(source)
     if (path / names.SUMMARY).is_file():
-        summary = reader.read_summary(path)
-        try:
-            return _ended(name, path, summary)
-        except (KeyError, TypeError) as error:
-            raise OutputError(f"cannot read {path / names.SUMMARY}: it lacks {error}") from error
+        return _ended(name, path, reader.read_summary(path))
     found = measure(path)
     status = "unfinished" if (path / names.CASE).is_file() else "snapshot"
     plain = found.as_dict()["measures"]

@@ -149,7 +149,9 @@ def looks_like_a_run(folder: Path) -> bool:
 def refuse_links(folder: Path) -> None:
     """Raise `CaseError` where a link, or anything else that is no plain file or folder, has a name of hvisph's."""
     odd = [folder / name for name in names.FOLDERS if not _plain_or_absent(folder / name, names.is_plain_folder)]
-    odd += [path for path in (folder / names.LOCK, *names.own_files(folder)) if not _plain_or_absent(path, names.is_plain)]
+    odd += [
+        path for path in (folder / names.LOCK, *names.own_files(folder)) if not _plain_or_absent(path, names.is_plain)
+    ]
     if odd:
         what = "link" if odd[0].is_symlink() else "plain folder" if odd[0].name in names.FOLDERS else "plain file"
         raise CaseError(

@@ -47,6 +47,8 @@ def read_hdf5(path: str | Path) -> Snapshot:
         if "hvisph/header" not in h5:
             raise OutputError("it is an HDF5 file, but not a snapshot of hvisph")
         header = json.loads(h5["hvisph/header"][()])
+        if not isinstance(header, dict):
+            raise OutputError("it is an HDF5 file, but not a snapshot of hvisph")
         if header["format_version"] != layout.FORMAT_VERSION:
             raise OutputError(
                 f"its format is version {header['format_version']}, this hvisph reads {layout.FORMAT_VERSION}"

@@ -19,6 +19,11 @@ FORMAT_VERSION = 1
 # Columns of VTK's symmetric tensor, as columns of hvisph's.
 VTK_SYMMETRIC = (0, 1, 2, 3, 5, 4)
 INDICES = ("body", "material", "id")
+# What kinds of values a header has, and the metadata that measures read.
+_HEADER: dict[str, Any] = {"time": int | float, "step": int, "dimensions": int, "bodies": list, "materials": list,
+                           "fields": list, "metadata": dict}  # fmt: skip
+_NUMBERS = ("spacing", "face", "thickness", "width")
+_TEXTS = ("title", "units", "kinematics", "code_version", "case")
 
 
 def to_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
@@ -61,21 +66,75 @@ def header_text(snapshot: Snapshot) -> str:
 
 
 def snapshot_from(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Snapshot:
-    """Return the snapshot with this header and these arrays, named and laid out as in the file."""
-    dim = int(header["dimensions"])
-    fields = {name: from_vtk(name, arrays[name], dim) for name in header["fields"]}
+    """Return the snapshot with this header and these arrays, named and laid out as in the file.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        When something is missing, or is not of the kind that hvisph writes.
+    """
+    for key, kind in _HEADER.items():
+        if not isinstance(header[key], kind) or isinstance(header[key], bool):
+            raise ValueError(f"its {key} is no {kind.__name__ if isinstance(kind, type) else 'number'}")
+    dim, number = header["dimensions"], arrays["id"]
+    if dim not in SYMMETRIC_LENGTH:
+        raise ValueError(f"it has {dim} dimensions")
+    if number.ndim != 1 or len(np.unique(number)) != len(number):
+        raise ValueError("its particles are not numbered, each once")
+    for name in ("bodies", "materials"):
+        if not header[name] or not all(isinstance(entry, str) for entry in header[name]):
+            raise ValueError(f"its {name} have no names")
+    for name, most in (("body", len(header["bodies"])), ("material", len(header["materials"])), ("id", 2**62)):
+        values = arrays[name]
+        fits = values.shape == number.shape and values.dtype.kind in "iu"
+        if not fits or (len(values) and not (values.min() >= 0 and values.max() < most)):
+            raise ValueError(f"'{name}' is no index for each particle")
+    _check_metadata(header["metadata"], dim)
+    fields = {name: _field(name, arrays[name], dim, len(number)) for name in header["fields"]}
+    if "position" not in fields:
+        raise ValueError("its particles have no positions")
     return Snapshot(
         time=float(header["time"]),
-        step=int(header["step"]),
+        step=header["step"],
         dimensions=dim,
         fields=fields,
         body=arrays["body"],
         material=arrays["material"],
-        id=arrays["id"],
+        id=number,
         bodies=list(header["bodies"]),
         materials=list(header["materials"]),
         metadata=dict(header["metadata"]),
     )
+
+
+def _field(name: str, values: np.ndarray, dim: int, count: int) -> np.ndarray:
+    """Return one field as hvisph has it; raises `ValueError` when it has not the shape that it is written with."""
+    rows = {"scalar": (), "vector": (3,), "symmetric": (6,), "gradient": (9,)}[_rank(name)]
+    if (
+        values.dtype.kind not in "fiu"
+        or values.shape[:1] != (count,)
+        or (name in CATALOGUE and values.shape[1:] != rows)
+    ):
+        raise ValueError(f"'{name}' has shape {values.shape} for {count} particles")
+    return from_vtk(name, values, dim)
+
+
+def _check_metadata(metadata: dict[str, Any], dim: int) -> None:
+    """Raise `ValueError` where something that measures rely on is of another kind."""
+    for name, value in metadata.items():
+        if name in _NUMBERS and not _is_number(value):
+            raise ValueError(f"its {name} is no number")
+        if name in _TEXTS and not isinstance(value, str):
+            raise ValueError(f"its {name} is no text")
+    if "spacing" in metadata and not metadata["spacing"] > 0.0:
+        raise ValueError("its spacing is not positive")
+    axis = metadata.get("axis", [0.0] * (dim - 1))
+    if not isinstance(axis, list) or len(axis) != dim - 1 or not all(map(_is_number, axis)):
+        raise ValueError("its axis is no line across the other coordinates")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
 
 
 def _rank(name: str) -> str:

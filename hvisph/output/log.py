@@ -7,8 +7,8 @@ from datetime import datetime
 from pathlib import Path
 
 from hvisph.core.errors import OutputError
-from hvisph.core.wording import harmless
-from hvisph.output.atomic import NO_LINK, reason
+from hvisph.core.harmless import harmless
+from hvisph.output.atomic import NO_LINK, reason, write_bytes
 
 
 class RunLog:
@@ -32,6 +32,8 @@ class RunLog:
         stamp = datetime.now().astimezone().isoformat(sep=" ", timespec="milliseconds")
         block = "".join(f"{stamp}  {harmless(line)}\n" for line in text.splitlines() or [""])
         try:
+            if self.path.exists() and self.path.lstat().st_nlink > 1:  # a backup of hard links shares the file
+                write_bytes(self.path, self.path.read_bytes())
             handle = os.open(self.path, os.O_WRONLY | os.O_APPEND | os.O_CREAT | NO_LINK, 0o666)
             with os.fdopen(handle, "a", encoding="utf-8", errors="replace", newline="\n") as file:
                 file.write(block)

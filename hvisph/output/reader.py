@@ -20,7 +20,10 @@ from hvisph.output.atomic import reason
 from hvisph.output.hdf5 import read_hdf5
 from hvisph.output.sealed import SIGNATURE
 from hvisph.output.snapshot import Snapshot
+from hvisph.output.summary_shape import misfit
 from hvisph.output.vtu import read_vtu
+
+LARGEST_SUMMARY = 10_000_000  # [bytes]; a thousand times a usual one
 
 
 def read_snapshot(path: str | Path) -> Snapshot:
@@ -61,6 +64,8 @@ def list_snapshots(run: str | Path) -> list[Path]:
         (folder, "*.vtu"),
     ):
         found = sorted(place.glob(pattern), key=lambda path: _natural(path.name))
+        if place.name == names.SNAPSHOTS and place.parent == folder:  # a copy that a user keeps there is no moment
+            found = [path for path in found if names.is_own(path)]
         if found:
             return found
     return []
@@ -95,16 +100,17 @@ def read_summary(run: str | Path) -> dict[str, Any]:
     Raises
     ------
     OutputError
-        When the file is missing (the run did not end) or damaged.
+        When the file is missing (the run did not end), damaged, or lacks what a summary has.
     """
     path = Path(run) / names.SUMMARY
     try:
-        summary = json.loads(_bytes(path))
-    except ValueError as error:
+        summary = json.loads(_bytes(path, LARGEST_SUMMARY))
+    except (ValueError, RecursionError) as error:
         raise OutputError(f"cannot read {path}: it is truncated or damaged ({error})") from error
-    if not isinstance(summary, dict):
-        raise OutputError(f"cannot read {path}: it is not a summary")
-    return summary
+    wrong = misfit(summary)
+    if wrong:
+        raise OutputError(f"cannot read {path}: {wrong}")
+    return dict(summary)
 
 
 def _bytes(path: Path, count: int = -1) -> bytes:
@@ -118,7 +124,7 @@ def _bytes(path: Path, count: int = -1) -> bytes:
 def _natural(name: str) -> list[tuple[int, int, str]]:
     """Return a key that orders plate_9 before plate_10, and numbers before words."""
     parts = re.split(r"(\d+)", name)
-    return [(0, int(part), "") if part.isdigit() else (1, 0, part) for part in parts if part]
+    return [(0, int(part), "") if part.isdecimal() else (1, 0, part) for part in parts if part]
 
 
 def _numbers(column: list[str]) -> np.ndarray:

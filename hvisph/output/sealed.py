@@ -1,4 +1,8 @@
-"""HDF5 files with a seal: written beside and renamed, and checked to be whole before they are parsed."""
+"""HDF5 files with a seal: written beside and renamed, and checked to be whole before they are parsed.
+
+The seal tells a whole file from a damaged one. It is no protection against intent, so what a file holds is
+looked over before any of it is read: groups and plain arrays that lie in the file itself, no larger than it.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +17,8 @@ from hvisph.output.atomic import reason, replacing
 from hvisph.output.seal import append_seal, verify_seal
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
+MOST_OBJECTS = 1000  # groups and arrays; a snapshot has some thirty
+MOST_DEEP = 8
 
 
 @contextmanager
@@ -63,13 +69,49 @@ def reading(path: str | Path, what: str) -> Iterator[Any]:
                 raise OutputError("it is not an HDF5 file")
             verify_seal(file)
             with h5py.File(file, "r") as h5:
+                _refuse_what_is_not_ours(h5, file.seek(0, 2))
                 yield h5
     except OutputError as error:
         raise OutputError(f"cannot read {path}: {error}") from error
     except OSError as error:
         raise OutputError(f"cannot read {path}: {reason(error)}") from error
-    except (KeyError, ValueError, TypeError, RuntimeError, IndexError, AttributeError) as error:
+    except (KeyError, ValueError, TypeError, RuntimeError, LookupError, AttributeError, OverflowError) as error:
         raise OutputError(f"cannot read {path}: it is not {what} of hvisph ({error})") from error
+
+
+def _refuse_what_is_not_ours(h5: Any, size: int) -> None:
+    """Raise `OutputError` unless all in `h5` is a group or a plain array inside the file, of `size` bytes in all."""
+    import h5py
+
+    groups, seen, claimed = [(h5, 0)], 0, 0
+    while groups:
+        group, depth = groups.pop()
+        for name in group:
+            seen += 1
+            if seen > MOST_OBJECTS or depth > MOST_DEEP:
+                raise OutputError("it holds more objects, or deeper ones, than hvisph writes")
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                raise OutputError(f"'{name}' in it is a link to elsewhere, which hvisph neither writes nor follows")
+            node = group[name]
+            if isinstance(node, h5py.Group):
+                groups.append((node, depth + 1))
+                continue
+            _refuse_elsewhere(node, name)
+            claimed += int(node.nbytes)
+            if claimed > size:
+                raise OutputError(f"'{name}' claims more than the file holds")
+
+
+def _refuse_elsewhere(node: Any, name: str) -> None:
+    """Raise `OutputError` unless `node` is an array of plain values that lies in the file as it is."""
+    import h5py
+
+    if not isinstance(node, h5py.Dataset):
+        raise OutputError(f"'{name}' in it is no array")
+    made = node.id.get_create_plist()
+    plain = made.get_layout() in (h5py.h5d.CONTIGUOUS, h5py.h5d.COMPACT) and not made.get_external_count()
+    if not plain or made.get_nfilters() or node.dtype.kind not in "fiubS" or node.dtype.hasobject:
+        raise OutputError(f"'{name}' in it is no plain array inside the file, and hvisph writes no other")
 
 
 class _Sink(io.RawIOBase):

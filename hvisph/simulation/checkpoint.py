@@ -73,7 +73,8 @@ class Keeper:
             "clock": {name: getattr(clock, name) for name in ("time", "steps", "outputs", "allowed", "allowed_by")},
             "step": {"length": step.length, "criterion": step.criterion, "lands_on": step.lands_on},
             "budget": {"energy": budget.energy, "size": budget.size, "momentum": budget.momentum.tolist(),
-                       "impulse": budget.impulse.tolist(), "retired": budget.retired.tolist()},
+                       "impulse": budget.impulse.tolist(), "retired": budget.retired.tolist(),
+                       "pending": budget.pending.tolist()},
             "first_step": self.watch.first,
             "files": vars(self.files),
             "series": self.series,
@@ -109,7 +110,7 @@ class Keeper:
         stepper.restore({k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)})
         for name, value in header["clock"].items():
             setattr(clock, name, value)
-        for name in ("momentum", "impulse", "retired"):
+        for name in ("momentum", "impulse", "retired", "pending"):
             getattr(budget, name)[...] = header["budget"][name]
         budget.energy, budget.size = header["budget"]["energy"], header["budget"]["size"]
         self.watch.first = header["first_step"]

@@ -29,6 +29,8 @@ class Budget:
         Momentum given to the clamped particles (3,) [kg m/s].
     retired
         Particles [1], mass [kg], momentum (3) [kg m/s] and energy [J] that left the domain, in one row (6,).
+    pending
+        Momentum (3) and energy that the next step takes from retired particles, per time [N, W] (4,).
     """
 
     def __init__(self, setup: Setup):
@@ -41,13 +43,16 @@ class Budget:
         self.size = float((particles["mass"] * speed).sum())
         self.impulse = np.zeros(3)
         self.retired = np.zeros(6)
+        self.pending = np.zeros(4)
         free = np.ones(3)
         free[[plane.axis for plane in setup.planes]] = 0.0  # a mirror gives momentum along its normal
         self._free = free
 
     def record(self, sums: np.ndarray, step: float) -> None:
-        """Take account of the forces on clamped particles during a step [s]."""
+        """Take account of the forces on clamped particles during a step [s], and of what is pending."""
         self.impulse += step * sums[update.SUPPORT : update.SUPPORT + 3]
+        self.retired[2:] += step * self.pending
+        self.pending[:] = 0.0
 
     def energy_drift(self, sums: np.ndarray) -> float | None:
         """Return the change of total energy over that at the start; None where it began with none or is not kept."""
