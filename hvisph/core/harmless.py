@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import unicodedata
 
-# Line ends and tabs lay out our own text. Everything else that is control or invisible formatting is spelled out: escape
-# codes, which move the cursor, rename the window or answer in the user's name, and marks that turn the direction of writing.
+# Line ends and tabs lay out our own text. Everything else that is control or invisible formatting is spelled out:
+# escape codes, which move the cursor, rename the window or answer in the user's name, and marks that turn the
+# direction of writing.
 _KEPT = "\n\t"
 _SPELLED = ("Cc", "Cf", "Cs", "Zl", "Zp")
 
