@@ -38,7 +38,8 @@ def exact(
         echo_json({"folder": str(folder), "files": [path.name for path in files], "gauges": gauges})
         return
     typer.echo(loaded.title or case)
-    kind = "barotropic layers" if solution.barotropic else "elastic-plastic plates, waves down to 5e-4 of the strongest"
+    kind = "barotropic layers" if solution.barotropic else "elastic-plastic plates"
+    kind += f", waves down to {solution.tracked.weakest:.1g} of the strongest"
     typer.echo(f"exact: {kind}; {len(solution.tracked.fronts)} pieces of fronts")
     left_out = [name for name, gauge in loaded.gauges.items() if gauge.type == "fixed"]
     if left_out:

@@ -21,6 +21,7 @@ from .roots import bracketed_root
 from .waves import State, Wave
 
 _TOGETHER = 1e-12  # events this close, in relation to the time span, are one
+_MANY = 50  # fronts alive from which on the limits below which waves and borders are left out rise
 
 
 def track(
@@ -37,7 +38,9 @@ def track(
     step
         Change of ln(rho) by which rarefactions are cut into fronts.
     weakest
-        Waves weaker than this part of the strongest stress are left out.
+        Waves weaker than this part of the strongest stress are left out. Where more than 50 fronts are
+        alive both limits rise with the square of their number: elastic waves that cross would multiply
+        without end. What they rose to is in the result.
     alike
         States of one material that differ by less than this part (in volume, and in the deviator
         by this part of the strongest stress) become one when waves have crossed.
@@ -68,7 +71,7 @@ def track(
             i = tracker.alive.index(front)
             tracker.meet(i, i, 0.0)
     tracker.run(end)
-    return Tracked(layers, bounds, tracker.dead + tracker.alive, end)
+    return Tracked(layers, bounds, tracker.dead + tracker.alive, end, weakest * tracker.highest)
 
 
 def _differ(left: State, right: State) -> bool:
@@ -116,6 +119,7 @@ class _Tracker:
         self.alive: list[Front] = []
         self.dead: list[Front] = []
         self.strongest = 0.0
+        self.rise, self.highest = 1.0, 1.0  # of both limits: now, and at most
 
     def run(self, end: float) -> None:
         now = 0.0
@@ -128,6 +132,8 @@ class _Tracker:
             last = first
             while last + 1 < len(times) and times[last + 1] <= now + _TOGETHER * end:
                 last += 1
+            self.rise = max(1.0, len(self.alive) / _MANY) ** 2
+            self.highest = max(self.highest, self.rise)
             self.meet(first, last + 1, now)
             if len(self.dead) > self.most:
                 raise RunError(f"more than {self.most} fronts by t = {now:.6g}; coarser rarefactions would help")
@@ -154,7 +160,7 @@ class _Tracker:
         self.strongest = max(self.strongest, abs(stress))
         rows: dict[int, list[Wave]] = {-1: [], 1: []}
         for state, direction in ((left, -1), (right, 1)):
-            if state and abs(stress - state.stress) > self.weakest * self.strongest:
+            if state and abs(stress - state.stress) > self.rise * self.weakest * self.strongest:
                 rows[direction] = state.law.waves(state, stress, direction, self.step)
         for state, direction in ((left, -1), (right, 1)):
             if state and not rows[direction] and rows[-direction]:
@@ -184,7 +190,8 @@ class _Tracker:
         """Whether two states of one material differ so much that their border must be kept."""
         apart = abs(left.volume - right.volume) / left.volume
         scale = max(abs(left.stress), abs(right.stress), self.strongest)
-        return apart > self.alike or abs(left.deviator - right.deviator) > self.alike * scale
+        alike = self.rise * self.alike
+        return apart > alike or abs(left.deviator - right.deviator) > alike * scale
 
     def _stress_between(self, left: State | None, right: State | None) -> float:
         """Stress at which both sides have one velocity; zero at a surface."""

@@ -59,12 +59,15 @@ class Tracked:
         Every piece of every front.
     end
         Time reached [s].
+    weakest
+        Part of the strongest stress below which waves were left out, at most.
     """
 
     layers: Sequence[Layer]
     bounds: np.ndarray
     fronts: list[Front] = field(repr=False)
     end: float = 0.0
+    weakest: float = 0.0
 
     def mass_of(self, position: float) -> float:
         """Return the mass coordinate of the matter that began at `position` [m]."""

@@ -133,7 +133,8 @@ def with_reflections(
     """Follow all waves in plates that hit one another.
 
     Crossing elastic waves multiply without end, so the weakest are left out: momentum balances
-    to about 1e-3, and plateaus are good to as much.
+    to about 1e-3, and plateaus are good to as much. Late, when very many are alive, more are left
+    out (see `fronts.track`), and momentum balances to a few 1e-3.
 
     Parameters
     ----------

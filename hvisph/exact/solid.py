@@ -98,9 +98,10 @@ class SolidLaw:
 
     def _jump_to_volume(self, state: State, volume: float, direction: int) -> Wave:
         deviator, change = self._deviator(state, volume), 0.5 * (state.volume - volume)
+        residue = self._residue(state)
 
         def given(stress: float) -> float:
-            return self.pressure(1.0 / volume, state.energy + change * (state.stress + stress)) - deviator
+            return self.pressure(1.0 / volume, state.energy + change * (state.stress + stress)) - deviator - residue
 
         # Energy and stress behind depend on one another; linear equations of state close at once.
         first = state.stress
@@ -114,8 +115,7 @@ class SolidLaw:
 
     def _jump_to_stress(self, state: State, stress: float, direction: int) -> Wave:
         mean, change = 0.5 * (state.stress + stress), stress - state.stress
-        # What rounding left between the stress and the state's own law must not become a wave.
-        residue = self.pressure(state.density, state.energy) - state.deviator - state.stress
+        residue = self._residue(state)
 
         def excess(volume: float) -> float:
             p = self.pressure(1.0 / volume, state.energy + mean * (state.volume - volume))
@@ -139,6 +139,10 @@ class SolidLaw:
         raise RunError(
             f"{self.material.name}: no state at a stress of {stress:.6g} Pa can be reached from {state.stress:.6g} Pa"
         )
+
+    def _residue(self, state: State) -> float:
+        """Return what a state's stress lacks of its own law, from rounding and from waves left out: it is no wave."""
+        return self.pressure(state.density, state.energy) - state.deviator - state.stress
 
     def _wave(self, state: State, volume: float, stress: float, deviator: float, direction: int) -> Wave:
         flux = sqrt((stress - state.stress) / (state.volume - volume))
