@@ -192,3 +192,12 @@ def test_rooms_that_load_without_numba(room):
                 parent = ".".join(parts[:length])
                 if parent in SOURCES and parent != "hvisph":
                     todo.append((parent, f"{way} -> {parent}"))
+
+
+def test_no_module_imports_itself_by_way_of_others():
+    """Lazy imports and those for types alone included: what is left out of every circle can be ordered."""
+    left = {module: {name for name, _ in ours(module) if name in SOURCES and name != module} for module in SOURCES}
+    while free := [module for module, needed in left.items() if not needed & left.keys()]:
+        for module in free:
+            del left[module]
+    assert not left, f"a circle among, or above one: {sorted(left)}"

@@ -245,14 +245,14 @@ def test_the_factor_follows_from_artificial_stress_and_is_written_out(stress, fa
     assert case.formulation.correction.factor == factor
     assert case.formulation.momentum_form == "product"
     assert f"factor: {factor}" in dump_case(case)
-    scheme = formulation_of(case.formulation)
+    scheme = formulation_of(case)
     assert isinstance(scheme, Corrected)
     assert (scheme.correction, scheme.factor) == ("mixed", factor)
 
 
 def test_no_correction_is_the_standard_formulation():
     case = load_case(_plain() | {"formulation": {"type": "eulerian", "correction": {"type": "none"}}})
-    assert type(formulation_of(case.formulation)) is Eulerian
+    assert type(formulation_of(case)) is Eulerian
 
 
 @pytest.mark.parametrize(

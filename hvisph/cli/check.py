@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from hvisph.cli.loading import load, placed
 from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption, ThreadsOption
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
 _KINEMATICS = {
     "uniaxial_strain": "uniaxial strain (1D)",
@@ -43,7 +46,7 @@ def check(
         typer.echo(_words(loaded, taken, shock, reason))
 
 
-def plane_shock(case: Any) -> tuple[Any, str]:
+def plane_shock(case: Case) -> tuple[Any, str]:
     """Return what follows from impedance matching of the first two bodies.
 
     Returns
@@ -70,7 +73,7 @@ def plane_shock(case: Any) -> tuple[Any, str]:
         return None, str(error)
 
 
-def _plain(case: Any, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
+def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
     from dataclasses import asdict
 
     found = {
@@ -86,7 +89,7 @@ def _plain(case: Any, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
     return found
 
 
-def _words(case: Any, taken: Any, shock: Any, reason: str) -> str:
+def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     from hvisph.cli.words import duration, quantity, rounded, size, table
 
     si = case.units == "si"

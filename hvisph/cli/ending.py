@@ -11,10 +11,11 @@ import typer
 from hvisph.cli.guard import FAILED
 
 if TYPE_CHECKING:
+    from hvisph.case.case import Case
     from hvisph.cli.lines import Silence
 
 
-def listener_for(case: Any, silent: bool) -> Silence:
+def listener_for(case: Case, silent: bool) -> Silence:
     """Return what tells people how the run goes: a live display on a terminal, lines elsewhere."""
     from hvisph.cli.lines import Lines, Silence
 

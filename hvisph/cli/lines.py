@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import time as wall
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import typer
 
 from hvisph.cli.interrupt import raise_noted
 from hvisph.cli.words import duration, quantity
 from hvisph.simulation.listener import Listener, Progress
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
 EVERY_SHARE = 0.1  # of the simulated time
 EVERY_SECONDS = 60.0
@@ -43,7 +46,7 @@ class Lines(Silence):
         The case, for its title and unit of time.
     """
 
-    def __init__(self, case: Any):
+    def __init__(self, case: Case):
         self._title = case.title
         self._unit = "s" if case.units == "si" else ""
         self._share, self._said = EVERY_SHARE, wall.monotonic()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from rich.console import Console, Group
 from rich.live import Live as Display
@@ -16,6 +16,9 @@ from hvisph.cli.interrupt import raise_noted
 from hvisph.cli.lines import Lines, time_left
 from hvisph.cli.words import duration, quantity
 from hvisph.simulation.listener import Progress
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
 REFRESH = 10  # per second
 
@@ -31,7 +34,7 @@ class Live(Lines):
         Where to draw; standard output unless given.
     """
 
-    def __init__(self, case: Any, console: Console | None = None):
+    def __init__(self, case: Case, console: Console | None = None):
         super().__init__(case)
         self._console = console or Console(highlight=False)
         self._display = Display(

@@ -5,11 +5,14 @@ from __future__ import annotations
 import textwrap
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from hvisph.cli.options import JsonOption
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
 WIDTH = 110  # of the tables over time: wider ones go on below
 HEADING = 14  # of a column's name, which is broken where it is longer
@@ -136,7 +139,7 @@ def _measures(source: str, found: Any, at: str | None) -> str:
     return f"t = {time}, step {found.step}\n\n{shown}"
 
 
-def _case_of(folder: Path) -> Any:
+def _case_of(folder: Path) -> Case | None:
     """Return the effective case of a run's folder; None where there is none that can be read."""
     path = folder / "case.yaml"
     if path.is_file():
@@ -149,7 +152,7 @@ def _case_of(folder: Path) -> Any:
     return None
 
 
-def _expected(case: Any, found: Any) -> list[dict[str, Any]]:
+def _expected(case: Case | None, found: Any) -> list[dict[str, Any]]:
     """Return the comparison with what the case expects at its end; none before that."""
     if case is None or found.time < case.time.end * (1.0 - 1e-9):
         return []

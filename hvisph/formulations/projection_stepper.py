@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -19,14 +19,40 @@ from hvisph.sph.symmetry import Plane, mirror
 
 from . import projection_passes as passes
 from . import update
+from .formulation import Smoothing
+from .protocol import AnyFormulation
 from .trailing_mean import TrailingMean
-
-if TYPE_CHECKING:
-    from .projection import Projection
 
 # How far beyond the kernel's reach neighbours are listed, over h. At the published step the fastest
 # particle crosses half of it in 24 steps, a little more than the run waits until it sorts the particles.
 MARGIN = 0.1
+
+
+class ProjectionNumbers(AnyFormulation, Protocol):
+    """What the steps need to know of the scheme; `hvisph.formulations.projection.Projection` says what each means."""
+
+    @property
+    def smoothing(self) -> Smoothing:
+        """How the smoothing length follows the flow."""
+
+    @property
+    def printed(self) -> bool:
+        """Whether the pressure gradient is the printed one."""
+
+    @property
+    def guard(self) -> float:
+        """Fullness below which a particle has no pressure."""
+
+    @property
+    def body_force(self) -> tuple[float, ...]:
+        """Acceleration of all particles [m/s^2]."""
+
+    @property
+    def pressure_average(self) -> float:
+        """Time over which recorded pressures are averaged [s]."""
+
+    def fullness(self, dim: int) -> float:
+        """Return the factor that makes fullness 1 inside a body."""
 
 
 class ProjectionStepper:
@@ -61,7 +87,7 @@ class ProjectionStepper:
 
     has_energy = False
 
-    def __init__(self, particles: Particles, formulation: Projection, materials: list[Material], stage: float,
+    def __init__(self, particles: Particles, formulation: ProjectionNumbers, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip
         dim, count = particles.dim, particles.count
         self.particles, self.formulation = particles, formulation

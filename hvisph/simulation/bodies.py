@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,10 @@ from hvisph.geometry.filling import Filling
 from hvisph.geometry.overlap import overlaps
 from hvisph.geometry.place import rotated, rotation_matrix, row
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Shape, Sphere
+
+if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
+    from hvisph.case.case import Case
 
 
 @dataclass(frozen=True)
@@ -35,7 +39,7 @@ class PlacedBody:
     """
 
     name: str
-    model: Any
+    model: Body
     filling: Filling
     positions: np.ndarray
     volumes: np.ndarray
@@ -57,7 +61,7 @@ def shape_of(model: Any) -> Shape:
     raise ValueError(model.type)
 
 
-def placed_bodies(case: Any) -> list[PlacedBody]:
+def placed_bodies(case: Case) -> list[PlacedBody]:
     """Fill all bodies of a case and put them in their places.
 
     Raises

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from hvisph.simulation.gauges import Gauges
 from hvisph.simulation.kernel_types import filled_region, set_kernel_types, set_loads
 from hvisph.simulation.materials import material_of
 from hvisph.sph.symmetry import Plane
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
 # What extra fields begin with, where that is not zero: 0.1 is what a particle's share of the viscosity relaxes to.
 START = {"thickness": 1.0, "viscosity_share": 0.1}
@@ -55,13 +58,13 @@ class Setup:
         return self.stepper.particles
 
 
-def build(case: Any, bodies: list[PlacedBody] | None = None) -> Setup:
+def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
     """Build the objects of a run.
 
     Parameters
     ----------
     case
-        A `hvisph.case.case.Case`.
+        The case.
     bodies
         Its bodies, where they are already placed.
 
@@ -72,7 +75,7 @@ def build(case: Any, bodies: list[PlacedBody] | None = None) -> Setup:
     """
     placed = bodies or placed_bodies(case)
     dim, dx = case.dim, case.resolution
-    formulation = formulation_of(case.formulation, case)
+    formulation = formulation_of(case)
     scheme = SCHEMES[case.time.integrator]
     h = formulation.h_over_dx * dx
     extra = (*formulation.fields, *scheme.extra_fields())

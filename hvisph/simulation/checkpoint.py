@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time as wall
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from hvisph.simulation.build import Setup
 from hvisph.simulation.clock import Clock, Step
 from hvisph.simulation.monitors import Budget
 from hvisph.simulation.watch import Watch
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
 # Checkpoints take at most this share of a run's wall time, whatever cadence is asked for.
 MOST_TIME = 0.02
@@ -56,7 +59,7 @@ class Keeper:
         The run's parts; `series` is that of its VTU snapshots.
     """
 
-    case: Any
+    case: Case
     setup: Setup
     clock: Clock
     budget: Budget
@@ -151,7 +154,7 @@ class Cadence:
         self._cost = self._last - started
 
 
-def refuse_changed(checkpoint: Checkpoint, case: Any) -> None:
+def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
     """Raise `CaseError` unless a checkpoint's case and `case` compute the same; it names the differences.
 
     A new end is no change, but it must not be behind the checkpoint.

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from hvisph.case.formulations.contact import RepulsiveContact
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
 # The contact may take the step to this share of the material's without a word.
 SHARE = 0.5
 
 
-def contact_warnings(case: Any) -> list[str]:
+def contact_warnings(case: Case) -> list[str]:
     """Return what is doubtful about the contact of a case's first two bodies; nothing where there is none."""
     model = getattr(case.formulation, "contact", None)
-    if model is None or model.type != "repulsive" or len(case.bodies) < 2:
+    if not isinstance(model, RepulsiveContact) or len(case.bodies) < 2:
         return []
     from hvisph.simulation.materials import material_of
     from hvisph.sph.kernels import KERNELS
@@ -50,7 +55,7 @@ def contact_warnings(case: Any) -> list[str]:
     return found
 
 
-def _times(model: Any, factor: float) -> str:
+def _times(model: RepulsiveContact, factor: float) -> str:
     """Return the key that gives the stiffness, with `factor` times its value."""
     key = "stiffness" if model.absolute_stiffness is None else "absolute_stiffness"
     return f"{key}: {factor * getattr(model, key):.2g}"

@@ -11,7 +11,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import CATALOGUE
@@ -20,6 +20,9 @@ from hvisph.geometry.fill import estimated_count
 from hvisph.simulation.bodies import PlacedBody, placed_bodies, shape_of
 from hvisph.simulation.build import build
 from hvisph.simulation.materials import material_of
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
 # Bodies of more particles than this are counted by their volumes instead of being filled.
 MOST_FILLED = 2_000_000
@@ -103,13 +106,13 @@ class Estimate:
         return sum(body.particles for body in self.bodies)
 
 
-def estimate(case: Any, threads: int | None = None) -> Estimate:
+def estimate(case: Case, threads: int | None = None) -> Estimate:
     """Return what running `case` will take.
 
     Parameters
     ----------
     case
-        A `hvisph.case.case.Case`.
+        The case.
     threads
         Number of threads; all that this process may use unless given.
 
@@ -144,7 +147,7 @@ def estimate(case: Any, threads: int | None = None) -> Estimate:
     )
 
 
-def refuse_impossible(case: Any, bodies: Sequence[PlacedBody] | None = None, *, free: float | None = None) -> None:
+def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *, free: float | None = None) -> None:
     """Refuse a case that surely needs more memory than there is; without `bodies`, before a particle is made.
 
     Overlapping bodies are refused where they are placed (`hvisph.simulation.bodies`).
@@ -152,7 +155,7 @@ def refuse_impossible(case: Any, bodies: Sequence[PlacedBody] | None = None, *, 
     Parameters
     ----------
     case
-        A `hvisph.case.case.Case`.
+        The case.
     bodies
         Its bodies, where they are placed already; otherwise particles are estimated by volume.
     free
@@ -178,13 +181,13 @@ def refuse_impossible(case: Any, bodies: Sequence[PlacedBody] | None = None, *, 
     )
 
 
-def rough_count(case: Any) -> float:
+def rough_count(case: Case) -> float:
     """Return the number of particles by volume; each plane of symmetry is taken to halve it."""
     whole = sum(estimated_count(shape_of(body.shape), case.resolution) for body in case.bodies.values())
     return whole * 0.5 ** len(case.symmetry)
 
 
-def estimated_steps(case: Any) -> int:
+def estimated_steps(case: Case) -> int:
     """Return about how many steps `case` takes."""
     step = case.time.step or case.time.cfl * case.smoothing_length / _signal_speed(case)
     steps = math.ceil(case.time.end / step - 1e-9)
@@ -211,7 +214,7 @@ def free_memory() -> float:
     return free if limit == "max" else min(free, max(float(limit) - float(used), 0.0))
 
 
-def _signal_speed(case: Any) -> float:
+def _signal_speed(case: Case) -> float:
     """Return the speed of signals that sets the step [m/s]: that at rest and a share of the impact's."""
     viscosity = getattr(case.formulation, "viscosity", None)
     alpha = getattr(viscosity, "alpha", 0.0)
@@ -232,7 +235,7 @@ def _counted(body: PlacedBody) -> BodyEstimate:
     return BodyEstimate(body.name, len(body.positions), round(size[min(1, dim - 1)] / spacing), mass, body.filling.note)
 
 
-def _uncounted(case: Any) -> list[BodyEstimate]:
+def _uncounted(case: Case) -> list[BodyEstimate]:
     found = []
     for name, body in case.bodies.items():
         shape = shape_of(body.shape)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hvisph.formulations.conversion import Conversion
 from hvisph.formulations.corrected import Corrected
@@ -15,9 +15,13 @@ from hvisph.formulations.total_lagrangian import TotalLagrangian
 from hvisph.sph.kernels import KERNELS
 from hvisph.sph.laws.contact import Contact
 
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
-def formulation_of(model: Any, case: Any = None) -> AnyFormulation:
-    """Return the scheme that a case's `model` (of `hvisph.case.formulations`) describes."""
+
+def formulation_of(case: Case) -> AnyFormulation:
+    """Return the scheme that a case's formulation describes."""
+    model: Any = case.formulation
     length = model.smoothing_length
     shared: dict[str, Any] = {
         "kernel": KERNELS[model.kernel],
@@ -26,7 +30,7 @@ def formulation_of(model: Any, case: Any = None) -> AnyFormulation:
         if length.type == "variable"
         else Smoothing(),
     }
-    if model.type in ("total_lagrangian", "adaptive") or _parts(model):
+    if model.type in ("total_lagrangian", "adaptive") or model.parted:
         return _composite(model, case)
     match model.type:
         case "eulerian":
@@ -71,13 +75,7 @@ def _viscosity(model: Any) -> dict[str, Any]:
     return {"alpha": model.alpha, "beta": model.beta}
 
 
-def _parts(model: Any) -> bool:
-    """Whether a contact algorithm parts the bodies."""
-    contact = getattr(model, "contact", None)
-    return contact is not None and contact.type == "repulsive"
-
-
-def _composite(model: Any, case: Any) -> TotalLagrangian:
+def _composite(model: Any, case: Case) -> TotalLagrangian:
     """Return the scheme of bodies that meet: Total Lagrangian, adaptive, or Eulerian ones in contact."""
     shared: dict[str, Any] = _viscosity(model.viscosity) | {
         "kernel": KERNELS[model.kernel],
@@ -85,7 +83,7 @@ def _composite(model: Any, case: Any) -> TotalLagrangian:
         "stress_eps": model.artificial_stress.eps if model.artificial_stress.type == "gray" else 0.0,
         "stress_exponent": getattr(model.artificial_stress, "n", 4),
         "contact": Contact(model.contact.stiffness, model.contact.exponent, model.contact.absolute_stiffness)
-        if _parts(model)
+        if model.parted
         else None,
     }
     if model.type == "eulerian":

@@ -13,7 +13,7 @@ whose kernels reach it: Shepard's normalisation, exact for a constant up to a fr
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,6 +25,9 @@ from hvisph.formulations.diagnose import diagnose
 from hvisph.formulations.protocol import AnyStepper
 from hvisph.simulation.bodies import PlacedBody
 from hvisph.sph.interpolation import weigh
+
+if TYPE_CHECKING:
+    from hvisph.case.gauges import Gauge
 
 # A gauge further than this many spacings from every particle is in no body.
 NEAR = 1.0
@@ -80,7 +83,7 @@ class Gauges:
         For a gauge outside every body, and for a field that the formulation has not.
     """
 
-    def __init__(self, models: dict[str, Any], bodies: list[PlacedBody], dx: float, stepper: AnyStepper):
+    def __init__(self, models: dict[str, Gauge], bodies: list[PlacedBody], dx: float, stepper: AnyStepper):
         self._stepper = stepper
         positions = np.concatenate([body.positions for body in bodies])
         owner = np.repeat(np.arange(len(bodies)), [len(body.positions) for body in bodies])
@@ -176,7 +179,7 @@ class _Values:
         return value + 0.5 * spacing * float(normal[component_names("position", particles.dim).index(column)])
 
 
-def _placed(name: str, model: Any, positions: np.ndarray, owner: np.ndarray, dx: float) -> _Gauge:
+def _placed(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, dx: float) -> _Gauge:
     """Return a gauge in its place."""
     dim = positions.shape[1]
     at = np.array(model.at, dtype=float)

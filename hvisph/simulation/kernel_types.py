@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import Particles
 
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+    from hvisph.case.regions import Region
+
 EULERIAN = "eulerian"
 
 
-def in_region(particles: Particles, region: Any, names: list[str]) -> np.ndarray:
+def in_region(particles: Particles, region: Region, names: list[str]) -> np.ndarray:
     """Return which particles stand in a case's region, a `box` and `bodies` (n,)."""
     position = particles["position"]
     inside = np.ones(particles.count, bool)
@@ -27,7 +31,7 @@ def in_region(particles: Particles, region: Any, names: list[str]) -> np.ndarray
     return inside
 
 
-def filled_region(particles: Particles, region: Any, names: list[str], where: str) -> np.ndarray:
+def filled_region(particles: Particles, region: Region, names: list[str], where: str) -> np.ndarray:
     """Return which particles stand in a region; raises `CaseError` where none does."""
     inside = in_region(particles, region, names)
     if not inside.any():
@@ -35,7 +39,7 @@ def filled_region(particles: Particles, region: Any, names: list[str], where: st
     return inside
 
 
-def set_kernel_types(particles: Particles, case: Any, names: list[str]) -> None:
+def set_kernel_types(particles: Particles, case: Case, names: list[str]) -> None:
     """Set the kernel type of every particle, where the formulation has one."""
     if "kernel_type" not in particles.names:
         return
@@ -46,7 +50,7 @@ def set_kernel_types(particles: Particles, case: Any, names: list[str]) -> None:
         particles["kernel_type"][filled_region(particles, region, names, where)] = 0.0
 
 
-def set_loads(stepper: Any, case: Any, names: list[str]) -> None:
+def set_loads(stepper: Any, case: Case, names: list[str]) -> None:
     """Load the particles of the case's initial loads."""
     for number, load in enumerate(case.initial_loads):
         loaded = filled_region(stepper.particles, load, names, f"initial_loads.{number}")

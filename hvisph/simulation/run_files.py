@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as wall
-from typing import Any
+from typing import TYPE_CHECKING
 
 from hvisph import __version__
 from hvisph.core.errors import OutputError
@@ -17,6 +17,9 @@ from hvisph.simulation.clock import Clock, Step
 from hvisph.simulation.monitors import Observer
 from hvisph.simulation.summary import case_hash
 from hvisph.simulation.writer import SnapshotWriter
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
 
 class RunFiles:
@@ -40,7 +43,7 @@ class RunFiles:
     def __init__(
         self,
         folder: RunFolder,
-        case: Any,
+        case: Case,
         text: str,
         writer: SnapshotWriter,
         observer: Observer,

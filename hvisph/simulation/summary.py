@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hvisph import __version__
 from hvisph.core.errors import HvisphError
@@ -11,13 +11,16 @@ from hvisph.measures.expected import compare
 from hvisph.measures.measure import measure_snapshot, unmeasured
 from hvisph.output.snapshot import Snapshot
 
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
 
 def case_hash(text: str) -> str:
     """Return the hash of an effective case's text."""
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def summarise(case: Any, text: str, *, status: str, time: float, failure: dict[str, Any] | None, particles: int,
+def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[str, Any] | None, particles: int,
               steps: int, threads: int, wall_seconds: float, conservation: dict[str, float | None],
               start: Snapshot, now: Snapshot, history: dict[str, Any]) -> dict[str, Any]:  # fmt: skip
     """Return the content of ``summary.json``, as ``schemas/summary.schema.json`` describes it.

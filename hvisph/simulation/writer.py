@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.snapshot import Snapshot
 from hvisph.output.vtu import write_pvd, write_vtu
 from hvisph.simulation.build import Setup
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
 # Fields of the state that files hold; those that only the integrator needs stay out.
 STATE_FIELDS = ("position", "velocity", "mass", "density", "internal_energy", "smoothing_length", "deviator",
@@ -39,7 +42,7 @@ class SnapshotWriter:
         Lateral coordinates of the shot line [m], where the particles do not show it.
     """
 
-    def __init__(self, folder: RunFolder, setup: Setup, case: Any, text: str, axis: np.ndarray | None):
+    def __init__(self, folder: RunFolder, setup: Setup, case: Case, text: str, axis: np.ndarray | None):
         self.folder, self.setup, self.formats = folder, setup, case.output.formats
         self.metadata = {"spacing": case.resolution, "kinematics": case.kinematics, "title": case.title,
                          "units": case.units, "code_version": __version__, "case": text}  # fmt: skip

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,11 +12,14 @@ from hvisph.output.atomic import reason, write_text
 from hvisph.pictures.curves import Curve, curves_picture, steps
 from hvisph.study.exact_solution import ExactSolution
 
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
 # Moments drawn beside one another in the picture of profiles.
 MOST_DRAWN = 6
 
 
-def write_exact(solution: ExactSolution, case: Any, folder: str | Path) -> list[Path]:
+def write_exact(solution: ExactSolution, case: Case, folder: str | Path) -> list[Path]:
     """Write gauges and profiles of an exact solution into `folder`, made if need be; return the files.
 
     ``gauge.NAME.csv`` holds two lines for every jump, the values before and after it, so that straight
@@ -59,7 +62,7 @@ def write_exact(solution: ExactSolution, case: Any, folder: str | Path) -> list[
     return files
 
 
-def _moments(case: Any) -> list[float]:
+def _moments(case: Case) -> list[float]:
     end, every = case.time.end, case.output.every or case.time.end
     # the end itself is the first moment that the waves are not followed through
     return [min(number * every, end * (1.0 - 1e-12)) for number in range(1, int(np.ceil(end / every - 1e-9)) + 1)]

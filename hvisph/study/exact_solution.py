@@ -8,7 +8,7 @@ Layers without strength whose pressure follows density alone are exact in closed
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,6 +20,10 @@ from hvisph.exact.plate_impact import with_reflections
 from hvisph.exact.waves import State
 from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.materials import material_of
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+    from hvisph.case.gauges import Gauge
 
 # What a state of the exact solution says of the columns of a gauge.
 COLUMNS = {
@@ -100,7 +104,7 @@ class ExactSolution:
         return profile
 
 
-def exact_solution(case: Any, bodies: list[PlacedBody] | None = None) -> ExactSolution:
+def exact_solution(case: Case, bodies: list[PlacedBody] | None = None) -> ExactSolution:
     """Solve a case exactly.
 
     Gauges see what the particle sees that they ride with. Those fixed in space are left out.
@@ -108,7 +112,7 @@ def exact_solution(case: Any, bodies: list[PlacedBody] | None = None) -> ExactSo
     Parameters
     ----------
     case
-        A `hvisph.case.case.Case`.
+        The case.
     bodies
         Its bodies, where they are already placed.
 
@@ -141,7 +145,7 @@ def exact_solution(case: Any, bodies: list[PlacedBody] | None = None) -> ExactSo
     return ExactSolution(tracked, tuple(gauges), barotropic)
 
 
-def _refuse_unsolvable(case: Any) -> None:
+def _refuse_unsolvable(case: Case) -> None:
     reasons = {
         "kinematics": case.dim != 1 and f"a case in {case.dim}D has no exact solution here; use uniaxial_strain",
         "symmetry": bool(case.symmetry) and "planes of symmetry are not in the exact solution; write out both halves",
@@ -158,7 +162,7 @@ def _refuse_unsolvable(case: Any) -> None:
             )
 
 
-def _gauge(name: str, model: Any, placed: list[PlacedBody], tracked: Tracked, barotropic: bool) -> ExactGauge:
+def _gauge(name: str, model: Gauge, placed: list[PlacedBody], tracked: Tracked, barotropic: bool) -> ExactGauge:
     positions = np.concatenate([body.positions[:, 0] for body in placed])
     start = float(positions[np.abs(positions - model.at[0]).argmin()])
     if model.type == "free_surface":
