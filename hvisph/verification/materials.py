@@ -1,0 +1,33 @@
+"""Materials of the problems, as mappings for case files and as objects for exact solutions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hvisph.case.material_library import library_values
+from hvisph.materials.table import Material
+from hvisph.simulation.materials import material_of
+
+# Elastic aluminium of the bars, beams and discs.
+ELASTIC = {
+    "density": 2700.0,
+    "eos": {"type": "elastic", "youngs_modulus": 70e9, "poisson_ratio": 0.33},
+    "strength": {"type": "elastic"},
+}
+# Water that bears no tension to speak of.
+WATER = {
+    "density": 1000.0,
+    "eos": {"type": "linear", "bulk_modulus": 2.2e9},
+    "damage": {"type": "pressure_cutoff", "pressure": -1e3},
+}
+
+
+def fluid(name: str) -> dict[str, Any]:
+    """Return a material of the library without its strength and damage."""
+    return library_values(name) | {"strength": {"type": "none"}, "damage": {"type": "none"}}
+
+
+def body_material(case: Any, body: str) -> Material:
+    """Return the material of a case's body."""
+    model = case.bodies[body]
+    return material_of(model.material, model.internal_energy)

@@ -1,0 +1,156 @@
+"""Flat impact of strengthless metals: stress, density and energy behind the shocks, by the jump conditions.
+
+Plates of one spacing meet; before any release the state between the shocks is uniform. It is read
+between ten particles from the interface and three quarters of the shock's way, and held against
+impedance matching of the two Hugoniots. In two dimensions the same on the axis of a strip that is
+too wide for the release from its edges.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from hvisph.exact.hugoniot import Impact, ShockState, impedance_match
+from hvisph.measure.curves import Curve
+from hvisph.simulation.materials import material_of
+from hvisph.verification.figure import Figure, limit
+from hvisph.verification.materials import body_material, fluid
+from hvisph.verification.problem import Options, Problem, Start, Trial
+from hvisph.verification.ran import Ran, stress_xx, vectors
+
+METALS = {
+    "aluminium": "aluminium-howell-ball",
+    "aluminium (Mie-Grueneisen)": "aluminium-howell-ball-mie-gruneisen",
+    "steel": "steel-howell-ball",
+    "steel (Mie-Grueneisen)": "steel-howell-ball-mie-gruneisen",
+    "copper": "copper-ofhc",
+    "tungsten": "tungsten",
+}
+SPEEDS = (600.0, 3100.0, 6000.0, 12000.0, 24000.0)
+PAIRS = (("steel", "aluminium"), ("copper", "aluminium"), ("tungsten", "aluminium"), ("tungsten", "steel"),
+         ("copper", "steel"), ("aluminium", "tungsten"), ("tungsten", "copper"))  # fmt: skip
+LONG, SHORT = 200, 100  # particles along a plate
+STRIP = (44, 100, 6)  # particles: along a plate, across half of it, read about the axis
+SPACING = 25e-6  # [m]
+NEAR = 10  # particles beside the interface that are left out: the wall-heated zone and its surroundings
+HEATED = 0.02  # difference of density that counts as wall heating
+WHY = "a conservative scheme owes the jump conditions; what is left is the lattice sum of the kernel, 0.4 %"
+
+
+def _trials(options: Options) -> Iterator[Trial]:
+    dx = options.dx(SPACING, SPACING)
+    if options.quick:
+        yield _trial("aluminium", "aluminium", 3100.0, dx, SHORT)
+        yield _trial("aluminium", "aluminium", 12000.0, dx, SHORT)
+        yield _trial("steel", "aluminium", 6000.0, dx, SHORT)
+        return
+    for metal in METALS:
+        for speed in SPEEDS:
+            yield _trial(metal, metal, speed, dx, LONG)
+    for projectile, target in PAIRS:
+        for speed in SPEEDS[1:4]:
+            yield _trial(projectile, target, speed, dx, LONG)
+    for projectile, target, speed in (("aluminium", "aluminium", 3100.0), ("aluminium", "aluminium", 12000.0),
+                                      ("steel", "aluminium", 6000.0)):  # fmt: skip
+        yield _trial(projectile, target, speed, dx, STRIP[0], STRIP[1])
+
+
+def _trial(projectile: str, target: str, speed: float, dx: float, along: int, across: int = 0) -> Trial:
+    materials = [fluid(METALS[name]) for name in (projectile, target)]
+    shape: dict[str, Any] = {"type": "interval", "length": along * dx}
+    rest = [0.0]
+    if across:
+        shape, rest = {"type": "box", "size": [along * dx, 2 * across * dx]}, [0.0, 0.0]
+    exact = impedance_match(*(_material(plain) for plain in materials), speed)
+    fastest = max(exact.projectile.shock_speed, exact.target.shock_speed)
+    case: dict[str, Any] = {
+        "title": f"{projectile} on {target} at {speed / 1e3:g} km/s",
+        "kinematics": "plane_strain" if across else "uniaxial_strain",
+        "resolution": dx,
+        "bodies": {
+            "projectile": {"material": materials[0], "shape": shape, "velocity": [speed, *rest[1:]]},
+            "target": {"material": materials[1], "shape": shape},
+        },
+        "time": {"end": 0.8 * along * dx / fastest},
+    }
+    if across:
+        case["symmetry"] = [{"axis": "y"}]
+    name = f"{projectile} on {target} {speed / 1e3:g} km/s {'2D strip' if across else '1D'}"
+    return Trial(name, [Start(case)], _figures, _curves)
+
+
+def _material(plain: dict[str, Any]) -> Any:
+    from hvisph.case.materials import Material
+
+    return material_of(Material.model_validate(plain))
+
+
+def _exact(ran: Ran) -> Impact:
+    speed = ran.case.bodies["projectile"].velocity[0]
+    return impedance_match(body_material(ran.case, "projectile"), body_material(ran.case, "target"), speed)
+
+
+def _distance(ran: Ran) -> np.ndarray:
+    """Return how many particles each one started from the interface, shape (n,)."""
+    return np.floor(np.abs(vectors(ran.first, "position")[:, 0]) / ran.dx)
+
+
+def _figures(runs: Sequence[Ran]) -> Iterator[Figure]:
+    (ran,) = runs
+    exact, last = _exact(ran), ran.last
+    steps, axis = _distance(ran), np.ones(last.count, bool)
+    if last.dimensions > 1:
+        axis = vectors(ran.first, "position")[:, 1] < STRIP[2] * ran.dx
+    heated = 0
+    for body, (name, state) in enumerate({"projectile": exact.projectile, "target": exact.target}.items()):
+        reach = _reach(state, last.time, ran.dx)
+        mine = (last.body == body) & axis
+        inside = mine & (steps >= NEAR) & (steps <= reach)
+        for what, values, value, tolerance, unit in (
+            ("stress", stress_xx(last), exact.pressure, 0.01, "Pa"),
+            ("density", last.fields["density"], state.density, 0.01, "kg/m^3"),
+            ("energy", last.fields["internal_energy"], state.energy, 0.02, "J/kg"),
+        ):
+            yield Figure(f"{what} in the {name}", float(values[inside].mean()), value, tolerance, unit, why=WHY)
+        rho = last.fields["density"]
+        off = mine & (steps <= reach) & (np.abs(rho / rho[inside].mean() - 1.0) > HEATED)
+        heated = max(heated, int(steps[off].max()) + 1 if off.any() else 0)
+    yield limit("wall-heated particles a side", heated, 5, why="density off by more than 2 %")
+
+
+def _reach(state: ShockState, time: float, dx: float) -> float:
+    """Return the number of particles over which the state behind the shock is read."""
+    return 0.75 * state.shock_speed * time / dx
+
+
+def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
+    (ran,) = runs
+    last, exact = ran.last, _exact(ran)
+    x = vectors(last, "position")[:, 0]
+    order = np.argsort(x)
+    if last.dimensions > 1:
+        order = order[vectors(ran.first, "position")[order, 1] < ran.dx]
+    t, u = last.time, exact.interface_velocity
+    edges = [x.min(), exact.projectile_shock_velocity * t, u * t, exact.target_shock_velocity * t, x.max()]
+    states = (None, exact.projectile, exact.target, None)
+    cold = [body_material(ran.case, body) for body in ("projectile", "target")]
+    at_rest = [cold[0], None, None, cold[1]]
+    panels = {}
+    for column, found in (("pressure", last.fields["pressure"]), ("density", last.fields["density"]),
+                          ("internal_energy", last.fields["internal_energy"])):  # fmt: skip
+        values = [
+            {"pressure": s.pressure, "density": s.density, "internal_energy": s.energy}[column] if s
+            else (m.density if column == "density" and m else 0.0)
+            for s, m in zip(states, at_rest, strict=True)
+        ]  # fmt: skip
+        panels[column] = [
+            Curve("computed", x[order], found[order]),
+            Curve("exact", np.repeat(edges, 2)[1:-1], np.repeat(values, 2), exact=True),
+        ]
+    return panels
+
+
+PROBLEM = Problem("hugoniot", "flat impacts of metals from 0.6 to 24 km/s: state behind the shocks", _trials)
