@@ -32,7 +32,8 @@ MAY_IMPORT = {
         "measures",
     },
     "study": {"core", "case", "casefile", "simulation", "measures", "pictures", "exact", "output"},
-    "cli": {"core", "case", "casefile", "simulation", "study", "measures", "pictures", "exact"},
+    "verification": {"core", "case", "casefile", "materials", "simulation", "measures", "pictures", "exact", "output"},
+    "cli": {"core", "case", "casefile", "simulation", "study", "verification", "measures", "pictures", "exact"},
 }
 # `measures` and `pictures` work on files alone: of `output` it may know what reads them, and how a picture is written whole.
 OF_OUTPUT = {"hvisph.output." + name for name in ("names", "reader", "snapshot", "atomic")}

@@ -20,6 +20,7 @@ from hvisph.cli import (
     resume,
     run,
     schema,
+    verify,
 )
 from hvisph.cli.guard import guarded
 
@@ -43,6 +44,7 @@ for command in (
     compare.compare,
     gauges.gauges,
     exact.exact,
+    verify.verify,
     cases.cases,
     materials.materials,
     explain.explain,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from hvisph.case.material_library import library_values
+from hvisph.casefile.material_library import library_values
 from hvisph.materials.table import Material
 from hvisph.simulation.materials import material_of
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hvisph.core.particles import Particles
-from hvisph.measure.curves import Curve
+from hvisph.pictures.curves import Curve
 from hvisph.simulation.bodies import PlacedBody
 from hvisph.verification.figure import Figure
 from hvisph.verification.ran import Ran

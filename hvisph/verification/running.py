@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from hvisph.case.case import Case
-from hvisph.case.loader import load_case
+from hvisph.casefile.loader import load_case
+from hvisph.casefile.material_library import library_values
 from hvisph.core.errors import CaseError, HvisphError
-from hvisph.measure.curves import Curve
 from hvisph.output.folder import RunFolder
+from hvisph.pictures.curves import Curve
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import build
 from hvisph.simulation.listener import Listener
@@ -23,8 +24,7 @@ from hvisph.verification.figure import Figure
 from hvisph.verification.problem import Options, Problem, Start, Trial
 from hvisph.verification.ran import Ran
 
-# What a formulation needs beside its type: the strain limit of Young 2021.
-NEEDED: dict[str, dict[str, Any]] = {"adaptive": {"conversion": {"strain": 0.85, "damage": True}}}
+STRAIN = 0.85  # at which an adaptive particle turns: Young 2021
 # Limits that stop a run early would hide what it does.
 WATCH = {"energy_drift": None, "speed_over_initial": None}
 
@@ -163,10 +163,19 @@ def judged(
 def with_formulation(start: Start, formulation: str, settings: Iterable[str]) -> Case:
     """Return the case of a run by a formulation; what the problem itself asks of it stays."""
     asked = dict(start.case.get("formulation", {}))
-    whole = start.case | {"formulation": {"type": formulation} | NEEDED.get(formulation, {}) | asked}
+    if formulation == "adaptive":
+        asked = {"conversion": {"strain": STRAIN, "damage": _can_fail(start.case)}} | asked
+    whole = start.case | {"formulation": {"type": formulation} | asked}
     whole["watch"] = WATCH | start.case.get("watch", {})
     whole["output"] = {"formats": ["hdf5"], "checkpoint_every": None} | start.case.get("output", {})
     return load_case(whole, settings)
+
+
+def _can_fail(case: dict[str, Any]) -> bool:
+    """Whether a material of the case has a damage that grows."""
+    materials = [body["material"] for body in case["bodies"].values()]
+    values = [library_values(one) if isinstance(one, str) else one for one in materials]
+    return any(one.get("damage", {}).get("type") == "johnson_cook" for one in values)
 
 
 def _computed(start: Start, case: Case, folder: Path, threads: int | None, listener: Listener | None) -> Ran:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.measure.curves import Curve
+from hvisph.pictures.curves import Curve
 from hvisph.verification.figure import Figure, limit
 from hvisph.verification.materials import ELASTIC
 from hvisph.verification.problem import Options, Problem, Start, Trial

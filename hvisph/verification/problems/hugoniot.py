@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.exact.hugoniot import Impact, ShockState, impedance_match
-from hvisph.measure.curves import Curve
+from hvisph.pictures.curves import Curve
 from hvisph.simulation.materials import material_of
 from hvisph.verification.figure import Figure, limit
 from hvisph.verification.materials import body_material, fluid
@@ -64,7 +64,7 @@ def _trial(projectile: str, target: str, speed: float, dx: float, along: int, ac
     rest = [0.0]
     if across:
         shape, rest = {"type": "box", "size": [along * dx, 2 * across * dx]}, [0.0, 0.0]
-    exact = impedance_match(*(_material(plain) for plain in materials), speed)
+    exact = impedance_match(_material(materials[0]), _material(materials[1]), speed)
     fastest = max(exact.projectile.shock_speed, exact.target.shock_speed)
     case: dict[str, Any] = {
         "title": f"{projectile} on {target} at {speed / 1e3:g} km/s",

@@ -12,7 +12,7 @@ import numpy as np
 
 from hvisph.core.particles import Particles
 from hvisph.exact.gas import Noh
-from hvisph.measure.curves import Curve
+from hvisph.pictures.curves import Curve
 from hvisph.verification.figure import Figure, limit
 from hvisph.verification.problem import Options, Problem, Start, Trial
 from hvisph.verification.ran import Ran, vectors
@@ -21,7 +21,11 @@ GAMMA, END = 5.0 / 3.0, 0.6
 COLD = 1e-6  # specific internal energy at the start, beside 1/2 behind the shock
 NAMES = {1: "planar", 2: "cylindrical", 3: "spherical"}
 KINEMATICS = {1: "uniaxial_strain", 2: "plane_strain", 3: "three_d"}
-SHAPES = {1: {"type": "interval", "length": 1.0}, 2: {"type": "disc", "diameter": 2.0}, 3: {"type": "sphere", "diameter": 2.0}}
+SHAPES = {
+    1: {"type": "interval", "length": 1.0},
+    2: {"type": "disc", "diameter": 2.0},
+    3: {"type": "sphere", "diameter": 2.0},
+}
 SPACING = {1: (0.005, 0.01), 2: (0.0125, 0.025), 3: (0.04, 0.08)}  # full, quick
 TOLERANCE = {1: 0.05, 2: 0.05, 3: 0.15}
 READ = (0.35, 0.8)  # shares of the shock's radius between which the state is read

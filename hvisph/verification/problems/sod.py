@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from hvisph.exact.gas import GasState, riemann
-from hvisph.measure.curves import Curve
+from hvisph.pictures.curves import Curve
 from hvisph.verification.figure import Figure, limit
 from hvisph.verification.problem import Options, Problem, Start, Trial
 from hvisph.verification.ran import Ran, vectors

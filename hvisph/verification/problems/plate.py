@@ -1,0 +1,168 @@
+"""Aluminium plates at 600 m/s: precursor, plateau, release, free surface, and how the plates part after the echo.
+
+The material is elastic and perfectly plastic, so that an elastic precursor runs ahead of the plastic shock. All figures
+but the last stand beside the exact waves of the welded plates, which hold until the interface would bear tension; the
+velocities after parting are those of the exact plates at that moment, when each keeps the momentum that it has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from hvisph.exact.history import Tracked
+from hvisph.exact.plate_impact import PlateImpact, impact, with_reflections
+from hvisph.materials.table import Material
+from hvisph.pictures.curves import Curve
+from hvisph.pictures.curves import steps as corners
+from hvisph.verification.figure import Figure
+from hvisph.verification.materials import body_material
+from hvisph.verification.problem import Options, Problem, Start, Trial
+from hvisph.verification.ran import Ran
+
+MATERIALS = {
+    "stiffened gas": "aluminium-howell-ball",
+    "Mie-Grueneisen": "aluminium-howell-ball-mie-gruneisen",
+}
+SPEED, LENGTH, END = 600.0, 10e-3, 8e-6
+WAVES = 3.7e-6  # until when the exact waves are followed: the plates part before [s]
+GAUGES = {"near": 3e-3, "middle": 5e-3, "far": 7.5e-3}  # from the interface into the target [m]
+FINE = 12.5e-6  # spacing up to which the precursor has settled 3 mm from the interface [m]
+
+
+def _trials(options: Options) -> Iterator[Trial]:
+    dx = options.dx(12.5e-6, 25e-6)
+    for name in list(MATERIALS)[:1] if options.quick else MATERIALS:
+        yield _trial(name, dx)
+
+
+def _trial(name: str, dx: float) -> Trial:
+    shape = {"type": "interval", "length": LENGTH}
+    case: dict[str, Any] = {
+        "title": f"aluminium plates at 600 m/s, {name}",
+        "kinematics": "uniaxial_strain",
+        "resolution": dx,
+        "bodies": {
+            "flyer": {"material": MATERIALS[name], "shape": shape, "velocity": [SPEED]},
+            "target": {"material": MATERIALS[name], "shape": shape},
+        },
+        "time": {"end": END},
+        "gauges": {
+            gauge: {"type": "material", "at": [at], "fields": ["stress_xx", "velocity"]} for gauge, at in GAUGES.items()
+        } | {"surface": {"type": "free_surface", "at": [LENGTH], "fields": ["velocity"]}},
+    }
+    return Trial(name, [Start(case)], _figures, _curves, across="time")
+
+
+@lru_cache(maxsize=4)
+def _waves(material: Material) -> tuple[PlateImpact, Tracked]:
+    plates = [(material, -LENGTH, 0.0, SPEED), (material, 0.0, LENGTH, 0.0)]
+    return impact(material, material, SPEED), with_reflections(plates, 4.2e-6)
+
+
+def _figures(runs: Sequence[Ran]) -> Iterator[Figure]:
+    (ran,) = runs
+    first, waves = _waves(body_material(ran.case, "target"))
+    elastic, plastic = first.target_fronts
+    time = ran.history["time"]
+    for gauge in ("near", "far") if ran.dx <= FINE else ("far",):
+        at = GAUGES[gauge]
+        # the later part of the step between both fronts, clear of the plastic front's foot
+        begin, end = at / elastic.speed, at / plastic.speed
+        inside = _between(time, begin + 0.5 * (end - begin), begin + 0.75 * (end - begin))
+        found = -ran.history[f"gauge.{gauge}.stress_xx"][inside].mean()
+        yield Figure(f"precursor (HEL) at {1e3 * at:g} mm", float(found), plastic.ahead.stress, 0.03, "Pa",
+                     why="a front of some particles must settle within the step")  # fmt: skip
+    yield from _levels(ran, waves, first.stress)
+    yield from _parting(ran, waves)
+
+
+def _levels(ran: Ran, waves: Tracked, plateau: float) -> Iterator[Figure]:
+    """Yield the plateau and the release at the middle gauge, and the free surface, beside the exact waves."""
+    time, at = ran.history["time"], _started(ran, GAUGES["middle"])
+    stress, velocity = waves.sample(at, time, "stress"), waves.sample(at, time, "velocity")
+    high = np.flatnonzero(np.abs(stress / plateau - 1.0) < 0.01)
+    inside = _middle(time, time[high[0]], time[high[-1]])
+    found = -ran.history["gauge.middle.stress_xx"][inside].mean()
+    yield Figure("stress of the plateau", float(found), float(stress[inside].mean()), 0.005, "Pa")
+    low = np.flatnonzero((time > time[high[-1]]) & (np.abs(stress) < 0.05 * plateau))
+    # until the release is over: the next wave comes from the other surface
+    last = low[np.flatnonzero(np.diff(low) > 1)[0]] if (np.diff(low) > 1).any() else low[-1]
+    inside = _middle(time, time[low[0]], min(time[last], WAVES))
+    yield Figure("velocity behind the release", float(ran.history["gauge.middle.velocity_x"][inside].mean()),
+                 float(velocity[inside].mean()), 0.01, "m/s")  # fmt: skip
+    times, values = waves.surface()
+    arrival = times[1:][np.abs(np.diff(values)).argmax()]
+    inside = _between(time, arrival + 0.2e-6, arrival + 0.8e-6)
+    exact = values[np.searchsorted(times, time[inside], side="right") - 1]
+    yield Figure("velocity of the free surface", float(ran.history["gauge.surface.velocity_x"][inside].mean()),
+                 float(exact.mean()), 0.01, "m/s")  # fmt: skip
+
+
+def _parting(ran: Ran, waves: Tracked) -> Iterator[Figure]:
+    """Yield the plates' velocities after they have parted: each keeps what it had at the first tension between them."""
+    left = SPEED - pushed(waves)
+    why = "of the slower plate: the momentum that stays with it"
+    yield Figure("velocity of the flyer after parting", float(ran.mean_velocity(0)[0]), left, 0.03, "m/s", why=why)
+    right = SPEED - left
+    yield Figure("velocity of the target after parting", float(ran.mean_velocity(1)[0]), right, 0.03, "m/s", left, why)
+
+
+def parting_time(waves: Tracked) -> float:
+    """Return when the interface of two welded plates first bears tension after impact [s]."""
+    times, states = waves.gauge(0.0)
+    return next(float(t) for t, state in zip(times, states, strict=True) if t > 1e-6 and state.stress < 0.0)
+
+
+def pushed(waves: Tracked) -> float:
+    """Return by how much the interface has slowed the flyer until they part [m/s].
+
+    The impulse holds to 0.1 m/s where the momentum of the profile, without the weakest waves, is off by 3 m/s.
+    """
+    times, states = waves.gauge(0.0)
+    until = parting_time(waves)
+    kept = times < until
+    stress = np.array([state.stress for state in states])[kept]
+    impulse = float((np.diff(np.append(times[kept], until)) * stress).sum())
+    return impulse / float(waves.bounds[1] - waves.bounds[0])
+
+
+def _started(ran: Ran, at: float) -> float:
+    """Return where the particle started that a gauge rides on [m]."""
+    x = ran.first.fields["position"].ravel()
+    return float(x[np.abs(x - at).argmin()])
+
+
+def _between(time: np.ndarray, begin: float, end: float) -> np.ndarray:
+    return (time >= begin) & (time <= end)
+
+
+def _middle(time: np.ndarray, begin: float, end: float) -> np.ndarray:
+    return _between(time, begin + 0.3 * (end - begin), begin + 0.8 * (end - begin))
+
+
+def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
+    (ran,) = runs
+    _, waves = _waves(body_material(ran.case, "target"))
+    until = parting_time(waves)
+    time = ran.history["time"]
+    panels: dict[str, list[Curve]] = {"stress_xx": [], "velocity_x": []}
+    for gauge, at in GAUGES.items():
+        panels["stress_xx"].append(Curve(f"{1e3 * at:g} mm", time, ran.history[f"gauge.{gauge}.stress_xx"]))
+        times, states = waves.gauge(_started(ran, at))
+        kept = times < until
+        exact = corners(times[kept], np.array([-s.stress for s in states])[kept], until)
+        panels["stress_xx"].append(Curve("exact" if gauge == "near" else "", *exact, exact=True))
+    times, values = waves.surface()
+    kept = times < until
+    panels["velocity_x"] = [
+        Curve("free surface", time, ran.history["gauge.surface.velocity_x"]),
+        Curve("", *corners(times[kept], values[kept], until), exact=True),
+    ]
+    return panels
+
+
+PROBLEM = Problem("plate", "elastic-plastic plates at 600 m/s: precursor, plateau, release, surface, parting", _trials)
