@@ -6,8 +6,8 @@ import numpy as np
 
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.riemann import Riemann
-from hvisph.sph.laws.riemann import SINGULAR
 from hvisph.sph.pairs import Pairs
+from hvisph.sph.shape_matrix import SINGULAR
 
 H = 1.4e-3  # mean smoothing length of the random clouds [m]
 

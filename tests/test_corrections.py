@@ -15,8 +15,8 @@ from hvisph.formulations.eulerian import Eulerian
 from hvisph.output.reader import read_history
 from hvisph.simulation.formulations import formulation_of
 from hvisph.simulation.run import run
-from hvisph.sph.laws.corrected import LEVEL
-from hvisph.sph.laws.corrections import SINGULAR
+from hvisph.sph.laws.standard import LEVEL
+from hvisph.sph.shape_matrix import SINGULAR
 from hvisph.sph.symmetry import Plane
 
 KINDS = ("shepard", "gradient", "mixed")

@@ -24,13 +24,12 @@ def stretched(material, rate, steps, dt, transverse=0.0):
     s, p = (0.0,) * 6, 0.0
     for _ in range(steps):
         swelling = rate + transverse
-        zz = thinning(table, models, m, dt, rho, swelling, 0.0, s[0], s[1], s[2], s[3], plastic, 0.0,
-                      rate, 0.0, 0.0, transverse)  # fmt: skip
+        gradient = (rate, 0.0, 0.0, 0.0, transverse, 0.0, 0.0, 0.0)
+        zz = thinning(table, models, m, dt, rho, swelling, 0.0, s, plastic, 0.0, (*gradient, 0.0))
         half = 0.5 * dt * (swelling + zz)
         rho *= (1 - half) / (1 + half)
         thickness *= (1 + 0.5 * dt * zz) / (1 - 0.5 * dt * zz)
-        *s, plastic, _, p, _ = respond(table, models, m, dt, rho, 0.0, *s, plastic, 0.0,
-                                       rate, 0.0, 0.0, 0.0, transverse, 0.0, 0.0, 0.0, zz)  # fmt: skip
+        s, plastic, _, p, _ = respond(table, models, m, dt, rho, 0.0, s, plastic, 0.0, (*gradient, zz))
     return np.array(s) - p * np.array([1, 1, 1, 0, 0, 0]), rho, plastic, thickness
 
 

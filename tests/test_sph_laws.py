@@ -138,7 +138,7 @@ def test_tensile_parts_are_those_of_the_principal_stresses(shift):
     tensors[1] = np.diag([1.0, -1.0, 0.0])
     tensors[2] = 2.0 * np.eye(3)
     for three, two in zip(tensors, tensors[:, :2, :2], strict=True):
-        found = artificial_stress.tensile_part_3d(*components(three[None])[0])
+        found = artificial_stress.tensile_part(3)(tuple(components(three[None])[0]))
         assert found == pytest.approx(components(tensile(three[None]))[0], abs=1e-13)  # rounding of values of 5
-        found = artificial_stress.tensile_part_2d(*components(two[None])[0])
+        found = artificial_stress.tensile_part(2)(tuple(components(two[None])[0]))
         assert found == pytest.approx(components(tensile(two[None]))[0], abs=1e-13)

@@ -134,16 +134,21 @@ def larger_lanes(typing_context, a, b):
     return lanes(lanes, lanes), generate
 
 
+def reduced(builder: Any, name: str, value: Any, start: float | None = None) -> Any:
+    """Return LLVM's reduction `name` of a vector."""
+    kinds = [VECTOR] if start is None else [_f64, VECTOR]
+    kind, full = ir.FunctionType(_f64, kinds), f"llvm.vector.reduce.{name}.v{LANES}f64"
+    function = cgutils.get_or_insert_function(builder.module, kind, full)
+    first = [] if start is None else [ir.Constant(_f64, start)]
+    return builder.call(function, [*first, value], fastmath=FAST)
+
+
 def _reduction(name: str, start: float | None) -> Any:
     """Return a compiled function from a vector to a number: LLVM's reduction `name`."""
 
     def declare(typing_context, value):
         def generate(context, builder, sig, arguments):
-            kinds = [VECTOR] if start is None else [_f64, VECTOR]
-            kind, full = ir.FunctionType(_f64, kinds), f"llvm.vector.reduce.{name}.v{LANES}f64"
-            function = cgutils.get_or_insert_function(builder.module, kind, full)
-            first = [] if start is None else [ir.Constant(_f64, start)]
-            return builder.call(function, [*first, *arguments], fastmath=FAST)
+            return reduced(builder, name, arguments[0], start)
 
         return types.float64(lanes), generate
 

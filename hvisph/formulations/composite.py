@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.binding import bind
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
 from hvisph.materials import response
@@ -122,8 +123,7 @@ class CompositeStepper(Stepper):
         }  # fmt: skip
 
         def bound(law: Any, **more: Any) -> Any:
-            names = law.__code__.co_names
-            return specialise(law, parallel=True, **{k: v for k, v in (options | slots | more).items() if k in names})
+            return bind(law, more, options | slots | rate_slots.slots(dim), parallel=True)
 
         self._deform = bound(deformation.deform)
         self._sums = {coupled: bound(reference.accumulate, COUPLED=coupled) for coupled in (0, 1)}
@@ -139,10 +139,9 @@ class CompositeStepper(Stepper):
         position = self.particles["position"]
         constants = np.append(euler.coefficients(), (kernel.reach * self.h) ** 2)
         self.pairs = self.spatial = Pairs(layout, kernel, passes, constants, position, self.h, self.planes)
-        packer, more = euler.pack()
-        names = packer.__code__.co_names
-        write = specialise(packer, **{k: v for k, v in ({"DIM": dim} | more | to).items() if k in names})
-        self._add_rates = specialise(composite_passes.add_rates, parallel=True, DIM=dim)
+        packer, more = euler.pack(dim)
+        write = bind(packer, more, {"DIM": dim} | to)
+        self._add_rates = bound(composite_passes.add_rates)
         self._spatial_rows = bound(composite_passes.spatial_rows, TO_D=to["D"], TO_KIND=to["KIND"],
                                    TO_BODY=to["BODY"], write=write)  # fmt: skip
         if not parted:

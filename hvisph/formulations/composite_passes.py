@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import prange
+from hvisph.core.tensors import from_plane, minus, own_gradient, own_symmetric, own_vector, plus, put
+
+from .particle import Shown
 
 CHUNK = 256
 
@@ -16,21 +19,13 @@ def spatial_rows(rows, chosen, bodies, pressures, loads, coefficients, out):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for k in range(first, min(first + np.uint64(CHUNK), count)):
             i = np.uint64(chosen[k])
-            out[k, 0] = rows[i, 0]
-            out[k, TO_D] = rows[i, 0] - rows[i, X0]
-            v = w = s_yy = s_zz = s_xy = s_xz = s_yz = 0.0
-            if DIM > 1:
-                out[k, 1] = rows[i, 1]
-                out[k, TO_D + 1] = rows[i, 1] - rows[i, X0 + 1]
-                v, s_yy, s_xy = rows[i, U + 1], rows[i, S + 1], rows[i, S + DIM]
-            if DIM > 2:
-                out[k, 2] = rows[i, 2]
-                out[k, TO_D + 2] = rows[i, 2] - rows[i, X0 + 2]
-                w, s_zz, s_xz, s_yz = rows[i, U + 2], rows[i, S + 2], rows[i, S + 4], rows[i, S + 5]
+            x = own_vector(rows, i, 0, DIM)
+            put(out, k, TO_D, minus(x, own_vector(rows, i, X0, DIM)))
             out[k, TO_KIND] = rows[i, KIND]
             out[k, TO_BODY] = bodies[i]
-            write(out, k, coefficients, rows[i, U], v, w, rows[i, M], rows[i, RHO], 0.0, rows[i, H],
-                  pressures[i] + loads[i], rows[i, C], 0.0, 0.0, rows[i, S], s_yy, s_zz, s_xy, s_xz, s_yz)  # fmt: skip
+            s = from_plane(own_symmetric(rows, i, S, DIM))
+            write(out, k, coefficients, Shown(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
+                                              pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s))  # fmt: skip
 
 
 def add_rates(found, place, chosen, eulerian, rates):
@@ -44,9 +39,9 @@ def add_rates(found, place, chosen, eulerian, rates):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for k in range(first, min(first + np.uint64(CHUNK), count)):
             i, at = np.uint64(chosen[k]), np.uint64(place[k])
-            for slot in range(np.uint64(DIM + 1)):
-                rates[i, slot] += found[at, slot]
-            rates[i, DIM + 1] = max(rates[i, DIM + 1], found[at, DIM + 1])
+            a = plus(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(found, at, R_ACCELERATION, DIM))
+            put(rates, i, R_ACCELERATION, a)
+            rates[i, R_POWER] += found[at, R_POWER]
+            rates[i, R_APPROACH] = max(rates[i, R_APPROACH], found[at, R_APPROACH])
             if eulerian[i] == 1:
-                for slot in range(np.uint64(DIM + 2), np.uint64(DIM + 2 + DIM * DIM)):
-                    rates[i, slot] = found[at, slot]
+                put(rates, i, R_GRADIENT, own_gradient(found, at, R_GRADIENT, DIM))

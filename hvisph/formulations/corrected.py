@@ -1,7 +1,7 @@
 """Eulerian SPH with corrected kernels (Young 2021): Shepard's correction, the gradient's, or both.
 
 Passes: the corrections into each row, then all rates at once (`sph.laws.corrections`,
-`sph.laws.corrected`).
+`sph.laws.standard`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.sph.laws import corrected, corrections
+from hvisph.sph.laws import corrections, standard
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
 
@@ -36,17 +36,17 @@ class Corrected(Eulerian):
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: corrections, and rates."""
-        standard = super().layout(dim)
+        plain = super().layout(dim)
         parts = {"SHEPARD": int(self.correction != "gradient"), "GRADIENT": int(self.correction != "shepard")}
-        options = {
-            "ARTIFICIAL_STRESS": int(self.stress_eps != 0.0),
+        options = self._options() | {
+            "CORRECTED": 1,
+            "PRODUCT": 1,  # each side's stress over rho_a rho_b, as published
             "FACTOR": len(super().coefficients()),
             "EXPONENT": self.stress_exponent,
-            "COUPLED": 0,
         }
         return [
-            Pass(corrections.corrections, standard, parts | {"COUPLED": 0}, into_rows=True),
-            Pass(corrected.accumulate, corrections.pair_layout(standard), options),
+            Pass(corrections.corrections, plain, parts, into_rows=True),
+            Pass(standard.accumulate, corrections.pair_layout(plain), options, density_rate=self.density_rate),
         ]
 
     def layout(self, dim: int) -> RowLayout:
@@ -55,7 +55,7 @@ class Corrected(Eulerian):
 
     def coefficients(self) -> np.ndarray:
         """Return those of the standard law, then C_f."""
-        return np.concatenate([super().coefficients(), corrected.coefficients(self.factor)])
+        return np.concatenate([super().coefficients(), standard.safeguard(self.factor)])
 
 
 def fallbacks(stepper: Any) -> int:

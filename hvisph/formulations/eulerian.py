@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.tensors import in_plane, plus_identity, put, times
 from hvisph.sph import artificial_stress
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import standard
@@ -83,7 +84,7 @@ class Eulerian:
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the one pass: all rates at once."""
-        options = self._options() | {"COUPLED": 0, "EXPONENT": self.stress_exponent}
+        options = self._options() | {"EXPONENT": self.stress_exponent}
         return [Pass(standard.accumulate, self.layout(dim), options, density_rate=self.density_rate)]
 
     def _options(self) -> dict[str, int]:
@@ -108,50 +109,29 @@ class Eulerian:
         return np.array([self.alpha, self.beta, 1.0 / at_spacing, self.stress_eps, self.alpha_rho,
                          self.share_minimum, self.share_decay])  # fmt: skip
 
-    def pack(self) -> tuple[Any, dict[str, Any]]:
+    def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
-        return _pack, self._options() | {
-            "tensile_part_2d": artificial_stress.tensile_part_2d,
-            "tensile_part_3d": artificial_stress.tensile_part_3d,
+        return _pack, {
+            "ARTIFICIAL_STRESS": int(self.stress_eps != 0.0),
+            "DISSIPATION": int(self.alpha_rho != 0.0),
+            "tensile_part": artificial_stress.tensile_part(dim),
         }
 
 
-def _pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t, s_xx, s_yy, s_zz, s_xy, s_xz, s_yz):
-    """Write what the standard law reads; return the speed of signals without the |mu| term."""
-    inverse2 = 1.0 / (rho * rho)
-    rows[s, U] = u
-    rows[s, H] = h
-    rows[s, M] = mass
-    rows[s, RHO] = rho
-    rows[s, C] = c
-    rows[s, T] = (s_xx - p) * inverse2
-    if DIM > 1:
-        rows[s, U + 1] = v
-        rows[s, T + 1] = (s_yy - p) * inverse2
-        rows[s, T + DIM] = s_xy * inverse2
-    if DIM > 2:
-        rows[s, U + 2] = w
-        rows[s, T + 2] = (s_zz - p) * inverse2
-        rows[s, T + 4] = s_xz * inverse2
-        rows[s, T + 5] = s_yz * inverse2
+def _pack(rows, s, coefficients, one):
+    """Write what the standard law reads of `one`; return the speed of signals without the |mu| term."""
+    inverse2 = 1.0 / (one.rho * one.rho)
+    stress = in_plane(plus_identity(one.s, -one.p), DIM)
+    put(rows, s, 0, one.x)
+    put(rows, s, U, one.u)
+    rows[s, H] = one.h
+    rows[s, M] = one.mass
+    rows[s, RHO] = one.rho
+    rows[s, C] = one.c
+    put(rows, s, T, times(inverse2, stress))
     if ARTIFICIAL_STRESS:
-        scale = -coefficients[3] * inverse2
-        if DIM == 1:
-            rows[s, R] = scale * max(s_xx - p, 0.0)
-        if DIM == 2:
-            a, b, d = tensile_part_2d(s_xx - p, s_yy - p, s_xy)
-            rows[s, R] = scale * a
-            rows[s, R + 1] = scale * b
-            rows[s, R + 2] = scale * d
-        if DIM == 3:
-            t_xx, t_yy, t_zz, t_xy, t_xz, t_yz = tensile_part_3d(s_xx - p, s_yy - p, s_zz - p, s_xy, s_xz, s_yz)
-            rows[s, R] = scale * t_xx
-            rows[s, R + 1] = scale * t_yy
-            rows[s, R + 2] = scale * t_zz
-            rows[s, R + 3] = scale * t_xy
-            rows[s, R + 4] = scale * t_xz
-            rows[s, R + 5] = scale * t_yz
+        put(rows, s, R, times(-coefficients[3] * inverse2, tensile_part(stress)))
     if DISSIPATION:
-        rows[s, P] = p
-        return c_l + 1.2 * (coefficients[0] + coefficients[4]) * c
-    return c_l + 1.2 * coefficients[0] * c
+        rows[s, P] = one.p
+        return one.c_l + 1.2 * (coefficients[0] + coefficients[4]) * one.c
+    return one.c_l + 1.2 * coefficients[0] * one.c

@@ -30,7 +30,7 @@ class Formulation(AnyFormulation, Protocol):
     def coefficients(self) -> np.ndarray:
         """Return the numbers that its laws and its `pack` read."""
 
-    def pack(self) -> tuple[Any, dict[str, Any]]:
+    def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the function that packs a particle's row, and the constants to bind into it."""
 
 

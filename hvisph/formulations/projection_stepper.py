@@ -6,6 +6,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hvisph.core.binding import bind
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
 from hvisph.materials import response
@@ -99,7 +100,7 @@ class ProjectionStepper:
         self._h_limits = formulation.smoothing.smallest * h, formulation.smoothing.largest * h
         self._eta2 = (0.1 * h) ** 2
         self._fullness = formulation.fullness(dim)
-        self._body_force = tuple(formulation.body_force) + (0.0,) * (3 - len(formulation.body_force))
+        self._body_force = (tuple(map(float, formulation.body_force)) + (0.0,) * dim)[:dim]
         self._partial = np.zeros((-(-count // passes.CHUNK), update.SUMS))
         self._step = 0.0
         self._averaged = TrailingMean(count, formulation.pressure_average)
@@ -118,10 +119,8 @@ class ProjectionStepper:
     def _compiled(self) -> list[Any]:
         """Return the loops of the four passes and of the step's completion."""
         dim, kernel = self.particles.dim, self.formulation.kernel
-        options = {
-            "DIM": dim,
-            "slope": kernel.slope,
-            "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+        shared = rates.slots(dim) | self.particles.bindings() | {
+            "DIM": dim, "slope": kernel.slope, "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
             "respond": response.respond,
         }  # fmt: skip
         sums: tuple[Any, ...] = (laws.velocity_gradient, laws.stress_divergence, laws.poisson, laws.pressure_gradient)
@@ -129,18 +128,11 @@ class ProjectionStepper:
         found = []
         for number, (law, loop) in enumerate(zip(sums, loops, strict=True)):
             layout = self._layouts[number]
-            bound = self._bound(law, options | layout.slots() | {"WIDTH": layout.used})
+            summed = bind(law, {"WIDTH": layout.used}, shared | layout.slots())
             following = self._layouts[(number + 1) % 4].slots()
-            state = self.particles.bindings()
-            names = options | state | following | {law.__name__: specialise(law, **bound)}
-            found.append(specialise(loop, parallel=True, **self._bound(loop, names)))
-        names = options | self.particles.bindings() | self._layouts[0].slots()
-        found.append(specialise(passes.carry, parallel=True, **self._bound(passes.carry, names)))
+            found.append(bind(loop, {law.__name__: summed}, shared | following, parallel=True))
+        found.append(bind(passes.carry, {}, shared | self._layouts[0].slots(), parallel=True))
         return found
-
-    @staticmethod
-    def _bound(template: Any, names: dict[str, Any]) -> dict[str, Any]:
-        return {name: value for name, value in names.items() if name in template.__code__.co_names}
 
     @property
     def pressures(self) -> np.ndarray:
@@ -161,13 +153,13 @@ class ProjectionStepper:
         near = (self.list.listed, self.list.first, self.list.last, self._kernels)
         stress, velocity, pressure, acceleration, _ = self._loops
         self._show_images(a, self._layouts[0])
-        stress(particles.data, particles.tags, *near, a, b, self.rates, self.table, self.models, step)
+        stress(particles.data, particles.tags, near, a, b, self.rates, (self.table, self.models), step)
         self._show_images(b, self._layouts[1])
-        velocity(particles.data, particles.tags, *near, b, a, self.rates, step, *self._body_force)
+        velocity(particles.data, particles.tags, near, b, a, self.rates, step, self._body_force)
         self._show_images(a, self._layouts[2])
         pressure(
             particles.data,
-            *near,
+            near,
             a,
             b,
             step,
@@ -177,7 +169,7 @@ class ProjectionStepper:
             self.formulation.printed,
         )
         self._show_images(b, self._layouts[3])
-        acceleration(particles.data, *near, b, self.rates, self.formulation.printed)
+        acceleration(particles.data, near, b, self.rates, self.formulation.printed)
 
     def complete(self, step: float, following: float) -> None:
         """Carry the state over `step` [s], and announce the step `following`."""
@@ -239,7 +231,7 @@ class ProjectionStepper:
         particles = self.particles
         variable = self.formulation.smoothing.variable
         self._loops[4](particles.data, particles.tags, self.rates, self._rows[0], self.lengths, step,
-                       complete, variable, *self._h_limits, *self._body_force, self._partial)  # fmt: skip
+                       complete, variable, self._h_limits, self._body_force, self._partial)  # fmt: skip
         self._sum_up()
 
     def _sum_up(self) -> None:

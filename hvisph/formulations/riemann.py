@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.tensors import in_plane, plus_identity, put
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import riemann
 from hvisph.sph.pairs import Pass
@@ -66,28 +67,21 @@ class Riemann:
         """Return nothing: the law has no coefficient."""
         return np.zeros(1)
 
-    def pack(self) -> tuple[Any, dict[str, Any]]:
+    def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
         return _pack, {}
 
 
-def _pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t, s_xx, s_yy, s_zz, s_xy, s_xz, s_yz):
-    """Write what the contact law reads; return the speed of signals."""
-    rows[s, U] = u
-    rows[s, H] = h
-    rows[s, M] = mass if mass > 0.0 else 1.0  # a retired particle has neither mass nor volume: not 0/0 but no force
-    rows[s, V] = mass / rho
-    rows[s, ZN] = rho * c_l
+def _pack(rows, s, coefficients, one):
+    """Write what the contact law reads of `one`; return the speed of signals."""
+    put(rows, s, 0, one.x)
+    put(rows, s, U, one.u)
+    rows[s, H] = one.h
+    # a retired particle has neither mass nor volume: not 0/0 but no force
+    rows[s, M] = one.mass if one.mass > 0.0 else 1.0
+    rows[s, V] = one.mass / one.rho
+    rows[s, ZN] = one.rho * one.c_l
     # A liquid slips: a shear impedance of next to nothing, for with none at all u* of the pair is 0/0.
-    rows[s, ZT] = rho * max(c_t, 1e-8 * c_l)
-    rows[s, T] = s_xx - p
-    if DIM > 1:
-        rows[s, U + 1] = v
-        rows[s, T + 1] = s_yy - p
-        rows[s, T + DIM] = s_xy
-    if DIM > 2:
-        rows[s, U + 2] = w
-        rows[s, T + 2] = s_zz - p
-        rows[s, T + 4] = s_xz
-        rows[s, T + 5] = s_yz
-    return c_l
+    rows[s, ZT] = one.rho * max(one.c_t, 1e-8 * one.c_l)
+    put(rows, s, T, in_plane(plus_identity(one.s, -one.p), DIM))
+    return one.c_l

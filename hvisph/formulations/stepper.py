@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.jit import specialise
+from hvisph.core.binding import bind
+from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import Particles
 from hvisph.materials import plane_stress, response
 from hvisph.materials.table import Material, pack
+from hvisph.sph import rates
 from hvisph.sph.cells import Grid
 from hvisph.sph.pairs import Pairs
 from hvisph.sph.rows import RowLayout
@@ -73,23 +75,19 @@ class Stepper:
     def _specialised_update(self, layout: RowLayout, previous: float, drift: float = 0.5) -> Any:
         """Return the pass over single particles, compiled for this formulation, its row and scheme."""
         particles, dim, smoothing = self.particles, self.particles.dim, self.formulation.smoothing
-        slots = layout.slots()
-        packer, options = self.formulation.pack()
-        names = packer.__code__.co_names
-        bound = {k: v for k, v in ({"DIM": dim} | options | slots).items() if k in names}
-        used = single.update.__code__.co_names
-        columns = {k: v for k, v in particles.bindings().items() if k in used}
-        # Never read where there are none: the branches that name them are compiled away.
-        columns = {k: 0 for k in used if k.startswith("S_")} | columns
-        return specialise(
-            single.update, parallel=True, DIM=dim, U=slots["U"], PREVIOUS=int(previous != 0.0),
-            DENSITY_RATE=int("previous_density_rate" in particles.offsets), DRIFT=drift,
-            VARIABLE_H=int(smoothing.variable), respond=response.respond, thinning=plane_stress.thinning,
-            PLANE_STRESS=int("thickness" in particles.offsets), SHARE=slots.get("SHARE", 0),
-            SWITCH=single.SWITCHES[getattr(self.formulation, "switch", "none")],
-            longitudinal_speed=response.longitudinal_speed, shear_speed=response.shear_speed,
-            pack=specialise(packer, **bound), **columns,
-        )  # fmt: skip
+        # Columns that a state lacks are never read: the branches that name them are compiled away.
+        columns = {f"S_{name.upper()}": 0 for name in CATALOGUE} | particles.bindings()
+        offered = {"SHARE": 0} | layout.slots() | rates.slots(dim) | columns | {
+            "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
+            "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
+            "PLANE_STRESS": int("thickness" in particles.offsets),
+            "SWITCH": single.SWITCHES[getattr(self.formulation, "switch", "none")],
+            "respond": response.respond, "thinning": plane_stress.thinning,
+            "longitudinal_speed": response.longitudinal_speed, "shear_speed": response.shear_speed,
+        }  # fmt: skip
+        packer, options = self.formulation.pack(dim)
+        parts = {part.__name__: bind(part, {}, offered) for part in single.PARTS}
+        return bind(single.update, parts | {"pack": bind(packer, options, offered)}, offered, parallel=True)
 
     @property
     def rows(self) -> np.ndarray:
@@ -141,9 +139,9 @@ class Stepper:
 
     def _carry(self, step: float, stage: float, complete: bool) -> None:
         particles = self.particles
-        self._update(particles.data, particles.tags, self.place, self.rates, self.stage_rows, self.table, self.models,
-                     self.coefficients, step, stage, complete, self.h_low, self.h_high, self.rows, self.lengths,
-                     self.signals, self.pressures, self._partial)  # fmt: skip
+        self._update(particles.data, particles.tags, self.place, self.rates, self.stage_rows,
+                     (self.table, self.models), self.coefficients, (step, stage, complete), (self.h_low, self.h_high),
+                     self.rows, (self.lengths, self.signals, self.pressures), self._partial)  # fmt: skip
         self._sum_up()
 
     def _sum_up(self) -> None:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.tensors import in_plane, put
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import reference
 from hvisph.sph.laws.contact import Contact
@@ -112,27 +113,19 @@ class TotalLagrangian:
         """Return alpha."""
         return np.array([self.alpha])
 
-    def pack(self) -> tuple[Any, dict[str, Any]]:
+    def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
         return _pack, {}
 
 
-def _pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t, s_xx, s_yy, s_zz, s_xy, s_xz, s_yz):
+def _pack(rows, s, coefficients, one):
     """Write what the passes read, but for place of reference and kind, which stay; return the speed of signals."""
-    rows[s, U] = u
-    rows[s, M] = mass
-    rows[s, RHO] = rho
-    rows[s, C] = c
-    rows[s, H] = h
-    rows[s, E] = e
-    rows[s, S] = s_xx
-    if DIM > 1:
-        rows[s, U + 1] = v
-        rows[s, S + 1] = s_yy
-        rows[s, S + DIM] = s_xy
-    if DIM > 2:
-        rows[s, U + 2] = w
-        rows[s, S + 2] = s_zz
-        rows[s, S + 4] = s_xz
-        rows[s, S + 5] = s_yz
-    return c_l + 1.2 * coefficients[0] * c
+    put(rows, s, 0, one.x)
+    put(rows, s, U, one.u)
+    rows[s, M] = one.mass
+    rows[s, RHO] = one.rho
+    rows[s, C] = one.c
+    rows[s, H] = one.h
+    rows[s, E] = one.e
+    put(rows, s, S, in_plane(one.s, DIM))
+    return one.c_l + 1.2 * coefficients[0] * one.c

@@ -10,8 +10,26 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.jit import compiled, prange
+from hvisph.core.growth import grown
+from hvisph.core.jit import prange
+from hvisph.core.tensors import (
+    divergence,
+    dot,
+    full_gradient,
+    minus,
+    no_vector,
+    own_full_symmetric,
+    own_gradient,
+    own_vector,
+    plus,
+    put,
+    put_full_symmetric,
+    times,
+    with_zz,
+)
 from hvisph.sph.viscosity import balsara_share, relaxed_share
+
+from .particle import Rates, Shown, State
 
 CHUNK = 256
 # Which share of the viscosity a particle takes: all of it, or by a published switch.
@@ -22,228 +40,176 @@ KINETIC, INTERNAL, MOMENTUM, SUPPORT, FASTEST, LONGEST = 0, 1, 2, 5, 8, 9
 SUMS = 10
 
 
-@compiled
-def grown(rate):
-    """Return exp(rate) to second order, by a fraction that is positive for every step that a criterion allows."""
-    return (1.0 + 0.5 * rate) / (1.0 - 0.5 * rate)
+def loaded(state, i):
+    """Return particle `i` of the state."""
+    return State(own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM), state[i, S_DENSITY],
+                 state[i, S_INTERNAL_ENERGY], state[i, S_SMOOTHING_LENGTH],
+                 own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN],
+                 state[i, S_DAMAGE])  # fmt: skip
 
 
-def update(state, tags, place, rates, sorted_rows, table, models, coefficients, step, stage, complete,
-           h_low, h_high, rows, lengths, signals, pressures, sums):  # fmt: skip
-    """Complete the step of length `step` (if `complete`) and pack the stage `stage` ahead: the template.
+def store(state, i, now):
+    """Write particle `i` into the state."""
+    put(state, i, S_POSITION, now.x)
+    put(state, i, S_VELOCITY, now.u)
+    state[i, S_DENSITY] = now.rho
+    state[i, S_INTERNAL_ENERGY] = now.e
+    state[i, S_SMOOTHING_LENGTH] = now.h
+    put_full_symmetric(state, i, S_DEVIATOR, now.s, DIM)
+    state[i, S_PLASTIC_STRAIN] = now.plastic_strain
+    state[i, S_DAMAGE] = now.damage
+
+
+def measured(rates, k):
+    """Return row `k` of the rates."""
+    return Rates(own_vector(rates, k, R_ACCELERATION, DIM), rates[k, R_POWER], own_gradient(rates, k, R_GRADIENT, DIM),
+                 rates[k, R_DENSITY] if DENSITY_RATE else 0.0)  # fmt: skip
+
+
+def remember(state, i, u, rate):
+    """Keep the rates of an evaluation, and the velocity `u` that it was made with, for the step after."""
+    put(state, i, S_PREVIOUS_VELOCITY, u)
+    put(state, i, S_PREVIOUS_ACCELERATION, rate.a)
+    state[i, S_PREVIOUS_POWER] = rate.power
+    put(state, i, S_PREVIOUS_GRADIENT, rate.l)
+    if DENSITY_RATE:
+        state[i, S_PREVIOUS_DENSITY_RATE] = rate.density
+
+
+def moved(state, i, now, rate, u, step):
+    """Carry position, velocity and energy over a step: return them in a state, velocity gradient and swelling.
+
+    `u` is the velocity of the evaluation, with which power and gradient were found. The step's rates are those of
+    the evaluation or, with PREVIOUS, the means of them and of the one before.
+    """
+    a, power, l, density = rate.a, rate.power, rate.l, rate.density
+    if PREVIOUS:
+        before = own_vector(state, i, S_PREVIOUS_ACCELERATION, DIM)
+        a = times(0.5, plus(a, before))
+        power = 0.5 * (power + state[i, S_PREVIOUS_POWER])
+        l = times(0.5, plus(l, own_gradient(state, i, S_PREVIOUS_GRADIENT, DIM)))
+        if DENSITY_RATE:
+            density = 0.5 * (density + state[i, S_PREVIOUS_DENSITY_RATE])
+    # Mean velocity of the step; the work of the forces at it is what the energy receives.
+    mean = plus(now.u, times(0.5 * step, a))
+    missing = dot(rate.a, minus(mean, u))
+    if PREVIOUS:
+        missing = 0.5 * (missing + dot(before, minus(mean, own_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
+    after = State(plus(now.x, times(step, mean)), plus(now.u, times(step, a)), now.rho,
+                  now.e + step * (power - missing), now.h, now.s, now.plastic_strain, now.damage)  # fmt: skip
+    return after, l, divergence(l) - density
+
+
+def strained(now, dt, l, swelling, table, models, m, h_low, h_high):
+    """Strain a particle over `dt` at the velocity gradient `l` in the plane and its rate of volume `swelling` there.
+
+    Returns the state, pressure, bulk sound speed, full velocity gradient, and growth of the thickness.
+    """
+    full, thicker, rho = full_gradient(l), 1.0, now.rho
+    if PLANE_STRESS:
+        zz = thinning(table, models, m, dt, rho, swelling, now.e, now.s, now.plastic_strain, now.damage, full)
+        full, thicker = with_zz(full, zz), grown(dt * zz)
+        rho *= grown(-dt * (swelling + zz))
+    else:
+        rho *= grown(-dt * swelling)
+    h = min(max(now.h * grown(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
+    s, plastic_strain, damage, p, c = respond(
+        table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, full)  # fmt: skip
+    return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage), p, c, full, thicker
+
+
+def viscous_share(share, l, c, h, dt, coefficients):
+    """Return the share of the viscosity that a particle takes, from its full velocity gradient."""
+    if SWITCH == MORRIS_MONAGHAN:
+        return relaxed_share(share, divergence(l), c, h, dt, coefficients[5], coefficients[6])
+    return balsara_share(l, c, h)
+
+
+def update(state, tags, place, rates, sorted_rows, materials, coefficients, times_ahead, h_limits, rows, found,
+           sums):  # fmt: skip
+    """Complete a step and pack the stage of the next one: the template.
 
     Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
     DENSITY_RATE (1 where the rates hold one of ln(rho)), DRIFT (share of the acceleration in the stage's
-    position), PLANE_STRESS, SWITCH (share of the viscosity), columns of the state (S_...), slots of the row
-    (U, SHARE), functions `respond`, `thinning`, `longitudinal_speed`, `shear_speed` and `pack`.
+    position), PLANE_STRESS, SWITCH (share of the viscosity), columns of the state (S_...) and of the rates (R_...),
+    slots of the row (U, SHARE), the templates above, and functions of `hvisph.materials` and `pack`.
+
+    Parameters
+    ----------
+    state, tags
+        The particles.
+    place, rates, sorted_rows
+        Row of each particle's rates, the rates, and the packed rows of their evaluation.
+    materials
+        Table and models of the packed materials.
+    coefficients
+        Numbers that `pack` and the switches read.
+    times_ahead
+        Length of the step [s], how far the next stage is ahead of its end [s], whether to complete the step.
+    h_limits
+        Least and largest smoothing length [m].
+    rows
+        Receives the packed rows of the stage.
+    found
+        Three arrays (n,) that receive smoothing length, speed of signals and pressure at the stage.
+    sums
+        (chunks, SUMS) receives sums over the completed state.
     """
     count = np.uint64(state.shape[0])
+    table, models = materials
+    step, stage, complete = times_ahead
+    h_low, h_high = h_limits
+    lengths, signals, pressures = found
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         kinetic = internal = fastest = longest = 0.0
-        p_x = p_y = p_z = f_x = f_y = f_z = 0.0
+        momentum = support = no_vector(DIM)
         for s in range(first, min(first + np.uint64(CHUNK), count)):
-            k = np.uint64(place[s])
-            m = np.uint64(tags[s, 2])
-            fixed = tags[s, 3] & np.uint32(1)
-            x = state[s, 0]
-            y = state[s, 1] if DIM > 1 else 0.0
-            z = state[s, 2] if DIM > 2 else 0.0
-            u = state[s, S_VELOCITY]
-            v = state[s, S_VELOCITY + 1] if DIM > 1 else 0.0
-            w = state[s, S_VELOCITY + 2] if DIM > 2 else 0.0
-            mass = state[s, S_MASS]
-            rho = state[s, S_DENSITY]
-            e = state[s, S_INTERNAL_ENERGY]
-            h = state[s, S_SMOOTHING_LENGTH]
-            s_xx = state[s, S_DEVIATOR]
-            s_yy = state[s, S_DEVIATOR + 1]
-            s_zz = state[s, S_DEVIATOR + 2]
-            s_xy = state[s, S_DEVIATOR + 3] if DIM > 1 else 0.0
-            s_xz = state[s, S_DEVIATOR + 4] if DIM > 2 else 0.0
-            s_yz = state[s, S_DEVIATOR + 5] if DIM > 2 else 0.0
-            plastic = state[s, S_PLASTIC_STRAIN]
-            damage = state[s, S_DAMAGE]
-            a_x = rates[k, 0]
-            a_y = rates[k, 1] if DIM > 1 else 0.0
-            a_z = rates[k, 2] if DIM > 2 else 0.0
-            power = rates[k, DIM]
-            l_xy = l_xz = l_yx = l_yy = l_yz = l_zx = l_zy = l_zz = 0.0
-            l_xx = rates[k, DIM + 2]
-            if DIM == 2:
-                l_xy, l_yx, l_yy = rates[k, DIM + 3], rates[k, DIM + 4], rates[k, DIM + 5]
-            if DIM == 3:
-                l_xy, l_xz, l_yx, l_yy = rates[k, 6], rates[k, 7], rates[k, 8], rates[k, 9]
-                l_yz, l_zx, l_zy, l_zz = rates[k, 10], rates[k, 11], rates[k, 12], rates[k, 13]
-            dissipated = rates[k, DIM + 2 + DIM * DIM] if DENSITY_RATE else 0.0
-            if fixed:
-                f_x += mass * a_x
-                f_y += mass * a_y
-                f_z += mass * a_z
-                a_x = a_y = a_z = 0.0
+            k, m = np.uint64(place[s]), np.uint64(tags[s, 2])
+            mass, now, rate = state[s, S_MASS], loaded(state, s), measured(rates, k)
+            if tags[s, 3] & np.uint32(1):  # clamped
+                support = plus(support, times(mass, rate.a))
+                rate = Rates(no_vector(DIM), rate.power, rate.l, rate.density)
             if complete:
-                # Velocity of the evaluation, with which `power` and the gradient were found.
-                e_x = sorted_rows[k, U]
-                e_y = sorted_rows[k, U + 1] if DIM > 1 else 0.0
-                e_z = sorted_rows[k, U + 2] if DIM > 2 else 0.0
-                n_x, n_y, n_z, heat = a_x, a_y, a_z, power
-                g_xx, g_xy, g_xz, g_yx, g_yy, g_yz, g_zx, g_zy, g_zz = (
-                    l_xx, l_xy, l_xz, l_yx, l_yy, l_yz, l_zx, l_zy, l_zz)  # fmt: skip
-                if PREVIOUS:
-                    q_x = state[s, S_PREVIOUS_ACCELERATION]
-                    q_y = state[s, S_PREVIOUS_ACCELERATION + 1] if DIM > 1 else 0.0
-                    q_z = state[s, S_PREVIOUS_ACCELERATION + 2] if DIM > 2 else 0.0
-                    n_x, n_y, n_z = 0.5 * (a_x + q_x), 0.5 * (a_y + q_y), 0.5 * (a_z + q_z)
-                    heat = 0.5 * (power + state[s, S_PREVIOUS_POWER])
-                    G = S_PREVIOUS_GRADIENT
-                    g_xx = 0.5 * (l_xx + state[s, G])
-                    if DIM == 2:
-                        g_xy = 0.5 * (l_xy + state[s, G + 1])
-                        g_yx = 0.5 * (l_yx + state[s, G + 2])
-                        g_yy = 0.5 * (l_yy + state[s, G + 3])
-                    if DIM == 3:
-                        g_xy = 0.5 * (l_xy + state[s, G + 1])
-                        g_xz = 0.5 * (l_xz + state[s, G + 2])
-                        g_yx = 0.5 * (l_yx + state[s, G + 3])
-                        g_yy = 0.5 * (l_yy + state[s, G + 4])
-                        g_yz = 0.5 * (l_yz + state[s, G + 5])
-                        g_zx = 0.5 * (l_zx + state[s, G + 6])
-                        g_zy = 0.5 * (l_zy + state[s, G + 7])
-                        g_zz = 0.5 * (l_zz + state[s, G + 8])
-                swelling = g_xx + g_yy + g_zz - dissipated
-                if PREVIOUS and DENSITY_RATE:
-                    swelling += 0.5 * (dissipated - state[s, S_PREVIOUS_DENSITY_RATE])
-                # Mean velocity of the step; the work of the forces at it is what the energy receives.
-                m_x = u + 0.5 * step * n_x
-                m_y = v + 0.5 * step * n_y
-                m_z = w + 0.5 * step * n_z
-                if PREVIOUS:
-                    V = S_PREVIOUS_VELOCITY
-                    missing = 0.5 * (a_x * (m_x - e_x) + q_x * (m_x - state[s, V]))
-                    if DIM > 1:
-                        missing += 0.5 * (a_y * (m_y - e_y) + q_y * (m_y - state[s, V + 1]))
-                    if DIM > 2:
-                        missing += 0.5 * (a_z * (m_z - e_z) + q_z * (m_z - state[s, V + 2]))
-                else:
-                    missing = a_x * (m_x - e_x) + a_y * (m_y - e_y) + a_z * (m_z - e_z)
-                e += step * (heat - missing)
-                x += step * m_x
-                y += step * m_y
-                z += step * m_z
-                u += step * n_x
-                v += step * n_y
-                w += step * n_z
+                u = own_vector(sorted_rows, k, U, DIM)
+                now, l, swelling = moved(state, s, now, rate, u, step)
+                now, p, c, l, thicker = strained(now, step, l, swelling, table, models, m, h_low, h_high)
+                store(state, s, now)
                 if PLANE_STRESS:
-                    g_zz = thinning(table, models, m, step, rho, swelling, e, s_xx, s_yy, s_zz, s_xy, plastic,
-                                    damage, g_xx, g_xy, g_yx, g_yy)  # fmt: skip
-                    state[s, S_THICKNESS] *= grown(step * g_zz)
-                half = 0.5 * step * swelling
-                rho *= grown(-step * (swelling + g_zz)) if PLANE_STRESS else grown(-step * swelling)
-                if VARIABLE_H:
-                    h = min(max(h * (1.0 + half / DIM) / (1.0 - half / DIM), h_low), h_high)
-                s_xx, s_yy, s_zz, s_xy, s_xz, s_yz, plastic, damage, p, c = respond(
-                    table, models, m, step, rho, e, s_xx, s_yy, s_zz, s_xy, s_xz, s_yz, plastic, damage,
-                    g_xx, g_xy, g_xz, g_yx, g_yy, g_yz, g_zx, g_zy, g_zz)  # fmt: skip
-                state[s, 0] = x
-                state[s, S_VELOCITY] = u
-                if DIM > 1:
-                    state[s, 1] = y
-                    state[s, S_VELOCITY + 1] = v
-                    state[s, S_DEVIATOR + 3] = s_xy
-                if DIM > 2:
-                    state[s, 2] = z
-                    state[s, S_VELOCITY + 2] = w
-                    state[s, S_DEVIATOR + 4] = s_xz
-                    state[s, S_DEVIATOR + 5] = s_yz
-                state[s, S_DENSITY] = rho
-                state[s, S_INTERNAL_ENERGY] = e
-                state[s, S_SMOOTHING_LENGTH] = h
-                state[s, S_DEVIATOR] = s_xx
-                state[s, S_DEVIATOR + 1] = s_yy
-                state[s, S_DEVIATOR + 2] = s_zz
-                state[s, S_PLASTIC_STRAIN] = plastic
-                state[s, S_DAMAGE] = damage
+                    state[s, S_THICKNESS] *= thicker
                 if SWITCH == MORRIS_MONAGHAN:
-                    state[s, S_VISCOSITY_SHARE] = relaxed_share(
-                        state[s, S_VISCOSITY_SHARE], g_xx + g_yy + g_zz, c, h, step, coefficients[5], coefficients[6]
-                    )
+                    state[s, S_VISCOSITY_SHARE] = viscous_share(
+                        state[s, S_VISCOSITY_SHARE], l, c, now.h, step, coefficients)  # fmt: skip
                 if PREVIOUS:
-                    V, A, G = S_PREVIOUS_VELOCITY, S_PREVIOUS_ACCELERATION, S_PREVIOUS_GRADIENT
-                    state[s, V] = e_x
-                    state[s, A] = a_x
-                    if DIM > 1:
-                        state[s, V + 1] = e_y
-                        state[s, A + 1] = a_y
-                    if DIM > 2:
-                        state[s, V + 2] = e_z
-                        state[s, A + 2] = a_z
-                    state[s, S_PREVIOUS_POWER] = power
-                    if DENSITY_RATE:
-                        state[s, S_PREVIOUS_DENSITY_RATE] = dissipated
-                    for f in range(np.uint64(DIM * DIM)):
-                        state[s, np.uint64(G) + f] = rates[k, np.uint64(DIM + 2) + f]
-            speed2 = u * u + v * v + w * w
+                    remember(state, s, u, rate)
+            speed2 = dot(now.u, now.u)
             kinetic += 0.5 * mass * speed2
-            internal += mass * e
-            p_x += mass * u
-            p_y += mass * v
-            p_z += mass * w
+            internal += mass * now.e
+            momentum = plus(momentum, times(mass, now.u))
             fastest = max(fastest, speed2)
             # The stage: where the rates are evaluated next.
-            x += stage * (u + DRIFT * stage * a_x)
-            y += stage * (v + DRIFT * stage * a_y)
-            z += stage * (w + DRIFT * stage * a_z)
-            u += stage * a_x
-            v += stage * a_y
-            w += stage * a_z
-            e += stage * power
-            thickness = 1.0
-            if PLANE_STRESS:
-                l_zz = thinning(table, models, m, stage, rho, l_xx + l_yy - dissipated, e, s_xx, s_yy, s_zz, s_xy,
-                                plastic, damage, l_xx, l_xy, l_yx, l_yy)  # fmt: skip
-                thickness = state[s, S_THICKNESS] * grown(stage * l_zz)
-            half = (
-                0.5 * stage * (l_xx + l_yy - dissipated)
-                if PLANE_STRESS
-                else 0.5 * stage * (l_xx + l_yy + l_zz - dissipated)
-            )
-            rho *= grown(-stage * (l_xx + l_yy + l_zz - dissipated))
-            if VARIABLE_H:
-                h = min(max(h * (1.0 + half / DIM) / (1.0 - half / DIM), h_low), h_high)
-            longest = max(longest, h)
-            s_xx, s_yy, s_zz, s_xy, s_xz, s_yz, plastic, damage, p, c = respond(
-                table, models, m, stage, rho, e, s_xx, s_yy, s_zz, s_xy, s_xz, s_yz, plastic, damage,
-                l_xx, l_xy, l_xz, l_yx, l_yy, l_yz, l_zx, l_zy, l_zz)  # fmt: skip
-            c_l = longitudinal_speed(c, rho, table, m)
-            rows[s, 0] = x
-            if DIM > 1:
-                rows[s, 1] = y
-            if DIM > 2:
-                rows[s, 2] = z
-            c_t = shear_speed(rho, table, m)
-            pressures[s] = p
-            if PLANE_STRESS:  # a membrane: its forces and its density are those of its thickness
-                rho, p = rho * thickness, p * thickness
-                s_xx, s_yy, s_zz, s_xy = s_xx * thickness, s_yy * thickness, s_zz * thickness, s_xy * thickness
-            signals[s] = pack(rows, s, coefficients, u, v, w, mass, rho, e, h, p, c, c_l, c_t,
-                              s_xx, s_yy, s_zz, s_xy, s_xz, s_yz)  # fmt: skip
+            x = plus(now.x, times(stage, plus(now.u, times(DRIFT * stage, rate.a))))
+            ahead = State(x, plus(now.u, times(stage, rate.a)), now.rho, now.e + stage * rate.power, now.h, now.s,
+                          now.plastic_strain, now.damage)  # fmt: skip
+            swelling = divergence(rate.l) - rate.density
+            ahead, p, c, l, thicker = strained(ahead, stage, rate.l, swelling, table, models, m, h_low, h_high)
+            pressures[s], lengths[s], longest = p, ahead.h, max(longest, ahead.h)
+            c_l, c_t = longitudinal_speed(c, ahead.rho, table, m), shear_speed(ahead.rho, table, m)
+            # In plane stress a membrane: its forces and its density are those of its thickness.
+            thickness = state[s, S_THICKNESS] * thicker if PLANE_STRESS else 1.0
+            signals[s] = pack(rows, s, coefficients, Shown(
+                ahead.x, ahead.u, mass, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
+                times(thickness, ahead.s)))  # fmt: skip
             if SWITCH:
-                share = balsara_share(l_xx, l_xy, l_xz, l_yx, l_yy, l_yz, l_zx, l_zy, l_zz, c, h)
-                if SWITCH == MORRIS_MONAGHAN:
-                    share = relaxed_share(state[s, S_VISCOSITY_SHARE], l_xx + l_yy + l_zz, c, h, stage,
-                                          coefficients[5], coefficients[6])  # fmt: skip
+                share = state[s, S_VISCOSITY_SHARE] if SWITCH == MORRIS_MONAGHAN else 1.0
+                share = viscous_share(share, l, c, ahead.h, stage, coefficients)
                 rows[s, SHARE] = share
                 # a small share lets no step grow: the shock that raises it may be a step away
                 signals[s] += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
-            lengths[s] = h
         i = np.uint64(chunk)
-        sums[i, KINETIC] = kinetic
-        sums[i, INTERNAL] = internal
-        sums[i, MOMENTUM] = p_x
-        sums[i, MOMENTUM + 1] = p_y
-        sums[i, MOMENTUM + 2] = p_z
-        sums[i, SUPPORT] = f_x
-        sums[i, SUPPORT + 1] = f_y
-        sums[i, SUPPORT + 2] = f_z
-        sums[i, FASTEST] = fastest
-        sums[i, LONGEST] = longest
+        sums[i, KINETIC], sums[i, INTERNAL], sums[i, FASTEST], sums[i, LONGEST] = kinetic, internal, fastest, longest
+        put(sums, i, MOMENTUM, momentum)
+        put(sums, i, SUPPORT, support)
+
+
+PARTS = (loaded, store, measured, remember, moved, strained, viscous_share)

@@ -7,7 +7,9 @@ elastic answer; density, stress and plastic strain then follow as for any other 
 
 from __future__ import annotations
 
+from ..core.growth import grown
 from ..core.jit import compiled
+from ..core.tensors import with_zz
 from .response import equilibrium_state, longitudinal_speed, respond
 
 # Secant steps at most, and the share of the longitudinal modulus that counts as no stress.
@@ -16,8 +18,7 @@ _TOLERANCE = 1e-10
 
 
 @compiled
-def thinning(table, models, m, dt, rho, swelling, e, s_xx, s_yy, s_zz, s_xy, plastic_strain, damage,
-             l_xx, l_xy, l_yx, l_yy):  # fmt: skip
+def thinning(table, models, m, dt, rho, swelling, e, s, plastic_strain, damage, l):
     """Return L_zz [1/s] for which sigma_zz = 0 after a step of `dt` [s], 0 for no step.
 
     Parameters
@@ -30,10 +31,10 @@ def thinning(table, models, m, dt, rho, swelling, e, s_xx, s_yy, s_zz, s_xy, pla
         In-plane rate of volume [1/s].
     e
         Specific internal energy at its end [J/kg].
-    s_xx ... damage
-        Deviator [Pa], plastic strain and damage at its start.
-    l_xx ... l_yy
-        In-plane velocity gradient [1/s].
+    s, plastic_strain, damage
+        Deviator [Pa] (six components), plastic strain and damage at its start.
+    l
+        Velocity gradient [1/s] (nine components), of which that through the thickness is not read.
     """
     if dt == 0.0:
         return 0.0
@@ -41,14 +42,13 @@ def thinning(table, models, m, dt, rho, swelling, e, s_xx, s_yy, s_zz, s_xy, pla
     speed = longitudinal_speed(c, rho, table, m)
     modulus = rho * speed * speed
     slope = modulus * dt
-    rate = -(s_zz - p) / slope - swelling * (1.5 * c * c / (speed * speed) - 0.5)
+    rate = -(s[2] - p) / slope - swelling * (1.5 * c * c / (speed * speed) - 0.5)
     before = 0.0
     stress_before = 0.0
     for k in range(_STEPS):
-        half = 0.5 * dt * (swelling + rate)
-        t = respond(table, models, m, dt, rho * (1.0 - half) / (1.0 + half), e, s_xx, s_yy, s_zz, s_xy, 0.0, 0.0,
-                    plastic_strain, damage, l_xx, l_xy, 0.0, l_yx, l_yy, 0.0, 0.0, 0.0, rate)  # fmt: skip
-        stress = t[2] - t[8]
+        t = respond(table, models, m, dt, rho * grown(-dt * (swelling + rate)), e, s, plastic_strain, damage,
+                    with_zz(l, rate))  # fmt: skip
+        stress = t[0][2] - t[3]
         if abs(stress) <= _TOLERANCE * modulus:
             break
         if k > 0 and rate != before:

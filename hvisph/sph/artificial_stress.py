@@ -9,6 +9,7 @@ carries half of this strength; `eps` here has Gray's meaning.
 from __future__ import annotations
 
 from math import sqrt
+from typing import Any
 
 from hvisph.core.jit import compiled
 
@@ -17,8 +18,15 @@ _SWEEPS = 4
 
 
 @compiled
-def tensile_part_2d(xx, yy, xy):
+def _in_line(s):
+    """Return the tensile part of a tensor with one component."""
+    return (max(s[0], 0.0),)
+
+
+@compiled
+def _plane(s):
     """Return the tensile part (xx, yy, xy) of a plane symmetric tensor."""
+    xx, yy, xy = s
     mean = 0.5 * (xx + yy)
     half = 0.5 * (xx - yy)
     radius = sqrt(half * half + xy * xy)
@@ -46,8 +54,9 @@ def _rotation(p, q, pq):
 
 
 @compiled
-def tensile_part_3d(xx, yy, zz, xy, xz, yz):
+def _solid(s):
     """Return the tensile part of a symmetric 3x3 tensor (Jacobi's method)."""
+    xx, yy, zz, xy, xz, yz = s
     mean = (xx + yy + zz) / 3.0
     d_xx, d_yy, d_zz = xx - mean, yy - mean, zz - mean
     squares = d_xx * d_xx + d_yy * d_yy + d_zz * d_zz + 2.0 * (xy * xy + xz * xz + yz * yz)
@@ -89,3 +98,8 @@ def tensile_part_3d(xx, yy, zz, xy, xz, yz):
         a * u_x * u_z + b * v_x * v_z + c * w_x * w_z,
         a * u_y * u_z + b * v_y * v_z + c * w_y * w_z,
     )
+
+
+def tensile_part(dim: int) -> Any:
+    """Return the compiled function that takes the tensile part of a symmetric tensor in `dim` dimensions."""
+    return (_in_line, _plane, _solid)[dim - 1]

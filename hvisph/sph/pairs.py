@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.binding import bind
 from hvisph.core.errors import RunError
 from hvisph.core.jit import specialise
 
@@ -88,11 +89,7 @@ class Pairs:
         }
         self._sweeps = []
         for one in passes:
-            names = one.law.__code__.co_names
-            slots: dict[str, Any] = {k: v for k, v in self.slots.items() if k in names}
-            options = shared | one.options | {"WIDTH": one.reads.used}
-            bound = {k: v for k, v in options.items() if k in names}
-            law = specialise(one.law, **bound, **slots)
+            law = bind(one.law, one.options, shared | self.slots | rates.slots(dim) | {"WIDTH": one.reads.used})
             sweep = specialise(traversal.sweep, parallel=True, DIM=dim, H=self.slots["H"], law=law)
             self._sweeps.append((sweep, one.into_rows))
 

@@ -22,6 +22,7 @@ from __future__ import annotations
 from math import exp, sqrt
 
 from hvisph.core.jit import compiled
+from hvisph.core.tensors import curl, divergence, dot
 
 SOFTENING = 0.01  # share of h^2 in the denominator of mu
 
@@ -39,12 +40,11 @@ def monaghan(mu, alpha, beta, c, inverse_density):
 
 
 @compiled
-def balsara_share(l_xx, l_xy, l_xz, l_yx, l_yy, l_yz, l_zx, l_zy, l_zz, c, h):
-    """Return BAL's share from the velocity gradient [1/s], sound speed [m/s] and smoothing length [m]."""
-    compression = abs(l_xx + l_yy + l_zz)
-    curl_x, curl_y, curl_z = l_zy - l_yz, l_xz - l_zx, l_yx - l_xy
-    curl = sqrt(curl_x * curl_x + curl_y * curl_y + curl_z * curl_z)
-    return compression / (compression + curl + 1e-4 * c / h)
+def balsara_share(l, c, h):
+    """Return BAL's share from the full velocity gradient [1/s], sound speed [m/s] and smoothing length [m]."""
+    compression = abs(divergence(l))
+    turning = curl(l)
+    return compression / (compression + sqrt(dot(turning, turning)) + 1e-4 * c / h)
 
 
 @compiled

@@ -21,6 +21,7 @@ import numpy as np
 
 from hvisph.core.lanes import LANES, all_lanes, total
 from hvisph.core.simd import neighbours
+from hvisph.core.tensors import dot, minus, no_gradient, no_vector, own_vector, plus, spread, times, totals, vector
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.rows import RowLayout
 
@@ -70,35 +71,17 @@ def row_layout(dim: int) -> RowLayout:
 
 def accumulate(near, n, rows, i, constants, out):
     """Sum contact force, half of its work and omega^2 of particle `i`; the row's |mu| slot takes omega^2."""
-    inverse_w0 = constants[0]
-    at_zero = constants[1]
-    x = rows[i, 0]
-    y = rows[i, 1] if DIM > 1 else 0.0
-    z = rows[i, 2] if DIM > 2 else 0.0
-    u = rows[i, U]
-    v = rows[i, U + 1] if DIM > 1 else 0.0
-    w = rows[i, U + 2] if DIM > 2 else 0.0
-    h = rows[i, H]
-    body = rows[i, BODY]
-    stiffness = rows[i, K]
+    inverse_w0, at_zero = constants[0], constants[1]
+    x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
+    h, body, stiffness = rows[i, H], rows[i, BODY], rows[i, K]
     scale_own = rows[i, V] / rows[i, M]
-    a_x = a_y = a_z = power = omega2 = all_lanes(0.0)
+    a = spread(no_vector(DIM))
+    power = omega2 = all_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = x - b[0]
-        r2 = dx * dx
-        du = u - b[U]
-        ur = du * dx
-        if DIM > 1:
-            dy = y - b[1]
-            r2 += dy * dy
-            ur += (v - b[U + 1]) * dy
-        if DIM > 2:
-            dz = z - b[2]
-            r2 += dz * dz
-            ur += (w - b[U + 2]) * dz
+        dx = minus(x, vector(b, 0, DIM))
         ih = 2.0 / (h + b[H])
-        r = np.sqrt(r2)
+        r = np.sqrt(dot(dx, dx))
         q = r * ih
         other = min(abs(body - b[BODY]), 1.0)
         ratio = shape(q) * inverse_w0
@@ -111,16 +94,11 @@ def accumulate(near, n, rows, i, constants, out):
             lower = all_lanes(1.0)
         power_of_w = lower * ratio
         both = other * b[V] * min(stiffness, b[K]) * float(EXPONENT)
-        f = -both * power_of_w * slope_ratio / r
-        a_x += f * dx
-        if DIM > 1:
-            a_y += f * dy
-        if DIM > 2:
-            a_z += f * dz
-        power += f * ur
+        force = times(-both * power_of_w * slope_ratio / r, dx)
+        a = plus(a, force)
+        power += dot(force, minus(u, vector(b, U, DIM)))
         omega2 += both * (
             float(EXPONENT - 1) * lower * slope_ratio * slope_ratio + 3.0 * power_of_w * at_zero * ih * ih
         )
-    write_rates(out, i, scale_own * total(a_x), scale_own * total(a_y), scale_own * total(a_z),
-                -0.5 * scale_own * total(power), 2.0 * scale_own * total(omega2),
-                0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)  # fmt: skip
+    write_rates(out, i, times(scale_own, totals(a)), -0.5 * scale_own * total(power), 2.0 * scale_own * total(omega2),
+                no_gradient(DIM))  # fmt: skip

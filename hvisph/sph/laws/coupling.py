@@ -12,26 +12,21 @@ from __future__ import annotations
 
 import numpy as np
 
+from hvisph.core.tensors import dot, minus, own_vector, vector
+
 FIELDS = (("kind", "scalar"), ("body", "scalar"), ("d", "vector"))
 
 
-def shares(rows, i, b, dx, dy, dz, reach2):
+def shares(rows, i, b, dx, reach2):
     """Return the three shares of the pairs of row `i` and the lanes `b`: a template.
 
     Bound names: DIM, slots KIND, BODY and D (displacement from the reference position), CONTACT
-    and STRESS_AT_INTERFACE (1.0 or 0.0). `reach2` is the square of the reference support [m^2].
+    and STRESS_AT_INTERFACE (1.0 or 0.0). `dx` is x_a - x_b, `reach2` the square of the reference support [m^2].
     """
     mixed = abs(rows[i, KIND] - b[KIND])
     both = rows[i, KIND] * b[KIND]
-    e_x = dx - (rows[i, D] - b[D])
-    reference2 = e_x * e_x
-    if DIM > 1:
-        e_y = dy - (rows[i, D + 1] - b[D + 1])
-        reference2 += e_y * e_y
-    if DIM > 2:
-        e_z = dz - (rows[i, D + 2] - b[D + 2])
-        reference2 += e_z * e_z
-    near = max(np.copysign(1.0, reach2 - reference2), 0.0)
+    reference = minus(dx, minus(own_vector(rows, i, D, DIM), vector(b, D, DIM)))
+    near = max(np.copysign(1.0, reach2 - dot(reference, reference)), 0.0)
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
     same = 1.0 - other
     gradient = 1.0 - CONTACT * other

@@ -21,6 +21,22 @@ import numpy as np
 from hvisph.core.blocks import eight_at, put_eight
 from hvisph.core.lanes import LANES, all_lanes, total
 from hvisph.core.simd import neighbours
+from hvisph.core.tensors import (
+    dot,
+    minus,
+    no_gradient,
+    no_vector,
+    on,
+    outer,
+    own_symmetric,
+    own_vector,
+    plus,
+    spread,
+    symmetric,
+    times,
+    totals,
+    vector,
+)
 from hvisph.sph.rows import RowLayout
 
 
@@ -45,132 +61,56 @@ def pressure_layout(dim: int) -> RowLayout:
 
 
 def velocity_gradient(near, first, last, rows, i, kernels):
-    """Return the nine components of L [1/s], and keep f of each pair in `kernels`."""
-    x = rows[i, 0]
-    y = rows[i, 1] if DIM > 1 else 0.0
-    z = rows[i, 2] if DIM > 2 else 0.0
-    u = rows[i, U]
-    v = rows[i, U + 1] if DIM > 1 else 0.0
-    w = rows[i, U + 2] if DIM > 2 else 0.0
-    h = rows[i, H]
-    l_xx = l_xy = l_xz = l_yx = l_yy = l_yz = l_zx = l_zy = l_zz = all_lanes(0.0)
+    """Return L [1/s], and keep f of each pair in `kernels`."""
+    x, u, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, H]
+    l = spread(no_gradient(DIM))
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = x - b[0]
-        dy = y - b[1] if DIM > 1 else 0.0
-        dz = z - b[2] if DIM > 2 else 0.0
-        r2 = dx * dx
-        if DIM > 1:
-            r2 += dy * dy
-        if DIM > 2:
-            r2 += dz * dz
+        dx = minus(x, vector(b, 0, DIM))
         hm = 0.5 * (h + b[H])
-        r = np.sqrt(r2)
+        r = np.sqrt(dot(dx, dx))
         # One division for 1/h and 1/r.
         inverse = 1.0 / (hm * r)
         ih = r * inverse
         f = scale(ih) * slope(r * ih) * (hm * inverse)
         put_eight(kernels, k, f)
-        f *= b[V]
-        du = f * (u - b[U])
-        l_xx -= du * dx
-        if DIM > 1:
-            dv = f * (v - b[U + 1])
-            l_xy -= du * dy
-            l_yx -= dv * dx
-            l_yy -= dv * dy
-        if DIM > 2:
-            dw = f * (w - b[U + 2])
-            l_xz -= du * dz
-            l_yz -= dv * dz
-            l_zx -= dw * dx
-            l_zy -= dw * dy
-            l_zz -= dw * dz
-    return (total(l_xx), total(l_xy), total(l_xz), total(l_yx), total(l_yy), total(l_yz),
-            total(l_zx), total(l_zy), total(l_zz))  # fmt: skip
+        l = minus(l, outer(times(f * b[V], minus(u, vector(b, U, DIM))), dx))
+    return totals(l)
 
 
 def stress_divergence(near, first, last, rows, i, kernels):
-    """Return the acceleration by the deviators [m/s^2], three components."""
-    x = rows[i, 0]
-    y = rows[i, 1] if DIM > 1 else 0.0
-    z = rows[i, 2] if DIM > 2 else 0.0
-    t_xx = rows[i, T]
-    t_yy = rows[i, T + 1] if DIM > 1 else 0.0
-    t_xy = rows[i, T + DIM] if DIM > 1 else 0.0
-    t_zz = rows[i, T + 2] if DIM > 2 else 0.0
-    t_xz = rows[i, T + 4] if DIM > 2 else 0.0
-    t_yz = rows[i, T + 5] if DIM > 2 else 0.0
-    a_x = a_y = a_z = all_lanes(0.0)
+    """Return the acceleration by the deviators [m/s^2]."""
+    x, t = own_vector(rows, i, 0, DIM), own_symmetric(rows, i, T, DIM)
+    a = spread(no_vector(DIM))
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        f = b[M] * eight_at(kernels, k)
-        g_x = f * (x - b[0])
-        s_xx = t_xx + b[T]
-        if DIM == 1:
-            a_x += s_xx * g_x
-        if DIM > 1:
-            g_y = f * (y - b[1])
-            s_yy = t_yy + b[T + 1]
-            s_xy = t_xy + b[T + DIM]
-            if DIM == 2:
-                a_x += s_xx * g_x + s_xy * g_y
-                a_y += s_xy * g_x + s_yy * g_y
-        if DIM > 2:
-            g_z = f * (z - b[2])
-            s_zz = t_zz + b[T + 2]
-            s_xz = t_xz + b[T + 4]
-            s_yz = t_yz + b[T + 5]
-            a_x += s_xx * g_x + s_xy * g_y + s_xz * g_z
-            a_y += s_xy * g_x + s_yy * g_y + s_yz * g_z
-            a_z += s_xz * g_x + s_yz * g_y + s_zz * g_z
-    return total(a_x), total(a_y), total(a_z)
+        g = times(b[M] * eight_at(kernels, k), minus(x, vector(b, 0, DIM)))
+        a = plus(a, on(plus(t, symmetric(b, T, DIM)), g))
+    return totals(a)
 
 
 def poisson(near, first, last, rows, i, kernels, eta2):
     """Return D [1/s], the rate at which density is lost over density, A [m/kg] and Q [1/s^2]."""
-    x = rows[i, 0]
-    y = rows[i, 1] if DIM > 1 else 0.0
-    z = rows[i, 2] if DIM > 2 else 0.0
-    u = rows[i, U]
-    v = rows[i, U + 1] if DIM > 1 else 0.0
-    w = rows[i, U + 2] if DIM > 2 else 0.0
-    rho = rows[i, RHO]
-    divergence = diagonal = others = all_lanes(0.0)
+    x, u, rho = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, RHO]
+    loss = diagonal = others = all_lanes(0.0)
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = x - b[0]
-        r2 = dx * dx
-        ux = (u - b[U]) * dx
-        if DIM > 1:
-            dy = y - b[1]
-            r2 += dy * dy
-            ux += (v - b[U + 1]) * dy
-        if DIM > 2:
-            dz = z - b[2]
-            r2 += dz * dz
-            ux += (w - b[U + 2]) * dz
+        dx = minus(x, vector(b, 0, DIM))
+        r2 = dot(dx, dx)
         f = b[V] * eight_at(kernels, k)
-        divergence += f * ux
+        loss += f * dot(minus(u, vector(b, U, DIM)), dx)
         densities = rho + b[RHO]
         c = f * r2 * b[RHO] / (densities * densities * (r2 + eta2))
         diagonal += c
         others += c * b[P]
-    return total(divergence), 8.0 * total(diagonal), 8.0 * total(others)
+    return total(loss), 8.0 * total(diagonal), 8.0 * total(others)
 
 
 def pressure_gradient(near, first, last, rows, i, kernels, own):
-    """Return sum_b (w_b P_b + w_b `own`) grad W_ab, three components."""
-    x = rows[i, 0]
-    y = rows[i, 1] if DIM > 1 else 0.0
-    z = rows[i, 2] if DIM > 2 else 0.0
-    a_x = a_y = a_z = all_lanes(0.0)
+    """Return sum_b (w_b P_b + w_b `own`) grad W_ab."""
+    x, a = own_vector(rows, i, 0, DIM), spread(no_vector(DIM))
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         f = (b[WP] + own * b[W]) * eight_at(kernels, k)
-        a_x += f * (x - b[0])
-        if DIM > 1:
-            a_y += f * (y - b[1])
-        if DIM > 2:
-            a_z += f * (z - b[2])
-    return total(a_x), total(a_y), total(a_z)
+        a = plus(a, times(f, minus(x, vector(b, 0, DIM))))
+    return totals(a)

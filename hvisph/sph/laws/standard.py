@@ -1,4 +1,4 @@
-"""Standard SPH of solids: symmetric stress sum, Monaghan viscosity (whole or by shares), Gray's artificial stress.
+"""SPH of solids: symmetric stress sum, Monaghan viscosity (whole or by shares), Gray's artificial stress.
 
     L_a  = - sum_b m_b/rho_b u_ab (x) grad_a W_ab
     a_a  =   sum_b m_b (sigma_a/rho_a^2 + sigma_b/rho_b^2 - Pi_ab I + f^n (R_a + R_b)) . grad_a W_ab
@@ -23,21 +23,55 @@ take of that, V_a V_b q_ab p_a/rho_a and -V_a V_b q_ab p_b/rho_b, the sum is los
 store, and half of it becomes heat on either side. What remains is an exchange at the mean of
 p/rho, equal and opposite, so that the total energy is kept pair by pair, and between alike
 materials both sides gain entropy. A barotropic material takes no notice of its heat.
+
+Corrected gradients (Young 2021 eqs. 1, 14 and section 3.2): with g_ab = A_a grad_a W_ab + W_ab B_a, whose A and B the
+pass before this one wrote into each row (`sph.laws.corrections`), a's stress acts on g_ab, b's on -g_ba, and what
+belongs to the pair on their mean; L takes g_ab. Forces remain equal and opposite, since each side's correction goes
+with its own stress. A pair takes the plain gradient on both sides where a component of either corrected one is more
+than C_f times the plain one or less than 1/C_f of it; that refuses changed signs too. Components along which the two
+stand side by side are not tested: the plain gradient has none there. Fall-backs are counted.
+
+Beside Total Lagrangian particles pairs have shares (`sph.laws.coupling`).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
+from hvisph.core.jit import compiled
 from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
+from hvisph.core.tensors import (
+    dot,
+    gradient,
+    minus,
+    no_gradient,
+    no_vector,
+    on,
+    on_rows,
+    outer,
+    own_gradient,
+    own_symmetric,
+    own_vector,
+    plus,
+    plus_identity,
+    spread,
+    symmetric,
+    times,
+    totals,
+    vector,
+)
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
 # Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
-# viscosity, and the exponent n of f.
-PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = 0
+# viscosity, corrected gradients, pairs beside Total Lagrangian particles, and the exponent n of f.
+PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = COUPLED = 0
 EXPONENT = 4
+
+# A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
+LEVEL = 1e-3
+HUGE = 1e300
 
 
 def row_layout(dim: int, artificial_stress: bool, more: tuple[tuple[str, str], ...] = ()) -> RowLayout:
@@ -49,70 +83,58 @@ def row_layout(dim: int, artificial_stress: bool, more: tuple[tuple[str, str], .
     return RowLayout(dim, (*fields, *more))
 
 
+def safeguard(factor: float) -> np.ndarray:
+    """Return what `accumulate` reads of C_f: itself and the share LEVEL; with no limit nothing is tested."""
+    return np.array([factor, LEVEL]) if np.isfinite(factor) else np.array([1.0, np.inf])
+
+
+@compiled
+def is_not_negative(x):
+    """Return 1 where x >= 0, 0 elsewhere."""
+    return min(max(x * HUGE + 1.0, 0.0), 1.0)
+
+
+@compiled
+def margin(own, others, plain, factor, distance, level):
+    """Return a number below 0 where a ratio to `plain` is above factor or below 1/factor, not so elsewhere.
+
+    It is large where the component is not tested: where the `distance` along it, x_a - x_b, is below `level`.
+    """
+    square = plain * plain
+    low = min(own * plain, others * plain)
+    high = max(own * plain, others * plain)
+    return min(factor * square - high, factor * low - square) + max((level - abs(distance)) * HUGE, 0.0)
+
+
 def accumulate(near, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
-    alpha = constants[0]
-    beta = constants[1]
-    inverse_w0 = constants[2]
-    x = rows[i, 0]
-    y = rows[i, 1] if DIM > 1 else 0.0
-    z = rows[i, 2] if DIM > 2 else 0.0
-    u = rows[i, U]
-    v = rows[i, U + 1] if DIM > 1 else 0.0
-    w = rows[i, U + 2] if DIM > 2 else 0.0
-    h = rows[i, H]
-    rho = rows[i, RHO]
-    c = rows[i, C]
-    t_xx = rows[i, T]
-    t_yy = rows[i, T + 1] if DIM > 1 else 0.0
-    t_xy = rows[i, T + DIM] if DIM > 1 else 0.0
-    t_zz = rows[i, T + 2] if DIM > 2 else 0.0
-    t_xz = rows[i, T + 4] if DIM > 2 else 0.0
-    t_yz = rows[i, T + 5] if DIM > 2 else 0.0
-    if ARTIFICIAL_STRESS:
-        r_xx = rows[i, R]
-        r_yy = rows[i, R + 1] if DIM > 1 else 0.0
-        r_xy = rows[i, R + DIM] if DIM > 1 else 0.0
-        r_zz = rows[i, R + 2] if DIM > 2 else 0.0
-        r_xz = rows[i, R + 4] if DIM > 2 else 0.0
-        r_yz = rows[i, R + 5] if DIM > 2 else 0.0
+    alpha, beta, inverse_w0 = constants[0], constants[1], constants[2]
+    x, u, t = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM)
+    h, rho, c = rows[i, H], rows[i, RHO], rows[i, C]
     inverse_rho = 1.0 / rho
-    none = all_lanes(0.0)
+    if CORRECTED:
+        own_matrix, own_shift = own_gradient(rows, i, A, DIM), own_vector(rows, i, B, DIM)
+        factor, share_of_r = constants[FACTOR], constants[FACTOR + 1]
+    if ARTIFICIAL_STRESS:
+        tensile = own_symmetric(rows, i, R, DIM)
     if SWITCHED:
         half_share = 0.5 * rows[i, SHARE]
     if DISSIPATION:
         p = rows[i, P]
         twice_alpha = 2.0 * constants[4]  # for c_a + c_b in place of their mean
-    density_rate = none
-    l_xx = l_xy = l_xz = l_yx = l_yy = l_yz = l_zx = l_zy = l_zz = none
-    a_x = a_y = a_z = power = mu_max = none
+    a, l = spread(no_vector(DIM)), spread(no_gradient(DIM))
+    density_rate = power = mu_max = plain = all_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = x - b[0]
-        r2 = dx * dx
-        du = u - b[U]
-        ur = du * dx
-        if DIM > 1:
-            dy = y - b[1]
-            dv = v - b[U + 1]
-            r2 += dy * dy
-            ur += dv * dy
-        else:
-            dy = dv = 0.0
-        if DIM > 2:
-            dz = z - b[2]
-            dw = w - b[U + 2]
-            r2 += dz * dz
-            ur += dw * dz
-        else:
-            dz = dw = 0.0
+        dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
+        r2, ur = dot(dx, dx), dot(du, dx)
         hm = 0.5 * (h + b[H])
         ih = 1.0 / hm
         r = np.sqrt(r2)
         q = r * ih
         m = b[M]
         if COUPLED:
-            force_share, gradient_share, stress_share = shares(rows, i, b, dx, dy, dz, constants[constants.size - 1])
+            force_share, gradient_share, stress_share = shares(rows, i, b, dx, constants[constants.size - 1])
         # One division for four: 1/r, 1/(r^2 + 0.01 h^2), 1/(rho_a + rho_b) and 1/rho_b.
         rho_b = b[RHO]
         soft = r2 + SOFTENING * hm * hm
@@ -122,7 +144,9 @@ def accumulate(near, n, rows, i, constants, out):
         inverse = 1.0 / (lengths * products)
         inverse_lengths = inverse * products
         inverse_products = inverse * lengths
-        f = scale(ih) * slope(q) * (inverse_lengths * soft)
+        inverse_rho_b = inverse_products * densities
+        norm = scale(ih)
+        f = norm * slope(q) * (inverse_lengths * soft)
         mu = approach(hm, ur, inverse_lengths * r)
         pi = monaghan(mu, alpha, beta, c + b[C], inverse_products * rho_b)
         if SWITCHED:
@@ -130,24 +154,27 @@ def accumulate(near, n, rows, i, constants, out):
             pi = pi * share
             mu = mu * share
         mu_max = larger_lanes(mu_max, -mu * force_share if COUPLED else -mu)
-        g_x = f * dx
-        g_y = f * dy if DIM > 1 else 0.0
-        g_z = f * dz if DIM > 2 else 0.0
-        # own stress
-        own_x = t_xx * g_x + t_xy * g_y + t_xz * g_z
-        own_y = t_xy * g_x + t_yy * g_y + t_yz * g_z
-        own_z = t_xz * g_x + t_yz * g_y + t_zz * g_z
+        # g corrected by a; o, for b, corrected by b and turned round; both plain without corrections
+        g = o = mean = times(f, dx)
+        if CORRECTED:
+            kernel = norm * hm * shape(q)
+            own_g = plus(on_rows(own_matrix, g), times(kernel, own_shift))
+            others = minus(on_rows(gradient(b, A, DIM), g), times(kernel, vector(b, B, DIM)))
+            level = share_of_r * r
+            room = margin(own_g[0], others[0], g[0], factor, dx[0], level)
+            if DIM > 1:
+                room = min(room, margin(own_g[1], others[1], g[1], factor, dx[1], level))
+            if DIM > 2:
+                room = min(room, margin(own_g[2], others[2], g[2], factor, dx[2], level))
+            kept = is_not_negative(room)
+            left = 1.0 - kept
+            plain += left
+            g, o = plus(times(kept, own_g), times(left, g)), plus(times(kept, others), times(left, g))
+            mean = times(0.5, plus(g, o))
+        own, other = on(t, g), on(symmetric(b, T, DIM), o)
         if PRODUCT:
-            ratio = rho * (inverse_products * densities)
-            own_x = own_x * ratio
-            own_y = own_y * ratio
-            own_z = own_z * ratio
-        b_xx = b[T]
-        b_yy = b[T + 1] if DIM > 1 else 0.0
-        b_xy = b[T + DIM] if DIM > 1 else 0.0
-        b_zz = b[T + 2] if DIM > 2 else 0.0
-        b_xz = b[T + 4] if DIM > 2 else 0.0
-        b_yz = b[T + 5] if DIM > 2 else 0.0
+            own, other = times(rho * inverse_rho_b, own), times(rho_b * inverse_rho, other)
+        pair = times(-pi, mean)
         if ARTIFICIAL_STRESS:
             fw = shape(q) * inverse_w0
             fn = fw
@@ -155,20 +182,8 @@ def accumulate(near, n, rows, i, constants, out):
                 fn = fn * fw
             if COUPLED:
                 fn = fn * stress_share
-            s_xx = fn * (r_xx + b[R]) - pi
-            s_yy = fn * (r_yy + b[R + 1]) - pi if DIM > 1 else 0.0
-            s_xy = fn * (r_xy + b[R + DIM]) if DIM > 1 else 0.0
-            s_zz = fn * (r_zz + b[R + 2]) - pi if DIM > 2 else 0.0
-            s_xz = fn * (r_xz + b[R + 4]) if DIM > 2 else 0.0
-            s_yz = fn * (r_yz + b[R + 5]) if DIM > 2 else 0.0
-            pair_x = s_xx * g_x + s_xy * g_y + s_xz * g_z
-            pair_y = s_xy * g_x + s_yy * g_y + s_yz * g_z
-            pair_z = s_xz * g_x + s_yz * g_y + s_zz * g_z
-        else:
-            pair_x = -pi * g_x
-            pair_y = -pi * g_y
-            pair_z = -pi * g_z
-        vf = m * (inverse_products * densities)
+            pair = on(plus_identity(times(fn, plus(tensile, symmetric(b, R, DIM))), -pi), mean)
+        vf = m * inverse_rho_b
         if COUPLED:
             vf = vf * gradient_share
             m = m * force_share
@@ -178,34 +193,12 @@ def accumulate(near, n, rows, i, constants, out):
             p_b = b[P]
             flow = twice_alpha * vf * (p - p_b) * (f * r) / (c + b[C])
             density_rate += flow
-            power -= 0.5 * inverse_rho * flow * (p * inverse_rho + p_b * (inverse_products * densities))
-        of_b_x = b_xx * g_x + b_xy * g_y + b_xz * g_z
-        of_b_y = b_xy * g_x + b_yy * g_y + b_yz * g_z
-        of_b_z = b_xz * g_x + b_yz * g_y + b_zz * g_z
-        if PRODUCT:
-            ratio = rho_b * inverse_rho
-            of_b_x = of_b_x * ratio
-            of_b_y = of_b_y * ratio
-            of_b_z = of_b_z * ratio
-        a_x += m * (own_x + pair_x + of_b_x)
-        power += m * du * (own_x + 0.5 * pair_x)
-        l_xx -= vf * du * g_x
-        if DIM > 1:
-            a_y += m * (own_y + pair_y + of_b_y)
-            power += m * dv * (own_y + 0.5 * pair_y)
-            l_xy -= vf * du * g_y
-            l_yx -= vf * dv * g_x
-            l_yy -= vf * dv * g_y
-        if DIM > 2:
-            a_z += m * (own_z + pair_z + of_b_z)
-            power += m * dw * (own_z + 0.5 * pair_z)
-            l_xz -= vf * du * g_z
-            l_yz -= vf * dv * g_z
-            l_zx -= vf * dw * g_x
-            l_zy -= vf * dw * g_y
-            l_zz -= vf * dw * g_z
-    write_rates(out, i, total(a_x), total(a_y), total(a_z), -total(power), largest(mu_max),
-                total(l_xx), total(l_xy), total(l_xz), total(l_yx), total(l_yy), total(l_yz),
-                total(l_zx), total(l_zy), total(l_zz))  # fmt: skip
+            power -= 0.5 * inverse_rho * flow * (p * inverse_rho + p_b * inverse_rho_b)
+        a = plus(a, times(m, plus(plus(own, pair), other)))
+        power += m * dot(du, plus(own, times(0.5, pair)))
+        l = minus(l, outer(times(vf, du), g))
+    write_rates(out, i, totals(a), -total(power), largest(mu_max), totals(l))
     if MASS_FORM or DISSIPATION:
-        out[i, DIM + 2 + DIM * DIM] = inverse_rho * total(density_rate)
+        out[i, R_DENSITY] = inverse_rho * total(density_rate)
+    if CORRECTED:
+        rows[i, FALLBACKS] = max(rows[i, FALLBACKS], total(plain))  # all of them, where it falls back as a whole

@@ -1,0 +1,16 @@
+"""What compiled loops over single particles hand each other: named tuples of numbers, vectors and tensors."""
+
+from __future__ import annotations
+
+from collections import namedtuple
+
+# The state of a particle: position, velocity, density, specific internal energy, smoothing length, deviator
+# (six components), plastic strain and damage; what it stands for is in `hvisph.core.fields`.
+State = namedtuple("State", "x u rho e h s plastic_strain damage")
+
+# The rates of a particle: acceleration, power, velocity gradient in the plane, rate of ln(rho) beside it.
+Rates = namedtuple("Rates", "a power l density")
+
+# What `pack` of a formulation writes into a particle's row: position and velocity, mass, density, energy, smoothing
+# length, pressure, speeds of bulk, longitudinal and shear waves, deviator (six components).
+Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s")
