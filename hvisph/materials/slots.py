@@ -18,6 +18,7 @@ import numpy as np
 
 from ..core.errors import CaseError
 from ..core.jit import compiled
+from ..core.memory import row_address
 
 # Columns of `table` that every material has.
 RHO0 = 0  # reference density [kg/m^3]
@@ -29,11 +30,17 @@ ROOM_TEMPERATURE = 5  # [K]
 INVERSE_HEAT_CAPACITY = 6  # [kg K/J]; 0 where no heat capacity is known
 INVERSE_MELT_RANGE = 7  # 1/(T_melt - T_room) [1/K]; 0 where unknown
 
-_COMMON, _BLOCK = 8, 6
-EOS = tuple(range(_COMMON, _COMMON + _BLOCK))
-STRENGTH = tuple(range(_COMMON + _BLOCK, _COMMON + 2 * _BLOCK))
-DAMAGE = tuple(range(_COMMON + 2 * _BLOCK, _COMMON + 3 * _BLOCK))
-SLOT_COUNT = _COMMON + 3 * _BLOCK
+_COMMON = 8
+_EOS, _STRENGTH, _DAMAGE = 12, 14, 8  # columns of each model's block
+EOS = tuple(range(_COMMON, _COMMON + _EOS))
+STRENGTH = tuple(range(EOS[-1] + 1, EOS[-1] + 1 + _STRENGTH))
+DAMAGE = tuple(range(STRENGTH[-1] + 1, STRENGTH[-1] + 1 + _DAMAGE))
+SLOT_COUNT = DAMAGE[-1] + 1
+
+# Behind the slots a row goes on with the isentrope of the material, then the grid of a tabulated equation of
+# state: read by the address of the row, which is what the tuple of `parameters` ends with.
+ADDRESS = SLOT_COUNT
+CURVE = SLOT_COUNT
 
 # Columns of `models`.
 EOS_TAG = 0
@@ -48,35 +55,17 @@ FLOOR_SHARE = 0.01
 
 @compiled
 def parameters(table, m):
-    """Return row `m` (uint64) of the table as a tuple of scalars."""
+    """Return the slots of row `m` (uint64) of the table as a tuple of scalars, and last the row's address."""
     return (
-        table[m, 0],
-        table[m, 1],
-        table[m, 2],
-        table[m, 3],
-        table[m, 4],
-        table[m, 5],
-        table[m, 6],
-        table[m, 7],
-        table[m, 8],
-        table[m, 9],
-        table[m, 10],
-        table[m, 11],
-        table[m, 12],
-        table[m, 13],
-        table[m, 14],
-        table[m, 15],
-        table[m, 16],
-        table[m, 17],
-        table[m, 18],
-        table[m, 19],
-        table[m, 20],
-        table[m, 21],
-        table[m, 22],
-        table[m, 23],
-        table[m, 24],
-        table[m, 25],
-    )
+        table[m, 0], table[m, 1], table[m, 2], table[m, 3], table[m, 4], table[m, 5],
+        table[m, 6], table[m, 7], table[m, 8], table[m, 9], table[m, 10], table[m, 11],
+        table[m, 12], table[m, 13], table[m, 14], table[m, 15], table[m, 16], table[m, 17],
+        table[m, 18], table[m, 19], table[m, 20], table[m, 21], table[m, 22], table[m, 23],
+        table[m, 24], table[m, 25], table[m, 26], table[m, 27], table[m, 28], table[m, 29],
+        table[m, 30], table[m, 31], table[m, 32], table[m, 33], table[m, 34], table[m, 35],
+        table[m, 36], table[m, 37], table[m, 38], table[m, 39], table[m, 40], table[m, 41],
+        row_address(table, m),
+    )  # fmt: skip
 
 
 class Model(Protocol):

@@ -1,0 +1,93 @@
+"""Jones-Wilkins-Lee equation of state of detonation products, with programmed burn.
+
+    V = rho0/rho
+    p = F { A [1 - w/(R1 V)] exp(-R1 V) + B [1 - w/(R2 V)] exp(-R2 V) + w rho e }
+
+The explosive starts with its chemical energy, e = E0/rho0 (E0 per volume, as printed in tables).
+F is the share that has burnt: it rises from 0 to 1 while the detonation front, which runs from
+the given points at the speed D, crosses one and a half particle spacings; without points all has
+burnt at the start. What has not burnt bears nothing, and a front is never driven by pressure.
+
+Lee, Hornig & Kury 1968 (UCRL-50422); parameters: Dobratz & Crawford 1985 (UCRL-52997).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, sqrt
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.jit import compiled
+from .. import slots
+from ..slots import RHO0
+
+CAPITAL_A = slots.EOS[0]
+CAPITAL_B = slots.EOS[1]
+R1 = slots.EOS[2]
+R2 = slots.EOS[3]
+OMEGA = slots.EOS[4]
+BURN_RATE = slots.EOS[5]  # 1/s of the share that has burnt; 0 where all has burnt at the start
+
+BURN_SPACINGS = 1.5
+
+
+@dataclass(frozen=True)
+class JonesWilkinsLee:
+    """Parameters of the Jones-Wilkins-Lee equation of state."""
+
+    capital_a: float  # A [Pa]
+    capital_b: float  # B [Pa]
+    r1: float  # R1 [-]
+    r2: float  # R2 [-]
+    omega: float  # w [-]
+    energy_density: float  # E0 [J/m^3]
+    reference_density: float  # rho0 [kg/m^3]
+    burn_rate: float = 0.0  # D/(1.5 dx) [1/s]
+
+    name: ClassVar[str] = "jwl"
+    tag: ClassVar[int] = 8
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "capital_a", "r1", "r2", "omega", "energy_density", "reference_density")
+        slots.require_not_negative(self, "burn_rate")
+
+    @property
+    def ambient_energy(self) -> float:
+        """Specific chemical energy E0/rho0 [J/kg]."""
+        return self.energy_density / self.reference_density
+
+    def ambient_sound_speed(self, density: float) -> float:
+        """Sound speed of the products at the reference density and the whole energy [m/s]."""
+        row = np.zeros(slots.SLOT_COUNT)
+        row[slots.RHO0] = density
+        self.pack(row, density)
+        values, e = tuple(row.tolist()), self.ambient_energy
+        return sqrt(sound_speed_squared.py_func(density, e, pressure.py_func(density, e, values), values))
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[CAPITAL_A], row[CAPITAL_B] = self.capital_a, self.capital_b
+        row[R1], row[R2], row[OMEGA] = self.r1, self.r2, self.omega
+        row[BURN_RATE] = self.burn_rate
+
+
+@compiled
+def pressure(rho, e, row):
+    """Pressure [Pa] of the products at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    v = row[RHO0] / rho
+    first, second, omega = row[R1] * v, row[R2] * v, row[OMEGA]
+    cold = row[CAPITAL_A] * (1.0 - omega / first) * exp(-first)
+    return cold + row[CAPITAL_B] * (1.0 - omega / second) * exp(-second) + omega * rho * e
+
+
+@compiled
+def sound_speed_squared(rho, e, p, row):
+    """Square of the sound speed [m^2/s^2] at pressure `p` [Pa], from p_rho + p p_e/rho^2."""
+    v = row[RHO0] / rho
+    first, second, omega = row[R1] * v, row[R2] * v, row[OMEGA]
+    # d/d rho of (1 - w/(R V)) exp(-R V), with d(R V)/d rho = -R V/rho
+    one = row[CAPITAL_A] * exp(-first) * (first - omega - omega / first)
+    two = row[CAPITAL_B] * exp(-second) * (second - omega - omega / second)
+    return (one + two) / rho + omega * e + p * omega / rho

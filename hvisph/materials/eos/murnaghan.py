@@ -1,0 +1,81 @@
+"""Murnaghan equation of state: a bulk modulus that grows with pressure.
+
+    p = K/n ((rho/rho0)^n - 1) + Gamma rho0 (e - e_c),    K(p) = K + n p
+    e_c = K/(n rho0) [((rho/rho0)^(n-1) - 1)/(n-1) + rho0/rho - 1]
+
+e_c is the energy of cold compression. With Gamma = 0, the default, energy plays no part: for liquids
+and for solids that stay cold.  Murnaghan 1944, Proc. Natl. Acad. Sci. 30, 244.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.errors import CaseError
+from ...core.jit import compiled
+from .. import slots
+from ..slots import INVERSE_RHO0, RHO0
+
+BULK_MODULUS = slots.EOS[0]
+EXPONENT = slots.EOS[1]
+GAMMA = slots.EOS[2]
+
+
+@dataclass(frozen=True)
+class Murnaghan:
+    """Parameters of the Murnaghan equation of state."""
+
+    bulk_modulus: float  # K [Pa]
+    exponent: float  # n = dK/dp [-]
+    gamma: float = 0.0  # Gamma, with Gamma rho constant [-]
+
+    name: ClassVar[str] = "murnaghan"
+    tag: ClassVar[int] = 7
+    ambient_energy: ClassVar[float] = 0.0
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "bulk_modulus")
+        slots.require_not_negative(self, "gamma")
+        if not 1.0 < self.exponent < np.inf:
+            raise CaseError(f"exponent is {self.exponent!r}, but must be above 1", where=self.name)
+
+    def ambient_sound_speed(self, density: float) -> float:
+        """Return sqrt(K/rho0) [m/s]."""
+        return float(np.sqrt(self.bulk_modulus / density))
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[BULK_MODULUS] = self.bulk_modulus
+        row[EXPONENT] = self.exponent
+        row[GAMMA] = self.gamma
+
+
+@compiled
+def cold_energy(rho, row):
+    """Specific energy of cold compression e_c [J/kg]."""
+    eta, n = rho * row[INVERSE_RHO0], row[EXPONENT]
+    return row[BULK_MODULUS] * row[INVERSE_RHO0] / n * ((eta ** (n - 1.0) - 1.0) / (n - 1.0) + 1.0 / eta - 1.0)
+
+
+@compiled
+def pressure(rho, e, row):
+    """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    n = row[EXPONENT]
+    p = row[BULK_MODULUS] / n * ((rho * row[INVERSE_RHO0]) ** n - 1.0)
+    if row[GAMMA] > 0.0:
+        p += row[GAMMA] * row[RHO0] * (e - cold_energy(rho, row))
+    return p
+
+
+@compiled
+def sound_speed_squared(rho, e, p, row):
+    """Square of the sound speed [m^2/s^2] at pressure `p` [Pa], from p_rho + p p_e/rho^2."""
+    n = row[EXPONENT]
+    slope = row[BULK_MODULUS] * row[INVERSE_RHO0] * (rho * row[INVERSE_RHO0]) ** (n - 1.0)
+    if row[GAMMA] > 0.0:
+        cold = row[BULK_MODULUS] / n * ((rho * row[INVERSE_RHO0]) ** n - 1.0)
+        slope += row[GAMMA] * row[RHO0] * (p - cold) / (rho * rho)
+    return slope

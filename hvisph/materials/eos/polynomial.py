@@ -1,0 +1,74 @@
+"""Polynomial equation of state.
+
+    mu = rho/rho0 - 1
+    compression:  p = A1 mu + A2 mu^2 + A3 mu^3 + (B0 + B1 mu) rho0 e
+    expansion:    p = T1 mu + T2 mu^2 + B0 rho0 e
+
+The common form of hydrocodes (Johnson & Holmquist 1994 call its coefficients K1, K2, K3; ceramics
+then have B0 = B1 = 0). A1 and T1 are bulk moduli, and T1 is A1 where it is not given. A fit holds
+up to the pressure it was fitted to, no further: with A3 < 0 it bends down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.jit import compiled
+from .. import slots
+from ..slots import INVERSE_RHO0, RHO0
+
+A1, A2, A3, B0, B1, T1, T2 = slots.EOS[:7]
+
+
+@dataclass(frozen=True)
+class Polynomial:
+    """Parameters of the polynomial equation of state."""
+
+    a1: float  # [Pa]
+    a2: float = 0.0  # [Pa]
+    a3: float = 0.0  # [Pa]
+    b0: float = 0.0  # [-]
+    b1: float = 0.0  # [-]
+    t1: float = 0.0  # [Pa]; zero takes a1
+    t2: float = 0.0  # [Pa]
+
+    name: ClassVar[str] = "polynomial"
+    tag: ClassVar[int] = 6
+    ambient_energy: ClassVar[float] = 0.0
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "a1")
+        slots.require_not_negative(self, "b0", "t1")
+
+    def ambient_sound_speed(self, density: float) -> float:
+        """Return sqrt(A1/rho0) [m/s]."""
+        return float(np.sqrt(self.a1 / density))
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[A1], row[A2], row[A3] = self.a1, self.a2, self.a3
+        row[B0], row[B1] = self.b0, self.b1
+        row[T1], row[T2] = self.t1 or self.a1, self.t2
+
+
+@compiled
+def pressure(rho, e, row):
+    """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    mu = (rho - row[RHO0]) * row[INVERSE_RHO0]
+    if mu >= 0.0:
+        return mu * (row[A1] + mu * (row[A2] + mu * row[A3])) + (row[B0] + row[B1] * mu) * row[RHO0] * e
+    return mu * (row[T1] + mu * row[T2]) + row[B0] * row[RHO0] * e
+
+
+@compiled
+def sound_speed_squared(rho, e, p, row):
+    """Square of the sound speed [m^2/s^2] at pressure `p` [Pa], from p_rho + p p_e/rho^2."""
+    mu = (rho - row[RHO0]) * row[INVERSE_RHO0]
+    heat = p * row[RHO0] / (rho * rho)
+    if mu >= 0.0:
+        slope = (row[A1] + mu * (2.0 * row[A2] + 3.0 * mu * row[A3])) * row[INVERSE_RHO0]
+        return slope + row[B1] * e + heat * (row[B0] + row[B1] * mu)
+    return (row[T1] + 2.0 * row[T2] * mu) * row[INVERSE_RHO0] + heat * row[B0]

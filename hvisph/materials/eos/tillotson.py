@@ -1,0 +1,168 @@
+"""Tillotson equation of state: from the shocked solid to the expanded vapour.
+
+    eta = rho/rho0,  mu = eta - 1,  z = 1/eta - 1,  w = e/(E0 eta^2) + 1
+    p_c = (a + b/w) rho e + A mu + B mu^2                                rho >= rho0 or e <= e_iv
+    p_h = a rho e + [b rho e/w + A mu exp(-beta z)] exp(-alpha z^2)      rho < rho0 and e >= e_cv
+    between them  p = [(e - e_iv) p_h + (e_cv - e) p_c]/(e_cv - e_iv)
+
+e_iv is the energy of incipient, e_cv that of complete vaporisation. The sound speed
+c^2 = p_rho + p p_e/rho^2 is that of the blended pressure: the weights' own slope
+(p_h - p_c)/(e_cv - e_iv), which some codes leave out, is part of p_e.
+
+In cold expansion B mu^2 bends the pressure up again below eta = 1 - A/(2B): `cold_tension: linear`
+leaves it out there, and below `low_density` (a share of rho0; 0.9 in many codes, off here) cold
+material bears nothing. Below e = -E0 eta^2/2 the energy in w is held there, exponents at 70.
+
+Tillotson 1962 (General Atomic GA-3216); Melosh 1989, Impact Cratering, appendix II.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.errors import CaseError
+from ...core.jit import compiled
+from .. import slots
+from ..slots import INVERSE_RHO0, RHO0
+
+CAPITAL_A = slots.EOS[0]
+CAPITAL_B = slots.EOS[1]
+CAPITAL_B_TENSION = slots.EOS[2]
+INVERSE_E0 = slots.EOS[3]
+SMALL_A = slots.EOS[4]
+SMALL_B = slots.EOS[5]
+ALPHA = slots.EOS[6]
+BETA = slots.EOS[7]
+INCIPIENT = slots.EOS[8]
+COMPLETE = slots.EOS[9]
+LOW_DENSITY = slots.EOS[10]
+
+_EXPONENT = 70.0
+_LEAST = 0.5  # w is held above
+
+
+@dataclass(frozen=True)
+class Tillotson:
+    """Parameters of the Tillotson equation of state."""
+
+    bulk_modulus: float  # A [Pa]
+    capital_b: float  # B [Pa]
+    small_a: float  # a [-]
+    small_b: float  # b [-]
+    reference_energy: float  # E0 [J/kg]
+    alpha: float  # [-]
+    beta: float  # [-]
+    incipient_energy: float  # e_iv [J/kg]
+    complete_energy: float  # e_cv [J/kg]
+    linear_tension: bool = False  # no B mu^2 below rho0
+    low_density: float = 0.0  # rho/rho0 below which cold material bears nothing
+
+    name: ClassVar[str] = "tillotson"
+    tag: ClassVar[int] = 5
+    ambient_energy: ClassVar[float] = 0.0
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "bulk_modulus", "small_a", "reference_energy", "incipient_energy")
+        slots.require_not_negative(self, "capital_b", "small_b", "alpha", "beta", "low_density")
+        if not self.complete_energy > self.incipient_energy:
+            raise CaseError("complete_energy is not above incipient_energy", where=self.name)
+        if not self.low_density < 1.0:
+            raise CaseError(f"low_density is {self.low_density!r}, but must be below 1", where=self.name)
+
+    def ambient_sound_speed(self, density: float) -> float:
+        """Return sqrt(A/rho0) [m/s]."""
+        return float(np.sqrt(self.bulk_modulus / density))
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[CAPITAL_A] = self.bulk_modulus
+        row[CAPITAL_B] = self.capital_b
+        row[CAPITAL_B_TENSION] = 0.0 if self.linear_tension else self.capital_b
+        row[INVERSE_E0] = 1.0 / self.reference_energy
+        row[SMALL_A] = self.small_a
+        row[SMALL_B] = self.small_b
+        row[ALPHA] = self.alpha
+        row[BETA] = self.beta
+        row[INCIPIENT] = self.incipient_energy
+        row[COMPLETE] = self.complete_energy
+        row[LOW_DENSITY] = self.low_density
+
+
+@compiled
+def _cold(rho, e, row):
+    """Pressure of the condensed branch, its slopes p_rho and p_e, and b rho e/w with its slopes."""
+    eta = rho * row[INVERSE_RHO0]
+    mu = eta - 1.0
+    inverse_scale = row[INVERSE_E0] / (eta * eta)
+    w = e * inverse_scale + 1.0
+    b = row[SMALL_B]
+    if w > _LEAST:
+        inverse = 1.0 / w
+        term_rho = b * e * (3.0 * w - 2.0) * inverse * inverse
+        term_e = b * rho * inverse * inverse
+    else:
+        inverse = 1.0 / _LEAST
+        term_rho = b * e * inverse
+        term_e = b * rho * inverse
+    term = b * rho * e * inverse
+    square = row[CAPITAL_B] if mu > 0.0 else row[CAPITAL_B_TENSION]
+    a = row[SMALL_A]
+    p = a * rho * e + term + mu * (row[CAPITAL_A] + square * mu)
+    p_rho = a * e + term_rho + (row[CAPITAL_A] + 2.0 * square * mu) * row[INVERSE_RHO0]
+    p_e = a * rho + term_e
+    if eta < row[LOW_DENSITY] and e < row[INCIPIENT]:
+        p = p_rho = p_e = 0.0
+    return p, p_rho, p_e, term, term_rho, term_e
+
+
+@compiled
+def _hot(rho, e, term, term_rho, term_e, row):
+    """Pressure of the vapour's branch and its slopes."""
+    eta = rho * row[INVERSE_RHO0]
+    inverse_eta = 1.0 / eta
+    z = inverse_eta - 1.0
+    mu = eta - 1.0
+    a, alpha, beta = row[SMALL_A], row[ALPHA], row[BETA]
+    gauss = exp(-min(alpha * z * z, _EXPONENT))
+    fade = row[CAPITAL_A] * exp(-min(beta * z, _EXPONENT))
+    p = a * rho * e + (term + fade * mu) * gauss
+    # d z/d rho = -1/(rho eta); the slope of the Gaussian is 2 alpha z/(rho eta) of itself
+    fading = inverse_eta * inverse_eta * row[INVERSE_RHO0]
+    p_rho = a * e + gauss * (
+        term_rho
+        + 2.0 * alpha * z * fading * term
+        + fade * (row[INVERSE_RHO0] + mu * (beta + 2.0 * alpha * z) * fading)
+    )
+    return p, p_rho, a * rho + gauss * term_e
+
+
+@compiled
+def _state(rho, e, row):
+    p, p_rho, p_e, term, term_rho, term_e = _cold(rho, e, row)
+    if rho < row[RHO0] and e > row[INCIPIENT]:
+        hot, hot_rho, hot_e = _hot(rho, e, term, term_rho, term_e, row)
+        if e >= row[COMPLETE]:
+            return hot, hot_rho, hot_e
+        inverse = 1.0 / (row[COMPLETE] - row[INCIPIENT])
+        share = (e - row[INCIPIENT]) * inverse
+        p_rho += share * (hot_rho - p_rho)
+        p_e += share * (hot_e - p_e) + (hot - p) * inverse
+        p += share * (hot - p)
+    return p, p_rho, p_e
+
+
+@compiled
+def pressure(rho, e, row):
+    """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    return _state(rho, e, row)[0]
+
+
+@compiled
+def sound_speed_squared(rho, e, p, row):
+    """Square of the sound speed [m^2/s^2] at pressure `p` [Pa], from p_rho + p p_e/rho^2."""
+    _, p_rho, p_e = _state(rho, e, row)
+    return p_rho + p * p_e / (rho * rho)
