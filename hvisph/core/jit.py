@@ -13,8 +13,9 @@ from __future__ import annotations
 import hashlib
 import os
 import types
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
 from typing import Any
 
 import numba
@@ -34,6 +35,29 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "boundscheck": False}
 # Left to itself the compiler calls larger functions, such as the stress update, at three times the cost.
 compiled = numba.njit(forceinline=True, **_OPTIONS)
 prange = numba.prange
+
+
+@cache
+def plain(function: Any) -> Any:
+    """Return the plain Python twin of a compiled scalar function, those that it calls included: nothing is compiled."""
+    source = function.py_func
+    twin = types.FunctionType(source.__code__, {}, source.__name__, source.__defaults__)
+    names, done = list(source.__code__.co_names), set()
+    for name in names:
+        if name in source.__globals__ and name not in done:
+            done.add(name)
+            twin.__globals__[name] = _plain_value(source.__globals__[name], names)
+    twin.__globals__["__builtins__"] = source.__globals__["__builtins__"]
+    return twin
+
+
+def _plain_value(value: Any, names: Sequence[str]) -> Any:
+    if isinstance(value, Dispatcher):
+        return plain(value)
+    if isinstance(value, types.ModuleType) and value.__name__.startswith(__package__.partition(".")[0]):
+        wanted = {name: _plain_value(vars(value)[name], ()) for name in names if name in vars(value)}
+        return types.SimpleNamespace(**wanted)
+    return value
 
 
 def _key(value: Any) -> str:

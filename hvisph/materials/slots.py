@@ -29,8 +29,12 @@ PRESSURE_MINIMUM = 4  # [Pa]; -inf where tension is not limited
 ROOM_TEMPERATURE = 5  # [K]
 INVERSE_HEAT_CAPACITY = 6  # [kg K/J]; 0 where no heat capacity is known
 INVERSE_MELT_RANGE = 7  # 1/(T_melt - T_room) [1/K]; 0 where unknown
+TOTAL_ENERGY = 8  # above 0: temperature from the whole energy
+DISTENSION = 9  # initial distension alpha0 of porous material [-]; 1 where it is solid
+ELASTIC_PRESSURE = 10  # p_e, where pores begin to crush [Pa]
+SOLID_PRESSURE = 11  # p_s, where they are gone [Pa]
 
-_COMMON = 8
+_COMMON = 12
 _EOS, _STRENGTH, _DAMAGE = 12, 14, 8  # columns of each model's block
 EOS = tuple(range(_COMMON, _COMMON + _EOS))
 STRENGTH = tuple(range(EOS[-1] + 1, EOS[-1] + 1 + _STRENGTH))
@@ -64,8 +68,13 @@ def parameters(table, m):
         table[m, 24], table[m, 25], table[m, 26], table[m, 27], table[m, 28], table[m, 29],
         table[m, 30], table[m, 31], table[m, 32], table[m, 33], table[m, 34], table[m, 35],
         table[m, 36], table[m, 37], table[m, 38], table[m, 39], table[m, 40], table[m, 41],
-        row_address(table, m),
+        table[m, 42], table[m, 43], table[m, 44], table[m, 45], row_address(table, m),
     )  # fmt: skip
+
+
+def values(row: np.ndarray) -> tuple[float, ...]:
+    """Return what `parameters` gives for a whole row of the table, which must outlive it: for plain Python."""
+    return (*row[:SLOT_COUNT].tolist(), row.ctypes.data)
 
 
 class Model(Protocol):

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from math import sqrt
 
 import numpy as np
 
 from ..core.errors import CaseError
-from . import slots
+from ..core.jit import plain
+from . import isentrope, slots
 from .damage import JohnsonCookDamage, NoDamage
 from .eos import MODULES
 from .slots import EquationOfState, Model
@@ -62,31 +64,51 @@ class Material:
         return sqrt(self.bulk_sound_speed**2 + 4.0 * self.shear_modulus / (3.0 * self.density))
 
     def row(self) -> np.ndarray:
-        """Return the material's row of the table."""
+        """Return the slots of the material's row of the table."""
         row = np.zeros(slots.SLOT_COUNT)
         row[slots.RHO0] = self.density
         row[slots.INVERSE_RHO0] = 1.0 / self.density
         row[slots.SOUND_SPEED_SQUARED_FLOOR] = slots.FLOOR_SHARE * self.bulk_sound_speed**2
         row[slots.PRESSURE_MINIMUM] = -np.inf
         row[slots.ROOM_TEMPERATURE] = ROOM_TEMPERATURE
+        row[slots.DISTENSION] = 1.0
         for model in (self.eos, self.strength, self.damage):
             model.pack(row, self.density)
         return row
 
+    @cached_property
+    def _without_isentrope(self) -> np.ndarray:
+        grid = getattr(self.eos, "tail", np.empty(0))
+        return np.concatenate([self.row(), np.zeros(isentrope.LENGTH), grid])
+
+    @cached_property
+    def whole_row(self) -> np.ndarray:
+        """The material's row of the table: slots, isentrope, and the grid of a tabulated equation of state."""
+        row = self._without_isentrope.copy()
+        row[slots.CURVE : slots.CURVE + isentrope.LENGTH] = isentrope.tabulated(
+            self.pressure_function(), self.density, self.eos.ambient_energy, row[slots.ROOM_TEMPERATURE]
+        )
+        return row
+
+    def _function(self, name: str) -> Callable[..., float]:
+        values, function = slots.values(self._without_isentrope), plain(getattr(MODULES[self.eos.name], name))
+        return lambda *state: float(function(*state, values))
+
     def pressure_function(self) -> Callable[[float, float], float]:
         """Return p(rho, e) of the equation of state in plain Python: nothing is compiled."""
-        row, function = tuple(self.row().tolist()), MODULES[self.eos.name].pressure.py_func
-        return lambda rho, e: function(rho, e, row)
+        return self._function("pressure")
 
     def pressure(self, rho: float, e: float) -> float:
         """Pressure [Pa] of the equation of state, in plain Python."""
-        return self.pressure_function()(rho, e)
+        return self._function("pressure")(rho, e)
 
     def sound_speed_squared(self, rho: float, e: float) -> float:
         """Square of the bulk sound speed [m^2/s^2], without a floor, in plain Python."""
-        module, row = MODULES[self.eos.name], tuple(self.row().tolist())
-        p = module.pressure.py_func(rho, e, row)
-        return float(module.sound_speed_squared.py_func(rho, e, p, row))
+        return self._function("sound_speed_squared")(rho, e, self.pressure(rho, e))
+
+    def temperature(self, rho: float, e: float) -> float:
+        """Temperature [K], in plain Python."""
+        return float(plain(isentrope.temperature)(rho, e, slots.values(self.whole_row)))
 
 
 def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
@@ -95,11 +117,14 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
     Returns
     -------
     table
-        Parameters, float64 of shape (materials, slots), columns as in `slots`.
+        Parameters, float64 of shape (materials, width), columns as in `slots`; then isentropes and grids.
     models
         Tags of equation of state, strength and damage, int64 of shape (materials, 3).
     """
-    table = np.array([material.row() for material in materials]).reshape(len(materials), slots.SLOT_COUNT)
+    rows = [material.whole_row for material in materials]
+    table = np.zeros((len(materials), max((len(row) for row in rows), default=slots.SLOT_COUNT)))
+    for row, slots_of_it in zip(table, rows, strict=True):
+        row[: len(slots_of_it)] = slots_of_it
     tags = [(material.eos.tag, material.strength.tag, material.damage.tag) for material in materials]
     models = np.array(tags, dtype=np.int64).reshape(len(materials), slots.MODEL_COUNT)
     return table, models

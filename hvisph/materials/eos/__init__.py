@@ -7,15 +7,25 @@ from types import ModuleType
 
 from ...core.jit import compiled
 from ..slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
-from . import elastic, ideal_gas, linear, mie_gruneisen, stiffened_gas
+from . import elastic, ideal_gas, jwl, linear, mie_gruneisen, murnaghan, polynomial, stiffened_gas, table, tillotson
 from .elastic import Elastic
+from .grid import Grid, read_grid
 from .ideal_gas import IdealGas
+from .jwl import JonesWilkinsLee
 from .linear import Linear
 from .mie_gruneisen import MieGrueneisen
+from .murnaghan import Murnaghan
+from .polynomial import Polynomial
 from .stiffened_gas import StiffenedGas
+from .table import Table
+from .tillotson import Tillotson
 
 REGISTRY: dict[str, type[EquationOfState]] = {
-    model.name: model for model in (Linear, Elastic, StiffenedGas, MieGrueneisen, IdealGas)
+    model.name: model
+    for model in (
+        *(Linear, Elastic, StiffenedGas, MieGrueneisen, IdealGas),
+        *(Tillotson, Polynomial, Murnaghan, JonesWilkinsLee, Table),
+    )
 }
 # Where each model's `pressure` and `sound_speed_squared` are, for plain Python.
 MODULES: dict[str, ModuleType] = {
@@ -24,11 +34,21 @@ MODULES: dict[str, ModuleType] = {
     "stiffened_gas": stiffened_gas,
     "mie_gruneisen": mie_gruneisen,
     "ideal_gas": ideal_gas,
+    "tillotson": tillotson,
+    "polynomial": polynomial,
+    "murnaghan": murnaghan,
+    "jwl": jwl,
+    "table": table,
 }
 
 _STIFFENED_GAS = StiffenedGas.tag
 _MIE_GRUENEISEN = MieGrueneisen.tag
 _IDEAL_GAS = IdealGas.tag
+_TILLOTSON = Tillotson.tag
+_POLYNOMIAL = Polynomial.tag
+_MURNAGHAN = Murnaghan.tag
+_JWL = JonesWilkinsLee.tag
+_TABLE = Table.tag
 
 
 @compiled
@@ -48,6 +68,21 @@ def pressure_and_sound_speed(tag, rho, e, row):
     elif tag == _IDEAL_GAS:
         p = ideal_gas.pressure(rho, e, row)
         c_squared = ideal_gas.sound_speed_squared(rho, e, p, row)
+    elif tag == _TILLOTSON:
+        p = tillotson.pressure(rho, e, row)
+        c_squared = tillotson.sound_speed_squared(rho, e, p, row)
+    elif tag == _POLYNOMIAL:
+        p = polynomial.pressure(rho, e, row)
+        c_squared = polynomial.sound_speed_squared(rho, e, p, row)
+    elif tag == _MURNAGHAN:
+        p = murnaghan.pressure(rho, e, row)
+        c_squared = murnaghan.sound_speed_squared(rho, e, p, row)
+    elif tag == _JWL:
+        p = jwl.pressure(rho, e, row)
+        c_squared = jwl.sound_speed_squared(rho, e, p, row)
+    elif tag == _TABLE:
+        p = table.pressure(rho, e, row)
+        c_squared = table.sound_speed_squared(rho, e, p, row)
     else:  # linear and elastic are one law
         p = linear.pressure(rho, e, row)
         c_squared = linear.sound_speed_squared(rho, e, p, row)

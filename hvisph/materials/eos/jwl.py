@@ -19,7 +19,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.jit import compiled
+from ...core.jit import compiled, plain
 from .. import slots
 from ..slots import RHO0
 
@@ -64,7 +64,7 @@ class JonesWilkinsLee:
         row[slots.RHO0] = density
         self.pack(row, density)
         values, e = tuple(row.tolist()), self.ambient_energy
-        return sqrt(sound_speed_squared.py_func(density, e, pressure.py_func(density, e, values), values))
+        return sqrt(plain(sound_speed_squared)(density, e, plain(pressure)(density, e, values), values))
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
