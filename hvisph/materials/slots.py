@@ -74,7 +74,7 @@ def parameters(table, m):
 
 def values(row: np.ndarray) -> tuple[float, ...]:
     """Return what `parameters` gives for a whole row of the table, which must outlive it: for plain Python."""
-    return (*row[:SLOT_COUNT].tolist(), row.ctypes.data)
+    return (*row[:SLOT_COUNT].tolist(), row_address(row[None], 0))
 
 
 class Model(Protocol):

@@ -90,21 +90,33 @@ class Material:
         )
         return row
 
-    def _function(self, name: str) -> Callable[..., float]:
-        values, function = slots.values(self._without_isentrope), plain(getattr(MODULES[self.eos.name], name))
-        return lambda *state: float(function(*state, values))
+    def _state(self) -> Callable[[float, float], tuple[float, float, float]]:
+        """Return pressure, p_rho and p_e as a function of density and energy, in plain Python."""
+        values, module = slots.values(self._without_isentrope), MODULES[self.eos.name]
+        if hasattr(module, "state"):
+            state = plain(module.state)
+            return lambda rho, e: state(rho, e, values)
+        pressure, square = plain(module.pressure), plain(module.sound_speed_squared)
+
+        def of_two(rho: float, e: float) -> tuple[float, float, float]:
+            p, slope = pressure(rho, e, values), square(rho, e, 0.0, values)  # linear in the pressure
+            return p, slope, (square(rho, e, p, values) - slope) / p * rho**2 if p else 0.0
+
+        return of_two
 
     def pressure_function(self) -> Callable[[float, float], float]:
         """Return p(rho, e) of the equation of state in plain Python: nothing is compiled."""
-        return self._function("pressure")
+        state = self._state()
+        return lambda rho, e: float(state(rho, e)[0])
 
     def pressure(self, rho: float, e: float) -> float:
         """Pressure [Pa] of the equation of state, in plain Python."""
-        return self._function("pressure")(rho, e)
+        return float(self._state()(rho, e)[0])
 
     def sound_speed_squared(self, rho: float, e: float) -> float:
         """Square of the bulk sound speed [m^2/s^2], without a floor, in plain Python."""
-        return self._function("sound_speed_squared")(rho, e, self.pressure(rho, e))
+        p, p_rho, p_e = self._state()(rho, e)
+        return float(p_rho + p * p_e / rho**2)
 
     def temperature(self, rho: float, e: float) -> float:
         """Temperature [K], in plain Python."""

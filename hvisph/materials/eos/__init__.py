@@ -27,7 +27,7 @@ REGISTRY: dict[str, type[EquationOfState]] = {
         *(Tillotson, Polynomial, Murnaghan, JonesWilkinsLee, Table),
     )
 }
-# Where each model's `pressure` and `sound_speed_squared` are, for plain Python.
+# Where each model's functions are: `pressure` and `sound_speed_squared`, or `state` with all in one.
 MODULES: dict[str, ModuleType] = {
     "linear": linear,
     "elastic": elastic,
@@ -69,20 +69,20 @@ def pressure_and_sound_speed(tag, rho, e, row):
         p = ideal_gas.pressure(rho, e, row)
         c_squared = ideal_gas.sound_speed_squared(rho, e, p, row)
     elif tag == _TILLOTSON:
-        p = tillotson.pressure(rho, e, row)
-        c_squared = tillotson.sound_speed_squared(rho, e, p, row)
+        p, p_rho, p_e = tillotson.state(rho, e, row)
+        c_squared = p_rho + p * p_e / (rho * rho)
     elif tag == _POLYNOMIAL:
-        p = polynomial.pressure(rho, e, row)
-        c_squared = polynomial.sound_speed_squared(rho, e, p, row)
+        p, p_rho, p_e = polynomial.state(rho, e, row)
+        c_squared = p_rho + p * p_e / (rho * rho)
     elif tag == _MURNAGHAN:
-        p = murnaghan.pressure(rho, e, row)
-        c_squared = murnaghan.sound_speed_squared(rho, e, p, row)
+        p, p_rho, p_e = murnaghan.state(rho, e, row)
+        c_squared = p_rho + p * p_e / (rho * rho)
     elif tag == _JWL:
-        p = jwl.pressure(rho, e, row)
-        c_squared = jwl.sound_speed_squared(rho, e, p, row)
+        p, p_rho, p_e = jwl.state(rho, e, row)
+        c_squared = p_rho + p * p_e / (rho * rho)
     elif tag == _TABLE:
-        p = table.pressure(rho, e, row)
-        c_squared = table.sound_speed_squared(rho, e, p, row)
+        p, p_rho, p_e = table.state(rho, e, row)
+        c_squared = p_rho + p * p_e / (rho * rho)
     else:  # linear and elastic are one law
         p = linear.pressure(rho, e, row)
         c_squared = linear.sound_speed_squared(rho, e, p, row)

@@ -64,7 +64,8 @@ class JonesWilkinsLee:
         row[slots.RHO0] = density
         self.pack(row, density)
         values, e = tuple(row.tolist()), self.ambient_energy
-        return sqrt(plain(sound_speed_squared)(density, e, plain(pressure)(density, e, values), values))
+        p, p_rho, p_e = plain(state)(density, e, values)
+        return sqrt(p_rho + p * p_e / density**2)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
@@ -74,20 +75,12 @@ class JonesWilkinsLee:
 
 
 @compiled
-def pressure(rho, e, row):
-    """Pressure [Pa] of the products at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+def state(rho, e, row):
+    """Pressure [Pa] of the products and its slopes p_rho and p_e, at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
     v = row[RHO0] / rho
     first, second, omega = row[R1] * v, row[R2] * v, row[OMEGA]
-    cold = row[CAPITAL_A] * (1.0 - omega / first) * exp(-first)
-    return cold + row[CAPITAL_B] * (1.0 - omega / second) * exp(-second) + omega * rho * e
-
-
-@compiled
-def sound_speed_squared(rho, e, p, row):
-    """Square of the sound speed [m^2/s^2] at pressure `p` [Pa], from p_rho + p p_e/rho^2."""
-    v = row[RHO0] / rho
-    first, second, omega = row[R1] * v, row[R2] * v, row[OMEGA]
+    one, two = row[CAPITAL_A] * exp(-first), row[CAPITAL_B] * exp(-second)
+    p = one * (1.0 - omega / first) + two * (1.0 - omega / second) + omega * rho * e
     # d/d rho of (1 - w/(R V)) exp(-R V), with d(R V)/d rho = -R V/rho
-    one = row[CAPITAL_A] * exp(-first) * (first - omega - omega / first)
-    two = row[CAPITAL_B] * exp(-second) * (second - omega - omega / second)
-    return (one + two) / rho + omega * e + p * omega / rho
+    slope = (one * (first - omega - omega / first) + two * (second - omega - omega / second)) / rho
+    return p, slope + omega * e, omega * rho

@@ -54,28 +54,13 @@ class Murnaghan:
 
 
 @compiled
-def cold_energy(rho, row):
-    """Specific energy of cold compression e_c [J/kg]."""
-    eta, n = rho * row[INVERSE_RHO0], row[EXPONENT]
-    return row[BULK_MODULUS] * row[INVERSE_RHO0] / n * ((eta ** (n - 1.0) - 1.0) / (n - 1.0) + 1.0 / eta - 1.0)
-
-
-@compiled
-def pressure(rho, e, row):
-    """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
-    n = row[EXPONENT]
-    p = row[BULK_MODULUS] / n * ((rho * row[INVERSE_RHO0]) ** n - 1.0)
-    if row[GAMMA] > 0.0:
-        p += row[GAMMA] * row[RHO0] * (e - cold_energy(rho, row))
-    return p
-
-
-@compiled
-def sound_speed_squared(rho, e, p, row):
-    """Square of the sound speed [m^2/s^2] at pressure `p` [Pa], from p_rho + p p_e/rho^2."""
-    n = row[EXPONENT]
-    slope = row[BULK_MODULUS] * row[INVERSE_RHO0] * (rho * row[INVERSE_RHO0]) ** (n - 1.0)
-    if row[GAMMA] > 0.0:
-        cold = row[BULK_MODULUS] / n * ((rho * row[INVERSE_RHO0]) ** n - 1.0)
-        slope += row[GAMMA] * row[RHO0] * (p - cold) / (rho * rho)
-    return slope
+def state(rho, e, row):
+    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    n, k = row[EXPONENT], row[BULK_MODULUS]
+    eta = rho * row[INVERSE_RHO0]
+    power = eta ** (n - 1.0)
+    cold = k / n * (eta * power - 1.0)
+    thermal = row[GAMMA] * row[RHO0]
+    cold_energy = k * row[INVERSE_RHO0] / n * ((power - 1.0) / (n - 1.0) + 1.0 / eta - 1.0)
+    slope = k * row[INVERSE_RHO0] * power
+    return cold + thermal * (e - cold_energy), slope - thermal * cold / (rho * rho), thermal

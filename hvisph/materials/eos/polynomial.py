@@ -55,20 +55,13 @@ class Polynomial:
 
 
 @compiled
-def pressure(rho, e, row):
-    """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+def state(rho, e, row):
+    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
     mu = (rho - row[RHO0]) * row[INVERSE_RHO0]
     if mu >= 0.0:
-        return mu * (row[A1] + mu * (row[A2] + mu * row[A3])) + (row[B0] + row[B1] * mu) * row[RHO0] * e
-    return mu * (row[T1] + mu * row[T2]) + row[B0] * row[RHO0] * e
-
-
-@compiled
-def sound_speed_squared(rho, e, p, row):
-    """Square of the sound speed [m^2/s^2] at pressure `p` [Pa], from p_rho + p p_e/rho^2."""
-    mu = (rho - row[RHO0]) * row[INVERSE_RHO0]
-    heat = p * row[RHO0] / (rho * rho)
-    if mu >= 0.0:
+        gamma = row[B0] + row[B1] * mu
+        p = mu * (row[A1] + mu * (row[A2] + mu * row[A3])) + gamma * row[RHO0] * e
         slope = (row[A1] + mu * (2.0 * row[A2] + 3.0 * mu * row[A3])) * row[INVERSE_RHO0]
-        return slope + row[B1] * e + heat * (row[B0] + row[B1] * mu)
-    return (row[T1] + 2.0 * row[T2] * mu) * row[INVERSE_RHO0] + heat * row[B0]
+        return p, slope + row[B1] * e, gamma * row[RHO0]
+    p = mu * (row[T1] + mu * row[T2]) + row[B0] * row[RHO0] * e
+    return p, (row[T1] + 2.0 * row[T2] * mu) * row[INVERSE_RHO0], row[B0] * row[RHO0]

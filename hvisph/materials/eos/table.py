@@ -72,7 +72,7 @@ class Table:
         row[slots.RHO0], row[slots.INVERSE_RHO0] = density, 1.0 / density
         self.pack(row, density)
         row[COLD:] = self.tail
-        p, p_rho, p_e = plain(_slopes)(density, self.ambient_energy, slots.values(row))
+        p, p_rho, p_e = plain(state)(density, self.ambient_energy, slots.values(row))
         return float(np.sqrt(max(p_rho + p * p_e / density**2, 0.0)))
 
     def pack(self, row: np.ndarray, density: float) -> None:
@@ -130,8 +130,8 @@ def _along(address, at, stride, w):
 
 
 @compiled
-def _slopes(rho, e, row):
-    """Pressure and its slopes p_rho and p_e."""
+def state(rho, e, row):
+    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
     address = row[ADDRESS]
     start = row[START]
     at_l = max(log(rho), start)
@@ -165,23 +165,12 @@ def _slopes(rho, e, row):
     p = v[0] * a + v[1] * b + v[2] * c + v[3] * d
     p_l = v[0] * a_l + v[1] * b_l + v[2] * c_l + v[3] * d_l
     p_r = (v[4] * a + v[5] * b + v[6] * c + v[7] * d) * x_r
+    p_lr = (v[4] * a_l + v[5] * b_l + v[6] * c_l + v[7] * d_l) * x_r
     p += (relative - held) * p_r + beyond * p_l
+    p_l += (relative - held) * p_lr
     p_e = p_r / span
-    p_rho = (p_l - p_r * (cold_l + (0.0 if beyond > 0.0 else held * span_l)) / span) / rho
+    p_rho = (p_l - p_r * (cold_l + (0.0 if beyond > 0.0 else relative * span_l)) / span) / rho
     if log(rho) < start:
         thinner = rho * exp(-start)
         return p * thinner, p * exp(-start), p_e * thinner
     return p, p_rho, p_e
-
-
-@compiled
-def pressure(rho, e, row):
-    """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
-    return _slopes(rho, e, row)[0]
-
-
-@compiled
-def sound_speed_squared(rho, e, p, row):
-    """Square of the sound speed [m^2/s^2] at pressure `p` [Pa], from p_rho + p p_e/rho^2."""
-    _, p_rho, p_e = _slopes(rho, e, row)
-    return p_rho + p * p_e / (rho * rho)

@@ -141,7 +141,8 @@ def _hot(rho, e, term, term_rho, term_e, row):
 
 
 @compiled
-def _state(rho, e, row):
+def state(rho, e, row):
+    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
     p, p_rho, p_e, term, term_rho, term_e = _cold(rho, e, row)
     if rho < row[RHO0] and e > row[INCIPIENT]:
         hot, hot_rho, hot_e = _hot(rho, e, term, term_rho, term_e, row)
@@ -153,16 +154,3 @@ def _state(rho, e, row):
         p_e += share * (hot_e - p_e) + (hot - p) * inverse
         p += share * (hot - p)
     return p, p_rho, p_e
-
-
-@compiled
-def pressure(rho, e, row):
-    """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
-    return _state(rho, e, row)[0]
-
-
-@compiled
-def sound_speed_squared(rho, e, p, row):
-    """Square of the sound speed [m^2/s^2] at pressure `p` [Pa], from p_rho + p p_e/rho^2."""
-    _, p_rho, p_e = _state(rho, e, row)
-    return p_rho + p * p_e / (rho * rho)
