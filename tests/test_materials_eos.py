@@ -160,7 +160,10 @@ def test_packing_puts_every_field_in_its_own_slot():
     assert table.shape == (2, slots.SLOT_COUNT + isentrope.LENGTH)
     assert table.dtype == np.float64
     assert models.dtype == np.int64
-    assert (table[0] != table[1])[: slots.SLOT_COUNT].nonzero()[0].tolist() == [slots.SOUND_SPEED_SQUARED_FLOOR, slots.EOS[0]]
+    assert (table[0] != table[1])[: slots.SLOT_COUNT].nonzero()[0].tolist() == [
+        slots.SOUND_SPEED_SQUARED_FLOOR,
+        slots.EOS[0],
+    ]
 
 
 @pytest.mark.parametrize(

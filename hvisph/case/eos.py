@@ -10,10 +10,13 @@ from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import Problem, StrictModel, refuse
 from hvisph.case.units import (
     NonNegativeNumber,
+    NonNegativePressure,
     Number,
     PositiveNumber,
     PositivePressure,
+    PositiveSpecificEnergy,
     PositiveVelocity,
+    Pressure,
     Quantity,
 )
 
@@ -93,15 +96,133 @@ class StiffenedGasEos(StrictModel):
 
 
 class MieGruneisenEos(StrictModel):
-    """Mie-Grueneisen about a cubic shock Hugoniot Us = c0 + s1 up + s2 (up/Us) up + s3 (up/Us)^2 up."""
+    """Mie-Grueneisen about a cubic shock Hugoniot Us = c0 + s1 up + s2 (up/Us) up + s3 (up/Us)^2 up.
+
+    `us_up` stands for `sound_speed` and `s1`: measured points, through which the straight line of least squares goes.
+    """
 
     type: Literal["mie_gruneisen"] = "mie_gruneisen"
-    sound_speed: PositiveVelocity = Field(description="Bulk sound speed c0 at rest [m/s]")
-    s1: NonNegativeNumber = Field(description="Slope s1 of the Us-up line [-], at least 0")
+    sound_speed: PositiveVelocity | None = Field(
+        default=None, description="Bulk sound speed c0 at rest [m/s]; unless points are given"
+    )
+    s1: NonNegativeNumber | None = Field(
+        default=None, description="Slope s1 of the Us-up line [-], at least 0; unless points are given"
+    )
     s2: Number = Field(default=0.0, description="Second coefficient s2 of the Us-up curve [-]")
     s3: Number = Field(default=0.0, description="Third coefficient s3 of the Us-up curve [-]")
+    us_up: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = Field(
+        default=(), description="Points [up, Us] of the Hugoniot [m/s], two at least; for `sound_speed` and `s1`"
+    )
     gamma: NonNegativeNumber = Field(description="Grueneisen coefficient Gamma0 at reference density [-], at least 0")
     a: Number = Field(default=0.0, description="First-order volume correction to Gamma0 [-]")
+
+    @model_validator(mode="after")
+    def _one_hugoniot(self) -> MieGruneisenEos:
+        if not self.us_up:
+            missing = [name for name in ("sound_speed", "s1") if getattr(self, name) is None]
+            refuse([Problem((name,), "missing: give it, or points of the Hugoniot as `us_up`") for name in missing])
+            return self
+        if self.sound_speed is not None or self.s1 is not None or self.s2 or self.s3:
+            refuse([Problem(("us_up",), "given beside coefficients of the Hugoniot; leave one out")])
+        if len({up for up, _ in self.us_up}) < 2:
+            refuse([Problem(("us_up",), "a line needs points at two particle velocities at least")])
+        c0, s1 = self.hugoniot[:2]
+        if c0 <= 0.0 or s1 < 0.0:
+            message = f"the line through the points has c0 = {c0:g} m/s and s1 = {s1:g}; check them"
+            refuse([Problem(("us_up",), message)])
+        return self
+
+    @property
+    def hugoniot(self) -> tuple[float, float, float, float]:
+        """c0 [m/s], s1, s2 and s3, from the points where they are given."""
+        if self.sound_speed is not None and self.s1 is not None:
+            return self.sound_speed, self.s1, self.s2, self.s3
+        n = len(self.us_up)
+        mean_up, mean_us = sum(up for up, _ in self.us_up) / n, sum(us for _, us in self.us_up) / n
+        square = sum((up - mean_up) ** 2 for up, _ in self.us_up)
+        slope = sum((up - mean_up) * (us - mean_us) for up, us in self.us_up) / square
+        return mean_us - slope * mean_up, slope, 0.0, 0.0
+
+    @property
+    def residuals(self) -> list[float]:
+        """Measured less fitted shock speed of each point [m/s]."""
+        c0, s1, _, _ = self.hugoniot
+        return [us - c0 - s1 * up for up, us in self.us_up]
+
+
+class TillotsonEos(StrictModel):
+    """Solid to vapour: p_c = (a + b/w) rho e + A mu + B mu^2, w = e/(E0 eta^2) + 1, blended into the vapour's."""
+
+    type: Literal["tillotson"] = "tillotson"
+    bulk_modulus: PositivePressure = Field(description="A, the bulk modulus at rest [Pa]")
+    b_modulus: NonNegativePressure = Field(description="B, coefficient of mu^2 [Pa], at least 0")
+    a: PositiveNumber = Field(description="a, Grueneisen coefficient of the hot vapour [-]")
+    b: NonNegativeNumber = Field(description="b; a + b is the Grueneisen coefficient at rest [-]")
+    reference_energy: PositiveSpecificEnergy = Field(description="E0 [J/kg]")
+    alpha: NonNegativeNumber = Field(description="Exponent alpha of the expanded vapour [-]")
+    beta: NonNegativeNumber = Field(description="Exponent beta of the expanded vapour [-]")
+    incipient_energy: PositiveSpecificEnergy = Field(description="e_iv, energy of incipient vaporisation [J/kg]")
+    complete_energy: PositiveSpecificEnergy = Field(description="e_cv, energy of complete vaporisation [J/kg]")
+    cold_tension: Literal["full", "linear"] = Field(
+        default="full", description="Whether B mu^2 acts in expansion, where it bends the pressure up again, or not"
+    )
+    low_density: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
+        default=0.0, description="rho/rho0 below which cold material bears nothing; 0.9 in many codes, off unless given"
+    )
+
+    @model_validator(mode="after")
+    def _energies_rise(self) -> TillotsonEos:
+        if self.complete_energy <= self.incipient_energy:
+            message = f"must be above the incipient_energy, {self.incipient_energy:g} J/kg"
+            refuse([Problem(("complete_energy",), message)])
+        return self
+
+
+class PolynomialEos(StrictModel):
+    """p = A1 mu + A2 mu^2 + A3 mu^3 + (B0 + B1 mu) rho0 e; in expansion T1 mu + T2 mu^2 + B0 rho0 e."""
+
+    type: Literal["polynomial"] = "polynomial"
+    a1: PositivePressure = Field(description="A1, the bulk modulus at rest [Pa]; K1 in ceramics")
+    a2: Pressure = Field(default=0.0, description="A2 [Pa]")
+    a3: Pressure = Field(default=0.0, description="A3 [Pa]")
+    b0: NonNegativeNumber = Field(default=0.0, description="B0, Grueneisen coefficient at rest [-]")
+    b1: Number = Field(default=0.0, description="B1 [-]")
+    t1: PositivePressure | None = Field(default=None, description="T1 [Pa]; A1 unless given")
+    t2: Pressure = Field(default=0.0, description="T2 [Pa]")
+
+
+class MurnaghanEos(StrictModel):
+    """p = K/n ((rho/rho0)^n - 1) + Gamma rho0 (e - e_c), e_c the energy of cold compression."""
+
+    type: Literal["murnaghan"] = "murnaghan"
+    bulk_modulus: PositivePressure = Field(description="Bulk modulus K at rest [Pa]")
+    exponent: AdiabaticIndex = Field(description="n = dK/dp [-], above 1; 4 for many rocks, 7 for water")
+    gamma: NonNegativeNumber = Field(
+        default=0.0, description="Grueneisen coefficient, with Gamma rho constant [-]; 0: energy plays no part"
+    )
+
+
+class JwlEos(StrictModel):
+    """Detonation products: p = A (1 - w/(R1 V)) exp(-R1 V) + B (1 - w/(R2 V)) exp(-R2 V) + w rho e, V = rho0/rho."""
+
+    type: Literal["jwl"] = "jwl"
+    a: PositivePressure = Field(description="A [Pa]")
+    b: PositivePressure = Field(description="B [Pa]")
+    r1: PositiveNumber = Field(description="R1 [-]")
+    r2: PositiveNumber = Field(description="R2 [-]")
+    omega: PositiveNumber = Field(description="w, the Grueneisen coefficient of the products [-]")
+    energy_density: PositivePressure = Field(description="Chemical energy per volume E0 [J/m^3 = Pa], such as 7 GPa")
+
+
+class TableEos(StrictModel):
+    """A table of pressure and energy over density and temperature: SESAME's text (its table 301) or CSV."""
+
+    type: Literal["table"] = "table"
+    file: str = Field(
+        description="SESAME text, or CSV with the columns density, temperature, pressure and energy in SI; relative "
+        "paths are those of the folder that the command runs in"
+    )
+    number: int | None = Field(default=None, description="SESAME number of the material; the first of the file")
 
 
 class IdealGasEos(StrictModel):
@@ -111,4 +232,16 @@ class IdealGasEos(StrictModel):
     gamma: AdiabaticIndex = Field(description="Ratio of specific heats gamma [-], above 1")
 
 
-Eos = Annotated[LinearEos | ElasticEos | StiffenedGasEos | MieGruneisenEos | IdealGasEos, Field(discriminator="type")]
+Eos = Annotated[
+    LinearEos
+    | ElasticEos
+    | StiffenedGasEos
+    | MieGruneisenEos
+    | TillotsonEos
+    | PolynomialEos
+    | MurnaghanEos
+    | JwlEos
+    | TableEos
+    | IdealGasEos,
+    Field(discriminator="type"),
+]

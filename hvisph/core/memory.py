@@ -1,8 +1,9 @@
 """Long tables in compiled scalar functions: numbers read by address.
 
 An array that is alive across branches costs numba atomic reference counts; the address of one of its
-rows is a plain number, a float like those that it travels with: addresses have 48 bits, floats 53. Both functions work alike in compiled code and in plain Python. Whoever hands
-an address on keeps the array alive: in a run the stepper holds the table.
+rows is a plain number, a float like those that it travels with: addresses have 48 bits, floats 53. Both
+functions work alike in compiled code and in plain Python. Whoever hands an address on keeps the array alive:
+in a run the stepper holds the table.
 """
 
 from __future__ import annotations

@@ -20,7 +20,6 @@ import numpy as np
 
 from ..core.jit import compiled
 from ..core.memory import number_at
-from . import slots
 from .slots import ADDRESS, CURVE, INVERSE_HEAT_CAPACITY, INVERSE_RHO0, ROOM_TEMPERATURE, TOTAL_ENERGY
 
 POINTS = 512
@@ -74,7 +73,9 @@ def tabulated(pressure: Callable[[float, float], float], rho0: float, e0: float,
     return found.ravel()
 
 
-def _stepped(pressure: Callable[[float, float], float], rho: float, h: float, e: float, t: float) -> tuple[float, float]:
+def _stepped(
+    pressure: Callable[[float, float], float], rho: float, h: float, e: float, t: float
+) -> tuple[float, float]:
     """Return energy and temperature after one Runge-Kutta step `h` of the density."""
 
     def slopes(rho: float, e: float, t: float) -> tuple[float, float]:

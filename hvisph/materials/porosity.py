@@ -13,7 +13,8 @@ the solid. alpha solves alpha = A(p(alpha)) by bisection, since Newton's method 
 with P_r, P_e the slopes of the solid at (alpha rho, e), and A' the crush curve's slope, 0 on unloading. The time
 step takes the solid's sound speed, to which the material stiffens when it unloads.
 
-Herrmann 1969, J. Appl. Phys. 40, 2490; Carroll & Holt 1972, J. Appl. Phys. 43, 1626; Jutzi et al. 2008, Icarus 198, 242.
+Herrmann 1969, J. Appl. Phys. 40, 2490; Carroll & Holt 1972, J. Appl. Phys. 43, 1626;
+Jutzi et al. 2008, Icarus 198, 242.
 """
 
 from __future__ import annotations

@@ -14,6 +14,7 @@ from ..core.jit import plain
 from . import isentrope, slots
 from .damage import JohnsonCookDamage, NoDamage
 from .eos import MODULES
+from .porosity import Porosity
 from .slots import EquationOfState, Model
 from .strength import JohnsonCook, NoStrength
 
@@ -30,8 +31,12 @@ class Material:
         Name for messages.
     density
         Reference density rho0 [kg/m^3].
-    eos, strength, damage
+    eos, strength, damage, porosity
         Parameter objects of the models.
+    heat_capacity, room_temperature
+        c_v [J/(kg K)] and temperature at rest [K]; those of a strength model that has them, unless given.
+    total_energy
+        Whether all energy counts as heat, see `isentrope`.
     """
 
     name: str
@@ -39,9 +44,14 @@ class Material:
     eos: EquationOfState
     strength: Model = field(default_factory=NoStrength)
     damage: Model = field(default_factory=NoDamage)
+    porosity: Porosity | None = None
+    heat_capacity: float = 0.0  # c_v [J/(kg K)]; that of the strength unless given
+    room_temperature: float = 0.0  # [K]; likewise
+    total_energy: bool = False  # temperature from the whole energy, see `isentrope`
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "density")
+        slots.require_not_negative(self, "heat_capacity", "room_temperature")
         if isinstance(self.damage, JohnsonCookDamage):
             if isinstance(self.strength, NoStrength):
                 raise CaseError("damage grows with plastic strain, but the material has no strength", where=self.name)
@@ -74,6 +84,13 @@ class Material:
         row[slots.DISTENSION] = 1.0
         for model in (self.eos, self.strength, self.damage):
             model.pack(row, self.density)
+        if self.heat_capacity > 0.0:
+            row[slots.INVERSE_HEAT_CAPACITY] = 1.0 / self.heat_capacity
+        if self.room_temperature > 0.0:
+            row[slots.ROOM_TEMPERATURE] = self.room_temperature
+        row[slots.TOTAL_ENERGY] = float(self.total_energy)
+        if self.porosity is not None:
+            self.porosity.pack(row)
         return row
 
     @cached_property

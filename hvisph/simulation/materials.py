@@ -3,10 +3,23 @@
 from __future__ import annotations
 
 from math import inf
+from pathlib import Path
 from typing import Any
 
 from hvisph.materials.damage import FailureMark, JohnsonCookDamage, NoDamage, PressureCutoff
-from hvisph.materials.eos import Elastic, IdealGas, Linear, MieGrueneisen, StiffenedGas
+from hvisph.materials.eos import (
+    Elastic,
+    IdealGas,
+    JonesWilkinsLee,
+    Linear,
+    MieGrueneisen,
+    Murnaghan,
+    Polynomial,
+    StiffenedGas,
+    Table,
+    Tillotson,
+    read_grid,
+)
 from hvisph.materials.strength import ElasticStrength, JohnsonCook, LinearHardening, NoStrength, VonMises
 from hvisph.materials.table import Material
 
@@ -40,7 +53,20 @@ def _eos(eos: Any, density: float, internal_energy: float) -> Any:
         case "stiffened_gas":
             return StiffenedGas(eos.sound_speed, eos.gamma)
         case "mie_gruneisen":
-            return MieGrueneisen(eos.sound_speed, eos.gamma, eos.s1, eos.s2, eos.s3, eos.a)
+            c0, s1, s2, s3 = eos.hugoniot
+            return MieGrueneisen(c0, eos.gamma, s1, s2, s3, eos.a)
+        case "tillotson":
+            return Tillotson(eos.bulk_modulus, eos.b_modulus, eos.a, eos.b, eos.reference_energy, eos.alpha, eos.beta,
+                             eos.incipient_energy, eos.complete_energy, eos.cold_tension == "linear",
+                             eos.low_density)  # fmt: skip
+        case "polynomial":
+            return Polynomial(eos.a1, eos.a2, eos.a3, eos.b0, eos.b1, eos.t1 or 0.0, eos.t2)
+        case "murnaghan":
+            return Murnaghan(eos.bulk_modulus, eos.exponent, eos.gamma)
+        case "jwl":
+            return JonesWilkinsLee(eos.a, eos.b, eos.r1, eos.r2, eos.omega, eos.energy_density, density)
+        case "table":
+            return Table(read_grid(Path(eos.file), eos.number), density)
         case "ideal_gas":
             return IdealGas(eos.gamma, internal_energy)
     raise ValueError(eos.type)

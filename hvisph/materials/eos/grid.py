@@ -61,7 +61,7 @@ class Grid:
         return float(monotone(self.temperature, along, np.array([temperature]))[0][0])
 
     def columns(self, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return cold energy (n,), range of energy (n,), and p (n, k) at `shares` (k,) of the range, density by density."""
+        """Return cold energy (n,), range of energy (n,), and p (n, k) at `shares` (k,) of the range."""
         energy = np.maximum.accumulate(self.energy, axis=1)
         # where the energy does not rise it is made to, by a millionth of its size
         energy += 1e-6 * (np.abs(energy).max(axis=1, keepdims=True) + 1.0) * np.linspace(0.0, 1e-3, energy.shape[1])

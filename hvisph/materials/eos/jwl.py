@@ -76,7 +76,7 @@ class JonesWilkinsLee:
 
 @compiled
 def state(rho, e, row):
-    """Pressure [Pa] of the products and its slopes p_rho and p_e, at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    """Pressure [Pa] of the products and its slopes p_rho and p_e, at density `rho` and energy `e` [J/kg]."""
     v = row[RHO0] / rho
     first, second, omega = row[R1] * v, row[R2] * v, row[OMEGA]
     one, two = row[CAPITAL_A] * exp(-first), row[CAPITAL_B] * exp(-second)

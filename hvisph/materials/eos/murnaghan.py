@@ -55,7 +55,7 @@ class Murnaghan:
 
 @compiled
 def state(rho, e, row):
-    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and energy `e` [J/kg]."""
     n, k = row[EXPONENT], row[BULK_MODULUS]
     eta = rho * row[INVERSE_RHO0]
     power = eta ** (n - 1.0)

@@ -56,7 +56,7 @@ class Polynomial:
 
 @compiled
 def state(rho, e, row):
-    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and energy `e` [J/kg]."""
     mu = (rho - row[RHO0]) * row[INVERSE_RHO0]
     if mu >= 0.0:
         gamma = row[B0] + row[B1] * mu

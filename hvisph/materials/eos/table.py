@@ -131,7 +131,7 @@ def _along(address, at, stride, w):
 
 @compiled
 def state(rho, e, row):
-    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and energy `e` [J/kg]."""
     address = row[ADDRESS]
     start = row[START]
     at_l = max(log(rho), start)

@@ -133,16 +133,14 @@ def _hot(rho, e, term, term_rho, term_e, row):
     # d z/d rho = -1/(rho eta); the slope of the Gaussian is 2 alpha z/(rho eta) of itself
     fading = inverse_eta * inverse_eta * row[INVERSE_RHO0]
     p_rho = a * e + gauss * (
-        term_rho
-        + 2.0 * alpha * z * fading * term
-        + fade * (row[INVERSE_RHO0] + mu * (beta + 2.0 * alpha * z) * fading)
+        term_rho + 2.0 * alpha * z * fading * term + fade * (row[INVERSE_RHO0] + mu * (beta + 2.0 * alpha * z) * fading)
     )
     return p, p_rho, a * rho + gauss * term_e
 
 
 @compiled
 def state(rho, e, row):
-    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
+    """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and energy `e` [J/kg]."""
     p, p_rho, p_e, term, term_rho, term_e = _cold(rho, e, row)
     if rho < row[RHO0] and e > row[INCIPIENT]:
         hot, hot_rho, hot_e = _hot(rho, e, term, term_rho, term_e, row)
