@@ -34,7 +34,14 @@ DISTENSION = 9  # initial distension alpha0 of porous material [-]; 1 where it i
 ELASTIC_PRESSURE = 10  # p_e, where pores begin to crush [Pa]
 SOLID_PRESSURE = 11  # p_s, where they are gone [Pa]
 
-_COMMON = 12
+MELT_LAW = 12  # 0 constant, 1 Lindemann, 2 Simon
+MELT_TEMPERATURE = 13  # at no pressure [K]; infinite where unknown
+MELT_FIRST = 14  # Lindemann: Gamma0; Simon: 1/a [1/Pa]
+MELT_SECOND = 15  # Lindemann: a; Simon: 1/c
+FAILED_FRICTION = 16  # of failed material [-]; 0 where it flows, below 0 where it keeps its stress
+FAILS_IN_TENSION = 17  # above 0: material fails for good at the pressure cut-off
+
+_COMMON = 18
 _EOS, _STRENGTH, _DAMAGE = 12, 14, 8  # columns of each model's block
 EOS = tuple(range(_COMMON, _COMMON + _EOS))
 STRENGTH = tuple(range(EOS[-1] + 1, EOS[-1] + 1 + _STRENGTH))
@@ -68,7 +75,8 @@ def parameters(table, m):
         table[m, 24], table[m, 25], table[m, 26], table[m, 27], table[m, 28], table[m, 29],
         table[m, 30], table[m, 31], table[m, 32], table[m, 33], table[m, 34], table[m, 35],
         table[m, 36], table[m, 37], table[m, 38], table[m, 39], table[m, 40], table[m, 41],
-        table[m, 42], table[m, 43], table[m, 44], table[m, 45], row_address(table, m),
+        table[m, 42], table[m, 43], table[m, 44], table[m, 45], table[m, 46], table[m, 47],
+        table[m, 48], table[m, 49], table[m, 50], table[m, 51], row_address(table, m),
     )  # fmt: skip
 
 

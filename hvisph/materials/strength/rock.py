@@ -1,0 +1,74 @@
+"""Strength of rock: Lundborg's curve when intact, friction when broken, weaker near the melt.
+
+    intact    Y_i = Y0 + mu_i p/(1 + mu_i p/(Y_M - Y0)),  p >= 0;   Y0 in tension
+    broken    Y_b = min(mu_b p, Y_i),                     p >= 0;   0 in tension
+    Y = [(1 - D) Y_i + D Y_b] h
+    heat      h = 1 - e/e_melt, or tanh(xi (T_m/T - 1)), xi = 1.2, or 1
+
+Without the limit Y_M it is Drucker-Prager's straight line Y0 + mu_i p.
+
+Lundborg 1968, Int. J. Rock Mech. Min. Sci. 5, 427; Collins, Melosh & Ivanov 2004, Meteorit. Planet. Sci. 39, 217.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, tanh
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.errors import CaseError
+from ...core.jit import compiled
+from .. import slots
+from ..slots import MELT_TEMPERATURE, SHEAR_MODULUS
+
+COHESION, FRICTION, INVERSE_RANGE, BROKEN_FRICTION, INVERSE_MELT_ENERGY = slots.STRENGTH[:5]
+
+XI = 1.2
+
+
+@dataclass(frozen=True)
+class Rock:
+    """Parameters of the strength of rock."""
+
+    shear_modulus: float  # G [Pa]
+    cohesion: float  # Y0 [Pa]
+    friction: float  # mu_i [-]
+    limit: float = inf  # Y_M [Pa]
+    broken_friction: float = 0.6  # mu_b [-]
+    melt_energy: float = inf  # e_melt [J/kg]
+    melt_temperature: float = inf  # T_m [K]
+
+    name: ClassVar[str] = "rock"
+    tag: ClassVar[int] = 9
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "shear_modulus")
+        slots.require_not_negative(self, "cohesion", "friction", "broken_friction")
+        if not self.limit > self.cohesion:
+            raise CaseError(f"limit {self.limit!r} is not above cohesion {self.cohesion!r}", where=self.name)
+        if not (self.melt_energy > 0.0 and self.melt_temperature > 0.0):
+            raise CaseError("melt_energy and melt_temperature must be above zero", where=self.name)
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[SHEAR_MODULUS] = self.shear_modulus
+        row[COHESION], row[FRICTION], row[BROKEN_FRICTION] = self.cohesion, self.friction, self.broken_friction
+        row[INVERSE_RANGE] = 1.0 / (self.limit - self.cohesion)
+        row[INVERSE_MELT_ENERGY] = 1.0 / self.melt_energy
+        row[MELT_TEMPERATURE] = self.melt_temperature
+
+
+@compiled
+def yield_stress(p, e, temperature, melt, damage, row):
+    """Yield stress [Pa] at pressure `p` [Pa] and damage."""
+    pressed = row[FRICTION] * max(p, 0.0)
+    intact = row[COHESION] + pressed / (1.0 + pressed * row[INVERSE_RANGE])
+    broken = min(row[BROKEN_FRICTION] * max(p, 0.0), intact)
+    heat = max(1.0 - max(e, 0.0) * row[INVERSE_MELT_ENERGY], 0.0)
+    if temperature >= melt:
+        heat = 0.0
+    elif melt < inf:
+        heat *= tanh(XI * (melt / temperature - 1.0))
+    return (intact - damage * (intact - broken)) * heat

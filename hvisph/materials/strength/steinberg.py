@@ -1,0 +1,138 @@
+"""Steinberg-Guinan and Steinberg-Lund strength: shear modulus and yield stress of pressure and heat.
+
+    f = 1 + A p/eta^(1/3) - B (T - 300 K) >= 0,    G = G0 f
+    Steinberg-Guinan    Y = min(Y0 (1 + beta (eps + eps_i))^n, Ymax) f
+    Steinberg-Lund      Y = [Y_T(rate, T) + min(Y_A (1 + beta (eps + eps_i))^n, Ymax)] f
+                        rate = 1/[exp(2 U/kT (1 - Y_T/Y_P)^2)/C1 + C2/Y_T],    Y_T <= Y_P
+    T >= T_m of Lindemann:  G = Y = 0
+
+Steinberg-Guinan has no rate: it is for rates above some 1e5 1/s, where that of metals has saturated, and up to
+some 100 GPa. Steinberg-Lund goes down to 1e-4 1/s. `a_melt` is the coefficient of the melting law, not the
+Mie-Grueneisen a.
+
+Steinberg, Cochran & Guinan 1980, J. Appl. Phys. 51, 1498; Steinberg & Lund 1989, J. Appl. Phys. 65, 1528.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, inf, log
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.errors import CaseError
+from ...core.jit import compiled
+from .. import slots
+from ..melting import Lindemann
+from ..slots import INVERSE_RHO0, SHEAR_MODULUS
+
+YIELD_STRESS, YIELD_LIMIT, BETA, EXPONENT, INITIAL_STRAIN = slots.STRENGTH[:5]
+PRESSURE_COEFFICIENT, HEAT_COEFFICIENT = slots.STRENGTH[5], slots.STRENGTH[6]
+RATE_C1, ACTIVATION, PEIERLS, DRAG = slots.STRENGTH[7:11]
+
+_REFERENCE = 300.0  # [K], of B
+_ELECTRON_VOLT_PER_KELVIN = 11604.518  # 1 eV/k [K]
+_EXPONENT_LIMIT = 690.0
+_HALVINGS = 60
+_LEAST = 1e-3  # [Pa]; Y_T is sought above
+
+
+@dataclass(frozen=True)
+class SteinbergGuinan:
+    """Parameters of Steinberg-Guinan strength."""
+
+    shear_modulus: float  # G0 [Pa]
+    yield_stress: float  # Y0 [Pa]
+    yield_limit: float  # Ymax of work hardening [Pa]
+    beta: float  # [-]
+    exponent: float  # n [-]
+    pressure_coefficient: float  # A [1/Pa]
+    heat_coefficient: float  # B [1/K]
+    melt_temperature: float  # T_m0 of Lindemann's law [K]
+    gamma0: float  # Grueneisen coefficient in it [-]
+    a_melt: float  # a in it [-]
+    initial_strain: float = 0.0  # eps_i [-]
+
+    name: ClassVar[str] = "steinberg_guinan"
+    tag: ClassVar[int] = 5
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "shear_modulus", "melt_temperature")
+        slots.require_not_negative(self, "yield_stress", "beta", "exponent", "heat_coefficient", "initial_strain")
+        if not self.yield_limit >= self.yield_stress:
+            raise CaseError(f"yield_limit {self.yield_limit!r} is below yield_stress", where=self.name)
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        row[SHEAR_MODULUS] = self.shear_modulus
+        row[YIELD_STRESS], row[YIELD_LIMIT] = self.yield_stress, self.yield_limit
+        row[BETA], row[EXPONENT], row[INITIAL_STRAIN] = self.beta, self.exponent, self.initial_strain
+        row[PRESSURE_COEFFICIENT], row[HEAT_COEFFICIENT] = self.pressure_coefficient, self.heat_coefficient
+        Lindemann(self.melt_temperature, self.gamma0, self.a_melt).pack(row)
+
+
+@dataclass(frozen=True)
+class SteinbergLund(SteinbergGuinan):
+    """Parameters of Steinberg-Lund strength; `yield_stress` is Y_A here."""
+
+    rate_c1: float = 0.0  # C1 [1/s]
+    activation_energy: float = 0.0  # U [eV]
+    peierls_stress: float = inf  # Y_P [Pa]
+    drag: float = 0.0  # C2 [Pa s]
+
+    name: ClassVar[str] = "steinberg_lund"
+    tag: ClassVar[int] = 6
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        slots.require_positive(self, "rate_c1", "activation_energy", "peierls_stress", "drag")
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        super().pack(row, density)
+        row[RATE_C1], row[ACTIVATION] = self.rate_c1, self.activation_energy * _ELECTRON_VOLT_PER_KELVIN
+        row[PEIERLS], row[DRAG] = self.peierls_stress, self.drag
+
+
+@compiled
+def shear_share(rho, p, temperature, melt, row):
+    """G/G0 [-] of the current state; 0 when molten."""
+    if temperature >= melt:
+        return 0.0
+    eta = rho * row[INVERSE_RHO0]
+    pressed = row[PRESSURE_COEFFICIENT] * p / eta ** (1.0 / 3.0)
+    return max(1.0 + pressed - row[HEAT_COEFFICIENT] * (temperature - _REFERENCE), 0.0)
+
+
+@compiled
+def work_hardened(plastic_strain, row):
+    """Yield stress [Pa] of work hardening alone."""
+    hardened = row[YIELD_STRESS]
+    strain = plastic_strain + row[INITIAL_STRAIN]
+    if strain > 0.0:
+        hardened *= (1.0 + row[BETA] * strain) ** row[EXPONENT]
+    return min(hardened, row[YIELD_LIMIT])
+
+
+@compiled
+def rate_of(stress, temperature, row):
+    """Strain rate [1/s] at which the thermal part of the yield stress is `stress`."""
+    left = 1.0 - stress / row[PEIERLS]
+    wait = exp(min(2.0 * row[ACTIVATION] / temperature * left * left, _EXPONENT_LIMIT)) / row[RATE_C1]
+    return 1.0 / (wait + row[DRAG] / stress)
+
+
+@compiled
+def thermal_stress(rate, temperature, row):
+    """Thermal part Y_T of the yield stress [Pa] at a strain rate [1/s], at most the Peierls stress."""
+    if rate_of(row[PEIERLS], temperature, row) <= rate:
+        return row[PEIERLS]
+    low, high = log(_LEAST), log(row[PEIERLS])
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if rate_of(exp(middle), temperature, row) < rate:
+            low = middle
+        else:
+            high = middle
+    return exp(0.5 * (low + high))

@@ -1,0 +1,72 @@
+"""Zerilli-Armstrong strength: dislocations in face-centred and body-centred cubic metals.
+
+    fcc    Y = C0 + C2 eps^(1/2) exp(-C3 T + C4 T ln r)
+    bcc    Y = C0 + C1 exp(-C3 T + C4 T ln r) + C5 eps^n,        r = max(rate/(1 1/s), 1)
+    T >= T_m:  Y = 0
+
+Heat softens hardening in fcc metals and the yield stress itself in bcc metals. Fitted to Taylor tests: rates up to
+some 1e6 1/s.  Zerilli & Armstrong 1987, J. Appl. Phys. 61, 1816.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import exp, inf, log
+from typing import ClassVar
+
+import numpy as np
+
+from ...core.errors import CaseError
+from ...core.jit import compiled
+from .. import slots
+from ..slots import MELT_TEMPERATURE, SHEAR_MODULUS
+
+C0, C1, HARDENING, C3, C4, EXPONENT, BODY_CENTRED = slots.STRENGTH[:7]
+
+
+@dataclass(frozen=True)
+class ZerilliArmstrong:
+    """Parameters of Zerilli-Armstrong strength."""
+
+    shear_modulus: float  # G [Pa]
+    lattice: str  # "fcc" or "bcc"
+    c0: float  # [Pa]
+    c3: float  # [1/K]
+    c4: float  # [1/K]
+    c1: float = 0.0  # bcc [Pa]
+    c2: float = 0.0  # fcc [Pa]
+    c5: float = 0.0  # bcc [Pa]
+    exponent: float = 0.5  # n of bcc [-]
+    melt_temperature: float = inf  # [K]
+
+    name: ClassVar[str] = "zerilli_armstrong"
+    tag: ClassVar[int] = 7
+
+    def __post_init__(self) -> None:
+        slots.require_positive(self, "shear_modulus", "exponent")
+        slots.require_not_negative(self, "c0", "c1", "c2", "c3", "c4", "c5")
+        if self.lattice not in ("fcc", "bcc"):
+            raise CaseError(f"lattice is {self.lattice!r}, but must be fcc or bcc", where=self.name)
+
+    def pack(self, row: np.ndarray, density: float) -> None:
+        """Write the parameters into the material's row of the table."""
+        body_centred = self.lattice == "bcc"
+        row[SHEAR_MODULUS] = self.shear_modulus
+        row[C0], row[C1] = self.c0, self.c1 if body_centred else 0.0
+        row[HARDENING], row[EXPONENT] = (self.c5, self.exponent) if body_centred else (self.c2, 0.5)
+        row[C3], row[C4], row[BODY_CENTRED] = self.c3, self.c4, float(body_centred)
+        row[MELT_TEMPERATURE] = self.melt_temperature
+
+
+@compiled
+def activated(rate, temperature, row):
+    """The thermal factor exp(-C3 T + C4 T ln r)."""
+    return exp(temperature * (row[C4] * log(max(rate, 1.0)) - row[C3]))
+
+
+@compiled
+def yield_stress(plastic_strain, factor, offset, row):
+    """Yield stress [Pa]; `offset` holds what does not harden, `factor` the heat of what does."""
+    if plastic_strain > 0.0:
+        return offset + factor * row[HARDENING] * plastic_strain ** row[EXPONENT]
+    return offset
