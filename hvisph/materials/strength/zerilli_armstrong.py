@@ -60,7 +60,7 @@ class ZerilliArmstrong:
 
 @compiled
 def activated(rate, temperature, row):
-    """The thermal factor exp(-C3 T + C4 T ln r)."""
+    """Return the thermal factor exp(-C3 T + C4 T ln r)."""
     return exp(temperature * (row[C4] * log(max(rate, 1.0)) - row[C3]))
 
 
