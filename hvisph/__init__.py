@@ -8,13 +8,14 @@ from importlib import import_module
 from typing import Any
 
 __version__ = "0.1.0"
-__all__ = ["load_case", "measure", "resume", "run"]
+__all__ = ["load_case", "measure", "resume", "run", "sweep"]
 
 _LAZY = {
     "load_case": ("hvisph.casefile.loader", "load_case"),
     "run": ("hvisph.simulation.run", "run"),
     "resume": ("hvisph.simulation.resume", "resume"),
     "measure": ("hvisph.measures.measure", "measure"),
+    "sweep": ("hvisph.sweeps.begin", "sweep"),
 }
 
 

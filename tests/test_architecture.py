@@ -33,7 +33,8 @@ MAY_IMPORT = {
     },
     "study": {"core", "case", "casefile", "simulation", "measures", "pictures", "exact", "output"},
     "verification": {"core", "case", "casefile", "materials", "simulation", "measures", "pictures", "exact", "output"},
-    "cli": {"core", "case", "casefile", "simulation", "study", "verification", "measures", "pictures", "exact"},
+    "sweeps": {"core", "case", "casefile", "simulation", "measures", "output"},
+    "cli": {"core", "case", "casefile", "simulation", "study", "sweeps", "verification", "measures", "pictures", "exact"},
 }
 # `measures` and `pictures` work on files alone: of `output` it may know what reads them, and how a picture is written whole.
 OF_OUTPUT = {"hvisph.output." + name for name in ("names", "reader", "snapshot", "atomic")}
@@ -49,7 +50,7 @@ LIBRARIES = {
     "h5py": {"output"},
     "meshio": {"output", "geometry"},
     "matplotlib": {"pictures"},
-    "scipy": {"geometry", "measures"},
+    "scipy": {"sweeps", "geometry", "measures"},
     "llvmlite": {"core"},
     "platformdirs": {"core"},
     "psutil": {"simulation", "cli"},

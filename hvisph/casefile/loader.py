@@ -44,7 +44,7 @@ def load_case(source: Source, overrides: Iterable[str] = (), resolution: str | f
     CaseError
         For anything wrong with any of them; `CaseErrors` lists several.
     """
-    document = _document(source)
+    document = case_document(source)
     if isinstance(overrides, str):
         overrides = [overrides]
     for override in overrides:
@@ -104,7 +104,8 @@ def find_case(source: str | os.PathLike[str]) -> pathlib.Path:
     raise CaseError(f"there is no case file and no bundled case '{shown}'{nearest(name[:200], names)}")
 
 
-def _document(source: Source) -> Document:
+def case_document(source: Source) -> Document:
+    """Return what a source holds, laid over the files that it is based on; not yet validated."""
     if isinstance(source, Mapping):
         return _on_base(plain_document(source), pathlib.Path(), ())
     if not isinstance(source, str | os.PathLike):

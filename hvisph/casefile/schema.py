@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from hvisph.case.case import Case
+from hvisph.case.sweep import Sweep
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 BASE = {
@@ -46,6 +47,11 @@ def case_schema() -> dict[str, Any]:
     }
 
 
+def sweep_schema() -> dict[str, Any]:
+    """Return the JSON schema of a sweep's file."""
+    return {"$schema": DIALECT, "title": "hvisph sweep", **Sweep.model_json_schema()}
+
+
 def schema_text() -> str:
     """Return the JSON schema as the text of `schemas/case.schema.json`."""
     return json.dumps(case_schema(), indent=1, ensure_ascii=False) + "\n"
@@ -55,7 +61,11 @@ def generated_files(root: Path) -> dict[Path, str]:
     """Return the files of a source tree at `root` that come from the models, with their text."""
     from hvisph.casefile.manual import case_manual
 
-    return {root / "schemas/case.schema.json": schema_text(), root / "docs/case-file.md": case_manual()}
+    return {
+        root / "schemas/case.schema.json": schema_text(),
+        root / "schemas/sweep.schema.json": json.dumps(sweep_schema(), indent=1, ensure_ascii=False) + "\n",
+        root / "docs/case-file.md": case_manual(),
+    }
 
 
 def main(arguments: list[str]) -> int:

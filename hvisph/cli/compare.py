@@ -69,7 +69,7 @@ def compare(
     if picture is not None and any(entry.case is not None for entry in found):
         _refuse_picture(picture, field)
     if gauges is not None:
-        _refuse_format(gauges, "--gauges")
+        refuse_format(gauges, "--gauges")
     _complete(found, threads, force, quiet or as_json)
     from hvisph.measures.compare import last_snapshot, row
 
@@ -114,12 +114,13 @@ def _refuse_picture(picture: Path, field: str | None) -> None:
     from hvisph.core.errors import CaseError, nearest
     from hvisph.core.fields import CATALOGUE
 
-    _refuse_format(picture, "--picture")
+    refuse_format(picture, "--picture")
     if field not in (None, "body", *CATALOGUE):
         raise CaseError(f"there is no field '{field}'{nearest(str(field), ['body', *CATALOGUE])}", where="--field")
 
 
-def _refuse_format(picture: Path, option: str) -> None:
+def refuse_format(picture: Path, option: str) -> None:
+    """Refuse a picture that cannot be stored; raises `CaseError` that names the option."""
     from hvisph.core.errors import CaseError, nearest
 
     if picture.suffix.lower() not in PICTURES:

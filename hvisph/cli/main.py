@@ -20,6 +20,7 @@ from hvisph.cli import (
     resume,
     run,
     schema,
+    sweep,
     verify,
 )
 from hvisph.cli.guard import guarded
@@ -48,6 +49,9 @@ for command in (
     cases.cases,
     materials.materials,
     explain.explain,
+    sweep.sweep,
+    sweep.converge,
+    sweep.limit,
     schema.schema,
     doctor.doctor,
 ):

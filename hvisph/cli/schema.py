@@ -7,16 +7,16 @@ from typing import Annotated
 
 import typer
 
-NAMES = ("case", "summary")
+NAMES = ("case", "summary", "sweep")
 
 
 def schema(
     name: Annotated[
         str | None,
-        typer.Argument(metavar="[case|summary]", help="Schema to print or write; case unless given."),
+        typer.Argument(metavar="[case|summary|sweep]", help="Schema to print or write; case unless given."),
     ] = None,
     write: Annotated[
-        Path | None, typer.Option("--write", metavar="DIR", help="Write it, or both, into a folder instead.")
+        Path | None, typer.Option("--write", metavar="DIR", help="Write it, or all, into a folder instead.")
     ] = None,
 ) -> None:
     """Print a JSON schema, or write them into a folder."""

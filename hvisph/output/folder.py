@@ -196,3 +196,19 @@ def _content(folder: Path) -> list[Path]:
 
 def _stem(number: int | str) -> str:
     return f"{number:06d}" if isinstance(number, int) else number
+
+
+def forget_snapshots(path: Path, last: bool) -> None:
+    """Delete the snapshots and checkpoints of a run that has ended; with `last`, keep the last snapshot.
+
+    Only files that a run writes there, by their names; never through a link.
+    """
+    for name, pattern in ((names.SNAPSHOTS, ".h5"), (names.VTU, ".vtu"), (names.CHECKPOINT, ".h5")):
+        folder = path / name
+        if folder.is_symlink() or not folder.is_dir():
+            continue
+        numbered = sorted(file for file in folder.iterdir() if file.suffix == pattern and file.stem.isdigit())
+        kept = numbered[-1:] if last and name != names.CHECKPOINT else []
+        for file in numbered:
+            if file not in kept and not file.is_symlink():
+                file.unlink(missing_ok=True)

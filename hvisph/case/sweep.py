@@ -1,0 +1,171 @@
+"""Sweep: many cases that differ from one in named settings, and what is made of their results."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, create_model, model_validator
+
+from hvisph.case.dimensions import NUMBER
+from hvisph.case.model import Problem, StrictModel, refuse
+from hvisph.case.units import PositiveTime, Quantity
+
+Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
+Value = str | int | float | bool | None | list[Any] | dict[str, Any]
+Settings = dict[Annotated[str, Field(pattern=r"^[A-Za-z_][\w.-]*$", max_length=200)], Value]
+Text = Annotated[str, Field(min_length=1, max_length=80)]
+Bound = str | int | float
+
+MOST_CASES = 100_000
+
+
+Span = create_model(  # `from` is a word of Python's
+    "Span",
+    __base__=StrictModel,
+    __doc__="Equally spaced values.",
+    **{  # type: ignore[call-overload]
+        "from": (Bound, Field(description="First value, with its unit")),
+        "to": (Bound, Field(description="Last value, in the same unit")),
+        "count": (Annotated[int, Field(strict=True, ge=2, le=10_000)], Field(description="How many, at least 2")),
+    },
+)
+
+
+class Grid(StrictModel):
+    """Every combination of the values."""
+
+    type: Literal["grid"] = "grid"
+    values: dict[str, Span | list[Value]] = Field(  # type: ignore[valid-type]
+        description="By path of a setting: a list of values, or {from, to, count}", min_length=1
+    )
+
+
+class Listed(StrictModel):
+    """Cases named one by one, here or in a table."""
+
+    type: Literal["list"] = "list"
+    cases: list[Settings] | None = Field(default=None, description="Settings of each case, by path", min_length=1)
+    file: Text | None = Field(
+        default=None,
+        description="A CSV file beside this one: heads are paths of settings, or `experiment.NAME` for a column that "
+        "is carried along beside what is computed",
+    )
+
+    @model_validator(mode="after")
+    def _one_source(self) -> Listed:
+        if (self.cases is None) == (self.file is None):
+            refuse([Problem(("cases",), "a list needs either `cases` or `file`")])
+        return self
+
+
+class Uniform(StrictModel):
+    """Equally likely between two bounds."""
+
+    uniform: tuple[Bound, Bound] = Field(description="Least and greatest value")
+
+
+class NormalShape(StrictModel):
+    """Mean and deviation of a normal distribution."""
+
+    mean: Bound = Field(description="Mean")
+    sd: Bound = Field(description="Standard deviation, in the same unit")
+
+
+class Normal(StrictModel):
+    """Normally distributed."""
+
+    normal: NormalShape = Field(description="Mean and standard deviation")
+
+
+class Choice(StrictModel):
+    """One of several, equally likely."""
+
+    choice: list[Value] = Field(description="The values", min_length=1)
+
+
+class Sample(StrictModel):
+    """Values drawn at random, spread evenly or not."""
+
+    type: Literal["sample"] = "sample"
+    method: Literal["latin_hypercube", "sobol", "random"] = Field(
+        default="latin_hypercube", description="How points are spread over the space of values"
+    )
+    count: Count = Field(description="Number of cases; with sobol best a power of 2")
+    seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="Same seed, same cases")
+    values: dict[str, Uniform | Normal | Choice] = Field(
+        description="By path of a setting: {uniform: [a, b]}, {normal: {mean, sd}} or {choice: [...]}", min_length=1
+    )
+
+
+class Converge(StrictModel):
+    """Resolutions, for the order of convergence and the value at infinite resolution."""
+
+    type: Literal["converge"] = "converge"
+    path: Text = Field(default="resolution", description="The setting that is refined")
+    values: list[Bound] = Field(description="Its values, at least two and best three", min_length=2)
+
+
+class Event(StrictModel):
+    """What tells the two sides of a limit apart."""
+
+    measure: Text = Field(default="perforated", description="A measure of the summary; true counts as 1")
+    above: Annotated[float, Quantity(NUMBER)] = Field(
+        default=0.5, description="The event has happened where the measure is above this [SI]"
+    )
+    absent: Literal["below", "above", "error"] = Field(
+        default="error", description="What a measure without a value counts as"
+    )
+
+
+class _Bisect(StrictModel):
+    """The value of a setting at which something begins to happen, such as a ballistic limit."""
+
+    type: Literal["bisect"] = "bisect"
+    path: Text = Field(description="The setting, such as bodies.projectile.velocity.0")
+    between: tuple[Bound, Bound] = Field(description="A value below the limit and one above it")
+    until: Bound = Field(description="Width of the bracket at which to stop, in the same unit")
+    points: Annotated[int, Field(strict=True, ge=1, le=64)] | None = Field(
+        default=None, description="Shots a round; as many as workers unless given"
+    )
+    event: Event = Field(default=Event(), description="What happens above the limit")
+    residual: Text = Field(
+        default="residual_velocity", description="Measure of the residual velocity, for the fit above the limit"
+    )
+
+
+Bisect = create_model(  # `for` is a word of Python's
+    "Bisect",
+    __base__=_Bisect,
+    __doc__=_Bisect.__doc__,
+    **{  # type: ignore[call-overload]
+        "for": (
+            dict[str, list[Value]],
+            Field(default={}, description="By path of a setting: values for each of which the limit is looked for"),
+        )
+    },
+)
+
+Vary = Annotated[Grid | Listed | Sample | Converge | Bisect, Field(discriminator="type")]  # type: ignore[valid-type]
+
+
+class Sweep(StrictModel):
+    """Many cases and one table of their results."""
+
+    title: Annotated[str, Field(max_length=200)] = Field(default="", description="What it is about, one line")
+    case: Text = Field(description="The case that all are made of: a file, relative to this one, or a bundled name")
+    set: Settings = Field(default={}, description="Settings for every case, by path, as of `--set`")
+    vary: Vary = Field(description="What differs: grid, list, sample, converge or bisect")
+    record: list[Text] | None = Field(
+        default=None, description="Measures that become columns of the table; all unless given", min_length=1
+    )
+    keep: Literal["all", "last", "summary"] = Field(
+        default="all",
+        description="What stays of a run that is done: all its files, the last snapshot only, or none of them; case, "
+        "history, log and summary always stay, and so does all of a run that failed",
+    )
+    limit: PositiveTime | None = Field(
+        default=None, description="Wall time of one case [s] after which it is interrupted, with a checkpoint"
+    )
+    stop_after_failures: Count | None = Field(
+        default=None, description="Number of failed cases after which no more are begun; none unless given"
+    )

@@ -1,0 +1,49 @@
+"""From a sweep's file to its model and the case that it starts from."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from hvisph.case.sweep import Sweep
+from hvisph.casefile.loader import case_document, validated
+from hvisph.casefile.plain import plain_document
+from hvisph.casefile.problems import located, raise_all, translate
+from hvisph.casefile.reading import read_yaml
+from hvisph.casefile.yaml_text import Document
+from hvisph.core.errors import CaseError
+
+
+def load_sweep(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Sweep, Document, Document, Path]:
+    """Return a sweep's model, its text, the case that it starts from, and the folder that its paths are relative to.
+
+    Parameters
+    ----------
+    source
+        Path of the file, or a mapping with its keys, whose paths are relative to the present folder.
+
+    Raises
+    ------
+    CaseError
+        For anything wrong with it or with the case that it names.
+    """
+    if isinstance(source, Mapping):
+        document, folder = plain_document(source), Path()
+    else:
+        document, folder = read_yaml(Path(source)), Path(source).parent
+    try:
+        sweep = Sweep.model_validate(document.value)
+    except ValidationError as error:
+        raise_all(translate(error, Sweep, document.value, document.places))
+        raise
+    near = folder / sweep.case
+    try:
+        base = case_document(near if near.is_file() else sweep.case)
+        validated(base)
+    except CaseError as error:
+        raise located(("case",), str(error), document.places) from None
+    return sweep, document, base, folder

@@ -1,0 +1,174 @@
+"""A sweep on the terminal: a line for each case that ends, how many are left, and what all say together."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import typer
+
+from hvisph.cli.words import duration, table
+
+SHOWN_ROWS = 60  # of the table on the terminal
+MEASURES = ("perforated", "crater_diameter", "penetration", "residual_velocity", "centre_pressure_peak")
+
+
+class Teller:
+    """Tells of cases as they end.
+
+    Parameters
+    ----------
+    driver
+        The sweep under way.
+    silent
+        Say nothing.
+    """
+
+    def __init__(self, driver: Any, silent: bool):
+        self.driver, self.silent = driver, silent
+        self.done, self.began = 0, time.monotonic()
+
+    def __enter__(self) -> Teller:
+        if not self.silent:
+            members = len(self.driver.members)
+            typer.echo(f"{members} cases, {self.driver.workers} workers, into {self.driver.folder.path}")
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None,
+                 trace: TracebackType | None) -> None:  # fmt: skip
+        sys.stdout.flush()
+
+    def ended(self, row: dict[str, Any]) -> None:
+        """Hear that a case has ended."""
+        self.done += 1
+        if self.silent:
+            return
+        values = ", ".join(f"{path.rsplit('.', 2)[-1] if path.count('.') < 2 else '.'.join(path.split('.')[-2:])} "
+                           f"{value}" for path, value in row["values"].items())  # fmt: skip
+        found = row["message"] or _measured(row, _main(None, [row])[:3])
+        left = self._left()
+        typer.echo(f"{row['number']:5d}  {values}  {row['status']}  {found}{left}")
+        sys.stdout.flush()
+
+    def _left(self) -> str:
+        standing = [(member, self.driver.folder.standing(member).status) for member in self.driver.members]
+        left = [member.cost for member, status in standing if status in ("waiting", "running", "interrupted")]
+        if not left:
+            return ""
+        ended = sum(member.cost for member, status in standing if status == "done")
+        spent = time.monotonic() - self.began
+        ahead = f", about {duration(spent * sum(left) / ended)}" if ended else ""
+        return f"  ({len(left)} left{ahead})"
+
+
+def _main(record: Sequence[str] | None, rows: Sequence[dict[str, Any]]) -> list[str]:
+    """Return the measures to show: those recorded, or the main ones that have values."""
+    there = {name for row in rows for name, one in row["measures"].items() if one["value"] is not None}
+    names = record if record is not None else [*MEASURES, *sorted(there - set(MEASURES))]
+    return [name for name in names if name in there][:5]
+
+
+def _measured(row: dict[str, Any], names: Sequence[str]) -> str:
+    from hvisph.cli.words import quantity
+
+    parts = []
+    for name in names:
+        one = row["measures"].get(name, {})
+        if isinstance(one.get("value"), int | float):
+            parts.append(f"{name.replace('_', ' ')} {quantity(float(one['value']), one['unit'] or '')}")
+    return ", ".join(parts)
+
+
+def summary(sweep: Any, rows: Sequence[dict[str, Any]], said: dict[str, Any], path: Path) -> str:
+    """Return what a sweep says, in words and tables."""
+    parts = [""]
+    if "converge" in said:
+        parts += [_converge(said["converge"], sweep.record), ""]
+    elif "limits" in said:
+        parts += [*map(_limit, said["limits"]), ""]
+    elif "sample" in said:
+        parts += [_sample(said["sample"], sweep.record), ""]
+    parts += [_rows(rows, sweep.record), ""]
+    counts: dict[str, int] = {}
+    for row in rows:
+        counts[row["status"]] = counts.get(row["status"], 0) + 1
+    parts.append(", ".join(f"{count} {status}" for status, count in counts.items()) + f": {path / 'table.csv'}")
+    return "\n".join(parts)
+
+
+def _rows(rows: Sequence[dict[str, Any]], record: Sequence[str] | None) -> str:
+    from hvisph.core.measures import look_of
+
+    paths = list(dict.fromkeys(key for row in rows for key in row["values"]))
+    names = _main(record, rows)
+    looks = {name: look_of(name) for name in names}
+    head = ["", *paths, "", *(looks[name].short for name in names)]
+    units = ["", *("" for _ in paths), "", *(looks[name].unit for name in names)]
+    lines = [head, units]
+    for row in rows[:SHOWN_ROWS]:
+        cells = [_cell(row["measures"].get(name, {}).get("value"), looks[name]) for name in names]
+        lines.append([str(row["number"]), *(str(row["values"].get(key, "")) for key in paths), row["status"], *cells])
+    more = f"\n  and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
+    return table(lines) + more
+
+
+def _cell(value: Any, look: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    number = float(value) * look.factor
+    return f"{number:.4g}" if look.decimals < 0 else f"{number:.{look.decimals}f}"
+
+
+def _converge(found: dict[str, Any], record: Sequence[str] | None) -> str:
+    from hvisph.core.measures import look_of
+
+    lines = [["", "unit", "finest", "order", "extrapolated", "index", ""]]
+    for name, one in found.items():
+        if record is not None and name not in record:
+            continue
+        look = look_of(name)
+        finest = one["values"][one["spacings"].index(min(one["spacings"]))]
+        order = f"{one['order']:.2f}" if one["order"] is not None else "-"
+        limit = f"{one['extrapolated'] * look.factor:.4g}" if one["extrapolated"] is not None else "-"
+        index = f"{100 * one['index']:.2g} %" if one["index"] is not None else "-"
+        lines.append([look.label, look.unit, f"{finest * look.factor:.4g}", order, limit, index, one["verdict"]])
+    return table(lines)
+
+
+def _limit(found: dict[str, Any]) -> str:
+    unit = f" {found['unit']}" if found["unit"] else ""
+    where = "".join(f"{path} = {value}: " for path, value in found["for"].items())
+    if found["below"] is None or found["above"] is None:
+        side = "every" if found["below"] is None else "no"
+        return f"{where}{side} shot went through: no limit between the values that were tried"
+    if found["mixed"]:
+        text = (f"mixed from {found['above']:.6g} to {found['below']:.6g}{unit}: "
+                "some shots held above one that went through")  # fmt: skip
+    else:
+        text = f"limit between {found['below']:.6g} and {found['above']:.6g}{unit}"
+    curve = found["lambert_jonas"]
+    if curve:
+        text += (f"; Lambert-Jonas: {curve['limit']:.4g} m/s, a {curve['a']:.3g}, p {curve['p']:.3g}, "
+                 f"off by {curve['deviation']:.3g} m/s")  # fmt: skip
+    return where + text
+
+
+def _sample(found: dict[str, Any], record: Sequence[str] | None) -> str:
+    from hvisph.core.measures import look_of
+
+    paths = list(next(iter(found.values()))["rank_correlation"]) if found else []
+    lines = [["", "unit", "mean", "sd", "5 %", "50 %", "95 %", *paths]]
+    for name, one in found.items():
+        if record is not None and name not in record:
+            continue
+        look = look_of(name)
+        numbers = [f"{one[key] * look.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
+        ranks = ["-" if rank is None else f"{rank:+.2f}" for rank in one["rank_correlation"].values()]
+        lines.append([look.label, look.unit, *numbers, *ranks])
+    return table(lines)

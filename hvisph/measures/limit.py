@@ -1,0 +1,113 @@
+"""Where something begins to happen as a setting grows: bracket, mixed zone, and the curve of residual velocities.
+
+Lambert and Jonas 1976: above the ballistic limit v_bl a projectile leaves with v_r = a (v^p - v_bl^p)^(1/p); p = 2
+and a = m/(m + m_plug) where it pushes out a plug (Recht and Ipson 1963).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """Where a limit lies.
+
+    Parameters
+    ----------
+    below, above
+        Highest value below the limit and lowest above it; None where none was seen.
+    mixed
+        Whether some shot held above one that went through: the limit is then a zone, between `above` and `below`.
+    """
+
+    below: float | None
+    above: float | None
+    mixed: bool
+
+    @property
+    def limit(self) -> float | None:
+        """The limit's middle estimate, as V50 would be; None where one side was not seen."""
+        return None if self.below is None or self.above is None else 0.5 * (self.below + self.above)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for JSON."""
+        return asdict(self) | {"limit": self.limit}
+
+
+def bracket(values: Sequence[float], happened: Sequence[bool]) -> Bracket:
+    """Return where the event begins to happen."""
+    pairs = list(zip(values, happened, strict=True))
+    below = max((value for value, yes in pairs if not yes), default=None)
+    above = min((value for value, yes in pairs if yes), default=None)
+    mixed = below is not None and above is not None and below > above
+    return Bracket(below, above, mixed)
+
+
+def next_values(found: Bracket, points: int, width: float) -> list[float]:
+    """Return values that shrink the bracket by `points` + 1; none where it is narrow enough, open or mixed."""
+    if found.below is None or found.above is None or found.mixed or found.above - found.below <= width * (1.0 + 1e-9):
+        return []
+    step = (found.above - found.below) / (points + 1)
+    return [found.below + k * step for k in range(1, points + 1)]
+
+
+@dataclass(frozen=True)
+class LambertJonas:
+    """The curve of residual velocities.
+
+    Parameters
+    ----------
+    a, p, limit
+        v_r = a (v^p - limit^p)^(1/p), velocities in m/s.
+    deviation
+        Root mean square of what is left of the residual velocities [m/s].
+    """
+
+    a: float
+    p: float
+    limit: float
+    deviation: float
+
+    def residual(self, velocity: np.ndarray | float) -> np.ndarray:
+        """Return the residual velocity [m/s]; 0 below the limit."""
+        return _residual(np.asarray(velocity, float), self.a, self.p, self.limit)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for JSON."""
+        return asdict(self)
+
+
+def _residual(v: np.ndarray, a: float, p: float, limit: float) -> np.ndarray:
+    return a * np.maximum(np.maximum(v, 0.0) ** p - limit**p, 0.0) ** (1.0 / p)
+
+
+def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], found: Bracket) -> LambertJonas | None:
+    """Return the curve through shots that went through; None for fewer than two of them.
+
+    With fewer than four shots p is 2, and with two the limit is the bracket's.
+    """
+    v, r = np.asarray(velocities, float), np.asarray(residuals, float)
+    if len(v) < 2 or found.limit is None:
+        return None
+    from scipy.optimize import least_squares
+
+    free = min(len(v) - 1, 3)
+    start = [0.9, found.limit, 2.0][:free]
+    lower = min(float(v.min()), found.above or np.inf)
+    bounds = ([0.01, 0.0, 1.0][:free], [1.2, lower, 6.0][:free])
+    start[1:2] = [min(found.limit, 0.999 * lower)][: max(free - 1, 0)]
+
+    def full(x: np.ndarray) -> tuple[float, float, float]:
+        a = float(x[0])
+        limit = float(x[1]) if free > 1 else found.limit or 0.0
+        return a, float(x[2]) if free > 2 else 2.0, limit
+
+    sizes = np.maximum(np.abs(start), 1e-3)
+    fit = least_squares(lambda x: _residual(v, *full(x)) - r, start, bounds=bounds, x_scale=sizes)
+    a, p, limit = full(fit.x)
+    return LambertJonas(a, p, limit, float(np.sqrt(np.mean(fit.fun**2))))

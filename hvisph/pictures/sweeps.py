@@ -1,0 +1,156 @@
+"""Pictures of a sweep's results: convergence, residual velocities about a limit, what a sample depends on."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.core.measures import look_of
+from hvisph.pictures.plots import store
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+INK, ACCENT, FAINT = "#1b4f72", "#b9770e", "#99a3a4"
+MOST_PANELS = 9
+
+
+def sweep_picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], path: str | os.PathLike[str],
+                  title: str = "") -> Path:  # fmt: skip
+    """Draw what a sweep says and store it.
+
+    Parameters
+    ----------
+    said
+        Content of the sweep's ``results.json``.
+    rows
+        Its cases, for a sweep without a verdict: measures over the first value that varies.
+    path
+        File to write; its ending tells the format.
+    title
+        Above the picture.
+
+    Raises
+    ------
+    CaseError
+        When there is nothing to draw.
+    """
+    if "converge" in said:
+        figure = _panels(said["converge"], _convergence)
+    elif "limits" in said:
+        figure = _limits(said["limits"])
+    elif "sample" in said:
+        figure = _panels(said["sample"], _tornado)
+    else:
+        figure = _measures(rows)
+    figure.suptitle(title)
+    return store(figure, path)
+
+
+def _figure(count: int) -> tuple[Figure, list[Axes]]:
+    from matplotlib.figure import Figure
+
+    across = min(3, count)
+    down = -(-count // across)
+    figure = Figure(figsize=(4.2 * across, 3.2 * down + 0.4), dpi=150, layout="constrained")
+    axes = np.atleast_1d(figure.subplots(down, across)).ravel()
+    for one in axes[count:]:
+        one.remove()
+    return figure, list(axes[:count])
+
+
+def _panels(found: Mapping[str, Any], draw: Any) -> Figure:
+    names = list(found)[:MOST_PANELS]
+    if not names:
+        raise CaseError("no case is done: there is nothing to draw")
+    figure, axes = _figure(len(names))
+    for name, one in zip(names, axes, strict=True):
+        draw(one, found[name], look_of(name))
+    return figure
+
+
+def _convergence(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
+    """Results over spacing, with their uncertainties, and the curve to infinite resolution."""
+    h, f = np.array(one["spacings"]), np.array(one["values"]) * look.factor
+    spread = [0.0 if u is None else u * look.factor for u in one["uncertainties"]]
+    axes.errorbar(h, f, spread, fmt="o", color=INK, capsize=3)
+    note = one["verdict"]
+    if one["order"] is not None:
+        limit, fine = one["extrapolated"] * look.factor, int(np.argmin(h))
+        x = np.linspace(0.0, h.max(), 60)
+        axes.plot(x, limit + (f[fine] - limit) * (x / h[fine]) ** one["order"], color=FAINT)
+        axes.plot([0.0], [limit], "D", color=ACCENT)
+        note = f"order {one['order']:.2f}, index {100 * one['index']:.2g} %"
+    axes.set_xlim(left=0.0)
+    axes.set_xlabel("spacing")
+    axes.set_ylabel(f"{look.label} [{look.unit}]" if look.unit else look.label)
+    axes.set_title(note, fontsize=9)
+
+
+def _tornado(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
+    """Rank correlations with each input, the strongest on top."""
+    ranks = {path: rank or 0.0 for path, rank in one["rank_correlation"].items()}
+    paths = sorted(ranks, key=lambda path: abs(ranks[path]))
+    axes.barh([".".join(path.split(".")[-3:]) for path in paths], [ranks[path] for path in paths],
+              color=[INK if ranks[path] >= 0.0 else ACCENT for path in paths])  # fmt: skip
+    axes.axvline(0.0, color="black", linewidth=0.8)
+    axes.set_xlim(-1.0, 1.0)
+    axes.set_xlabel("rank correlation")
+    spread = f"{one['mean'] * look.factor:.4g} ± {one['sd'] * look.factor:.2g} {look.unit}"
+    axes.set_title(f"{look.label}: {spread}", fontsize=9)
+
+
+def _limits(found: Sequence[Mapping[str, Any]]) -> Figure:
+    """Shots, bracket and the fitted curve of residual velocities."""
+    figure, panels = _figure(len(found))
+    for axes, one in zip(panels, found, strict=True):
+        shots = one["shots"]
+        for happened, colour, label in ((False, INK, "no"), (True, ACCENT, "yes")):
+            some = [shot for shot in shots if shot["happened"] == happened]
+            axes.plot([s["value"] for s in some], [abs(s["residual"] or 0.0) if happened else 0.0 for s in some], "o",
+                      color=colour, label=label)  # fmt: skip
+        if one["below"] is not None and one["above"] is not None:
+            axes.axvspan(*sorted((one["below"], one["above"])), color=FAINT, alpha=0.3)
+        curve = one["lambert_jonas"]
+        if curve:
+            from hvisph.measures.limit import LambertJonas
+
+            x = np.linspace(curve["limit"], max(s["value"] for s in shots) * _to_si(one["unit"]), 200)
+            axes.plot(x / _to_si(one["unit"]), LambertJonas(**curve).residual(x), color=FAINT)
+        axes.set_xlabel(f"{one['path']} [{one['unit'] or 'SI'}]")
+        axes.set_ylabel("residual velocity [m/s]")
+        axes.legend(title="went through", fontsize=8)
+        axes.set_title(", ".join(f"{path} = {value}" for path, value in one["for"].items()), fontsize=9)
+    return figure
+
+
+def _to_si(unit: str) -> float:
+    return 1000.0 if unit in ("km/s", "mm/us") else 1.0
+
+
+def _measures(rows: Sequence[Mapping[str, Any]]) -> Figure:
+    """Measures over the first value that varies."""
+    done = [row for row in rows if row["status"] == "done"]
+    names = list(dict.fromkeys(name for row in done for name, one in row["measures"].items()
+                               if isinstance(one["value"], int | float)))[:MOST_PANELS]  # fmt: skip
+    if not names:
+        raise CaseError("no case is done: there is nothing to draw")
+    path = next(iter(done[0]["values"]))
+    figure, panels = _figure(len(names))
+    for name, axes in zip(names, panels, strict=True):
+        look = look_of(name)
+        there = [row for row in done if isinstance(row["measures"].get(name, {}).get("value"), int | float)]
+        labels = [str(row["values"].get(path)) for row in there]
+        places = {label: k for k, label in enumerate(dict.fromkeys(labels))}
+        axes.plot([places[label] for label in labels],
+                  [row["measures"][name]["value"] * look.factor for row in there], "o", color=INK)  # fmt: skip
+        axes.set_xticks(list(places.values()), list(places), rotation=30, ha="right", fontsize=7)
+        axes.set_xlabel(path)
+        axes.set_ylabel(f"{look.label} [{look.unit}]" if look.unit else look.label)
+    return figure

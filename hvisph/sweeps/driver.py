@@ -1,0 +1,172 @@
+"""Drives a sweep: starts workers, replaces those that die, tells of cases as they end, adds rounds, sums up.
+
+The driver decides nothing that the folder does not know: kill it, and workers finish what is there; start it
+again, and it goes on.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from typing import Any, Protocol
+
+from hvisph.case.sweep import Bisect
+from hvisph.output import atomic
+from hvisph.sweeps.folder import ENDED, RESULTS, STEPPING, SweepFolder
+from hvisph.sweeps.plan import Member
+from hvisph.sweeps.selection import Selection
+from hvisph.sweeps.table import Row, TableKeeper, row, rows
+from hvisph.sweeps.verdict import following, verdict
+
+POLL = 0.2  # least wall time between two looks [s]
+
+
+class Crew(Protocol):
+    """Workers, wherever they are."""
+
+    def keep(self, wanted: int) -> int:
+        """Have up to `wanted` workers at work, and return how many there are."""
+
+    def stop(self) -> None:
+        """Ask all to keep what they have and end, and wait for them."""
+
+
+class LocalCrew:
+    """Worker processes on this machine, each with its threads.
+
+    Parameters
+    ----------
+    folder
+        The sweep's.
+    threads
+        Threads of each worker.
+    options
+        Further options of the command, such as a selection.
+    """
+
+    def __init__(self, folder: SweepFolder, threads: int, options: Sequence[str] = ()):
+        self.folder, self.threads, self.options = folder, threads, tuple(options)
+        self.processes: list[subprocess.Popen[bytes]] = []
+
+    def keep(self, wanted: int) -> int:
+        """Start workers until there are as many as wanted; at first one alone, which compiles for all."""
+        self.processes = [process for process in self.processes if process.poll() is None]
+        if not (self.folder.path / STEPPING).exists():
+            wanted = min(wanted, 1)
+        while len(self.processes) < wanted:
+            self.processes.append(self._start())
+        return len(self.processes)
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        command = worker_command(self.folder, self.threads, self.options)
+        environment = os.environ | {"NUMBA_NUM_THREADS": str(self.threads), "OMP_NUM_THREADS": str(self.threads)}
+        # a session of its own, so that Ctrl-C reaches it once, through `stop`
+        return subprocess.Popen(  # noqa: S603 our own command
+            command, env=environment, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True
+        )
+
+    def stop(self) -> None:
+        """Ask all to keep what they have and end, and wait for them."""
+        for process in self.processes:
+            if process.poll() is None:
+                process.send_signal(signal.SIGTERM)
+        for process in self.processes:
+            process.wait()
+
+
+def worker_command(folder: SweepFolder, threads: int, options: Sequence[str] = ()) -> list[str]:
+    """Return the command of one worker."""
+    return [sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--work", "--threads", str(threads), *options]
+
+
+class Driver:
+    """A sweep under way.
+
+    Parameters
+    ----------
+    folder
+        The sweep's, begun.
+    crew
+        Its workers.
+    workers
+        How many of them.
+    selection
+        Which cases are to be computed.
+    """
+
+    def __init__(self, folder: SweepFolder, crew: Crew, workers: int, selection: Selection | None = None):
+        self.folder, self.crew, self.workers = folder, crew, workers
+        self.selection = selection or Selection()
+        self.plan = folder.plan()
+        self.sweep = self.plan.sweep
+        self.table = TableKeeper(folder, self.sweep.record)
+        self.members: list[Member] = folder.members()
+
+    def go(self) -> Iterator[Row]:
+        """Compute all that is left, and give the row of each case as it ends; then write what they say."""
+        self._take_up()
+        try:
+            while True:
+                yield from self._round()
+                more = self._more()
+                if not more:
+                    break
+                self.members += more
+                self.folder.write_members(self.members)
+        finally:
+            self.crew.stop()
+            self.conclude()
+
+    def conclude(self) -> dict[str, Any]:
+        """Write the table and the results as they stand, and return the results."""
+        self.table.write(self.members, last=True)
+        said = verdict(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members))
+        atomic.write_text(self.folder.path / RESULTS, json.dumps(said, indent=2, ensure_ascii=False) + "\n")
+        return said
+
+    def _take_up(self) -> None:
+        """Let cases that are asked for by their status be taken again."""
+        for member in self.members:
+            if self.folder.standing(member).status in self.selection.statuses:
+                self.folder.begin_again(member)
+
+    def _left(self) -> list[Member]:
+        return [member for member in self.members if self.selection.takes(member, self.folder.standing(member))]
+
+    def _round(self) -> Iterator[Row]:
+        left = self._left()
+        failures = len(self._failed())
+        while left:
+            begun = time.monotonic()
+            self.crew.keep(min(self.workers, len(left)))
+            time.sleep(POLL)
+            still = []
+            for member in left:
+                standing = self.folder.standing(member)
+                if self.selection.takes(member, standing):
+                    still.append(member)
+                else:
+                    yield row(self.folder, member, standing)
+                    failures += standing.status in ENDED[1:]
+            left = still
+            self.table.write(self.members)
+            if self.sweep.stop_after_failures is not None and failures >= self.sweep.stop_after_failures:
+                return
+            # looking at ten thousand cases takes a while: spend little of the time on it
+            time.sleep(min(5.0 * max(time.monotonic() - begun - POLL, 0.0), 5.0))
+
+    def _failed(self) -> list[Member]:
+        return [member for member in self.members if self.folder.standing(member).status in ENDED[1:]]
+
+    def _more(self) -> list[Member]:
+        """Return the next round of a bisection."""
+        if not isinstance(self.sweep.vary, Bisect) or self._failed():
+            return []
+        points = self.sweep.vary.points or self.workers
+        found = following(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members), points)
+        return self.plan.members(found, len(self.members))

@@ -1,0 +1,271 @@
+"""The folder of a sweep: its cases, who computes which, and how each stands. The folder is the queue.
+
+A case of a sweep is an ordinary run's folder, which knows by itself whether it waits, was cut off or has ended.
+Beside it a claim says who took the case: a lock that its holder lets go whenever it ends, and a line
+for each start and end, so that a case which kills its worker twice is left alone.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from hvisph.case.sweep import Sweep
+from hvisph.casefile.yaml_text import dump
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.output import atomic, names
+from hvisph.output.lock import FileLock
+from hvisph.sweeps.plan import Member, Plan, load_plan
+from hvisph.sweeps.points import plain
+
+SWEEP, BASE, CASES, TABLE, RESULTS = "sweep.yaml", "base.yaml", "cases.csv", "table.csv", "results.json"
+RUNS, CLAIMS = "runs", "claims"
+STEPPING = f"{CLAIMS}/stepping"  # made when the loops of the first case are compiled
+ENDED = ("done", "failed", "killed", "error")
+MOST_STARTS = 5  # of a case whose worker ends without a word and without a new checkpoint
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a case stands.
+
+    Parameters
+    ----------
+    status
+        waiting, running, interrupted, done, failed (the run), error (it cannot be run) or killed.
+    message
+        What went wrong, empty where nothing did.
+    summary
+        What a sweep needs of the run's summary; empty where it has none.
+    """
+
+    status: str
+    message: str = ""
+    summary: dict[str, Any] = field(default_factory=dict)
+
+
+class SweepFolder:
+    """A sweep on disk.
+
+    Parameters
+    ----------
+    path
+        Its folder.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]):
+        self.path = Path(path)
+        self._ended: dict[int, Standing] = {}
+
+    @property
+    def exists(self) -> bool:
+        """Whether a sweep was begun here."""
+        return (self.path / SWEEP).is_file() and (self.path / CASES).is_file()
+
+    def begin(self, plan: Plan, members: Sequence[Member]) -> list[Member]:
+        """Write the sweep, or find it as it was; cases may have been added to it.
+
+        Returns
+        -------
+        All its cases, those of earlier rounds included.
+
+        Raises
+        ------
+        CaseError
+            When the folder holds something else, or a sweep whose cases are others.
+        OutputError
+            When it cannot be written.
+        """
+        if self.exists:
+            known = self.members()
+            if any(old.digest != new.digest for old, new in zip(known, members, strict=False)):
+                raise CaseError(f"{self.path} holds a sweep of other cases; nothing was changed", where="--out")
+            if len(known) >= len(members):
+                return known
+        elif self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):
+            raise CaseError(f"{self.path} is not empty and not a sweep; nothing was changed", where="--out")
+        try:
+            for name in (RUNS, CLAIMS):
+                (self.path / name).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise OutputError(f"cannot write {self.path}: {atomic.reason(error)}") from error
+        atomic.write_text(self.path / BASE, dump(plan.base.value))
+        effective = plan.sweep.model_dump(mode="json", exclude_unset=True, by_alias=True) | {"case": BASE, "set": {}}
+        if effective["vary"].get("file"):
+            effective["vary"] = {"type": "list", "cases": [member.values for member in members]}
+        atomic.write_text(self.path / SWEEP, dump({k: v for k, v in effective.items() if v != {}}))
+        self.write_members(members)
+        return list(members)
+
+    def plan(self) -> Plan:
+        """Return the plan of the sweep as it was begun."""
+        return load_plan(self.path / SWEEP)
+
+    @property
+    def sweep(self) -> Sweep:
+        """The sweep's model."""
+        return self.plan().sweep
+
+    def members(self) -> list[Member]:
+        """Return the cases; raises `OutputError` when their list is damaged."""
+        try:
+            with (self.path / CASES).open(newline="", encoding="utf-8") as file:
+                rows = list(csv.DictReader(file))
+            return [
+                Member(
+                    int(row.pop("number")), row.pop("hash"), cost=float(row.pop("cost")),
+                    values={path: plain_or_json(cell) for path, cell in row.items() if cell},
+                )
+                for row in rows
+            ]
+        except (OSError, ValueError, KeyError, UnicodeDecodeError, csv.Error) as error:
+            raise OutputError(f"{self.path / CASES} cannot be read: {error}") from error
+
+    def write_members(self, members: Sequence[Member]) -> None:
+        """Write the list of cases."""
+        paths = list(dict.fromkeys(path for member in members for path in member.values))
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        writer.writerow(["number", "hash", "cost", *paths])
+        for member in members:
+            cells = [_cell(member.values.get(path, "")) for path in paths]
+            writer.writerow([member.number, member.digest, f"{member.cost:.3g}", *cells])
+        atomic.write_text(self.path / CASES, text.getvalue())
+
+    def run_folder(self, member: Member) -> Path:
+        """Return the folder of a case's run."""
+        return self.path / RUNS / member.name
+
+    def failed(self, member: Member) -> bool:
+        """Tell whether the run of a case has failed."""
+        return _summary(self.run_folder(member)).get("status") == "failed"
+
+    @contextmanager
+    def claimed(self, member: Member) -> Iterator[bool]:
+        """Hold a case for this process; False where another holds it."""
+        try:
+            lock = FileLock(self.path / CLAIMS / f"{member.number:05d}.lock")
+        except BlockingIOError:
+            yield False
+            return
+        except OSError as error:
+            raise OutputError(f"cannot write {self.path / CLAIMS}: {atomic.reason(error)}") from error
+        try:
+            yield True
+        finally:
+            lock.release()
+
+    def note(self, member: Member, event: str, **more: Any) -> None:
+        """Add a line to a case's claim: what happened, when and to which process."""
+        line = {"event": event, "pid": os.getpid(), "time": time.time(), **more}
+        path = self.path / CLAIMS / f"{member.number:05d}.jsonl"
+        try:
+            with path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(line) + "\n")
+        except OSError as error:
+            raise OutputError(f"cannot write {path}: {atomic.reason(error)}") from error
+
+    def standing(self, member: Member, *, held: bool = False) -> Standing:
+        """Return how a case stands; `held` where this process holds its claim."""
+        if member.number in self._ended:
+            return self._ended[member.number]
+        found = self._standing(member, held)
+        if found.status in ENDED:
+            self._ended[member.number] = found
+        return found
+
+    def _standing(self, member: Member, held: bool) -> Standing:
+        events = self._events(member)
+        last = events[-1] if events else {}
+        starts = _vain_starts(events)
+        summary = _summary(self.run_folder(member))
+        if last.get("event") == "again":
+            return Standing("waiting")
+        if last.get("event") == "error":
+            return Standing("error", str(last.get("message", "")))
+        if summary.get("status") in ("done", "failed") and not starts:
+            return Standing(summary["status"], str((summary.get("failure") or {}).get("message", "")), summary)
+        if starts and not held and self._held(member):
+            return Standing("running")
+        if starts >= MOST_STARTS:
+            return Standing("killed", f"the process that computed it ended {starts} times without a word")
+        if events:
+            return Standing("interrupted", str(last.get("reason", "")), summary)
+        return Standing("waiting")
+
+    def begin_again(self, member: Member) -> None:
+        """Let a case that has ended badly, or was cut off by its limit, be taken again."""
+        self._ended.pop(member.number, None)
+        self.note(member, "again")
+
+    def _events(self, member: Member) -> list[dict[str, Any]]:
+        try:
+            text = (self.path / CLAIMS / f"{member.number:05d}.jsonl").read_text(encoding="utf-8")
+        except FileNotFoundError:
+            return []
+        except (OSError, UnicodeDecodeError):
+            return []
+        found = []
+        for line in text.splitlines():
+            try:
+                event = json.loads(line)
+            except ValueError:  # a line that a kill cut off
+                continue
+            if isinstance(event, dict) and "event" in event:
+                found.append(event)
+        return found
+
+    def _held(self, member: Member) -> bool:
+        with self.claimed(member) as mine:
+            return not mine
+
+
+def _vain_starts(events: Sequence[dict[str, Any]]) -> int:
+    """Return how often the case was begun without coming further since it last ended by its own will."""
+    starts, reached = 0, None
+    for event in events:
+        if event["event"] != "start":
+            starts = 0
+            continue
+        starts = starts + 1 if event.get("checkpoint") == reached else 1
+        reached = event.get("checkpoint")
+    return starts
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    """Return what a sweep needs of a run's summary; empty where there is none."""
+    try:
+        found = json.loads((folder / names.SUMMARY).read_text(encoding="utf-8"))
+        measures = {
+            name: {key: one.get(key) for key in ("value", "uncertainty", "unit")}
+            for name, one in found["measures"].items()
+        }
+        kept = ("status", "failure", "conservation", "wall_seconds", "steps", "particles", "end_time")
+        return {key: found.get(key) for key in kept} | {
+            "measures": measures,
+            "missed": [row["name"] for row in found["expected"] if not row["passed"]],
+        }
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return {}
+
+
+def _cell(value: Any) -> Any:
+    return value if isinstance(value, int | float | str) and not isinstance(value, bool) else json.dumps(value)
+
+
+def plain_or_json(cell: str) -> Any:
+    """Return a cell of the list of cases as the value that was written."""
+    if cell[:1] in "[{":
+        try:
+            return json.loads(cell)
+        except ValueError:
+            pass
+    return plain(cell)

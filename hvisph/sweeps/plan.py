@@ -1,0 +1,121 @@
+"""A sweep from its file: the model, the case that it starts from, and every case that it makes, all checked."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hvisph.case.case import Case
+from hvisph.case.sweep import Sweep
+from hvisph.casefile.loader import validated
+from hvisph.casefile.merge import overridden
+from hvisph.casefile.problems import located
+from hvisph.casefile.sweep_file import load_sweep
+from hvisph.casefile.yaml_text import Document, Place
+from hvisph.core.errors import CaseError
+from hvisph.simulation.estimate import estimated_steps, rough_count
+from hvisph.sweeps.points import EXPERIMENT, Values, points
+
+
+@dataclass(frozen=True)
+class Member:
+    """One case of a sweep.
+
+    Parameters
+    ----------
+    number
+        Its place in the table, from 0.
+    digest
+        Hash of its effective case, eight digits.
+    values
+        Its settings by path, and columns carried along.
+    cost
+        What it will take, in particle-steps: a rough count.
+    """
+
+    number: int
+    digest: str
+    values: Values
+    cost: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """Name of its run's folder."""
+        return f"{self.number:05d}-{self.digest}"
+
+
+class Plan:
+    """A sweep and the case that it starts from.
+
+    Parameters
+    ----------
+    sweep
+        The sweep's model.
+    base
+        The case before settings, as read.
+    places
+        Lines of the sweep's file, for messages.
+    folder
+        Where files that the sweep names are looked for.
+    """
+
+    def __init__(self, sweep: Sweep, base: Document, places: Mapping[Any, Place], folder: Path):
+        self.sweep, self.places, self.folder = sweep, places, folder
+        self.base = base
+        for path, value in sweep.set.items():
+            self.base = self._blamed(("set", path), lambda: setting(self.base, path, value))  # noqa: B023 called at once
+
+    def first(self) -> list[Member]:
+        """Return the cases that are known before anything runs, each one loaded and found good."""
+        values = self._blamed(("vary",), lambda: points(self.sweep.vary, self.base.value, self.folder))
+        return self.members(values, 0)
+
+    def members(self, values: Sequence[Values], start: int) -> list[Member]:
+        """Return cases for `values`, numbered from `start`."""
+        members = []
+        for number, one in enumerate(values, start):
+            case = self.case(one, number)
+            members.append(Member(number, digest(case), one, float(rough_count(case)) * estimated_steps(case)))
+        return members
+
+    def case(self, values: Values, number: int = 0) -> Case:
+        """Return the loaded case with these values; raises `CaseError` that names the case."""
+        try:
+            document = self.base
+            for path, value in values.items():
+                if not path.startswith(EXPERIMENT):
+                    document = setting(document, path, value)
+            return validated(document)
+        except CaseError as error:
+            shown = ", ".join(f"{path} = {value}" for path, value in values.items())
+            raise located(("vary",), f"case {number} ({shown}): {error}", self.places) from None
+
+    def _blamed(self, path: tuple[str, ...], call: Any) -> Any:
+        """Call, and add the sweep's file and line to what goes wrong."""
+        try:
+            return call()
+        except CaseError as error:
+            keys = tuple(part for part in error.where.split(".") if part) if path == ("vary",) else ()
+            known = (*path, *keys)
+            raise located(known, error.message, self.places) from None
+
+
+def setting(document: Document, path: str, value: Any) -> Document:
+    """Return the case with one setting applied, as of `--set`."""
+    return overridden(document, f"{path}={json.dumps(value)}")
+
+
+def digest(case: Case) -> str:
+    """Return eight digits that tell a case from another."""
+    return hashlib.sha256(case.model_dump_json().encode()).hexdigest()[:8]
+
+
+def load_plan(source: str | os.PathLike[str] | Mapping[str, Any]) -> Plan:
+    """Return the plan of a sweep's file, or of a mapping with its keys; raises `CaseError` for anything wrong."""
+    sweep, document, base, folder = load_sweep(source)
+    return Plan(sweep, base, document.places, folder)

@@ -1,0 +1,53 @@
+"""Which cases of a sweep are to be computed, and in which order."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from hvisph.core.errors import CaseError
+from hvisph.sweeps.folder import ENDED, Standing
+from hvisph.sweeps.plan import Member
+
+AGAIN = ("failed", "error", "killed", "interrupted")
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Cases to take.
+
+    Parameters
+    ----------
+    statuses
+        What ended like this is begun again or gone on with first.
+    first, last
+        Only these numbers.
+    """
+
+    statuses: tuple[str, ...] = ()
+    first: int = 0
+    last: int = 10**9
+
+    @classmethod
+    def parse(cls, text: str | None) -> Selection:
+        """Return the selection that `--only` asks for: a status, or N..M; raises `CaseError`."""
+        if text is None:
+            return cls()
+        numbers = re.fullmatch(r"(\d+)(?:\.\.(\d+))?", text)
+        if numbers:
+            return cls(first=int(numbers[1]), last=int(numbers[2] or numbers[1]))
+        if text not in AGAIN:
+            raise CaseError(f"'{text}' is neither {', '.join(AGAIN)} nor numbers such as 3..7", where="--only")
+        return cls(statuses=("failed", "error", "killed") if text == "failed" else (text,))
+
+    def takes(self, member: Member, standing: Standing) -> bool:
+        """Tell whether a case is to be computed."""
+        inside = self.first <= member.number <= self.last
+        cut_off = standing.status == "interrupted" and standing.message == "limit"
+        return inside and standing.status not in ENDED and not cut_off
+
+    @staticmethod
+    def ordered(members: Sequence[Member]) -> list[Member]:
+        """Return the members, the costliest first, so that no long one is left for the end."""
+        return sorted(members, key=lambda member: (-member.cost, member.number))

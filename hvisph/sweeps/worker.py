@@ -1,0 +1,137 @@
+"""A worker of a sweep: takes a case that nobody holds, runs it or goes on with it, and looks again.
+
+No scheduler: any number of workers, on any machines that share the folder. Kill some, start more.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from hvisph.case.sweep import Sweep
+from hvisph.core.errors import CaseError, HvisphError, OutputError
+from hvisph.output import names
+from hvisph.output.checkpoint import list_checkpoints
+from hvisph.output.folder import forget_snapshots
+from hvisph.simulation.listener import Listener
+from hvisph.simulation.resume import resume
+from hvisph.simulation.run import Outcome, run
+from hvisph.sweeps.folder import ENDED, STEPPING, SweepFolder
+from hvisph.sweeps.plan import Member, Plan
+from hvisph.sweeps.selection import Selection
+from hvisph.sweeps.table import TableKeeper
+
+POLL = 0.5  # wall time between two looks when all that is left is with others [s]
+INTERRUPTED = 130
+
+
+class _Limited(Listener):
+    """Interrupts a run after a wall time, and tells the first step of the first case."""
+
+    def __init__(self, seconds: float | None, stepping: Any):
+        self.end = None if seconds is None else time.monotonic() + seconds
+        self.stepping, self.reached = stepping, False
+
+    def progress(self, progress: Any) -> None:
+        self.stepping()
+        if self.end is not None and time.monotonic() > self.end:
+            self.reached = True
+            raise KeyboardInterrupt
+
+
+class Worker:
+    """Computes cases until none is left.
+
+    Parameters
+    ----------
+    folder
+        The sweep's.
+    threads
+        Threads of each run.
+    selection
+        Which cases to take.
+    """
+
+    def __init__(self, folder: SweepFolder, threads: int | None = None, selection: Selection | None = None):
+        self.folder, self.threads, self.selection = folder, threads, selection or Selection()
+        self.plan: Plan = folder.plan()
+        self.sweep: Sweep = self.plan.sweep
+        self.table = TableKeeper(folder, self.sweep.record)
+        self.stepping = False
+
+    def work(self) -> int:
+        """Compute until nothing is left; return 0, or 130 when a signal ended it."""
+        while True:
+            members = self.folder.members()
+            left = busy = 0
+            for member in self.selection.ordered(members):
+                if self._enough_failures(members):
+                    return 0
+                if not self.selection.takes(member, self.folder.standing(member)):
+                    continue
+                left += 1
+                with self.folder.claimed(member) as mine:
+                    standing = self.folder.standing(member, held=mine)
+                    if not mine:
+                        busy += 1
+                    elif self.selection.takes(member, standing) and not self._compute(member):
+                        return INTERRUPTED
+                self.table.write(members)
+            if left == 0:
+                return 0
+            if busy == left:
+                time.sleep(POLL)
+
+    def _enough_failures(self, members: Sequence[Member]) -> bool:
+        most = self.sweep.stop_after_failures
+        if most is None:
+            return False
+        failed = sum(self.folder.standing(member).status in ENDED[1:] for member in members)
+        return failed >= most
+
+    def _compute(self, member: Member) -> bool:
+        """Run a case to its end, its limit or a signal; False after a signal."""
+        newest = next(iter(list_checkpoints(self.folder.run_folder(member) / names.CHECKPOINT)), None)
+        self.folder.note(member, "start", checkpoint=newest.name if newest else None)
+        listener = _Limited(self.sweep.limit, lambda: self._tell(member))
+        try:
+            outcome = self._run(member, listener)
+        except KeyboardInterrupt:
+            self.folder.note(member, "end", reason="signal")
+            return False
+        except MemoryError:
+            self.folder.note(member, "error", message="out of memory")
+            return True
+        except HvisphError as error:
+            self.folder.note(member, "error", message=str(error))
+            return True
+        except Exception as error:  # a bug in one case leaves the others alone
+            self.folder.note(member, "error", message=f"unexpected {type(error).__name__}: {error}"[:500])
+            return True
+        interrupted = outcome.summary["status"] == "interrupted"
+        self.folder.note(member, "end", reason="limit" if listener.reached else "signal" if interrupted else "")
+        self._tidy(outcome)
+        return not interrupted or listener.reached
+
+    def _run(self, member: Member, listener: Listener) -> Outcome:
+        path = self.folder.run_folder(member)
+        begun = (path / names.CASE).is_file()
+        if begun and not self.folder.failed(member):
+            try:
+                return resume(path, threads=self.threads, listener=listener)
+            except (CaseError, OutputError):
+                pass  # what is there cannot be gone on with: begin again, or fail for the same reason
+        case = self.plan.case(member.values, member.number)
+        return run(case, path, force=path.exists(), threads=self.threads, listener=listener)
+
+    def _tell(self, member: Member) -> None:
+        """Say once that loops are compiled: other workers may then begin."""
+        if not self.stepping:
+            self.stepping = True
+            (self.folder.path / STEPPING).touch()
+
+    def _tidy(self, outcome: Outcome) -> None:
+        if outcome.summary["status"] == "done" and self.sweep.keep != "all":
+            forget_snapshots(Path(outcome.folder), last=self.sweep.keep == "last")

@@ -1,0 +1,206 @@
+"""Sweeps: the cases that they make, workers that die, and what their results say."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from hvisph.core.errors import CaseError
+from hvisph.measures.convergence import convergence
+from hvisph.measures.limit import Bracket, bracket, lambert_jonas, next_values
+from hvisph.output.reader import list_snapshots, read_snapshot
+from hvisph.sweeps.begin import begin, sweep
+from hvisph.sweeps.folder import SweepFolder
+from hvisph.sweeps.plan import load_plan
+from hvisph.sweeps.verdict import following, verdict
+
+SPEED = "bodies.projectile.velocity.0"
+SMALL = {"resolution": "0.5 mm", "time.end": "0.3 us", "output.every": "0.1 us"}
+
+
+def plan(**vary):
+    """A plan on the quickstart that varies something."""
+    return load_plan({"case": "quickstart", "set": SMALL, "vary": vary})
+
+
+def values(**vary):
+    """What its cases vary."""
+    return [member.values for member in plan(**vary).first()]
+
+
+def test_a_grid_is_every_combination_in_the_units_of_the_file():
+    found = values(type="grid", values={SPEED: {"from": "2 km/s", "to": "3 km/s", "count": 3}, "time.cfl": [0.2, 0.3]})
+    assert len(found) == 6
+    assert [one[SPEED] for one in found[::2]] == ["2 km/s", "2.5 km/s", "3 km/s"]
+    assert values(type="grid", values={SPEED: {"from": "2 km/s", "to": "2600 m/s", "count": 3}})[1][SPEED] == 2300.0
+
+
+def test_a_list_comes_from_a_table_and_carries_the_experiment_along(tmp_path):
+    (tmp_path / "shots.csv").write_text(f"{SPEED},experiment.hole [mm]\n2 km/s,11.5\n3 km/s,\n")
+    (tmp_path / "sweep.yaml").write_text(
+        "case: quickstart\nset: {output.every: null}\nvary: {type: list, file: shots.csv}\n"
+    )
+    found = load_plan(tmp_path / "sweep.yaml").first()
+    assert [one.values for one in found] == [{SPEED: "2 km/s", "experiment.hole [mm]": 11.5}, {SPEED: "3 km/s"}]
+
+
+@pytest.mark.parametrize("method", ["latin_hypercube", "sobol", "random"])
+def test_a_sample_is_reproducible_and_follows_its_distributions(method):
+    vary = {
+        "type": "sample", "method": method, "count": 64, "seed": 3,
+        "values": {SPEED: {"uniform": ["2 km/s", "4 km/s"]}, "time.cfl": {"normal": {"mean": 0.3, "sd": 0.02}},
+                   "bodies.target.shape.size.0": {"choice": ["2 mm", "3 mm"]}},
+    }  # fmt: skip
+    found = values(**vary)
+    assert found == values(**vary)
+    speeds = np.array([float(one[SPEED].split()[0]) for one in found])
+    assert speeds.min() >= 2.0
+    assert speeds.max() <= 4.0
+    if method != "random":  # one in each of 64 equal parts, and so for the quantiles of the normal one
+        assert len(set(np.floor((speeds - 2.0) * 32.0))) == 64
+        assert abs(np.mean([one["time.cfl"] for one in found]) - 0.3) < 0.02 / 8.0
+    assert {one["bodies.target.shape.size.0"] for one in found} == {"2 mm", "3 mm"}
+
+
+@pytest.mark.parametrize(
+    ("vary", "said"),
+    [
+        ({"type": "grid", "values": {"bodies.target.shape.sise.0": [1]}}, "did you mean 'size'"),
+        ({"type": "grid", "values": {SPEED: ["2 km"]}}, "case 0"),
+        ({"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "much", "count": 2}}}, "no number"),
+        ({"type": "bisect", "path": SPEED, "between": ["3 km/s", "2 km/s"], "until": "1 m/s"}, "lower and a higher"),
+        ({"type": "list", "file": "absent.csv"}, "cannot be read"),
+        ({"type": "list"}, "either"),
+        ({"type": "grud"}, "did you mean 'grid'"),
+    ],
+)
+def test_what_is_wrong_is_said_before_anything_runs(vary, said, tmp_path):
+    with pytest.raises(CaseError, match=said):
+        begin({"case": "quickstart", "set": SMALL, "vary": vary}, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_many_cases_load_quickly_enough_to_be_listed():
+    found = values(type="grid", values={SPEED: {"from": "2 km/s", "to": "3 km/s", "count": 500}})
+    assert len(found) == 500
+
+
+# NASA's tutorial on spatial convergence: order 1.786170, 0.971300, index 0.103083 %.
+def test_order_extrapolation_and_index_of_known_series():
+    found = convergence((0.97050, 0.96854, 0.96178), (1, 2, 4))
+    assert found.order == pytest.approx(1.786170, abs=1e-6)
+    assert found.extrapolated == pytest.approx(0.97130, abs=1e-6)
+    assert found.index == pytest.approx(0.00103083, abs=1e-8)
+    spacings = (0.4, 0.1, 0.15)
+    found = convergence([1 + 0.3 * h**1.7 for h in spacings], spacings)
+    assert found.order == pytest.approx(1.7, abs=1e-6)
+    assert found.extrapolated == pytest.approx(1.0, abs=1e-9)
+
+
+def test_noise_has_no_order():
+    assert convergence((1.0, 1.1, 1.3), (1, 2, 4), (0.2, 0.2, 0.2)).verdict == "not resolved"
+    assert convergence((1.0, 1.1, 1.05), (1, 2, 4)).verdict == "not converging"
+    assert convergence((1.0, 1.1), (1, 2)).verdict == "too few"
+    assert convergence((1.0, 1.0, 1.0), (1, 2, 4)).verdict == "exact"
+
+
+def test_a_bracket_shrinks_by_all_workers_and_a_mixed_zone_stays():
+    found = bracket([200.0, 900.0], [False, True])
+    assert next_values(found, 3, 10.0) == [375.0, 550.0, 725.0]
+    assert next_values(bracket([400.0, 409.0], [False, True]), 3, 10.0) == []
+    mixed = bracket([300.0, 400.0, 350.0, 500.0], [False, False, True, True])
+    assert mixed.mixed
+    assert (mixed.above, mixed.below, mixed.limit) == (350.0, 400.0, 375.0)
+    assert next_values(mixed, 3, 10.0) == []
+
+
+def test_the_curve_of_residual_velocities_is_found():
+    v = np.array([300.0, 320.0, 350.0, 400.0, 500.0])
+    found = lambert_jonas(v, 0.8 * (v**2.3 - 280.0**2.3) ** (1 / 2.3), Bracket(270.0, 300.0, False))
+    assert (found.a, found.p, found.limit) == pytest.approx((0.8, 2.3, 280.0), rel=1e-6)
+
+
+def test_a_bisection_finds_a_made_up_limit():
+    vary = {"type": "bisect", "path": SPEED, "between": ["200 m/s", "900 m/s"], "until": "10 m/s",
+            "for": {"bodies.target.shape.size.0": ["2 mm", "3 mm"]}}  # fmt: skip
+    made = plan(**vary)
+    limits = {"2 mm": 431.0, "3 mm": 613.0}
+    rows = []
+    members = made.first()
+    while members:
+        for member in members:
+            speed = float(member.values[SPEED].split()[0])
+            through = speed > limits[member.values["bodies.target.shape.size.0"]]
+            rows.append({"number": member.number, "values": member.values, "status": "done", "message": "",
+                         "measures": {"perforated": {"value": through, "uncertainty": None, "unit": ""}}})  # fmt: skip
+        members = made.members(following(made.sweep.vary, made.base.value, rows, 3), len(rows))
+    for found in verdict(made.sweep.vary, made.base.value, rows)["limits"]:
+        limit = limits[found["for"]["bodies.target.shape.size.0"]]
+        assert found["below"] < limit < found["above"]
+        assert found["above"] - found["below"] <= 10.0
+    assert len(rows) == 2 * (2 + 3 * 4)  # 700 m/s in four rounds of a quarter each: 2.7 m/s
+
+
+def alone(folder, member, tmp_path):
+    """The last state of the same case, run alone."""
+    from hvisph.simulation.run import run
+
+    return run(folder.plan().case(member.values), tmp_path / f"alone{member.number}").folder
+
+
+def same(one, other):
+    """Whether two runs ended in the same bits."""
+    a, b = (read_snapshot(list_snapshots(folder)[-1]) for folder in (one, other))
+    return all(np.array_equal(a.fields[name], b.fields[name], equal_nan=True) for name in a.fields)
+
+
+def test_killed_workers_lose_nothing(tmp_path):
+    vary = {"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "4 km/s", "count": 4}}}
+    settings = SMALL | {"time.end": "1.5 us", "output.every": "0.5 us", "output.checkpoint_every": 0.02}
+    folder = begin({"case": "quickstart", "set": settings, "vary": vary, "record": ["penetration"]}, tmp_path / "sweep")
+    command = [sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--work", "--threads", "1"]
+    for _ in range(2):
+        begun = len(list((folder.path / "claims").glob("*.jsonl")))
+        worker = subprocess.Popen(command)
+        while len(list((folder.path / "claims").glob("*.jsonl"))) <= begun and worker.poll() is None:
+            time.sleep(0.02)
+        os.kill(worker.pid, signal.SIGKILL)
+        worker.wait()
+    rows = list(sweep(folder.path, workers=2))
+
+    assert {row["status"] for row in rows} == {"done"}
+    with (folder.path / "table.csv").open() as file:
+        table = list(csv.DictReader(file))
+    assert [row["status"] for row in table] == ["done"] * 4
+    assert "penetration [m]" in table[0]
+    assert "crater_diameter [m]" not in table[0]
+    members = folder.members()
+    assert same(folder.run_folder(members[3]), alone(folder, members[3], tmp_path))
+    assert list(sweep(folder.path)) == []  # nothing is left, and nothing is computed again
+
+
+def test_a_case_that_cannot_run_is_a_row_and_not_the_end(tmp_path):
+    vary = {"type": "list", "cases": [{"time.cfl": 0.25},
+                                      {"bodies.projectile.position": ["0.5 mm", "0 mm"]}]}  # fmt: skip
+    folder = begin({"case": "quickstart", "set": SMALL, "vary": vary, "keep": "summary"}, tmp_path / "sweep")
+    rows = sorted(sweep(folder.path, workers=1), key=lambda row: row["number"])
+    assert [row["status"] for row in rows] == ["done", "error"]
+    assert "overlap" in rows[1]["message"]
+    assert json.loads((folder.path / "results.json").read_text())["failures"][0]["number"] == 1
+    assert not list_snapshots(rows[0]["folder"])
+
+
+def test_a_sweep_of_other_cases_is_not_overwritten(tmp_path):
+    one = {"case": "quickstart", "set": SMALL, "vary": {"type": "grid", "values": {SPEED: ["2 km/s"]}}}
+    begin(one, tmp_path / "sweep")
+    more = one | {"vary": {"type": "grid", "values": {SPEED: ["2 km/s", "3 km/s"]}}}
+    assert begin(more, tmp_path / "sweep").members() == SweepFolder(tmp_path / "sweep").members()
+    assert len(SweepFolder(tmp_path / "sweep").members()) == 2
+    with pytest.raises(CaseError, match="other cases"):
+        begin(one | {"vary": {"type": "grid", "values": {SPEED: ["2.5 km/s"]}}}, tmp_path / "sweep")
