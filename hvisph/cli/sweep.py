@@ -136,8 +136,8 @@ def _study(case: str, settings: list[str] | None, vary: dict[str, Any], out: Pat
            quiet: bool, as_json: bool) -> None:  # fmt: skip
     """Run a sweep that a command describes, and say what came out."""
     from hvisph.sweeps.begin import SWEEPS, begin
-    from hvisph.sweeps.points import plain
     from hvisph.sweeps.selection import Selection
+    from hvisph.sweeps.values import plain
 
     if plot is not None:
         _refuse_plot(plot)
@@ -157,7 +157,7 @@ def _study(case: str, settings: list[str] | None, vary: dict[str, Any], out: Pat
 def _bounds(text: str) -> tuple[str, str]:
     """Return two values, the first with the unit of the second where it has none."""
     from hvisph.core.errors import CaseError
-    from hvisph.sweeps.points import split
+    from hvisph.sweeps.values import split
 
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != 2:
@@ -167,7 +167,7 @@ def _bounds(text: str) -> tuple[str, str]:
 
 
 def _sixteenth(low: str, high: str) -> str:
-    from hvisph.sweeps.points import split
+    from hvisph.sweeps.values import split
 
     (a, unit), (b, other) = split("--between", low), split("--between", high)
     from hvisph.core.errors import CaseError

@@ -24,7 +24,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.output import atomic, names
 from hvisph.output.lock import FileLock
 from hvisph.sweeps.plan import Member, Plan, load_plan
-from hvisph.sweeps.points import plain
+from hvisph.sweeps.values import plain
 
 SWEEP, BASE, CASES, TABLE, RESULTS = "sweep.yaml", "base.yaml", "cases.csv", "table.csv", "results.json"
 RUNS, CLAIMS = "runs", "claims"

@@ -19,7 +19,8 @@ from hvisph.casefile.sweep_file import load_sweep
 from hvisph.casefile.yaml_text import Document, Place
 from hvisph.core.errors import CaseError
 from hvisph.simulation.estimate import estimated_steps, rough_count
-from hvisph.sweeps.points import EXPERIMENT, Values, points
+from hvisph.sweeps.points import points
+from hvisph.sweeps.values import EXPERIMENT, Values
 
 
 @dataclass(frozen=True)

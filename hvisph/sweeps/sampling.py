@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.case import sweep as models
-from hvisph.sweeps.points import Scale, Values
+from hvisph.sweeps.values import Scale, Values
 
 
 def sampled(vary: models.Sample, base: Mapping[str, Any]) -> list[Values]:

@@ -10,8 +10,8 @@ from hvisph.measures.convergence import convergence
 from hvisph.measures.limit import bracket, lambert_jonas, next_values
 from hvisph.measures.statistics import rank_correlations, spread
 from hvisph.sweeps.folder import ENDED
-from hvisph.sweeps.points import Scale, Values, product
 from hvisph.sweeps.table import Row
+from hvisph.sweeps.values import Scale, Values, product
 
 
 def verdict(vary: Any, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
