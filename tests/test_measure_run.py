@@ -49,7 +49,7 @@ def run(tmp_path_factory):
     dx = 0.2 * MM
     middle = replace(impact_end(dx, crater=12 * MM, front=9 * MM), time=4e-6)
     for number, snap in enumerate((impact_start(dx), middle, impact_end(dx))):
-        write_hdf5(folder / "snapshots" / f"snapshot_{number:04d}.h5", snap)
+        write_hdf5(folder / "snapshots" / f"{number:06d}.h5", snap)
     columns = history()
     table = np.stack(list(columns.values()), axis=1)
     np.savetxt(folder / "history.csv", table, delimiter=",", header=",".join(columns), comments="")
@@ -79,7 +79,7 @@ def test_at_a_time_and_at_all_times(run):
 
 
 def test_single_snapshots_of_either_format_measure_alike(run, tmp_path):
-    alone = measure(run / "snapshots" / "snapshot_0002.h5")
+    alone = measure(run / "snapshots" / "000002.h5")
     write_vtu(tmp_path / "own.vtu", impact_end(0.2 * MM))
     other = measure(tmp_path / "own.vtu")
     for name in REQUIRED:

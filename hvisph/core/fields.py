@@ -28,12 +28,15 @@ class Field:
         SI unit, as pint reads it.
     meaning
         One line for the manual and for the attributes of files.
+    start
+        What it begins with in every particle, unless the case says something else.
     """
 
     name: str
     rank: str
     unit: str
     meaning: str
+    start: float = 0.0
 
     def components(self, dim: int) -> int:
         """Return how many numbers a particle stores for this field in `dim` dimensions."""
@@ -64,8 +67,8 @@ CATALOGUE: dict[str, Field] = {
         Field("kernel_type", "scalar", "", "0 Eulerian, 1 Total Lagrangian"),
         Field("reference_position", "vector", "m", "position in the reference configuration"),
         Field("previous_density_rate", "scalar", "1/s", "rate of ln(rho) by dissipation at the last evaluation"),
-        Field("viscosity_share", "scalar", "", "own share of the viscosity by Morris and Monaghan's switch"),
-        Field("thickness", "scalar", "", "thickness over that at the start, in plane stress"),
+        Field("viscosity_share", "scalar", "", "own share of the viscosity by Morris and Monaghan's switch", 0.1),
+        Field("thickness", "scalar", "", "thickness over that at the start, in plane stress", 1.0),
     )
 }
 

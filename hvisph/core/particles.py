@@ -59,6 +59,12 @@ class Particles:
             width += CATALOGUE[name].components(dim)
         self.data = np.zeros((count, width))
         self.tags = np.zeros((count, 4), np.uint32)
+        self.begin(slice(None))
+
+    def begin(self, chosen: np.ndarray | slice) -> None:
+        """Give all fields of the chosen particles what the catalogue says that they begin with."""
+        for name in self.names:
+            self[name][chosen] = CATALOGUE[name].start
 
     @property
     def count(self) -> int:

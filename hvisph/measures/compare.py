@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hvisph.core.errors import OutputError
+from hvisph.measures.expected import within
 from hvisph.measures.measure import measure
 from hvisph.output import names, reader
 from hvisph.output.snapshot import Snapshot
@@ -71,11 +72,10 @@ class Row:
     @property
     def missed(self) -> list[str]:
         """Names of the measures that are further from the published value than its tolerance."""
-        # what was written in decimals may sit on the limit: give it a few ulp
         return [
             name
-            for name, off in self.differences.items()
-            if off is None or abs(off) > self.published[name]["tolerance"] * (1.0 + 1e-9)
+            for name, entry in self.published.items()
+            if not within(self.value(name), entry["value"], entry["tolerance"])
         ]
 
     def as_dict(self) -> dict[str, Any]:

@@ -45,8 +45,6 @@ def compare(results: Mapping[str, Result | float | None], expected: Expectations
         found = results[name]
         value = found.value if isinstance(found, Result) else found
         target, tolerance = float(_get(entry, "value")), float(_get(entry, "tolerance"))
-        # what was written in decimals may sit on the limit: give it a few ulp
-        slack = 1e-12 * (abs(target) + tolerance)
         rows.append(
             {
                 "name": name,
@@ -54,10 +52,19 @@ def compare(results: Mapping[str, Result | float | None], expected: Expectations
                 "expected": target,
                 "tolerance": tolerance,
                 "source": str(_get(entry, "source", "") or ""),
-                "passed": value is not None and abs(value - target) <= tolerance + slack,
+                "passed": within(value, target, tolerance),
             }
         )
     return rows
+
+
+def within(value: float | None, expected: float, tolerance: float) -> bool:
+    """Whether a measured value is as expected; what has no value is not.
+
+    What was written in decimals may sit on the limit, so a few ulp beyond it pass.
+    """
+    slack = 1e-12 * (abs(expected) + tolerance)
+    return value is not None and abs(value - expected) <= tolerance + slack
 
 
 def _get(entry: Any, name: str, default: Any = None) -> Any:

@@ -23,7 +23,7 @@ class Result:
     reason
         Why `value` is None.
     spacing, support
-        Resolution behind a length: dx [m] and the kernel's reach 2h [m].
+        Resolution behind a length: dx [m] and the kernel's reach [m].
     """
 
     value: float | None

@@ -115,9 +115,10 @@ class Scene:
 
     @cached_property
     def support(self) -> float:
-        """Reach of the kernel, 2h [m]; 2.8 dx where the files do not tell h."""
+        """Reach of the kernel [m]: 2h where the files do not name it, and h is 1.4 dx where they do not tell."""
+        reach = float(self.now.metadata.get("kernel_reach", 2.0))
         h = self.now.fields.get("smoothing_length")
-        return 2.0 * float(np.median(h)) if h is not None else 2.8 * self.spacing
+        return reach * (float(np.median(h)) if h is not None else 1.4 * self.spacing)
 
     @cached_property
     def axis(self) -> np.ndarray:

@@ -22,7 +22,7 @@ INDICES = ("body", "material", "id")
 # What kinds of values a header has, and the metadata that measures read.
 _HEADER: dict[str, Any] = {"time": int | float, "step": int, "dimensions": int, "bodies": list, "materials": list,
                            "fields": list, "metadata": dict}  # fmt: skip
-_NUMBERS = ("spacing", "face", "thickness", "width")
+_NUMBERS = ("spacing", "face", "thickness", "width", "kernel_reach")
 _TEXTS = ("title", "units", "kinematics", "code_version", "case")
 
 

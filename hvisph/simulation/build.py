@@ -22,9 +22,6 @@ from hvisph.sph.symmetry import Plane
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
-# What extra fields begin with, where that is not zero: 0.1 is what a particle's share of the viscosity relaxes to.
-START = {"thickness": 1.0, "viscosity_share": 0.1}
-
 
 @dataclass
 class Setup:
@@ -97,9 +94,6 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
     particles["smoothing_length"] = h
-    for name, value in START.items():
-        if name in particles.offsets:
-            particles[name] = value
     particles.tags[:, ID] = np.arange(particles.count)
     names = [body.name for body in placed]
     for number, clamp in enumerate(case.clamped):

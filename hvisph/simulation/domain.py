@@ -14,7 +14,7 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.core.particles import CLAMPED, FLAGS, RETIRED
 from hvisph.materials.slots import RHO0
-from hvisph.simulation.build import START, Setup
+from hvisph.simulation.build import Setup
 from hvisph.simulation.monitors import Budget
 
 # From the box to the first parked particle, in supports: beyond what live particles fly between two calls
@@ -90,11 +90,8 @@ class Domain:
             budget.pending[: particles.dim] += 0.5 * force.sum(axis=0)
             budget.pending[3] += 0.5 * power.sum()
         length = particles["smoothing_length"][gone]
-        particles.data[gone] = 0.0
+        particles.begin(gone)
         particles["smoothing_length"][gone] = length
-        for name, value in START.items():
-            if name in particles.offsets:
-                particles[name][gone] = value
         particles["density"][gone] = stepper.table[particles.material[gone], RHO0]
         particles["position"][gone] = self._parked(particles.id[gone])
         particles.tags[gone, FLAGS] |= RETIRED

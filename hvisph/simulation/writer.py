@@ -44,8 +44,9 @@ class SnapshotWriter:
 
     def __init__(self, folder: RunFolder, setup: Setup, case: Case, text: str, axis: np.ndarray | None):
         self.folder, self.setup, self.formats = folder, setup, case.output.formats
-        self.metadata = {"spacing": case.resolution, "kinematics": case.kinematics, "title": case.title,
-                         "units": case.units, "code_version": __version__, "case": text}  # fmt: skip
+        self.metadata = {"spacing": case.resolution, "kernel_reach": case.formulation.support_over_h,
+                         "kinematics": case.kinematics, "title": case.title, "units": case.units,
+                         "code_version": __version__, "case": text}  # fmt: skip
         if axis is not None:
             self.metadata["axis"] = axis.tolist()
         self.series: list[tuple[float, str]] = []

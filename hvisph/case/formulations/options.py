@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Field
 
@@ -11,12 +11,12 @@ from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import Problem, StrictModel
 from hvisph.case.surroundings import Surroundings
 from hvisph.case.units import Quantity
+from hvisph.core.kernels import REACH
 
-Kernel = Literal[
-    "cubic_spline", "quadratic", "quartic_spline", "quintic_spline", "gaussian", "wendland_c2", "wendland_c4"
-]
-# Support radius over h of those that do not reach to 2h.
-REACH = {"quartic_spline": 2.5, "quintic_spline": 3.0, "gaussian": 3.0}
+if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
+    Kernel = str
+else:
+    Kernel = Literal[tuple(REACH)]
 
 
 class FixedSmoothingLength(StrictModel):
@@ -58,7 +58,7 @@ class KernelOptions(StrictModel):
     @property
     def support_over_h(self) -> float:
         """Reach of the kernel in smoothing lengths [-]."""
-        return REACH.get(self.kernel, 2.0)
+        return REACH[self.kernel]
 
     @property
     def parted(self) -> bool:

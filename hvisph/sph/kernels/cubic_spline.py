@@ -25,4 +25,4 @@ def slope(q):
     return 3.0 * b * b - 0.75 * a * a
 
 
-CUBIC_SPLINE = Kernel("cubic_spline", 2.0, (2 / 3, 10 / (7 * pi), 1 / pi), shape, slope)
+CUBIC_SPLINE = Kernel("cubic_spline", (2 / 3, 10 / (7 * pi), 1 / pi), shape, slope)

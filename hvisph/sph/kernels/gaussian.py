@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from math import pi
 
+from hvisph.core import kernels
 from hvisph.core.jit import compiled
 
 from .kernel import Kernel
 
-REACH = 3.0
+REACH = kernels.REACH["gaussian"]
 
 
 @compiled
@@ -50,4 +51,4 @@ def slope(q):
     return -2.0 * min(q, REACH) * shape(q)
 
 
-GAUSSIAN = Kernel("gaussian", REACH, (pi**-0.5, 1 / pi, pi**-1.5), shape, slope)
+GAUSSIAN = Kernel("gaussian", (pi**-0.5, 1 / pi, pi**-1.5), shape, slope)

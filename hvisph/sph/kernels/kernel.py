@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from hvisph.core.kernels import REACH
+
 
 def scale(inverse_h):
     """Return norm_d / h^(d + 1), the factor of w'(q) in dW/dr: a template with the free names NORM and DIM."""
@@ -24,8 +26,6 @@ class Kernel:
     ----------
     name
         Name in case files.
-    reach
-        Support radius over h.
     norms
         Normalisation in 1D, 2D and 3D, so that the kernel integrates to 1.
     shape, slope
@@ -33,10 +33,14 @@ class Kernel:
     """
 
     name: str
-    reach: float
     norms: tuple[float, float, float]
     shape: Any
     slope: Any
+
+    @property
+    def reach(self) -> float:
+        """Support radius over h."""
+        return REACH[self.name]
 
     def norm(self, dim: int) -> float:
         """Return the normalisation for `dim` dimensions."""

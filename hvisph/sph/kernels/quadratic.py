@@ -26,4 +26,4 @@ def slope(q):
     return -0.375 * max(2.0 - q, 0.0)
 
 
-QUADRATIC = Kernel("quadratic", 2.0, (1.0, 2 / pi, 5 / (4 * pi)), shape, slope)
+QUADRATIC = Kernel("quadratic", (1.0, 2 / pi, 5 / (4 * pi)), shape, slope)

@@ -30,4 +30,4 @@ def slope(q):
     return 20.0 * b * b * b - 4.0 * a * a * a - 40.0 * c * c * c
 
 
-QUARTIC_SPLINE = Kernel("quartic_spline", 2.5, (1 / 24, 96 / (1199 * pi), 1 / (20 * pi)), shape, slope)
+QUARTIC_SPLINE = Kernel("quartic_spline", (1 / 24, 96 / (1199 * pi), 1 / (20 * pi)), shape, slope)

@@ -33,4 +33,4 @@ def slope(q):
     return 30.0 * b * b - 5.0 * a * a - 75.0 * c * c
 
 
-QUINTIC_SPLINE = Kernel("quintic_spline", 3.0, (1 / 120, 7 / (478 * pi), 1 / (120 * pi)), shape, slope)
+QUINTIC_SPLINE = Kernel("quintic_spline", (1 / 120, 7 / (478 * pi), 1 / (120 * pi)), shape, slope)

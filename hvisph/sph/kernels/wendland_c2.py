@@ -28,4 +28,4 @@ def slope(q):
     return -5.0 * q * a * a * a
 
 
-WENDLAND_C2 = Kernel("wendland_c2", 2.0, (3 / 4, 7 / (4 * pi), 21 / (16 * pi)), shape, slope)
+WENDLAND_C2 = Kernel("wendland_c2", (3 / 4, 7 / (4 * pi), 21 / (16 * pi)), shape, slope)

@@ -29,4 +29,4 @@ def slope(q):
     return (-7.0 / 3.0) * q * (2.0 + 5.0 * q) * a * a2 * a2
 
 
-WENDLAND_C4 = Kernel("wendland_c4", 2.0, (27 / 32, 9 / (4 * pi), 495 / (256 * pi)), shape, slope)
+WENDLAND_C4 = Kernel("wendland_c4", (27 / 32, 9 / (4 * pi), 495 / (256 * pi)), shape, slope)
