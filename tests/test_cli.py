@@ -4,7 +4,6 @@ import json
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import jsonschema
@@ -229,9 +228,8 @@ def test_more_memory_than_there_is(command, monkeypatch):
 
 def test_a_hundred_million_particles_are_not_made_to_be_counted(monkeypatch):
     monkeypatch.setattr("hvisph.simulation.estimate.free_memory", lambda: 1e12)
-    start = time.perf_counter()
+    monkeypatch.delattr("hvisph.simulation.bodies.fill")  # what would make them
     found = json.loads(call("check", "al_al", "--resolution", "1.2 um", "--json").stdout)
-    assert time.perf_counter() - start < 5.0  # making them would take minutes
     assert not found["counted"]
     # the estimate by volume against the disc and the plate themselves
     assert found["particles"] == pytest.approx((78.54 + 100.2) / 1.2e-3**2, rel=1e-3)

@@ -7,7 +7,7 @@ import pytest
 
 from hvisph.core.errors import CaseError
 from hvisph.exact.hugoniot import impedance_match, shock
-from hvisph.exact.plate_impact import free_surface_velocity, impact, with_reflections
+from hvisph.exact.plate_impact import impact, with_reflections
 from hvisph.exact.roots import bracketed_root
 from hvisph.materials.eos import IdealGas, MieGrueneisen, StiffenedGas
 from hvisph.materials.strength import ElasticStrength, LinearHardening, NoStrength, VonMises
@@ -125,7 +125,8 @@ def test_profile_shows_the_states_between_the_fronts():
 def test_free_surface_settles_where_the_release_path_ends():
     """The tracked surface, rung by the precursor, against one release from the plateau."""
     made = aluminium(GAS)
-    released = free_surface_velocity(impact(made, made, 600.0).target)
+    plateau = impact(made, made, 600.0).target
+    released = plateau.law.waves(plateau, 0.0, -1, 1e-3)[-1][1].velocity  # to zero stress, elastic and then plastic
     assert 590.0 < released < 600.0  # below twice the particle velocity: the release begins elastically
     tracked = with_reflections([(made, -2e-3, 0.0, 600.0), (made, 0.0, 2e-3, 0.0)], 0.45e-6)
     times, velocities = tracked.surface()

@@ -8,7 +8,7 @@ from measure_bodies import MM, ball, box, impact_end, snapshot
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.measures.scene import Scene
-from hvisph.pictures.plots import draw_particles, history_plot, picture
+from hvisph.pictures.plots import draw_particles, picture
 
 DX = 0.4 * MM
 
@@ -62,15 +62,6 @@ def test_given_limits_are_kept(tmp_path):
     axes = Figure().add_subplot()
     draw_particles(axes, Scene(snap), np.arange(snap.count), "pressure", limits=(-1e9, 3e9))
     assert axes.collections[1].get_clim() == pytest.approx((-1.0, 3.0))
-
-
-def test_history(tmp_path):
-    time = np.linspace(0.0, 8e-6, 50)
-    columns = {"time": time, "centre_pressure": 1e10 * time, "kinetic_energy": time}
-    path = history_plot(columns, ["centre_pressure", "kinetic_energy"], tmp_path / "history.png", "title")
-    assert path.stat().st_size > 1000
-    with pytest.raises(CaseError, match="centre_pressure"):
-        history_plot(columns, ["center_pressure"], tmp_path / "x.png")
 
 
 def test_what_cannot_be_drawn(tmp_path):

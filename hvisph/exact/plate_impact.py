@@ -111,18 +111,6 @@ def _fronts(state: State, waves: Sequence[Wave], direction: int) -> tuple[Front,
     return tuple(fronts)
 
 
-def free_surface_velocity(plateau: State, direction: int = 1, step: float = 1e-3) -> float:
-    """Return the velocity [m/s] of matter on the plateau once a free surface has released it.
-
-    The release path is followed to zero stress: elastic through twice the elastic range, then
-    plastic. It is the velocity a free surface settles at after the precursor has run to and fro
-    before the shock; twice the particle velocity is 1 % more where strength matters.
-    `direction` is +1 for a surface on the right.
-    """
-    waves = plateau.law.waves(plateau, 0.0, -direction, step)
-    return waves[-1][1].velocity if waves else plateau.velocity
-
-
 def with_reflections(
     plates: Sequence[tuple[Material, float, float, float]],
     end: float,

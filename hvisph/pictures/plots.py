@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import textwrap
-from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -164,47 +163,6 @@ def draw_profile(axes: Axes, snapshot: Snapshot, field: str) -> None:
     axes.set_ylabel(label)
     axes.grid(alpha=0.3)
     axes.legend(fontsize=8)
-
-
-def history_plot(
-    history: Mapping[str, np.ndarray],
-    columns: Iterable[str],
-    path: str | os.PathLike[str],
-    title: str = "",
-) -> Path:
-    """Draw columns of a history over time, each in its own panel, and store the picture.
-
-    Parameters
-    ----------
-    history
-        Columns by name, `time` [s] among them.
-    columns
-        Which to draw. Pressures are drawn in GPa, all else as it is.
-    path
-        File to write.
-    title
-        Text above the panels.
-    """
-    from matplotlib.figure import Figure
-
-    names = list(columns)
-    for name in names:
-        if name not in history:
-            raise CaseError(f"the history has no column '{name}'{nearest(name, list(history))}")
-    figure = Figure(figsize=(8.0, 1.0 + 2.2 * len(names)), dpi=150, layout="constrained")
-    panels = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
-    time = np.asarray(history["time"], dtype=float) * 1e6
-    for axes, name in zip(panels, names, strict=True):
-        pressure = "pressure" in name or "stress" in name
-        values = np.asarray(history[name], dtype=float) * (1e-9 if pressure else 1.0)
-        axes.plot(time, values, lw=1.2, color=BODY_COLOURS[0])
-        axes.set_ylabel(name.replace("_", " ") + (" [GPa]" if pressure else ""), fontsize=8)
-        axes.grid(alpha=0.3)
-        axes.margins(x=0.0)
-    panels[-1].set_xlabel("time [us]")
-    if title:
-        figure.suptitle(title, fontsize=10)
-    return store(figure, path)
 
 
 def store(figure: Figure, path: str | os.PathLike[str]) -> Path:
