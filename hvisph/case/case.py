@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_serializer, model_validator
 
@@ -18,9 +18,13 @@ from hvisph.case.regions import BoxRegion, Clamp, InitialLoad, SymmetryPlane
 from hvisph.case.time import Time
 from hvisph.case.units import PositiveLength
 from hvisph.case.watch import Watch
+from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.measures import measures_of
 
-DIMENSIONS = {"uniaxial_strain": 1, "plane_strain": 2, "plane_stress": 2, "three_d": 3}
+if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
+    KinematicsName = str
+else:
+    KinematicsName = Literal[tuple(KINEMATICS)]
 
 BodyName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,63}$")]
 
@@ -34,7 +38,7 @@ class Case(StrictModel):
         default="si",
         description="`si`: plain numbers are SI and units may be written; `none`: a non-dimensional case",
     )
-    kinematics: Literal["uniaxial_strain", "plane_strain", "plane_stress", "three_d"] = Field(
+    kinematics: KinematicsName = Field(
         description="Dimensions and stress state: `uniaxial_strain` is 1D, `plane_strain` and "
         "`plane_stress` are 2D, `three_d` is 3D"
     )
@@ -71,7 +75,7 @@ class Case(StrictModel):
     @property
     def dim(self) -> int:
         """Number of space dimensions."""
-        return DIMENSIONS[self.kinematics]
+        return KINEMATICS[self.kinematics].dim
 
     @property
     def smoothing_length(self) -> float:
@@ -82,10 +86,10 @@ class Case(StrictModel):
     @classmethod
     def _fill_what_depends_on_dimensions(cls, data: Any, info: ValidationInfo) -> Any:
         """Write out arrangements, velocities and measures whose defaults hang on the kinematics."""
-        kinematics = data.get("kinematics") if isinstance(data, dict) else None
-        dim = DIMENSIONS.get(kinematics) if isinstance(kinematics, str) else None
-        if dim is None:
+        name = data.get("kinematics") if isinstance(data, dict) else None
+        if not isinstance(name, str) or name not in KINEMATICS:
             return data
+        dim = KINEMATICS[name].dim
         filled = dict(data)
         if isinstance(filled.get("bodies"), dict):
             filled["bodies"] = {name: _fill_body(body, dim) for name, body in filled["bodies"].items()}

@@ -8,17 +8,10 @@ import typer
 
 from hvisph.cli.loading import load, placed
 from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption, ThreadsOption
+from hvisph.core.kinematics import KINEMATICS
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
-
-_KINEMATICS = {
-    "uniaxial_strain": "uniaxial strain (1D)",
-    "plane_strain": "plane strain (2D)",
-    "plane_stress": "plane stress (2D)",
-    "three_d": "3D",
-}
-
 
 def check(
     case: CaseArgument,
@@ -106,7 +99,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
         rows.append((body.name, model.material.name or "own", _shape(model, number), velocity, across))
     lines = [
         case.title or "untitled case",
-        f"{_KINEMATICS[case.kinematics]}, {case.formulation.type} formulation, "
+        f"{KINEMATICS[case.kinematics].words}, {case.formulation.type} formulation, "
         f"dx = {number(case.resolution, 'm')}, h = {number(case.smoothing_length, 'm')}",
         "",
         table(rows),

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .fields import CATALOGUE
+from .kinematics import Kinematics, strained
 
 BASE_FIELDS = (
     "position",
@@ -38,6 +39,8 @@ class Particles:
         Number of particles.
     extra
         Names of the fields that a formulation needs beside `BASE_FIELDS`.
+    kinematics
+        What is assumed of the dimensions that are not computed: no strain, unless given.
 
     Attributes
     ----------
@@ -49,9 +52,10 @@ class Particles:
         First column of each field.
     """
 
-    def __init__(self, dim: int, count: int, extra: Sequence[str] = ()):
-        self.dim = dim
-        self.names = (*BASE_FIELDS, *extra)
+    def __init__(self, dim: int, count: int, extra: Sequence[str] = (), kinematics: Kinematics | None = None):
+        self.dim, self.extra = dim, tuple(extra)
+        self.kinematics = kinematics or strained(dim)
+        self.names = (*BASE_FIELDS, *self.extra, *self.kinematics.fields)
         self.offsets: dict[str, int] = {}
         width = 0
         for name in self.names:
@@ -70,6 +74,10 @@ class Particles:
     def count(self) -> int:
         """Number of particles."""
         return len(self.data)
+
+    def like(self, count: int) -> Particles:
+        """Return `count` particles with the fields of these, as they begin."""
+        return Particles(self.dim, count, self.extra, self.kinematics)
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return the view of a field: (count,) for scalars, (count, components) for others."""

@@ -80,7 +80,7 @@ class Stepper:
         offered = {"SHARE": 0} | layout.slots() | rates.slots(dim) | columns | {
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
             "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
-            "PLANE_STRESS": int("thickness" in particles.offsets),
+            "PLANE_STRESS": int(particles.kinematics.thins),
             "SWITCH": single.SWITCHES[getattr(self.formulation, "switch", "none")],
             "respond": response.respond, "thinning": plane_stress.thinning,
             "longitudinal_speed": response.longitudinal_speed, "shear_speed": response.shear_speed,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
 from hvisph.formulations.protocol import AnyStepper
 from hvisph.integrators.criteria import Criteria
@@ -76,9 +77,7 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
     scheme = SCHEMES[case.time.integrator]
     h = formulation.h_over_dx * dx
     extra = (*formulation.fields, *scheme.extra_fields())
-    if case.kinematics == "plane_stress":
-        extra = (*extra, "thickness")
-    particles = Particles(dim, sum(len(b.positions) for b in placed), extra)
+    particles = Particles(dim, sum(len(b.positions) for b in placed), extra, KINEMATICS[case.kinematics])
     materials, first = [], 0
     for number, body in enumerate(placed):
         material = material_of(body.model.material, body.model.internal_energy)

@@ -20,7 +20,7 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import SYMMETRIC_COMPONENTS, component_names, field_of
 from hvisph.core.jit import specialise
-from hvisph.core.particles import FLAGS, RETIRED, Particles
+from hvisph.core.particles import FLAGS, RETIRED
 from hvisph.formulations.diagnose import diagnose
 from hvisph.formulations.protocol import AnyStepper
 from hvisph.simulation.bodies import PlacedBody
@@ -151,7 +151,7 @@ class _Values:
 
     def __init__(self, stepper: AnyStepper, rows: np.ndarray):
         whole = stepper.particles
-        self._particles = Particles(whole.dim, len(rows), whole.names[len(Particles(whole.dim, 0).names) :])
+        self._particles = whole.like(len(rows))
         self._particles.data[...] = whole.data[rows]
         self._particles.tags[...] = whole.tags[rows]
         self._found = diagnose(self._particles, stepper.table, stepper.models)

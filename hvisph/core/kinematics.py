@@ -1,0 +1,47 @@
+"""The catalogue of kinematics: how many dimensions are computed, and what matter does in those that are not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """What a computation in one to three dimensions assumes of the others.
+
+    Parameters
+    ----------
+    name
+        Name in case files.
+    dim
+        Number of dimensions that are computed.
+    words
+        What people call it.
+    thins
+        Whether matter is free to thin and to thicken across the plane, so that no stress acts there.
+    fields
+        State fields that it needs beside those of every run.
+    """
+
+    name: str
+    dim: int
+    words: str
+    thins: bool = False
+    fields: tuple[str, ...] = ()
+
+
+# The first of each number of dimensions holds all other strains at zero.
+KINEMATICS: dict[str, Kinematics] = {
+    kinematics.name: kinematics
+    for kinematics in (
+        Kinematics("uniaxial_strain", 1, "uniaxial strain (1D)"),
+        Kinematics("plane_strain", 2, "plane strain (2D)"),
+        Kinematics("plane_stress", 2, "plane stress (2D)", thins=True, fields=("thickness",)),
+        Kinematics("three_d", 3, "3D"),
+    )
+}
+
+
+def strained(dim: int) -> Kinematics:
+    """Return the kinematics in `dim` dimensions without strain in the others."""
+    return next(kinematics for kinematics in KINEMATICS.values() if kinematics.dim == dim)
