@@ -33,8 +33,9 @@ MAY_IMPORT = {
     },
     "study": {"core", "case", "casefile", "simulation", "measures", "pictures", "exact", "output"},
     "verification": {"core", "case", "casefile", "materials", "simulation", "measures", "pictures", "exact", "output"},
+    "report": {"core", "case", "casefile", "measures", "pictures", "output"},
     "sweeps": {"core", "case", "casefile", "simulation", "measures", "output"},
-    "cli": {"core", "case", "casefile", "simulation", "study", "sweeps", "verification", "measures", "pictures", "exact"},
+    "cli": {"core", "case", "casefile", "simulation", "study", "sweeps", "report", "verification", "measures", "pictures", "exact"},
 }
 # `measures` and `pictures` work on files alone: of `output` it may know what reads them, and how a picture is written whole.
 OF_OUTPUT = {"hvisph.output." + name for name in ("names", "reader", "snapshot", "atomic")}
@@ -50,6 +51,7 @@ LIBRARIES = {
     "h5py": {"output"},
     "meshio": {"output", "geometry"},
     "matplotlib": {"pictures"},
+    "jinja2": {"report"},
     "scipy": {"sweeps", "geometry", "measures"},
     "llvmlite": {"core"},
     "platformdirs": {"core"},
@@ -58,7 +60,7 @@ LIBRARIES = {
     "numpy": {*MAY_IMPORT} - {"cli", "case", "casefile"},
 }
 # Slow to import and seldom needed: only within functions, so that nobody pays who does not use them.
-LAZY = {"scipy", "matplotlib", "h5py", "meshio", "pint", "psutil"}
+LAZY = {"jinja2", "scipy", "matplotlib", "h5py", "meshio", "pint", "psutil"}
 # Outside `core`, numba is for the number of threads; what compiles is in `core` alone.
 NUMBA_OUTSIDE_CORE = {"config", "get_num_threads", "set_num_threads", "threading_layer"}
 # Rooms that must load without numba: nothing that they do needs a compiler.

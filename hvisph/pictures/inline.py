@@ -1,0 +1,69 @@
+"""Pictures that a page holds within itself: charts as vector elements, colour maps as tables."""
+
+from __future__ import annotations
+
+import base64
+import io
+import re
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+MOST_POINTS = 400  # of a line
+COLOURS = 256  # of a colour map
+
+
+def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption: str, unitless: bool) -> dict[str, str]:
+    """Return a chart of lines over time: its SVG and its caption.
+
+    Parameters
+    ----------
+    time
+        Shape (n,) [s].
+    lines
+        Values by label, each (n,), in `unit`.
+    unit
+        Of the values, for the axis.
+    caption
+        What it shows.
+    unitless
+        Whether the case has no units.
+    """
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "hvisph", "font.size": 9}):
+        figure = Figure(figsize=(4.2, 2.5), layout="constrained")
+        axes = figure.add_subplot()
+        thin = np.unique(np.linspace(0, len(time) - 1, min(len(time), MOST_POINTS)).astype(int))
+        factor = 1.0 if unitless else 1e6
+        for label, values in lines.items():
+            axes.plot(time[thin] * factor, values[thin], label=label, linewidth=1.3)
+        axes.set_xlabel("time" if unitless else "time [µs]")
+        axes.set_ylabel(unit)
+        axes.margins(x=0.0)
+        axes.grid(alpha=0.3)
+        if len(lines) > 1:
+            axes.legend(fontsize=7, frameon=False)
+        text = io.StringIO()
+        figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
+    return {"svg": _embedded(text.getvalue(), caption), "caption": caption}
+
+
+def _embedded(svg: str, caption: str) -> str:
+    """Return an SVG file as an element of a page: without prologue and metadata, with a name for readers."""
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
+    label = caption.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
+    return re.sub(r"<svg ", f'<svg role="img" aria-label="{label}" ', body, count=1)
+
+
+def colour_tables(names: Sequence[str]) -> dict[str, str]:
+    """Return the colour maps as base64 of 256 RGB triples."""
+    from matplotlib import colormaps
+
+    steps = np.linspace(0.0, 1.0, COLOURS)
+    return {
+        name: base64.b64encode((colormaps[name](steps)[:, :3] * 255.0).round().astype(np.uint8).tobytes()).decode()
+        for name in dict.fromkeys(names)
+    }

@@ -1,0 +1,268 @@
+"""What a page says of one run: verdict, tables, health, set-up, from the files of its folder alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.measures.debris import debris
+from hvisph.measures.measure import measure
+from hvisph.measures.result import Result
+from hvisph.measures.scene import Scene
+from hvisph.measures.table import Row, rows
+from hvisph.output import names
+from hvisph.output.reader import list_snapshots, read_history, read_snapshot, read_summary
+from hvisph.output.snapshot import Snapshot
+from hvisph.report.charts import criteria, history_charts, moments
+from hvisph.report.frames import Frames, frames
+
+MOST_PIECES = 12
+LARGE_DRIFT = 1e-3  # of the total energy: beyond it a remark
+
+
+class Told:
+    """One run as a page tells it.
+
+    Parameters
+    ----------
+    folder
+        The run's folder, ended or not.
+
+    Raises
+    ------
+    CaseError
+        When there is no such folder.
+    OutputError
+        When it holds no snapshots, or they are damaged.
+    """
+
+    def __init__(self, folder: Path):
+        self.folder, self.name = folder, folder.resolve().name
+        if not folder.is_dir():
+            raise CaseError(f"there is no run at {folder}")
+        self.paths = list_snapshots(folder)
+        if not self.paths:
+            raise OutputError(f"{folder} holds no snapshots: there is nothing to show; a sweep may keep summaries only")
+        self.case = self._case()
+        self.summary = self._summary()
+        self.history = self._history()
+        self.last = read_snapshot(self.paths[-1])
+        self.unitless = self.last.metadata.get("units") == "none"
+        self.measures = self._measures()
+
+    def content(self) -> dict[str, Any]:
+        """Return all that the page's template asks for."""
+        packed = self.frames()
+        measured, health = history_charts(self.history, self.unitless) if self.history else ([], [])
+        table = self._rows()
+        shown = [row for row in table if row.value != "-" or row.passed is not None]
+        status = self.summary.get("status", "unfinished")
+        verdict, mood = self.verdict()
+        return {
+            "name": self.name,
+            "verdict": verdict,
+            "mood": mood,
+            "main_rows": [asdict(row) for row in shown[:12]],
+            "all_rows": [asdict(row) for row in table],
+            "has_expected": any(row.passed is not None for row in table),
+            "frames": packed.content,
+            "remarks": packed.remarks,
+            "moments": self._moments(),
+            "charts": measured,
+            "health_charts": health,
+            "debris": self._debris(),
+            "health": self._health(status),
+            "setup": self._setup(),
+            "materials": self._materials(),
+            "case": self._text(names.CASE),
+            "reproduce": self._reproduce(),
+            "files": self._files(),
+        }
+
+    def frames(self) -> Frames:
+        """Return the moments for the player."""
+        planes = ["xyz".index(plane.axis) for plane in self.case.symmetry] if self.case is not None else []
+        return frames(self.paths, planes)
+
+    def row_values(self) -> dict[str, Row]:
+        """Return the rows of measures by name, for a table of several runs."""
+        return {row.name: row for row in self._rows()}
+
+    def verdict(self) -> tuple[str, str]:
+        """Return what became of the run in a sentence or two, and whether that is good."""
+        status = self.summary.get("status", "unfinished")
+        moment = f"{self.last.time:.4g}" if self.unitless else f"{self.last.time * 1e6:.4g} µs"
+        begin = {"done": "ended as planned at", "interrupted": "was interrupted at", "failed": "failed at",
+                 "unfinished": "has not ended; shown up to"}  # fmt: skip
+        parts = [f"The run {begin.get(status, status)} {moment}."]
+        failure = self.summary.get("failure")
+        if failure:
+            parts.append(str(failure.get("message", "")))
+        headline = self.summary.get("verdict")
+        if headline:
+            parts.append(str(headline))
+        expected = self.summary.get("expected", [])
+        if expected:
+            met = sum(bool(one["passed"]) for one in expected)
+            parts.append(f"{met} of {len(expected)} expectations are met.")
+            missed = [row.label for row in self._rows() if row.passed is False]
+            if missed:
+                parts.append(f"Missed: {', '.join(missed)}.")
+        bad = status == "failed" or any(not one["passed"] for one in expected)
+        return " ".join(parts), "bad" if bad else "good" if status == "done" else ""
+
+    def _rows(self) -> list[Row]:
+        found: dict[str, Any] = {
+            name: Result(one["value"], one["unit"], one["uncertainty"], one.get("time"), one.get("reason", ""))
+            for name, one in self.measures.items()
+        }
+        return rows(found, self.summary.get("expected", []), self.unitless)
+
+    def _moments(self) -> list[tuple[str, float, str]]:
+        found = moments(self.history, self.last.time, self.measures)
+        return [(name, t, f"{t:.4g}" if self.unitless else f"{t * 1e6:.2f} µs") for name, t in found]
+
+    def _debris(self) -> list[dict[str, Any]]:
+        if self.last.dimensions == 1:
+            return []
+        found: list[dict[str, Any]] = []
+        for body in debris(Scene(self.last, read_snapshot(self.paths[0]))):
+            for fragment, role in zip(body.fragments, body.roles, strict=True):
+                velocity = np.atleast_1d(fragment.velocity)
+                speed = float(np.linalg.norm(velocity))
+                angle = float(np.degrees(np.arccos(np.clip(velocity[0] / speed, -1.0, 1.0)))) if speed > 0.0 else None
+                share = fragment.mass / body.mass if body.mass > 0.0 else float("nan")
+                found.append({"name": f"{body.body}{': ' + role if role else ''}", "particles": fragment.count,
+                              "share": f"{100.0 * share:.2g} %", "speed": f"{speed:.4g}",
+                              "angle": "-" if angle is None else f"{angle:.0f}"})  # fmt: skip
+        found.sort(key=lambda row: -row["particles"])
+        return [row for row in found if row["particles"] >= 5][:MOST_PIECES]
+
+    def _health(self, status: str) -> list[tuple[bool, str]]:
+        """Return remarks on whether the run can be trusted, each with whether it is good news."""
+        found: list[tuple[bool, str]] = [(status == "done", f"status: {status}")]
+        conservation = self.summary.get("conservation") or {}
+        drift = conservation.get("energy_drift")
+        if drift is not None:
+            found.append((abs(drift) < LARGE_DRIFT, f"total energy changed by {100.0 * drift:.2g} %"))
+        found += _state_remarks(self.last)
+        if "void_fraction" in self.measures and self.measures["void_fraction"]["value"] is not None:
+            voids = float(self.measures["void_fraction"]["value"])
+            found.append((voids < 0.05, f"voids in the projectile: {100.0 * voids:.2g} %"))
+        limits = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in criteria(self.history)[:4])
+        if limits:
+            found.append((True, f"the step was limited by: {limits}"))
+        lines = self._text(names.LOG).splitlines()
+        warnings = [line.partition("warning: ")[2] for line in lines if "warning: " in line]
+        return found + [(False, text) for text in dict.fromkeys(warnings)]
+
+    def _setup(self) -> list[tuple[str, str]]:
+        last, metadata = self.last, self.last.metadata
+        found = [("title", str(metadata.get("title", ""))), ("kinematics", str(metadata.get("kinematics", ""))),
+                 ("dimensions", str(last.dimensions)), ("particles", str(last.count))]  # fmt: skip
+        if "spacing" in metadata:
+            spacing = float(metadata["spacing"])
+            found.append(("resolution", f"{spacing:.4g}" if self.unitless else f"{spacing * 1e3:.4g} mm"))
+        if self.case is not None:
+            found.append(("formulation", self.case.formulation.type))
+            for name, body in self.case.bodies.items():
+                shape = body.shape.model_dump(exclude_defaults=True)
+                sizes = ", ".join(f"{key} {_shown(value)}" for key, value in shape.items() if key != "type")
+                velocity = ", ".join(f"{part:.4g}" for part in _parts(body.velocity))
+                found.append((f"body {name}", f"{body.shape.type} {sizes}; velocity ({velocity}) m/s"))
+        for key, label in (("steps", "steps"), ("threads", "threads"), ("wall_seconds", "wall time [s]"),
+                           ("code_version", "version of hvisph"), ("case_hash", "hash of the case")):  # fmt: skip
+            if key in self.summary:
+                value = self.summary[key]
+                found.append((label, f"{value:.4g}" if isinstance(value, float) else str(value)))
+        return [(name, text) for name, text in found if text]
+
+    def _materials(self) -> list[dict[str, str]]:
+        if self.case is None:
+            return []
+        return [
+            {"body": name, "name": body.material.name or "own",
+             "models": ", ".join((body.material.eos.type, body.material.strength.type, body.material.damage.type)),
+             "source": body.material.source}
+            for name, body in self.case.bodies.items()
+        ]  # fmt: skip
+
+    def _reproduce(self) -> str:
+        if not (self.folder / names.CASE).is_file():
+            return "These files hold no case: another program wrote them."
+        version = self.summary.get("code_version", "")
+        return f"pip install hvisph=={version}\nhvisph run {self.folder / names.CASE} --out again"
+
+    def _files(self) -> list[tuple[str, str]]:
+        what = {
+            names.CASE: "the effective case",
+            names.SUMMARY: "measures and cost",
+            names.HISTORY: "energies, step, pressures",
+            names.LOG: "what happened when",
+        }
+        found = [(str(self.folder / name), text) for name, text in what.items() if (self.folder / name).is_file()]
+        return [*found, (str(self.paths[0].parent), f"{len(self.paths)} snapshots")]
+
+    def _case(self) -> Any:
+        try:
+            return load_case(self.folder / names.CASE)
+        except CaseError:
+            return None
+
+    def _summary(self) -> dict[str, Any]:
+        try:
+            return read_summary(self.folder)
+        except OutputError:
+            return {}
+
+    def _history(self) -> Mapping[str, np.ndarray]:
+        try:
+            return read_history(self.folder)
+        except OutputError:
+            return {}
+
+    def _measures(self) -> dict[str, dict[str, Any]]:
+        if "measures" in self.summary:
+            return dict(self.summary["measures"])
+        return {name: one.as_dict() for name, one in measure(self.folder).results.items()}
+
+    def _text(self, name: str) -> str:
+        try:
+            return (self.folder / name).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            return ""
+
+
+def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
+    """Return remarks on the last state: negative internal energies, failed share."""
+    mass = last.fields.get("mass")
+    if mass is None or mass.sum() <= 0.0:
+        return []
+    found = []
+    energy = last.fields.get("internal_energy")
+    if energy is not None:
+        least = float(np.abs(energy).max()) * 1e-6
+        share = float(mass[energy < -least].sum() / mass.sum())
+        found.append((share < 1e-3, f"{100.0 * share:.2g} % of the mass has a negative internal energy"))
+    damage = last.fields.get("damage")
+    if damage is not None and damage.any():
+        found.append((True, f"{100.0 * float(mass[damage >= 1.0].sum() / mass.sum()):.2g} % of the mass has failed"))
+    return found
+
+
+def _parts(value: Any) -> Sequence[float]:
+    return [float(part) for part in value] if isinstance(value, Sequence) and not isinstance(value, str) else []
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value * 1e3:.4g} mm"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return " x ".join(_shown(part) for part in value)
+    return str(value)
