@@ -52,7 +52,7 @@ LIBRARIES = {
     "meshio": {"output", "geometry"},
     "matplotlib": {"pictures"},
     "jinja2": {"report"},
-    "scipy": {"sweeps", "geometry", "measures"},
+    "scipy": {"sweeps", "geometry", "measures", "verification"},
     "llvmlite": {"core"},
     "platformdirs": {"core"},
     "psutil": {"simulation", "cli"},

@@ -9,13 +9,14 @@ from hvisph.materials.table import Material
 from hvisph.simulation.materials import material_of
 
 # Elastic aluminium of the bars, beams and discs.
-ELASTIC = {
-    "density": 2700.0,
-    "eos": {"type": "elastic", "youngs_modulus": 70e9, "poisson_ratio": 0.33},
+RHO, YOUNGS_MODULUS, POISSON_RATIO = 2700.0, 70e9, 0.33  # [kg/m^3], [Pa], [-]
+ELASTIC: dict[str, Any] = {
+    "density": RHO,
+    "eos": {"type": "elastic", "youngs_modulus": YOUNGS_MODULUS, "poisson_ratio": POISSON_RATIO},
     "strength": {"type": "elastic"},
 }
 # Water that bears no tension to speak of.
-WATER = {
+WATER: dict[str, Any] = {
     "density": 1000.0,
     "eos": {"type": "linear", "bulk_modulus": 2.2e9},
     "damage": {"type": "pressure_cutoff", "pressure": -1e3},

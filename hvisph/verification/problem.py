@@ -75,6 +75,8 @@ class Trial:
         Draws what there is to see, by panel; exact curves are marked as such.
     across
         What runs along the axis of `curves`: ``x`` or ``time``.
+    may_stop
+        Whether figures are drawn from runs that have stopped themselves, too.
     """
 
     name: str
@@ -82,6 +84,7 @@ class Trial:
     figures: Callable[[Sequence[Ran]], Iterable[Figure]]
     curves: Callable[[Sequence[Ran]], dict[str, list[Curve]]] | None = None
     across: str = "x"
+    may_stop: bool = False
 
 
 @dataclass(frozen=True)
@@ -100,6 +103,8 @@ class Problem:
         Why the others cannot.
     slow
         Whether the full form takes more than a minute or two a formulation.
+    agree
+        Name of the figure in which formulations are to agree with one another, and the share by which they may differ.
     """
 
     name: str
@@ -108,3 +113,4 @@ class Problem:
     formulations: tuple[str, ...] = SOLIDS
     why_not: str = "projection has no equation of state"
     slow: bool = False
+    agree: tuple[str, float] | None = None

@@ -20,7 +20,7 @@ from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import build
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.run import Run, set_threads
-from hvisph.verification.figure import Figure
+from hvisph.verification.figure import Figure, limit
 from hvisph.verification.problem import Options, Problem, Start, Trial
 from hvisph.verification.ran import Ran
 
@@ -113,8 +113,23 @@ def verdicts(
     for trial in problem.trials(options):
         if only.lower() not in trial.name.lower():
             continue
+        made = []
         for name in able:
-            yield judged(problem, trial, name, settings, keep, threads, listener)
+            made.append(judged(problem, trial, name, settings, keep, threads, listener))
+            yield made[-1]
+        if problem.agree is not None and len(made) > 1:
+            yield _agreement(problem, trial, made)
+
+
+def _agreement(problem: Problem, trial: Trial, made: Sequence[Verdict]) -> Verdict:
+    """Judge whether formulations agree with one another in the figure that the problem names."""
+    name, tolerance = problem.agree or ("", 0.0)
+    found = [figure.found for one in made for figure in one.figures if figure.name == name]
+    verdict = Verdict(problem.name, trial.name, "all", "done")
+    if found:
+        spread = max(found) / min(found) - 1.0 if min(found) > 0.0 else float("inf")
+        verdict.figures.append(limit(f"{name}, largest over least", spread, tolerance))
+    return verdict
 
 
 def judged(
@@ -146,7 +161,7 @@ def judged(
             verdict.status, verdict.message = "failed", str(error)
             return verdict
         stopped = [one.summary["failure"] for one in ran if one.summary["failure"]]
-        if stopped:
+        if stopped and not trial.may_stop:
             verdict.status = "failed"
             verdict.message = f"stopped at t = {stopped[0]['time']:.4g}: {stopped[0]['message']}"
             return verdict

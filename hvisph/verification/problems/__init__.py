@@ -1,7 +1,23 @@
-"""The problems, one a file; the table of them."""
+"""The problems, one a file, and the table of them."""
 
 from hvisph.verification.problem import Problem
-from hvisph.verification.problems import bars, hugoniot, noh, plate, sod
+from hvisph.verification.problems import (
+    bars,
+    blobs,
+    cantilever,
+    core,
+    friction,
+    hugoniot,
+    impacts,
+    implosion,
+    invariance,
+    noh,
+    parting,
+    plate,
+    sod,
+    spinning_disc,
+    tension,
+)
 
 PROBLEMS: dict[str, Problem] = {
     problem.name: problem
@@ -11,6 +27,16 @@ PROBLEMS: dict[str, Problem] = {
         sod.SOD_PROBLEM,
         sod.BLAST_PROBLEM,
         noh.PROBLEM,
+        tension.PROBLEM,
         bars.PROBLEM,
+        friction.PROBLEM,
+        parting.PROBLEM,
+        cantilever.PROBLEM,
+        spinning_disc.PROBLEM,
+        implosion.PROBLEM,
+        core.PROBLEM,
+        impacts.PROBLEM,
+        blobs.PROBLEM,
+        invariance.PROBLEM,
     )
 }

@@ -1,0 +1,55 @@
+"""Cylinders on a plate at 3.1 km/s against the free-Lagrange Godunov scheme of Howell & Ball 2002."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from hvisph.measures.published import published
+from hvisph.verification.figure import Figure, limit
+from hvisph.verification.problem import SOLIDS, Options, Problem, Start, Trial
+from hvisph.verification.ran import Ran
+
+METALS = {"al_al": "aluminium-howell-ball", "steel_al": "steel-howell-ball"}
+REFERENCE = "howell_ball"
+TOLERANCES = {"crater_diameter": 1.5e-3, "extension": 1e-3, "penetration": 1e-3}  # [m]
+PRESSURE, VOIDS = 0.04, 0.05
+
+
+def _trials(options: Options) -> Iterator[Trial]:
+    dx = options.dx(0.1e-3, 0.4e-3)
+    for impact in METALS:
+        yield _trial(impact, dx)
+
+
+def _trial(impact: str, dx: float) -> Trial:
+    case: dict[str, Any] = {
+        "title": f"{impact} at 3.1 km/s",
+        "kinematics": "plane_strain",
+        "resolution": dx,
+        "bodies": {
+            "projectile": {"material": METALS[impact], "shape": {"type": "disc", "diameter": 10e-3},
+                           "arrangement": "lattice_two_rings", "velocity": [3100.0, 0.0]},
+            "target": {"material": "aluminium-howell-ball", "shape": {"type": "box", "size": [2e-3, 50.1e-3]}},
+        },
+        "time": {"end": 8e-6},
+        "output": {"every": 1e-6},
+    }  # fmt: skip
+
+    def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
+        found = runs[0].summary["measures"]
+        for measure, value in {row.measure: row.value for row in published(impact, REFERENCE)}.items():
+            name, got = measure.replace("_", " "), found[measure]["value"]
+            got = float("nan") if got is None else float(got)
+            if measure in TOLERANCES:
+                yield Figure(name, got, value, TOLERANCES[measure], "m", 0.0, "what definitions of a length differ by")
+            else:
+                yield Figure(name, got, value, PRESSURE, "Pa", why="converged schemes agree to 3 %")
+        yield limit("voids", float(found["void_fraction"]["value"] or 0.0), VOIDS, why="gaps of the lattice")
+
+    return Trial(f"{impact}, dx {1e3 * dx:g} mm", [Start(case)], figures)
+
+
+PROBLEM = Problem(
+    "impacts", "cylinders on a plate at 3.1 km/s: lengths and pressure of Howell & Ball", _trials, SOLIDS, slow=True
+)

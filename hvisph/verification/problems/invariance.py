@@ -1,0 +1,67 @@
+"""An oblique impact, the same turned by angles and seen from a frame that moves at 10 km/s: nothing else changes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.particles import Particles
+from hvisph.simulation.bodies import PlacedBody
+from hvisph.verification.figure import Figure, limit
+from hvisph.verification.problem import ALL, Options, Problem, Start, Trial
+from hvisph.verification.problems.blobs import BRITTLE
+from hvisph.verification.ran import Ran, vectors
+
+FRAME = np.array([6000.0, 8000.0])  # [m/s]
+STEPS, STEP = 60, 6e-9  # the same for all, so that the same steps are compared [s]
+SPEED = 1500.0
+WHY = "round-off of 60 steps, in which impacts let it grow"
+
+
+def _trials(options: Options) -> Iterator[Trial]:
+    dx = options.dx(0.5e-3, 0.5e-3)
+    for angle in (37.0,) if options.quick else (37.0, 90.0, 200.0):
+        yield _trial(f"turned by {angle:g} degrees", dx, np.radians(angle), np.zeros(2))
+    yield _trial("seen at 10 km/s", dx, 0.0, FRAME)
+
+
+def _trial(name: str, dx: float, angle: float, frame: np.ndarray) -> Trial:
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    metal = "aluminium-howell-ball"
+    box = {"type": "box", "size": [4e-3, 6e-3]}
+    case: dict[str, Any] = {
+        "title": "oblique impact",
+        "kinematics": "plane_strain",
+        "resolution": dx,
+        "bodies": {
+            "projectile": {"material": metal, "shape": box, "velocity": [SPEED, 300.0]},
+            "plate": {"material": BRITTLE, "shape": box},
+            "backing": {"material": "steel-howell-ball", "shape": box},
+        },
+        "time": {"end": STEPS * STEP, "step": STEP},
+    }
+
+    def turned(placed: list[PlacedBody]) -> list[PlacedBody]:
+        return [replace(body, positions=body.positions @ turn.T) for body in placed]
+
+    def moving(particles: Particles) -> None:
+        particles["velocity"] = particles["velocity"] @ turn.T + frame
+
+    def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
+        plain, other = runs[0].last, runs[1].last
+        back = (vectors(other, "position") - frame * other.time) @ turn
+        yield limit("places, over dx", float(np.abs(back - vectors(plain, "position")).max()) / dx, 1e-9, why=WHY)
+        speeds = (vectors(other, "velocity") - frame) @ turn - vectors(plain, "velocity")
+        yield limit("velocities, over the impact's", float(np.abs(speeds).max()) / SPEED, 1e-9, why=WHY)
+        for field in ("internal_energy", "density", "pressure"):
+            scale = np.abs(plain.fields[field]).max()
+            off = float(np.abs(other.fields[field] - plain.fields[field]).max() / scale)
+            yield limit(f"{field.replace('_', ' ')}, over its largest", off, 1e-9, why=WHY)
+
+    return Trial(name, [Start(case), Start(case, turned, moving)], figures)
+
+
+PROBLEM = Problem("invariance", "an impact turned by angles or seen at 10 km/s: the same to round-off", _trials, ALL)
