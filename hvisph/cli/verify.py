@@ -69,10 +69,10 @@ def verify(
             found.append(verdict)
             if not as_json and not quiet:
                 typer.echo(_text(verdict))
-            if pictures is not None and verdict.curves:
-                from hvisph.verification.pictures import draw
+    if pictures is not None:
+        from hvisph.verification.pictures import draw
 
-                draw(verdict, pictures)
+        draw(found, pictures)
     missed = [one for one in found if not one.passed]
     if as_json:
         echo_json([one.as_dict() for one in found])

@@ -1,17 +1,43 @@
-"""Pictures of what was computed beside what is exact."""
+"""Pictures of what was computed beside what is exact: one a trial, all formulations in it."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
-from hvisph.pictures.curves import curves_picture
+from hvisph.pictures.curves import Curve, curves_picture
 from hvisph.verification.running import Verdict
 
+PLAIN = ("computed", "mean", "tip")  # labels that say nothing beside the formulation's name
 
-def draw(verdict: Verdict, folder: Path) -> Path:
-    """Draw a verdict's curves into ``PROBLEM.TRIAL.FORMULATION.png`` and return the file."""
+
+def draw(found: Sequence[Verdict], folder: Path) -> list[Path]:
+    """Draw ``PROBLEM.TRIAL.png`` for every trial that has curves, and return the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    words = (verdict.problem, verdict.trial, verdict.formulation)
-    name = ".".join("_".join(word.replace("/", " ").replace("(", "").replace(")", "").split()) for word in words)
-    title = f"{verdict.problem}, {verdict.trial}, {verdict.formulation}"
-    return curves_picture(verdict.curves, folder / f"{name}.png", title=title, across=verdict.across)
+    trials = dict.fromkeys((one.problem, one.trial) for one in found if one.curves)
+    return [_drawn([one for one in found if (one.problem, one.trial) == trial], folder) for trial in trials]
+
+
+def file_name(problem: str, trial: str) -> str:
+    """Return the name of a trial's picture."""
+    plain = "".join(letter if letter.isalnum() or letter == "." else " " for letter in trial)
+    return f"{problem}.{'_'.join(plain.split())}.png"
+
+
+def _drawn(verdicts: Sequence[Verdict], folder: Path) -> Path:
+    panels: dict[str, list[Curve]] = {}
+    for verdict in verdicts:
+        for column, curves in verdict.curves.items():
+            into = panels.setdefault(column, [])
+            before = any(curve.exact for curve in into)
+            for curve in curves:
+                if not curve.exact:
+                    more = "" if curve.label in PLAIN else f", {curve.label}"
+                    into.append(replace(curve, label=f"{verdict.formulation}{more}"))
+                elif not before:
+                    into.append(curve)
+    first = verdicts[0]
+    across = next(one.across for one in verdicts if one.curves)
+    path = folder / file_name(first.problem, first.trial)
+    return curves_picture(panels, path, title=f"{first.problem}: {first.trial}", across=across)

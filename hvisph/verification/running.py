@@ -117,19 +117,18 @@ def verdicts(
         for name in able:
             made.append(judged(problem, trial, name, settings, keep, threads, listener))
             yield made[-1]
-        if problem.agree is not None and len(made) > 1:
-            yield _agreement(problem, trial, made)
+        if problem.agree is not None:
+            yield from _agreement(problem, trial, made)
 
 
-def _agreement(problem: Problem, trial: Trial, made: Sequence[Verdict]) -> Verdict:
+def _agreement(problem: Problem, trial: Trial, made: Sequence[Verdict]) -> Iterator[Verdict]:
     """Judge whether formulations agree with one another in the figure that the problem names."""
     name, tolerance = problem.agree or ("", 0.0)
     found = [figure.found for one in made for figure in one.figures if figure.name == name]
-    verdict = Verdict(problem.name, trial.name, "all", "done")
-    if found:
+    if len(found) > 1:
         spread = max(found) / min(found) - 1.0 if min(found) > 0.0 else float("inf")
-        verdict.figures.append(limit(f"{name}, largest over least", spread, tolerance))
-    return verdict
+        together = limit(f"{name}, largest over least", spread, tolerance)
+        yield Verdict(problem.name, trial.name, "all", "done", [together])
 
 
 def judged(

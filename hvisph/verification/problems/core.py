@@ -51,7 +51,7 @@ def _trials(options: Options) -> Iterator[Trial]:
             yield Figure("speed of the core", float(ran.mean_velocity(0)[0]), KEPT, 0.08, "m/s",
                          why="640 to 720 m/s by the schemes that keep energy and do not weld")  # fmt: skip
         energy = ran.last.fields["mass"] * ran.last.fields["internal_energy"]
-        share = -energy[energy < 0.0].sum() / ran.kinetic_energy(ran.first)
+        share = abs(energy[energy < 0.0].sum()) / ran.kinetic_energy(ran.first)
         yield limit("internal energy below zero over the start's", float(share), 1e-3, why="a body cannot hold less")
 
     yield Trial(f"dx {1e3 * dx:g} mm", [Start(case)], figures)
