@@ -140,6 +140,12 @@ class Body(StrictModel):
     rotation: Annotated[Rotation | None, Shorthand(_angle_alone)] = Field(
         default=None, description="Turn about the centre before placing: an angle [deg], or angle and axis"
     )
+    role: Literal["projectile", "layer", "other"] | None = Field(
+        default=None,
+        description="What measures take it for: the `projectile`, a `layer` that it meets, or neither (`other`); unless "
+        "given, the first body that moves is the projectile, with those that have its velocity, and all others are "
+        "layers but for what lies behind it",
+    )
     formulation: Literal["eulerian", "total_lagrangian", "adaptive"] | None = Field(
         default=None,
         description="Kernels of this body, where the case's formulation is `total_lagrangian` or `adaptive`; that of "

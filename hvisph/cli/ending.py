@@ -53,6 +53,7 @@ def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
     state = {"done": "Done", "failed": "Failed", "interrupted": "Interrupted"}[summary["status"]]
     lines = [
         "",
+        *([summary["answer"], ""] if summary["answer"] else []),
         results_table(summary["measures"], summary["expected"], unitless, conservation_rows(summary)),
         "",
         f"{state} after {summary['steps']} steps in {duration(summary['wall_seconds'])} "

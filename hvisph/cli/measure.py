@@ -136,7 +136,8 @@ def _measures(source: str, found: Any, at: str | None) -> str:
     expected = _expected(case, found) if at is None else []
     time = quantity(found.time, "" if found.unitless else "s")
     shown = results_table(found.as_dict()["measures"], expected, found.unitless)
-    return f"t = {time}, step {found.step}\n\n{shown}"
+    head = f"{found.answer}\n\n" if found.answer else ""
+    return f"t = {time}, step {found.step}\n\n{head}{shown}"
 
 
 def _case_of(folder: Path) -> Case | None:

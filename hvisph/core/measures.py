@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 # How many of a unit for people are in the SI unit that it stands for; what is not named here is shown as it is.
-PER_SI = {"cm": 1e2, "mm": 1e3, "GPa": 1e-9, "%": 1e2}
+PER_SI = {"cm": 1e2, "mm": 1e3, "GPa": 1e-9, "%": 1e2, "us": 1e6}
 
 
 @dataclass(frozen=True)
@@ -74,6 +74,8 @@ _ANY, _SOLID, _PLANE, _LINE = (1, 2, 3), (2, 3), (2,), (1,)
 CATALOGUE: dict[str, Measure] = {
     measure.name: measure
     for measure in (
+        _measure("perforated", "", _SOLID, "Whether all layers are perforated: 1 or 0",
+                 "perforated", "", 0),
         _measure("crater_diameter", "m", _SOLID, "Mean diameter of the hole in the target",
                  "crater diameter", "cm", 2, "d_cra"),
         _measure("crater_diameter_minimum", "m", _SOLID, "Smallest diameter of the hole in the target",
@@ -115,6 +117,15 @@ CATALOGUE: dict[str, Measure] = {
     )
 }  # fmt: skip
 
+# Measures of every layer, likewise.
+LAYER_CATALOGUE: dict[str, Measure] = {
+    measure.name: measure
+    for measure in (
+        _measure("perforated", "", _SOLID, "Whether the layer is perforated: 1 or 0", "perforated", "", 0),
+        _measure("perforation_time", "s", _SOLID, "When a way first led through it", "perforated at", "us", 2),
+    )
+}  # fmt: skip
+
 # What a run has conserved stands in tables beside its measures.
 DRIFTS = {
     "energy_drift": Look("energy drift", "energy drift", "%", 5),
@@ -147,8 +158,9 @@ def look_of(name: str, unit: str = "", unitless: bool = False) -> Look:
     unitless
         Whether the case has no units: all but shares are shown as they are.
     """
-    if name in CATALOGUE:
-        look = CATALOGUE[name].look
+    known = CATALOGUE.get(name) or LAYER_CATALOGUE.get(name)
+    if known is not None:
+        look = known.look
     else:
         words = name.replace("_", " ")
         look = DRIFTS.get(name) or Look(words, words, unit, -1)

@@ -11,7 +11,7 @@ import numpy as np
 
 from hvisph.measures.groups import Fragment
 from hvisph.measures.plug import FEWEST, attached, plug_of
-from hvisph.measures.scene import TARGET, Scene
+from hvisph.measures.scene import Scene
 
 MASS_UNITS = {1: "kg/m^2", 2: "kg/m", 3: "kg"}
 ALIKE = 1e-9  # masses that differ by less, relatively, are one mass: round-off of their sums
@@ -156,8 +156,8 @@ def debris(scene: Scene) -> tuple[BodyFragments, ...]:
 
 def _roles(scene: Scene, body: int, fragments: list[Fragment]) -> tuple[str, ...]:
     roles = [""] * len(fragments)
-    if body == TARGET:
-        roles = ["attached" if holds else "" for holds in attached(scene)]
+    if body == scene.target:
+        roles = ["attached" if holds else "" for holds in attached(scene, body)]
         plug = plug_of(scene)
         roles = ["plug" if fragment is plug else role for fragment, role in zip(fragments, roles, strict=True)]
     if roles[0] != "plug":

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from hvisph.output.snapshot import Snapshot
 
 LINK = 2.0  # particles nearer than this many spacings belong together
+NEAR = 1.3  # spacings within which nearly all neighbours of sound matter are linked already, at few pairs each
 
 
 def connected_groups(position: np.ndarray, spacing: float, link: float = LINK) -> np.ndarray:
@@ -31,22 +32,55 @@ def connected_groups(position: np.ndarray, spacing: float, link: float = LINK) -
         Shape (n,). Groups are what is linked at `link` spacings; they are ordered by their number of
         particles, and where that is the same by their first particle.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
+    if len(position) == 0:
+        return np.zeros(0, dtype=np.int64)
+    position = position.reshape(len(position), -1)
+    # what is near is joined first; only what is then still apart needs the search that yields many pairs
+    labels = _linked(position, NEAR * spacing)
+    if link > NEAR:
+        apart = np.flatnonzero(labels != np.bincount(labels).argmax())
+        labels = _joined(position, labels, apart, link * spacing)
+    return _by_size(labels)
+
+
+def _linked(position: np.ndarray, reach: float) -> np.ndarray:
+    """Return the connected components of the particles nearer than `reach` to each other."""
     from scipy.spatial import cKDTree
 
-    count = len(position)
-    if count == 0:
-        return np.zeros(0, dtype=np.int64)
-    pairs = cKDTree(position).query_pairs(link * spacing, output_type="ndarray")
-    links = np.ones(len(pairs), dtype=np.int8)
-    graph = coo_array((links, (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    number, labels = connected_components(graph, directed=False)
-    sizes = np.bincount(labels, minlength=number)
+    pairs = cKDTree(position).query_pairs(reach, output_type="ndarray")
+    return _components(len(position), pairs[:, 0], pairs[:, 1])
+
+
+def _joined(position: np.ndarray, labels: np.ndarray, apart: np.ndarray, reach: float) -> np.ndarray:
+    """Return the components `labels` joined where particles of two are nearer than `reach`.
+
+    Of any two, one at least is among the particles `apart`, which are not in the largest component.
+    """
+    from scipy.spatial import cKDTree
+
+    if len(apart) == 0:
+        return labels
+    # a hair more than the reach: the pairs themselves decide
+    near = cKDTree(position[apart]).query(position, distance_upper_bound=reach * (1.0 + 1e-9))[0] < np.inf
+    rows = np.flatnonzero(near)
+    pairs = rows[cKDTree(position[rows]).query_pairs(reach, output_type="ndarray")]
+    return _components(int(labels.max()) + 1, labels[pairs[:, 0]], labels[pairs[:, 1]])[labels]
+
+
+def _components(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    graph = coo_array((np.ones(len(one), dtype=np.int8), (one, other)), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def _by_size(labels: np.ndarray) -> np.ndarray:
+    """Return the same groups numbered by their size, and where that is the same by their first particle."""
+    sizes = np.bincount(labels)
     _, first = np.unique(labels, return_index=True)
-    order = np.lexsort((first, -sizes))
-    rank = np.empty(number, dtype=np.int64)
-    rank[order] = np.arange(number)
+    rank = np.empty(len(sizes), dtype=np.int64)
+    rank[np.lexsort((first, -sizes))] = np.arange(len(sizes))
     return rank[labels]
 
 
@@ -105,9 +139,27 @@ def fragments(snapshot: Snapshot, body: int, spacing: float, link: float = LINK)
         Linking distance in spacings.
     """
     members = np.flatnonzero(snapshot.body == body)
+    labels = connected_groups(snapshot.fields["position"][members], spacing, link)
+    return grouped(snapshot, members, labels, body)
+
+
+def grouped(snapshot: Snapshot, members: np.ndarray, labels: np.ndarray, body: int) -> list[Fragment]:
+    """Return the fragments that particles fall into, the one with most particles first.
+
+    Parameters
+    ----------
+    snapshot
+        The moment to look at.
+    members
+        Indices of particles, shape (n,).
+    labels
+        Number of the group of each of them, from 0 on without gaps, shape (n,).
+    body
+        Index of the body to name.
+    """
     if len(members) == 0:
         return []
-    labels = connected_groups(snapshot.fields["position"][members], spacing, link)
+    labels = _by_size(labels)
     by_group = members[np.argsort(labels, kind="stable")]
     counts = np.bincount(labels)
     starts = np.cumsum(counts) - counts

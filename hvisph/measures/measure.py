@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -12,15 +12,18 @@ import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measures import CATALOGUE, reported
+from hvisph.measures.answer import answer
 from hvisph.measures.debris import MASS_UNITS, BodyFragments, debris
+from hvisph.measures.layers import LayerMeasures, layer_measures, perforated, states, with_times
 from hvisph.measures.lengths import crater_diameter, extension, penetration
 from hvisph.measures.motion import momentum_transfer, residual_velocity
 from hvisph.measures.plateau import plateau
 from hvisph.measures.plug import FEWEST, plug_and_lip
 from hvisph.measures.pressure import centre_pressure_peak, centre_tension_peak
 from hvisph.measures.result import Result, meaningless
-from hvisph.measures.scene import PROJECTILE, Scene
+from hvisph.measures.scene import Scene
 from hvisph.measures.voids import void_fraction
+from hvisph.measures.whole import Whole
 from hvisph.output.snapshot import Snapshot
 
 History = Mapping[str, np.ndarray]
@@ -46,6 +49,12 @@ class Measures:
         Whether the case has no units.
     fragments
         Of every body, in the order of bodies: its connected groups with masses and velocities.
+    layers
+        What the shot did to every layer, in the order along the shot line.
+    answer
+        One line: which layers are perforated.
+    whole
+        How the whole model, which is what is measured, follows from what was computed.
     series
         Where every moment was asked for: all of them, in the order of time. This one is the last.
     """
@@ -58,6 +67,9 @@ class Measures:
     dimensions: int = 3
     unitless: bool = False
     fragments: tuple[BodyFragments, ...] = field(default=(), compare=False, repr=False)
+    layers: tuple[LayerMeasures, ...] = ()
+    answer: str = ""
+    whole: Whole = field(default_factory=Whole)
     series: tuple[Measures, ...] = field(default=(), compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Result:
@@ -75,7 +87,10 @@ class Measures:
             "title": self.title,
             "time": self.time,
             "step": self.step,
+            "answer": self.answer,
             "measures": {name: result.as_dict() for name, result in self.results.items()},
+            "layers": [layer.as_dict() for layer in self.layers],
+            "whole": self.whole.as_dict(),
         }
         if self.series:
             plain["series"] = [moment.as_dict() for moment in self.series]
@@ -146,13 +161,41 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None) -> Me
     history = reader.read_history(path) if (path / names.HISTORY).exists() else None
     if at == "all":
         moments = tuple(measure_snapshot(reader.read_snapshot(file), start, history, str(path)) for file in files)
-        last = moments[-1]
-        return replace(last, series=moments)
+        known = [(moment.time, [layer.state for layer in moment.layers]) for moment in moments]
+        moments = tuple(_timed(moment, number + 1, known.__getitem__) for number, moment in enumerate(moments))
+        return replace(moments[-1], series=moments)
     if at is None:
-        return measure_snapshot(reader.read_snapshot(files[-1]), start, history, str(path))
-    snapshots: Iterator[Snapshot] = (reader.read_snapshot(file) for file in files)
-    now = min(snapshots, key=lambda snapshot: abs(snapshot.time - float(at)))
-    return measure_snapshot(now, start, history, str(path))
+        return timed(measure_snapshot(reader.read_snapshot(files[-1]), start, history, str(path)), files, start)
+    times = (reader.read_snapshot(file).time for file in files)
+    number = min(enumerate(times), key=lambda known: abs(known[1] - float(at)))[0]
+    now = reader.read_snapshot(files[number])
+    return timed(measure_snapshot(now, start, history, str(path)), files[: number + 1], start)
+
+
+def timed(found: Measures, files: Sequence[Path], start: Snapshot | None) -> Measures:
+    """Return measures with the times at which layers were perforated, as the run's snapshots tell them.
+
+    Parameters
+    ----------
+    found
+        Measured at the last moment.
+    files
+        The snapshots up to it, in order of time.
+    start
+        The first of them, if it is the run's first.
+    """
+    from hvisph.output import reader
+
+    def moment(number: int) -> tuple[float, Sequence[str]]:
+        snapshot = reader.read_snapshot(files[number])
+        return snapshot.time, states(Scene.of(snapshot, start))
+
+    return _timed(found, len(files), moment)
+
+
+def _timed(found: Measures, count: int, moment: Callable[[int], tuple[float, Sequence[str]]]) -> Measures:
+    layers = with_times(found.layers, count, moment)
+    return replace(found, layers=layers, answer=answer(layers, found.unitless))
 
 
 def measure_snapshot(
@@ -171,10 +214,12 @@ def measure_snapshot(
     source
         What to name as measured.
     """
-    if not (now.body == PROJECTILE).any():
-        raise OutputError(f"{source or 'the snapshot'}: there is no particle of the first body")
-    scene = Scene(now, start)
+    scene = Scene.of(now, start)
+    if not scene.is_projectile.any():
+        raise OutputError(f"{source or 'the snapshot'}: there is no particle of the projectile")
+    layers = layer_measures(scene)
     results = {
+        "perforated": perforated(layers),
         **crater_diameter(scene),
         "extension": extension(scene),
         "penetration": penetration(scene),
@@ -198,12 +243,16 @@ def measure_snapshot(
         dimensions=now.dimensions,
         unitless=now.metadata.get("units") == "none",
         fragments=debris(scene),
+        layers=layers,
+        whole=scene.shot.whole,
+        answer=answer(layers, now.metadata.get("units") == "none"),
     )
 
 
-def unmeasured(reason: str, dim: int) -> dict[str, Result]:
-    """Return the results of a run in `dim` dimensions that cannot be measured: every one without a value."""
-    return {name: meaningless(CATALOGUE[name].unit, reason) for name in reported(dim)}
+def unmeasured(now: Snapshot, reason: str) -> Measures:
+    """Return what there is of a moment that cannot be measured: every measure without a value."""
+    results = {name: meaningless(CATALOGUE[name].unit, reason) for name in reported(now.dimensions)}
+    return Measures("", str(now.metadata.get("title", "")), now.time, now.step, results, now.dimensions)
 
 
 def _finite(result: Result) -> Result:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.measures.result import Result, meaningless
-from hvisph.measures.scene import PROJECTILE, TARGET, Scene
+from hvisph.measures.roles import LAYER, PROJECTILE, members
+from hvisph.measures.scene import Scene
 from hvisph.output.snapshot import Snapshot
 
 
@@ -23,26 +24,26 @@ def residual_velocity(scene: Scene) -> Result:
 
 
 def momentum_transfer(scene: Scene) -> Result:
-    """Return beta: the target's change of axial momentum over the projectile's momentum at the start."""
+    """Return beta: the layers' change of axial momentum over the projectile's momentum at the start."""
     if not scene.has_target:
         return meaningless("", "there is no target")
     if scene.start is None:
         return meaningless("", "a single snapshot does not tell the momentum at the start")
     if not {"velocity", "mass"} <= scene.now.fields.keys():
         return meaningless("", "the snapshot has no velocity or no mass")
-    brought = _momentum(scene.start, PROJECTILE)
-    before = _momentum(scene.start, TARGET)
+    brought = _momentum(scene, scene.start, PROJECTILE)
+    before = _momentum(scene, scene.start, LAYER)
     scale = float(np.abs(scene.start.fields["mass"] * _axial(scene.start)).sum())
     # what round-off leaves of a symmetric collision's momentum is no measure
     if not abs(brought) > 1e-12 * scale:
         return meaningless("", "the projectile had no axial momentum at the start")
-    return Result((_momentum(scene.now, TARGET) - before) / brought, "")
+    return Result((_momentum(scene, scene.now, LAYER) - before) / brought, "")
 
 
 def _axial(snapshot: Snapshot) -> np.ndarray:
     return snapshot.fields["velocity"].reshape(snapshot.count, -1)[:, 0]
 
 
-def _momentum(snapshot: Snapshot, body: int) -> float:
-    chosen = snapshot.body == body
+def _momentum(scene: Scene, snapshot: Snapshot, role: str) -> float:
+    chosen = members(snapshot, scene.shot.roles, role)
     return float((snapshot.fields["mass"][chosen] * _axial(snapshot)[chosen]).sum())

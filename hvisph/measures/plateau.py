@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvisph.measures.result import Result, meaningless
-from hvisph.measures.scene import PROJECTILE, TARGET, Scene
+from hvisph.measures.scene import Scene
 
 NEAR, FAR = 10.0, 0.5  # nearest [dx] and farthest [share of the nearer end's distance] particle taken
 FEWEST = 5  # particles for a mean
@@ -48,7 +48,7 @@ def plateau(scene: Scene) -> Plateau:
         return _none("the snapshot has no pressure")
     x = scene.position[:, 0]
     stress = longitudinal_stress(scene)
-    projectile, target = scene.now.body == PROJECTILE, scene.now.body == TARGET
+    projectile, target = scene.is_projectile, scene.is_target
     interface = 0.5 * (x[projectile].max() + x[target].min())
     top = np.quantile(stress[projectile | target], 0.99)
     if not top > 0.0:

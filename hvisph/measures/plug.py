@@ -22,7 +22,7 @@ import numpy as np
 from hvisph.core.measures import CATALOGUE
 from hvisph.measures.groups import Fragment
 from hvisph.measures.result import Result, meaningless
-from hvisph.measures.scene import TARGET, Scene
+from hvisph.measures.scene import Scene
 
 FEWEST = 5  # particles of a plug: fewer are debris
 LIP_IN_THE_PLANE = 10
@@ -38,8 +38,8 @@ def plug_and_lip(scene: Scene) -> dict[str, Result]:
         return _without((*PLUG, *LIP, "target_fragments"), "there is no target")
     if not {"velocity", "mass"} <= scene.now.fields.keys():
         return _without((*PLUG, *LIP, "target_fragments"), "the snapshot has no velocity or no mass")
-    groups = scene.fragments(TARGET)
-    held = attached(scene)
+    groups = scene.fragments(scene.target)
+    held = attached(scene, scene.target)
     loose = [group for group, holds in zip(groups, held, strict=True) if not holds]
     fixed = [group.particles for group, holds in zip(groups, held, strict=True) if holds]
     return {
@@ -49,16 +49,17 @@ def plug_and_lip(scene: Scene) -> dict[str, Result]:
     }
 
 
-def attached(scene: Scene) -> list[bool]:
-    """Return for each group of the target whether it holds something of the rim."""
-    return [bool(scene.rim[group.particles].any()) for group in scene.fragments(TARGET)]
+def attached(scene: Scene, layer: int) -> list[bool]:
+    """Return for each group of a layer whether it holds something of the layer's rim."""
+    rim = scene.rim(layer)
+    return [bool(rim[group.particles].any()) for group in scene.fragments(layer)]
 
 
 def plug_of(scene: Scene) -> Fragment | None:
     """Return the plug; None where nothing of `FEWEST` particles is detached and flies on."""
-    if scene.now.dimensions == 1:
+    if scene.now.dimensions == 1 or not scene.has_target:
         return None
-    for group, holds in zip(scene.fragments(TARGET), attached(scene), strict=True):
+    for group, holds in zip(scene.fragments(scene.target), attached(scene, scene.target), strict=True):
         # velocities that are not known, or not finite, are no reason to have none
         if not holds and group.count >= FEWEST and not group.velocity[0] <= 0.0:
             return group

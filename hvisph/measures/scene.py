@@ -1,10 +1,10 @@
-"""What every length is measured against: the axis, the struck face, the plate's thickness, the main bodies.
+"""What every length is measured against: the axis, the struck face, the plates' thickness, the main bodies.
 
+A scene is the whole model in the axes of the shot (`shot`): x along the shot line, mirror images filled in.
 The axis is the line along x through the centre that the projectile had at the start; the struck face
-is the target's nearest plane to the projectile at the start, x = 0 in cases placed automatically.
-They are read from the run's first snapshot. A snapshot that stands alone brings them in its metadata
-(`axis`, `face`, `thickness`, `width`, as `reference` gives them); where it does not, y = 0, x = 0,
-the thickness of the outermost tenth of the target's main bodies, which the impact reaches last,
+is the first layer's, x = 0 in cases placed automatically. They are read from the run's first snapshot.
+A snapshot that stands alone brings them in its metadata (as `reference` gives them); where it does not, y = 0,
+x = 0, the thickness of the outermost tenth of the target's main bodies, which the impact reaches last,
 and the projectile's present width take their place.
 """
 
@@ -17,42 +17,15 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.measures.groups import Fragment, fragments, main_body
+from hvisph.measures.groups import LINK, Fragment, connected_groups, grouped, main_body
+from hvisph.measures.plates import RIM, Plate
+from hvisph.measures.roles import PROJECTILE, members
+from hvisph.measures.shot import Shot, shot_of, spacing_of
 from hvisph.output.snapshot import Snapshot
 
-PROJECTILE, TARGET = 0, 1
-RIM = 0.9  # of the way from the shot line to the target's edges: what is further out the impact leaves alone
 
-
-def axis_of(position: np.ndarray, body: np.ndarray, spacing: float) -> np.ndarray:
-    """Return the lateral coordinates [m] of the shot line: along x through the projectile's centre.
-
-    Where every body lies on one side of a coordinate plane and one touches it, the case is half of
-    a symmetric one, and the shot line is in that plane.
-
-    Parameters
-    ----------
-    position
-        All particles at the start, shape (n, dim) [m].
-    body
-        Index of the body of each, shape (n,).
-    spacing
-        dx [m].
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (dim - 1,) [m].
-    """
-    lateral = position[:, 1:]
-    touch = 0.75 * spacing  # the first layer is half a spacing away
-    low, high = lateral.min(axis=0), lateral.max(axis=0)
-    half = ((low > 0.0) & (low <= touch)) | ((high < 0.0) & (high >= -touch))
-    return np.where(half, 0.0, lateral[body == PROJECTILE].mean(axis=0))
-
-
-def reference(start: Snapshot) -> dict[str, Any]:
-    """Return what the metadata of later snapshots must hold for them to be measured alone.
+def axis_of(start: Snapshot) -> np.ndarray:
+    """Return the lateral coordinates [m] of the shot line at the start: along x through the projectile's centre.
 
     Parameters
     ----------
@@ -61,12 +34,28 @@ def reference(start: Snapshot) -> dict[str, Any]:
 
     Returns
     -------
-    dict
-        `axis` (list of dim - 1 coordinates [m]), `width` of the projectile [m] and, where there is a
-        target, its `face` (x of the struck plane) and `thickness` [m].
+    numpy.ndarray
+        Shape (dim - 1,) [m].
     """
-    scene = Scene(start, start)
-    found: dict[str, Any] = {"axis": scene.axis.tolist(), "width": scene.width}
+    return Scene.of(start, start).axis
+
+
+def reference(start: Snapshot) -> dict[str, Any]:
+    """Return what the metadata of later snapshots must hold for them to be measured alone.
+
+    Parameters
+    ----------
+    start
+        The run's first snapshot, with `spacing` in its metadata, and under ``shot`` the case's `roles` and `planes`.
+
+    Returns
+    -------
+    dict
+        `shot` (see there), `axis` (list of dim - 1 coordinates [m]), `width` of the projectile [m] and, where there
+        is a target, its `face` (x of the struck plane) and `thickness` [m]; coordinates in the axes of the shot.
+    """
+    scene = Scene.of(start, start)
+    found: dict[str, Any] = {"shot": scene.shot.as_dict(), "axis": scene.axis.tolist(), "width": scene.width}
     return found | {"face": scene.face, "thickness": scene.thickness} if scene.has_target else found
 
 
@@ -77,14 +66,28 @@ class Scene:
     Parameters
     ----------
     now
-        The moment to measure.
+        The moment to measure: the whole model in the axes of the shot.
     start
-        The run's first snapshot, where there is one.
+        The run's first snapshot, where there is one, likewise.
+    shot
+        What is known of the shot.
     """
 
     now: Snapshot
     start: Snapshot | None = None
-    _fragments: dict[int, list[Fragment]] = field(default_factory=dict, init=False, repr=False)
+    shot: Shot = field(default_factory=lambda: Shot(()))
+    _fragments: dict[tuple[int, ...], list[Fragment]] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.shot.roles:
+            self.shot = shot_of(self.start, self.now)
+
+    @classmethod
+    def of(cls, now: Snapshot, start: Snapshot | None = None) -> Scene:
+        """Return the scene of a snapshot as a file holds it: the shot found, images filled in, axes turned."""
+        shot = shot_of(start, now)
+        seen = shot.seen(now)
+        return cls(seen, (seen if start is now else shot.seen(start)) if start is not None else None, shot)
 
     @cached_property
     def position(self) -> np.ndarray:
@@ -104,14 +107,7 @@ class Scene:
     @cached_property
     def spacing(self) -> float:
         """Spacing dx [m]: as the run says, or in other codes' files the cell that a particle's mass fills."""
-        if "spacing" in self.now.metadata:
-            return float(self.now.metadata["spacing"])
-        if {"mass", "density"} <= self.now.fields.keys():
-            volume = np.median(self.now.fields["mass"] / self.now.fields["density"])
-            return float(volume ** (1.0 / self.now.dimensions))
-        from scipy.spatial import cKDTree
-
-        return float(np.median(cKDTree(self.position).query(self.position, k=2)[0][:, 1]))
+        return spacing_of(self.now)
 
     @cached_property
     def support(self) -> float:
@@ -126,7 +122,8 @@ class Scene:
         if "axis" in self.now.metadata:
             return np.atleast_1d(np.asarray(self.now.metadata["axis"], dtype=float))
         if self.start is not None:
-            return axis_of(self.start.fields["position"], self.start.body, self.spacing)
+            lateral = self.start.fields["position"].reshape(self.start.count, -1)[:, 1:]
+            return np.asarray(lateral[members(self.start, self.shot.roles, PROJECTILE)].mean(axis=0))
         return np.zeros(self.now.dimensions - 1)
 
     @cached_property
@@ -140,9 +137,32 @@ class Scene:
         return np.sqrt((self.lateral**2).sum(axis=1))
 
     @cached_property
+    def is_projectile(self) -> np.ndarray:
+        """Whether a particle is the projectile's, shape (n,)."""
+        return members(self.now, self.shot.roles, PROJECTILE)
+
+    @cached_property
+    def layers(self) -> tuple[int, ...]:
+        """Indices of the bodies that are layers and have particles, in the order along the shot line."""
+        ordered = [plate.body for plate in self.shot.plates]
+        ordered += [body for body, role in enumerate(self.shot.roles) if role == "layer" and body not in ordered]
+        present = set(np.unique(self.now.body).tolist())
+        return tuple(body for body in ordered if body in present)
+
+    @property
     def has_target(self) -> bool:
-        """Whether there is a second body."""
-        return bool((self.now.body == TARGET).any())
+        """Whether there is a layer."""
+        return bool(self.layers)
+
+    @property
+    def target(self) -> int:
+        """Index of the first layer's body; -1 where there is none."""
+        return self.layers[0] if self.layers else -1
+
+    @cached_property
+    def is_target(self) -> np.ndarray:
+        """Whether a particle is the first layer's, shape (n,)."""
+        return np.asarray(self.now.body == self.target)
 
     @cached_property
     def _plate(self) -> tuple[float, float]:
@@ -150,19 +170,17 @@ class Scene:
         metadata = self.now.metadata
         if "face" in metadata and "thickness" in metadata:
             return float(metadata["face"]), float(metadata["thickness"])
-        if self.start is not None:
-            x = self._start_plate_at_the_axis(self.start)
-            return float(x.min() - 0.5 * self.spacing), float(np.ptp(x) + self.spacing)
+        if self.shot.plates and self.start is not None:
+            return self._along_the_shot(self.shot.plates[0])
         plate = np.concatenate(self.target_sides)
         outer = plate[self.radius[plate] >= np.quantile(self.radius[plate], 0.9)]
         return 0.0, float(np.ptp(self.position[outer, 0]) + self.spacing)
 
-    def _start_plate_at_the_axis(self, start: Snapshot) -> np.ndarray:
-        position = start.fields["position"][start.body == TARGET]
-        radius = np.sqrt(((position[:, 1:] - self.axis) ** 2).sum(axis=1))
-        # an oblique plate is as thick as it is along the shot line; one that the line misses, as a whole
-        near = position[radius <= radius.min() + 1.5 * self.spacing, 0]
-        return near if len(near) else position[:, 0]
+    def _along_the_shot(self, plate: Plate) -> tuple[float, float]:
+        """Return x of the struck face and the thickness along the shot line [m]; an oblique plate is thicker there."""
+        basis = np.array(plate.basis)
+        x = (plate.front - basis[0, 1:] @ self.axis) / basis[0, 0]
+        return float(x), float(plate.thickness / basis[0, 0])
 
     @property
     def face(self) -> float:
@@ -180,22 +198,45 @@ class Scene:
         if "width" in self.now.metadata:
             return float(self.now.metadata["width"])
         source = self.start or self.now
-        position = source.fields["position"][source.body == PROJECTILE]
+        position = source.fields["position"][members(source, self.shot.roles, PROJECTILE)]
         if source.dimensions == 1:
             return float(np.ptp(position) + self.spacing)
         return float(np.ptp(position[:, 1]) + self.spacing)
 
-    def fragments(self, body: int) -> list[Fragment]:
-        """Return the connected groups of a body, the one with most particles first."""
-        if body not in self._fragments:
+    def fragments(self, *bodies: int) -> list[Fragment]:
+        """Return the connected groups of a body, or of several as if they were one, the largest first.
+
+        Groups are ordered by their number of particles. They are sought in the part that was computed, and joined
+        with their images (`whole`).
+        """
+        if bodies not in self._fragments:
             _ = self.position  # says which particle has none
-            self._fragments[body] = fragments(self.now, body, self.spacing)
-        return self._fragments[body]
+            count = self.now.count // self.shot.whole.images
+            part = np.flatnonzero(np.isin(self.now.body[:count], bodies))
+            labels = connected_groups(self.now.fields["position"][part], self.spacing)
+            labels = self.shot.whole.joined(labels, self._own_axes(part), LINK * self.spacing)
+            copies = part[None] + count * np.arange(self.shot.whole.images)[:, None]
+            self._fragments[bodies] = grouped(self.now, copies.ravel(), labels, bodies[0])
+        return self._fragments[bodies]
+
+    def _own_axes(self, part: np.ndarray) -> np.ndarray:
+        """Return positions in the case's axes, in which the planes of symmetry are."""
+        return self.shot.back(self.position[part].reshape(len(part), -1))
+
+    @cached_property
+    def shot_groups(self) -> list[Fragment]:
+        """Connected groups of the projectile, all its bodies together."""
+        bodies = [body for body, role in enumerate(self.shot.roles) if role == PROJECTILE]
+        return self.fragments(*bodies)
 
     @cached_property
     def projectile(self) -> np.ndarray:
         """Indices of the projectile's main body."""
-        return self._whole(PROJECTILE)
+        return self.shot_groups[0].particles if self.shot_groups else np.zeros(0, dtype=np.int64)
+
+    def plate(self, body: int) -> Plate | None:
+        """Return the geometry of a layer before it was struck; None where the start is not known."""
+        return next((plate for plate in self.shot.plates if plate.body == body), None)
 
     @cached_property
     def target_sides(self) -> list[np.ndarray]:
@@ -203,49 +244,40 @@ class Scene:
 
         A half model has one side.
         """
-        plate = self.now.body == TARGET
+        plate = self.is_target
         if self.now.dimensions != 2:
-            return [self._whole(TARGET)]
+            found = self.fragments(self.target)
+            return [found[0].particles if found else np.zeros(0, dtype=np.int64)]
         upper = self.lateral[:, 0] > 0.0
         sides = [self._main(plate & upper), self._main(plate & ~upper)]
         return [side for side in sides if len(side)]
 
-    @cached_property
-    def rim(self) -> np.ndarray:
-        """Whether a particle is of the target's rim, its outer tenth towards any of its edges, shape (n,).
+    def rim(self, body: int) -> np.ndarray:
+        """Return whether a particle is of a layer's rim, its outer tenth towards any of its edges, shape (n,).
 
         What began there, where the start is known and particles have permanent numbers, as in our own files;
         else what is there now, between the edges of the main bodies: debris may have flown further. In 1D
         there is none.
         """
         found = np.zeros(self.now.count, dtype=bool)
-        if self.now.dimensions == 1 or not self.has_target:
+        if self.now.dimensions == 1:
             return found
-        if self.start is not None and "spacing" in self.start.metadata:
-            plate = self.start.body == TARGET
-            lateral = self.start.fields["position"][plate, 1:] - self.axis
-            outer = self.start.id[plate][_outward(lateral, lateral) >= RIM] if plate.any() else []
-            return np.isin(self.now.id, outer) & (self.now.body == TARGET)
-        plate = np.flatnonzero(self.now.body == TARGET)
-        outward = _outward(self.lateral[plate], self.lateral[np.concatenate(self.target_sides)])
-        found[plate] = (outward >= RIM) & (outward <= 1.0)
+        known = self.plate(body)
+        if known is not None and self.start is not None and "spacing" in self.start.metadata:
+            own = self.start.body == body
+            across = known.across(self.start.fields["position"][own])
+            outer = self.start.id[own][known.outward(across) >= RIM]
+            return np.isin(self.now.id, outer) & (self.now.body == body)
+        rows = np.flatnonzero(self.now.body == body)
+        main = np.concatenate(self.target_sides) if body == self.target else self.fragments(body)[0].particles
+        low, high = self.lateral[main].min(axis=0), self.lateral[main].max(axis=0)
+        flat = Plate(body, tuple(map(tuple, np.eye(self.now.dimensions).tolist())), 0.0, 1.0, tuple(self.axis.tolist()),
+                     tuple(low.tolist()), tuple(high.tolist()))  # fmt: skip
+        outward = flat.outward(self.lateral[rows])
+        found[rows] = (outward >= RIM) & (outward <= 1.0)
         return found
-
-    def _whole(self, body: int) -> np.ndarray:
-        found = self.fragments(body)
-        return found[0].particles if found else np.zeros(0, dtype=np.int64)
 
     def _main(self, chosen: np.ndarray) -> np.ndarray:
         members = np.flatnonzero(chosen)
         return members[main_body(self.position[members], self.spacing)]
 
-
-def _outward(lateral: np.ndarray, plate: np.ndarray) -> np.ndarray:
-    """Return how far (n,) of the way from the shot line to the edges of `plate` each particle is; 1 is on an edge.
-
-    Both have the shape (.., dim - 1). An edge that the shot line is on is a plane of symmetry, no edge.
-    """
-    low, high = plate.min(axis=0), plate.max(axis=0)
-    reach = np.where(lateral > 0.0, high, -low)
-    share = np.divide(np.abs(lateral), reach, out=np.zeros_like(lateral), where=reach > 0.0)
-    return share.max(axis=1)

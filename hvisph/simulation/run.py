@@ -21,7 +21,7 @@ from hvisph.integrators.criteria import Limit
 from hvisph.output import names
 from hvisph.output.checkpoint import Checkpoint
 from hvisph.output.folder import RunFolder
-from hvisph.output.reader import read_history
+from hvisph.output.reader import list_snapshots, read_history
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import Setup, build
 from hvisph.simulation.checkpoint import Keeper
@@ -250,6 +250,7 @@ class Run:
             steps=self.clock.steps, threads=numba.get_num_threads(), wall_seconds=seconds,
             conservation=self.budget.as_dict(self.setup.stepper.sums),
             start=self.start, now=now, history=read_history(self.folder.path),
+            snapshots=list_snapshots(self.folder.path),
         )  # fmt: skip
         self.folder.write_json(names.SUMMARY, summary)
         self.folder.log.write(

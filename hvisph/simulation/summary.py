@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hvisph import __version__
 from hvisph.core.errors import HvisphError
 from hvisph.measures.expected import compare
-from hvisph.measures.measure import measure_snapshot, unmeasured
+from hvisph.measures.measure import measure_snapshot, timed, unmeasured
 from hvisph.output.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -22,7 +24,7 @@ def case_hash(text: str) -> str:
 
 def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[str, Any] | None, particles: int,
               steps: int, threads: int, wall_seconds: float, conservation: dict[str, float | None],
-              start: Snapshot, now: Snapshot, history: dict[str, Any]) -> dict[str, Any]:  # fmt: skip
+              start: Snapshot, now: Snapshot, history: dict[str, Any], snapshots: Sequence[Path] = ()) -> dict[str, Any]:  # fmt: skip
     """Return the content of ``summary.json``, as ``schemas/summary.schema.json`` describes it.
 
     Parameters
@@ -37,17 +39,19 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         Changes from the start to the end.
     start, now, history
         First and last snapshot, and the columns of the history.
+    snapshots
+        Files of all snapshots, in order of time: they tell when layers were perforated.
     """
     try:
-        results = measure_snapshot(now, start, history).results
+        measured = timed(measure_snapshot(now, start, history), snapshots, start)
     except HvisphError as error:
-        results = unmeasured(str(error), case.dim)
+        measured = unmeasured(now, str(error))
     except (ValueError, FloatingPointError) as error:
         if status != "failed":
             raise
-        results = unmeasured(f"the run failed and its last state cannot be measured ({error})", case.dim)
-    found = dict(results) | dict(conservation.items())
+        measured = unmeasured(now, f"the run failed and its last state cannot be measured ({error})")
     return {
+        "answer": measured.answer,
         "title": case.title,
         "code_version": __version__,
         "case_hash": case_hash(text),
@@ -59,7 +63,9 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         "threads": threads,
         "wall_seconds": wall_seconds,
         "microseconds_per_particle_step": 1e6 * wall_seconds / (particles * steps) if steps else None,
-        "measures": {name: result.as_dict() for name, result in results.items()},
+        "measures": {name: result.as_dict() for name, result in measured.results.items()},
+        "layers": [layer.as_dict() for layer in measured.layers],
+        "whole": measured.whole.as_dict(),
         "conservation": conservation,
-        "expected": compare(found, case.expected),
+        "expected": compare(measured.results | conservation, case.expected),
     }

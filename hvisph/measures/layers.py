@@ -1,0 +1,134 @@
+"""What the shot did to every layer: perforated or not, and when."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from hvisph.core.measures import LAYER_CATALOGUE
+from hvisph.measures.perforation import NO, NOT_YET, YES, Perforation, perforation
+from hvisph.measures.result import Result, meaningless
+from hvisph.measures.scene import Scene
+
+
+@dataclass(frozen=True)
+class LayerMeasures:
+    """The measures of one layer at one moment.
+
+    Parameters
+    ----------
+    body
+        Name of the body.
+    state
+        Whether it is perforated: ``yes``, ``no`` or ``not yet``; empty where that has no meaning.
+    results
+        By name; values in SI.
+    obliquity
+        Angle between the shot line and the layer's normal [rad]; None where the start is not known.
+    """
+
+    body: str
+    state: str
+    results: dict[str, Result] = field(default_factory=dict)
+    obliquity: float | None = None
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for JSON."""
+        return {
+            "body": self.body,
+            "perforated": self.state or None,
+            "obliquity": self.obliquity,
+            "measures": {name: result.as_dict() for name, result in self.results.items()},
+        }
+
+
+def layer_measures(scene: Scene) -> tuple[LayerMeasures, ...]:
+    """Measure every layer, in the order along the shot line."""
+    return tuple(_layer(scene, body) for body in scene.layers)
+
+
+def perforated(layers: Sequence[LayerMeasures]) -> Result:
+    """Return whether all layers are perforated: 1 or 0, without a value while that is open."""
+    if not layers:
+        return meaningless("", "there is no layer")
+    if not all(layer.state for layer in layers):
+        return meaningless("", layers[0].results["perforated"].reason)
+    if all(layer.state == YES for layer in layers):
+        return Result(1.0, "")
+    stopped = next(layer for layer in layers if layer.state != YES)
+    if any(layer.state == NO for layer in layers):
+        return Result(0.0, "")
+    return meaningless("", f"not yet: {stopped.body}: {stopped.results['perforated'].reason.removeprefix('not yet: ')}")
+
+
+def with_times(layers: Sequence[LayerMeasures], count: int, moment: Callable[[int], tuple[float, Sequence[str]]]
+               ) -> tuple[LayerMeasures, ...]:  # fmt: skip
+    """Return the layers with the times at which they were perforated, found by halving among the snapshots.
+
+    Parameters
+    ----------
+    layers
+        Measured at the last of them.
+    count
+        Number of snapshots up to it.
+    moment
+        Returns the time [s] of the snapshot of an index, and the layers' states then.
+    """
+    known: dict[int, tuple[float, Sequence[str]]] = {}
+
+    def at(index: int) -> tuple[float, Sequence[str]]:
+        if index not in known:
+            known[index] = moment(index)
+        return known[index]
+
+    found = []
+    for number, layer in enumerate(layers):
+        before, after = 0, count - 1
+        if layer.state != YES or count < 2 or at(before)[1][number] == YES:
+            found.append(layer)
+            continue
+        while after - before > 1:
+            middle = (before + after) // 2
+            before, after = (before, middle) if at(middle)[1][number] == YES else (middle, after)
+        early, late = at(before)[0], at(after)[0]
+        time = Result(0.5 * (early + late), "s", 0.5 * (late - early))
+        found.append(replace(layer, results=layer.results | {"perforation_time": time}))
+    return tuple(found)
+
+
+def states(scene: Scene) -> list[str]:
+    """Return whether every layer is perforated, in the order along the shot line."""
+    return [_perforation(scene, body)[0] for body in scene.layers]
+
+
+def _layer(scene: Scene, body: int) -> LayerMeasures:
+    plate = scene.plate(body)
+    state, reason, _ = _perforation(scene, body)
+    name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
+    results = {"perforated": _answer(state, reason)}
+    if state == YES:
+        results["perforation_time"] = meaningless("s", "a single moment does not tell when")
+    else:
+        results["perforation_time"] = meaningless("s", f"not perforated: {reason}" if state else reason)
+    assert results.keys() == LAYER_CATALOGUE.keys()
+    return LayerMeasures(name, state, results, None if plate is None else plate.obliquity)
+
+
+def _answer(state: str, reason: str) -> Result:
+    if state in (YES, NO):
+        return Result(float(state == YES), "")
+    return meaningless("", f"{NOT_YET}: {reason}" if state else reason)
+
+
+def _perforation(scene: Scene, body: int) -> tuple[str, str, Perforation | None]:
+    """Return state, reason and what they follow from; an empty state where a perforation has no meaning."""
+    plate = scene.plate(body)
+    if scene.now.dimensions == 1:
+        return "", "a perforation has no meaning in 1D", None
+    if plate is None:
+        return "", "a single snapshot does not tell the plate before it was struck", None
+    if not {"velocity", "mass"} <= scene.now.fields.keys():
+        return "", "the snapshot has no velocity or no mass", None
+    found = perforation(scene, plate)
+    return found.state, found.reason, found
