@@ -202,5 +202,5 @@ def test_picture_of_all_measures(run, tmp_path, monkeypatch):
     # no history, no pressures; no plug, and too few particles near the shot line for a lip
     assert labels == ["length [mm]", "velocity [m/s]", "ratio [-]", "number [-]"]
     velocity = figures[0].axes[1]
-    residual = next(line for line in velocity.lines if line.get_label() == "residual velocity")
+    residual = next(line for line in velocity.lines if line.get_label() == "projectile: largest, axial velocity")
     np.testing.assert_allclose(residual.get_xydata(), [[0.0, 3100.0], [10.0, 400.0]])

@@ -142,8 +142,8 @@ class Body(StrictModel):
     )
     role: Literal["projectile", "layer", "other"] | None = Field(
         default=None,
-        description="What measures take it for: the `projectile`, a `layer` that it meets, or neither (`other`); unless "
-        "given, the first body that moves is the projectile, with those that have its velocity, and all others are "
+        description="What measures take it for: the `projectile`, a `layer` that it meets, or neither (`other`); by "
+        "default the first body that moves is the projectile, with those that have its velocity, and all others are "
         "layers but for what lies behind it",
     )
     formulation: Literal["eulerian", "total_lagrangian", "adaptive"] | None = Field(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -145,12 +145,18 @@ class MassDistribution:
 
 
 def debris(scene: Scene) -> tuple[BodyFragments, ...]:
-    """Return the fragments of every body that has particles, in the order of bodies."""
+    """Return the fragments of every body that has particles, in the order of bodies.
+
+    Centres and velocities are in the case's axes, extents along the shot line and across it.
+    """
     found = []
     for body in np.unique(scene.now.body).tolist():
         fragments = scene.fragments(body)
+        roles = _roles(scene, body, fragments)
+        back = scene.shot.back
+        own = [replace(one, centre=back(one.centre), velocity=back(one.velocity)) for one in fragments]
         name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
-        found.append(BodyFragments(name, tuple(fragments), _roles(scene, body, fragments)))
+        found.append(BodyFragments(name, tuple(own), roles))
     return tuple(found)
 
 

@@ -226,7 +226,7 @@ def measure_snapshot(
         "void_fraction": void_fraction(scene),
         "centre_pressure_peak": centre_pressure_peak(history, now.time),
         "centre_tension_peak": centre_tension_peak(history, now.time),
-        "residual_velocity": residual_velocity(scene),
+        "residual_velocity": residual_velocity(scene, layers),
         "momentum_transfer": momentum_transfer(scene),
         **plug_and_lip(scene),
     }

@@ -16,8 +16,8 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
     """Return the role of every body, in their order.
 
     Unless a role is given, the first body that moves at the start is the projectile, and with it those that have its
-    velocity, unless all have; every other body is a layer, unless it lies behind the projectile. Where nothing moves, or the start
-    is not known, the first body is the projectile and all others are layers.
+    velocity, unless all have; every other body is a layer, unless it lies behind the projectile. Where nothing moves,
+    or the start is not known, the first body is the projectile and all others are layers.
 
     Parameters
     ----------
@@ -37,7 +37,7 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
     free = [body for body in range(count) if told[body] is None]
     first = next((body for body in free if moves[body]), free[0] if free else 0)
     alike = np.sqrt(((velocity - velocity[first]) ** 2).sum(axis=1)) <= STILL * speed[first]
-    if alike[free].all() or not moves[first]:  # what stands still beside what stands still, or flies with it, is no part of it
+    if alike[free].all() or not moves[first]:  # what rests beside what rests is no part of it
         alike[:] = False
     alike[first] = True
     found = [PROJECTILE if alike[body] else LAYER for body in range(count)]

@@ -229,6 +229,12 @@ class Scene:
         bodies = [body for body, role in enumerate(self.shot.roles) if role == PROJECTILE]
         return self.fragments(*bodies)
 
+    @property
+    def shot_mass(self) -> float:
+        """Mass of the projectile at the start [kg; kg/m in 2D, kg/m^2 in 1D]; 0 where it is not known."""
+        own = zip(self.shot.masses, self.shot.roles, strict=False)
+        return float(sum(mass for mass, role in own if role == PROJECTILE))
+
     @cached_property
     def projectile(self) -> np.ndarray:
         """Indices of the projectile's main body."""

@@ -138,20 +138,17 @@ def series_picture(found: Measures, path: str | os.PathLike[str]) -> Path:
     time = np.array([moment.time for moment in shown])
     panels: dict[str, list[Curve]] = {kind: [] for kind in KINDS}
     for name, column in columns(found).items():
-        if np.isfinite(column.values).any() and _drawn(name, shown[-1]):
+        if np.isfinite(column.values).any() and _drawn(name):
             panels[_kind(name, column.unit)].append(Curve(_legend(name), time, column.values, marked=True))
     panels = {kind: curves for kind, curves in panels.items() if curves}
     return curves_picture(panels, path, title=found.title, unitless=found.unitless, units=KINDS, legends="beside")
 
 
-def _drawn(name: str, moment: Measures) -> bool:
+def _drawn(name: str) -> bool:
     """Whether a column is drawn: not what another column shows, or what few look for."""
     if not name.startswith("fragments."):
         return True
-    what = name.rpartition(".")[2]
-    if what == "largest_velocity_x":  # of the projectile it is the residual velocity
-        return name != f"fragments.{moment.fragments[0].body}.{what}"
-    return what in ("number", "largest_mass_share")
+    return name.rpartition(".")[2] in ("number", "largest_mass_share", "largest_velocity_x")
 
 
 def _kind(name: str, unit: str) -> str:

@@ -135,7 +135,7 @@ class Run:
         self.checkpoint, self.text = checkpoint, dump_case(case)
         self.domain = Domain(setup, case.domain)
         axis = mirror_axis(setup)
-        self.writer = SnapshotWriter(folder, setup, case, self.text, axis)
+        self.writer = SnapshotWriter(folder, setup, case, self.text)
         self.observer = Observer(setup, case.resolution, axis)
         self.clock = Clock(case.time.end, case.output.every, case.time.step)
         self.files = RunFiles(folder, case, self.text, self.writer, self.observer, self.clock)

@@ -24,7 +24,8 @@ def case_hash(text: str) -> str:
 
 def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[str, Any] | None, particles: int,
               steps: int, threads: int, wall_seconds: float, conservation: dict[str, float | None],
-              start: Snapshot, now: Snapshot, history: dict[str, Any], snapshots: Sequence[Path] = ()) -> dict[str, Any]:  # fmt: skip
+              start: Snapshot, now: Snapshot, history: dict[str, Any],
+              snapshots: Sequence[Path] = ()) -> dict[str, Any]:  # fmt: skip
     """Return the content of ``summary.json``, as ``schemas/summary.schema.json`` describes it.
 
     Parameters
@@ -67,5 +68,5 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         "layers": [layer.as_dict() for layer in measured.layers],
         "whole": measured.whole.as_dict(),
         "conservation": conservation,
-        "expected": compare(measured.results | conservation, case.expected),
+        "expected": compare({**measured.results, **conservation}, case.expected),
     }

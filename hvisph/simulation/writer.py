@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,17 +38,17 @@ class SnapshotWriter:
         The run.
     case, text
         The case and its effective text.
-    axis
-        Lateral coordinates of the shot line [m], where the particles do not show it.
     """
 
-    def __init__(self, folder: RunFolder, setup: Setup, case: Case, text: str, axis: np.ndarray | None):
+    def __init__(self, folder: RunFolder, setup: Setup, case: Case, text: str):
         self.folder, self.setup, self.formats = folder, setup, case.output.formats
-        self.metadata = {"spacing": case.resolution, "kernel_reach": case.formulation.support_over_h,
+        self.metadata: dict[str, Any] = {"spacing": case.resolution, "kernel_reach": case.formulation.support_over_h,
                          "kinematics": case.kinematics, "title": case.title, "units": case.units,
                          "code_version": __version__, "case": text}  # fmt: skip
-        if axis is not None:
-            self.metadata["axis"] = axis.tolist()
+        self.metadata["shot"] = {
+            "roles": [body.role for body in case.bodies.values()],
+            "planes": [{"axis": "xyz"[plane.axis], "at": plane.at} for plane in setup.planes],
+        }
         self.series: list[tuple[float, str]] = []
 
     def snapshot(self, time: float, step: int) -> Snapshot:
