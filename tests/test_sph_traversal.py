@@ -7,7 +7,7 @@ from sph_twins import compiled_rates, packed, random_cloud
 from hvisph.core.errors import RunError
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.riemann import Riemann
-from hvisph.sph import pairs as pairs_module
+from hvisph.sph import traversal
 from hvisph.sph.cells import Grid
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.pairs import Pairs, Pass
@@ -100,7 +100,7 @@ def test_room_for_neighbours_grows():
 
 def test_a_collapse_is_an_error(monkeypatch):
     x, h = plate(2, 8, 1e-3)
-    monkeypatch.setattr(pairs_module, "MOST_NEIGHBOURS", 20)
+    monkeypatch.setattr(traversal, "MOST_NEIGHBOURS", 20)
     pairs = made(1e-3 * x, h)
     pairs.capacity = 8
     with pytest.raises(RunError, match="collapsed"):

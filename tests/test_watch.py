@@ -83,7 +83,7 @@ def test_each_watcher_names_what_where_and_when(criterion, spoil, tmp_path):
 
 
 def test_a_crowd_is_said_to_be_one(tmp_path, monkeypatch):
-    monkeypatch.setattr("hvisph.sph.pairs.MOST_NEIGHBOURS", 70)
+    monkeypatch.setattr("hvisph.sph.traversal.MOST_NEIGHBOURS", 70)
 
     def gather(particles):
         particles["position"][particles.id < 80] = 1e-4

@@ -122,10 +122,13 @@ class CompositeStepper(Stepper):
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }  # fmt: skip
 
-        def bound(law: Any, **more: Any) -> Any:
-            return bind(law, more, options | slots | rate_slots.slots(dim), parallel=True)
+        offered = options | slots | rate_slots.slots(dim)
 
-        self._deform = bound(deformation.deform)
+        def bound(law: Any, **more: Any) -> Any:
+            return bind(law, more, offered, parallel=True)
+
+        parts = {part.__name__: bind(part, {}, offered) for part in deformation.PARTS}
+        self._deform = bound(deformation.deform, **parts)
         self._sums = {coupled: bound(reference.accumulate, COUPLED=coupled) for coupled in (0, 1)}
         euler = formulation.eulerian
         layout = RowLayout(dim, (*euler.layout(dim).fields, *coupling.FIELDS))
@@ -217,16 +220,14 @@ class CompositeStepper(Stepper):
             self._mirror()
             if self._can_fail:
                 self.rows_[: self.particles.count, self.slots["DAMAGE"]] = self.particles["damage"]
-            self._deform(self.rows_, self._active, self.particles.data, self._stage, ref.starts, ref.near, ref.slopes,
-                         ref.shapes, ref.matrix, ref.vector, ref.start_gradient, ref.volume, self.particles.tags,
-                         self.table, self.models, self.loads, 1.2 * formulation.alpha, self.jacobians, self.strains,
-                         self.pressures, self.signals, self._rates)  # fmt: skip
+            self._deform(self.rows_, self._active, (self.particles.data, self.particles.tags, ref.volume, self.loads),
+                         ref.lists, ref.corrections, (self.table, self.models), self._stage, 1.2 * formulation.alpha,
+                         (self.jacobians, self.strains, self.pressures, self.signals), self._rates)  # fmt: skip
             self._mirror()
             for coupled in range(1 + self._any_eulerian):
-                self._sums[coupled](
-                    self.rows_, self._active, 1 + coupled, ref.starts, ref.near, ref.slopes, ref.shapes, ref.volume,
-                    ref.first_sums, ref.zeroth_sums, formulation.alpha, formulation.beta, formulation.hourglass,
-                    1.0 / self.h, self._rates)  # fmt: skip
+                self._sums[coupled](self.rows_, self._active, 1 + coupled, ref.volume, ref.lists, ref.sums,
+                                    (formulation.alpha, formulation.beta), formulation.hourglass, 1.0 / self.h,
+                                    self._rates)  # fmt: skip
         parted = formulation.contact is not None
         self._chosen = 0
         if not self._any_eulerian and self._one_body:

@@ -10,14 +10,14 @@ part of the list.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from hvisph.core.errors import RunError
 from hvisph.core.jit import specialise
 
 from . import cells, traversal
 from .kernels import Kernel
-from .pairs import MOST_NEIGHBOURS
 from .rows import RowLayout
 from .symmetry import Images, Plane, with_images
 
@@ -126,20 +126,18 @@ class NeighbourList:
         cells.sort(self._grid, rows, self.dim, self._cells[:n], self.order[:n], self._place[:n],
                    self._sorted[:n], self._columns, self.dim)  # fmt: skip
         chunks = -(-n // traversal.CHUNK)
-        overflow, used = np.zeros(chunks, np.uint64), np.zeros(chunks, np.uint64)
-        nx, ny, nz = (np.uint64(c) for c in self._grid.shape)
+        used = np.zeros(chunks, np.uint64)
+
+        def room(capacity: int) -> tuple[Any, ...]:
+            return self.listed, self.order, self.first, self.last, used, np.uint64(self._room)
+
         while True:
             if len(self.listed) < chunks * self._room:
                 self.listed = np.zeros(chunks * self._room, np.uint32)
-            out = (self.listed, self.order, self.first, self.last, used, np.uint64(self._room))
-            self._sweep(self._sorted, self._columns, np.uint64(n), self._grid.starts, 1.0 / reach, nx, ny, nz,
-                        self.reach, NO_COEFFICIENTS, np.uint64(self._capacity), out, overflow)  # fmt: skip
-            candidates, needed = int(overflow.max()), int(used.max())
-            if candidates == 0 and needed <= self._room:
+            self._capacity = traversal.complete_sweep(
+                self._sweep, self._sorted, self._columns, n, self._grid, self.reach, NO_COEFFICIENTS, self._capacity,
+                room)  # fmt: skip
+            needed = int(used.max())
+            if needed <= self._room:
                 return
-            if candidates > MOST_NEIGHBOURS:
-                raise RunError(
-                    f"a particle has more than {MOST_NEIGHBOURS} candidates for neighbours: bodies collapsed"
-                )
-            self._capacity = max(self._capacity, 2 * candidates)
-            self._room = max(self._room, int(SPARE * needed) // traversal.LANES * traversal.LANES)
+            self._room = int(SPARE * needed) // traversal.LANES * traversal.LANES

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.binding import bind
-from hvisph.core.errors import RunError
 from hvisph.core.jit import specialise
 
 from . import cells, rates, traversal
@@ -17,9 +16,6 @@ from .kernels import Kernel
 from .kernels.kernel import scale
 from .rows import RowLayout, aligned_zeros
 from .symmetry import Plane, mirror, with_images
-
-# A particle with more candidates than this is inside a collapse that no result survives.
-MOST_NEIGHBOURS = 200_000
 
 
 @dataclass(frozen=True)
@@ -143,15 +139,6 @@ class Pairs:
                     self.sorted[target] = mirror(source, images.plane, self.layout)
 
     def _run(self, sweep: Any, out: np.ndarray) -> None:
-        n = np.uint64(self.present)
-        nx, ny, nz = (np.uint64(c) for c in self.grid.shape)
-        overflow = np.zeros(-(-self.present // traversal.CHUNK), np.uint64)
-        while True:
-            sweep(self.sorted, self.columns, n, self.grid.starts, 1.0 / self.grid.edge, nx, ny, nz,
-                  self.kernel.reach, self.coefficients, np.uint64(self.capacity), out, overflow)  # fmt: skip
-            needed = int(overflow.max(initial=0))
-            if needed == 0:
-                return
-            if needed > MOST_NEIGHBOURS:
-                raise RunError(f"a particle has more than {MOST_NEIGHBOURS} candidate neighbours: the bodies collapsed")
-            self.capacity = 2 * needed
+        self.capacity = traversal.complete_sweep(
+            sweep, self.sorted, self.columns, self.present, self.grid, self.kernel.reach, self.coefficients,
+            self.capacity, lambda capacity: out)  # fmt: skip

@@ -20,17 +20,28 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.errors import RunError
+from hvisph.core.binding import bind
 from hvisph.core.jit import prange, specialise
+from hvisph.core.tensors import (
+    dot,
+    identity,
+    minus,
+    no_gradient,
+    no_vector,
+    on_rows,
+    outer,
+    own_vector,
+    plus,
+    put,
+    times,
+)
 from hvisph.sph import cells, traversal
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.kernels.kernel import scale
+from hvisph.sph.shape_matrix import sound_inverse
 
 CORRECTIONS = ("none", "gradient", "mixed")
 CHUNK = 256
-# A neighbourhood whose moment matrix has less than this share of a round one's determinant keeps the
-# plain gradient: a particle with one or two neighbours, or a string of them.
-SINGULAR = 0.05
 # Pairs at the very rim of the support are left out: there round-off would decide, with a kernel of zero.
 RIM = 1.0 - 1e-9
 
@@ -42,8 +53,9 @@ def _collect(near, n, rows, i, constants, out):
         out[i, k + np.uint64(1)] = near[k]
 
 
-def _fill(position, volume, starts, near, ih, slopes, shapes):
+def _fill(position, volume, lists, ih):
     """Compute slope and shape of every entry; entries of the far row stay zero."""
+    starts, near, slopes, shapes = lists
     far = np.uint32(position.shape[0])
     count = np.uint64(starts.shape[0] - 1)
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
@@ -53,92 +65,56 @@ def _fill(position, volume, starts, near, ih, slopes, shapes):
                 if near[k] == far:
                     continue
                 b = np.uint64(near[k])
-                r2 = 0.0
-                for f in range(np.uint64(DIM)):
-                    r2 += (position[i, f] - position[b, f]) ** 2
-                r = np.sqrt(r2)
+                d = minus(own_vector(position, i, 0, DIM), own_vector(position, b, 0, DIM))
+                r = np.sqrt(dot(d, d))
                 slopes[k] = volume[b] * scale(ih) * slope(r * ih) / r
                 shapes[k] = volume[b] * scale(ih) * shape(r * ih) / ih
 
 
-def _correct(chosen, position, volume, starts, near, ih, slopes, shapes, matrix, vector, start_gradient, first_sums,
-             zeroth_sums):  # fmt: skip
+def _correct(chosen, position, volume, lists, ih, corrections, sums):
     """Compute A, B, F0 and the sums of the particles `chosen`."""
+    starts, near, slopes, shapes = lists
+    all_a, all_b, all_f0 = corrections
+    first_sums, zeroth_sums = sums
     far = np.uint32(position.shape[0])
     count = np.uint64(chosen.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
-        d = np.empty(DIM)
-        sums = np.empty(DIM)
-        moment = np.empty((DIM, DIM))
-        g = np.empty(DIM)
         for c in range(first, min(first + np.uint64(CHUNK), count)):
             i = np.uint64(chosen[c])
+            x = own_vector(position, i, 0, DIM)
             begin, end = np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])
-            shepard = volume[i] * scale(ih) * shape(0.0) / ih
-            sums[:] = 0.0
-            moment[:] = 0.0
+            of_shape, of_gradient = 0.0, no_vector(DIM)
             for k in range(begin, end):
-                if near[k] == far:
-                    continue
-                b = np.uint64(near[k])
-                shepard += shapes[k]
-                for f in range(DIM):
-                    sums[f] += slopes[k] * (position[i, f] - position[b, f])
-            zeroth_sums[i] = shepard - volume[i] * scale(ih) * shape(0.0) / ih
-            for f in range(DIM):
-                first_sums[i, f] = sums[f]
-            if not MIXED:
-                shepard = 1.0
-                sums[:] = 0.0
+                if near[k] != far:
+                    d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+                    of_shape += shapes[k]
+                    of_gradient = plus(of_gradient, times(slopes[k], d))
+            zeroth_sums[i] = of_shape
+            put(first_sums, i, 0, of_gradient)
+            inverse_s, shift = 1.0, no_vector(DIM)
+            if MIXED:
+                inverse_s = 1.0 / (of_shape + volume[i] * scale(ih) * shape(0.0) / ih)
+                shift = times(-inverse_s * inverse_s, of_gradient)
+            moment = no_gradient(DIM)
             for k in range(begin, end):
-                if near[k] == far:
-                    continue
-                b = np.uint64(near[k])
-                for f in range(DIM):
-                    d[f] = position[i, f] - position[b, f]
-                for f in range(DIM):
-                    part = slopes[k] * d[f] / shepard - shapes[k] * sums[f] / (shepard * shepard)
-                    for e in range(DIM):
-                        moment[f, e] -= part * d[e]
-            trace = 0.0
-            for f in range(DIM):
-                trace += moment[f, f] / DIM
-            determinant = moment[0, 0]
-            if DIM == 2:
-                determinant = moment[0, 0] * moment[1, 1] - moment[0, 1] * moment[1, 0]
-            if DIM == 3:
-                determinant = (
-                    moment[0, 0] * (moment[1, 1] * moment[2, 2] - moment[1, 2] * moment[2, 1])
-                    - moment[0, 1] * (moment[1, 0] * moment[2, 2] - moment[1, 2] * moment[2, 0])
-                    + moment[0, 2] * (moment[1, 0] * moment[2, 1] - moment[1, 1] * moment[2, 0])
-                )
-            for f in range(DIM):
-                vector[i, f] = 0.0
-                for e in range(DIM):
-                    matrix[i, f, e] = 1.0 if f == e else 0.0
-            if CORRECTED and determinant > SINGULAR * abs(trace) ** DIM and trace > 0.0:
-                inverse = np.linalg.inv(moment)
-                for f in range(DIM):
-                    for e in range(DIM):
-                        matrix[i, f, e] = inverse[f, e] / shepard
-                        vector[i, f] -= inverse[f, e] * sums[e] / (shepard * shepard)
-            for f in range(DIM):
-                for e in range(DIM):
-                    start_gradient[i, f, e] = 1.0 if f == e else 0.0
+                if near[k] != far:
+                    d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+                    g = plus(times(slopes[k] * inverse_s, d), times(shapes[k], shift))
+                    moment = minus(moment, outer(g, d))
+            a, sound = sound_inverse(moment)
+            if CORRECTED and sound:
+                a, b = times(inverse_s, a), on_rows(a, shift)
+            else:
+                a, b = identity(a), no_vector(DIM)
+            f0 = identity(a)
             for k in range(begin, end):
-                if near[k] == far:
-                    continue
-                b = np.uint64(near[k])
-                for f in range(DIM):
-                    d[f] = position[i, f] - position[b, f]
-                for f in range(DIM):
-                    g[f] = vector[i, f] * shapes[k]
-                    for e in range(DIM):
-                        g[f] += matrix[i, f, e] * slopes[k] * d[e]
-                for f in range(DIM):
-                    for e in range(DIM):
-                        start_gradient[i, f, e] += d[f] * g[e]
+                if near[k] != far:
+                    d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+                    f0 = plus(f0, outer(d, plus(times(shapes[k], b), times(slopes[k], on_rows(a, d)))))
+            put(all_a, i, 0, a)
+            put(all_b, i, 0, b)
+            put(all_f0, i, 0, f0)
 
 
 def _touching(starts, near, chosen, found):
@@ -198,22 +174,21 @@ class Reference:
         self.matrix, self.vector = np.zeros((count, dim, dim)), np.zeros((count, dim))
         self.start_gradient = np.zeros((count, dim, dim))
         self.first_sums, self.zeroth_sums = np.zeros((count, dim)), np.zeros(count)
-        bound = {
-            "DIM": dim,
-            "shape": kernel.shape,
-            "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
-        }
-        specialise(_fill, parallel=True, slope=kernel.slope, **bound)(
-            self.position, self.volume, self.starts, self.near, 1.0 / h, self.slopes, self.shapes
-        )
-        self._correct = specialise(_correct, parallel=True, MIXED=int(correction == "mixed"),
-                                   CORRECTED=int(correction != "none"), **bound)  # fmt: skip
+        # What compiled loops take, in rows.
+        self.lists = self.starts, self.near, self.slopes, self.shapes
+        self.corrections = self.matrix.reshape(count, -1), self.vector, self.start_gradient.reshape(count, -1)
+        self.sums = self.first_sums, self.zeroth_sums
+        offered = {
+            "DIM": dim, "shape": kernel.shape, "slope": kernel.slope, "MIXED": int(correction == "mixed"),
+            "CORRECTED": int(correction != "none"), "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+        }  # fmt: skip
+        bind(_fill, {}, offered, parallel=True)(self.position, self.volume, self.lists, 1.0 / h)
+        self._correct = bind(_correct, {}, offered, parallel=True)
         self._update_corrections(np.arange(count))
 
     def _update_corrections(self, chosen: np.ndarray) -> None:
-        self._correct(chosen.astype(np.uint64), self.position, self.volume, self.starts, self.near, 1.0 / self.h,
-                      self.slopes, self.shapes, self.matrix, self.vector, self.start_gradient,
-                      self.first_sums, self.zeroth_sums)  # fmt: skip
+        self._correct(chosen.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,
+                      self.corrections, self.sums)  # fmt: skip
 
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
         """Return which particles have one of `chosen` (n,) among their reference neighbours (count,), bool."""
@@ -250,19 +225,14 @@ def _lists(position: np.ndarray, body: np.ndarray, count: int, reach: float) -> 
         order, place, cell = (np.zeros(n, np.uint32) for _ in range(3))
         grid = cells.Grid.around(rows[:, :dim], reach)
         cells.sort(grid, rows, dim, cell, order, place, found[:n], columns, dim)
-        nx, ny, nz = (np.uint64(c) for c in grid.shape)
-        capacity = 64 * 4 ** (dim - 1)
-        while True:
-            out = np.zeros((n, capacity + 9), np.uint32)
-            overflow = np.zeros(-(-n // traversal.CHUNK), np.uint64)
-            sweep(found, columns, np.uint64(n), grid.starts, 1.0 / grid.edge, nx, ny, nz, reach, np.zeros(1),
-                  np.uint64(capacity), out, overflow)  # fmt: skip
-            needed = int(overflow.max(initial=0))
-            if needed == 0:
-                break
-            if needed > 100_000:
-                raise RunError("a particle has more than 100000 reference neighbours")
-            capacity = needed + 8
+        found_by: list[np.ndarray] = []
+
+        def room(capacity: int, n: int = n, found_by: list[np.ndarray] = found_by) -> np.ndarray:
+            found_by[:] = [np.zeros((n, capacity + 9), np.uint32)]
+            return found_by[0]
+
+        traversal.complete_sweep(sweep, found, columns, n, grid, reach, np.zeros(1), 64 * 4 ** (dim - 1), room)
+        out = found_by[0]
         for k in range(n):
             i = members[order[k]]
             if i < count:

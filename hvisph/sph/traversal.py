@@ -12,11 +12,16 @@ vector at a time, with `hvisph.core.simd.neighbours`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
+from hvisph.core.errors import RunError
 from hvisph.core.jit import prange
 from hvisph.core.lanes import LANES as VECTOR
 from hvisph.core.simd import EIGHT, append_near
+from hvisph.sph import cells
 from hvisph.sph.cells import wrapped
 
 CHUNK = 256
@@ -24,7 +29,11 @@ LANES = EIGHT  # particles that the filter takes at once
 FAR = 1e30  # coordinate [m] of the row that pads lists: beyond every kernel, and massless
 
 
-def sweep(rows, columns, n_rows, starts, inverse_edge, nx, ny, nz, reach, constants, capacity, out, overflow):
+# A particle with more candidates than this is inside a collapse that no result survives.
+MOST_NEIGHBOURS = 200_000
+
+
+def sweep(rows, columns, n_rows, grid, reach, constants, capacity, out, overflow):
     """Run the pair law over all particles: the template, see the module's text.
 
     Bound names: DIM, H (slot of the smoothing length) and law.
@@ -36,8 +45,8 @@ def sweep(rows, columns, n_rows, starts, inverse_edge, nx, ny, nz, reach, consta
         smoothing lengths by column, (dim + 1, n_rows + 8).
     n_rows
         Number of particles, images at symmetry planes included [uint64].
-    starts, inverse_edge, nx, ny, nz
-        The grid: first sorted row of each cell, 1 / edge [1/m], numbers of cells [uint64].
+    grid
+        First sorted row of each cell, 1 / edge [1/m], numbers of cells [uint64].
     reach
         Support radius of the kernel over h.
     constants
@@ -50,6 +59,7 @@ def sweep(rows, columns, n_rows, starts, inverse_edge, nx, ny, nz, reach, consta
         (chunks,) receives the room that a chunk would have needed, 0 where it sufficed.
     """
     half_reach = 0.5 * reach
+    starts, inverse_edge, nx, ny, nz = grid
     for chunk in prange((n_rows + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         # Inside the parallel loop: constants from outside would reach its body as arguments in memory.
         zero, one, three, eight = np.uint64(0), np.uint64(1), np.uint64(3), np.uint64(8)
@@ -93,3 +103,39 @@ def sweep(rows, columns, n_rows, starts, inverse_edge, nx, ny, nz, reach, consta
             padded = (n + np.uint64(VECTOR - 1)) & ~np.uint64(VECTOR - 1)
             law(near, padded, rows, i, constants, out)
         overflow[np.uint64(chunk)] = needed
+
+
+def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, count: int, grid: cells.Grid, reach: float,
+                   constants: np.ndarray, capacity: int, room: Callable[[int], Any]) -> int:  # fmt: skip
+    """Run a compiled `sweep`, and again with more room while a list of neighbours overflows.
+
+    Parameters
+    ----------
+    sweep ... constants
+        The loop and what it takes, see the template.
+    capacity
+        Room for the neighbours of a particle to begin with.
+    room
+        Returns `out` for a capacity.
+
+    Returns
+    -------
+    The capacity that sufficed.
+
+    Raises
+    ------
+    RunError
+        When a particle has too many neighbours to be anything but a collapse.
+    """
+    overflow = np.zeros(-(-count // CHUNK), np.uint64)
+    nx, ny, nz = (np.uint64(c) for c in grid.shape)
+    cell_table = grid.starts, 1.0 / grid.edge, nx, ny, nz
+    while True:
+        sweep(rows, columns, np.uint64(count), cell_table, reach, constants, np.uint64(capacity), room(capacity),
+              overflow)  # fmt: skip
+        needed = int(overflow.max(initial=0))
+        if needed == 0:
+            return capacity
+        if needed > MOST_NEIGHBOURS:
+            raise RunError(f"a particle has more than {MOST_NEIGHBOURS} candidate neighbours: the bodies collapsed")
+        capacity = 2 * needed

@@ -1,0 +1,162 @@
+"""Tensors as values: every operation against numpy's matrices, compiled floats and lanes against the same text."""
+
+import numpy as np
+import pytest
+
+from hvisph.core import tensors as t
+from hvisph.core.binding import bind
+from hvisph.core.fields import SYMMETRIC_LENGTH
+from hvisph.core.jit import specialise
+from hvisph.core.lanes import LANES
+from hvisph.core.simd import neighbours
+from hvisph.sph.rows import RowLayout
+from hvisph.sph.shape_matrix import sound_inverse
+
+DIMS = pytest.mark.parametrize("dim", [1, 2, 3])
+UPPER = {1: [(0, 0)], 2: [(0, 0), (1, 1), (0, 1)], 3: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]}
+
+
+def symmetric_of(matrix):
+    return tuple(matrix[i, j] for i, j in UPPER[len(matrix)])
+
+
+def gradient_of(matrix):
+    return tuple(np.asarray(matrix).ravel())
+
+
+def drawn(dim, seed=0):
+    """Two vectors, a symmetric and two general matrices."""
+    rng = np.random.default_rng(seed)
+    s = rng.normal(size=(dim, dim))
+    return *rng.normal(size=(2, dim)), s + s.T, *(rng.normal(size=(2, dim, dim)) + 2.0 * np.eye(dim))
+
+
+def assert_close(found, wanted):
+    # sums of at most nine products of numbers of order one
+    np.testing.assert_allclose(found, wanted, rtol=1e-13, atol=1e-13)
+
+
+@DIMS
+def test_every_operation_is_what_numpys_matrices_say(dim):
+    a, b, s, g, k = drawn(dim)
+    va, vb, ts, tg, tk = tuple(a), tuple(b), symmetric_of(s), gradient_of(g), gradient_of(k)
+    assert_close(t.plus(va, vb), a + b)
+    assert_close(t.minus(va, vb), a - b)
+    assert_close(t.times(3.0, va), 3.0 * a)
+    assert_close(t.dot(va, vb), a @ b)
+    assert_close(t.dot(tg, tk), (g * k).sum())
+    assert_close(t.double_dot(ts, ts), (s * s).sum())
+    assert_close(t.outer(va, vb), gradient_of(np.outer(a, b)))
+    assert_close(t.symmetric_outer(va, t.times(2.0, va)), symmetric_of(2.0 * np.outer(a, a)))
+    assert_close(t.on(ts, va), s @ a)
+    assert_close(t.on_rows(tg, va), g @ a)
+    assert_close(t.plus_identity(ts, 0.7), symmetric_of(s + 0.7 * np.eye(dim)))
+    assert_close(t.divergence(tg), np.trace(g))
+    assert_close(t.mean_diagonal(tg), np.trace(g) / dim)
+    assert_close(t.to_dimensions(1.3, tg), 1.3**dim)
+    assert_close(t.matrix(ts), gradient_of(s))
+    assert_close(t.identity(tg), gradient_of(np.eye(dim)))
+    assert_close(t.transposed(tg), gradient_of(g.T))
+    assert_close(t.product(tg, tk), gradient_of(g @ k))
+    assert_close(t.determinant(tg), np.linalg.det(g))
+    assert_close(t.adjugate(tg), gradient_of(np.linalg.inv(g) * np.linalg.det(g)))
+    gradient = np.random.default_rng(1).normal(size=(len(ts), dim))  # a row for each component
+    assert_close(t.on_rows(gradient_of(gradient), va), gradient @ a)
+    assert_close(t.product(gradient_of(gradient), tg), gradient_of(gradient @ g))
+
+
+@DIMS
+def test_full_tensors_hold_those_in_the_plane(dim):
+    _, _, s, g, _ = drawn(dim)
+    full = np.zeros((3, 3))
+    full[:dim, :dim] = g
+    assert t.full_gradient(gradient_of(g)) == gradient_of(full)
+    full[:dim, :dim] = s
+    assert t.from_plane(symmetric_of(s)) == symmetric_of(full)
+    assert t.in_plane(symmetric_of(full), dim) == symmetric_of(s)
+    assert t.with_zz(gradient_of(full), 5.0)[8] == 5.0
+    stored = np.arange(8.0)[None]
+    six = t.own_full_symmetric(stored, 0, 1, dim)
+    assert six == tuple(range(1, 1 + SYMMETRIC_LENGTH[dim])) + (0.0,) * (6 - SYMMETRIC_LENGTH[dim])
+    back = np.zeros((1, 8))
+    t.put_full_symmetric(back, 0, 1, six, dim)
+    np.testing.assert_array_equal(back[0, 1 : 1 + SYMMETRIC_LENGTH[dim]], six[: SYMMETRIC_LENGTH[dim]])
+
+
+def test_strain_rates_and_rotations():
+    _, _, s, g, _ = drawn(3)
+    assert_close(t.stretching(gradient_of(g)), symmetric_of((g + g.T) / 2))
+    spin = g - g.T
+    assert_close(t.curl(gradient_of(g)), (spin[2, 1], spin[0, 2], spin[1, 0]))
+    a = np.array([0.3, -0.2, 0.5])
+    w = np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
+    turn = np.linalg.solve(np.eye(3) - w, np.eye(3) + w)
+    assert_close(t.rotation(tuple(a)), gradient_of(turn))
+    assert_close(t.turned(symmetric_of(s), gradient_of(turn)), symmetric_of(turn @ s @ turn.T))
+    flat = t.rotation((0.0, 0.0, 0.4))
+    assert_close(t.turned_in_plane(symmetric_of(s), 0.4), t.turned(symmetric_of(s), flat))
+
+
+@DIMS
+def test_ranks_are_as_long_as_rows_say(dim):
+    for rank, sizes in t.SIZE.items():
+        assert RowLayout(dim, (("x", rank),)).used == sizes[dim - 1]
+
+
+def _several(rows, i):
+    """One of everything: what the compiler makes of it must be what Python makes of the same lines."""
+    x, s, g = t.own_vector(rows, i, 0, DIM), t.own_symmetric(rows, i, 3, DIM), t.own_gradient(rows, i, 9, DIM)  # noqa: F821
+    m = t.plus(t.matrix(s), t.times(0.1, t.product(g, t.transposed(g))))
+    inverse = t.times(1.0 / t.determinant(m), t.adjugate(m))
+    v = t.minus(t.on(t.plus_identity(s, -0.5), x), t.on_rows(inverse, x))
+    t.put(rows, i, 0, v)
+    full = t.full_gradient(t.outer(v, x))
+    return v, t.turned(t.stretching(full), t.rotation(t.curl(full))), t.divergence(g) * t.dot(v, x)
+
+
+def _of_lanes(rows, near):
+    """The same sums over neighbours, in lanes."""
+    found = t.spread(t.no_vector(DIM))  # noqa: F821
+    for k in range(np.uint64(0), np.uint64(near.shape[0]), np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)  # noqa: F821
+        g = t.gradient(b, 9, DIM)  # noqa: F821
+        one = t.on(t.symmetric(b, 3, DIM), t.vector(b, 0, DIM))  # noqa: F821
+        found = t.plus(found, t.times(1.0 / t.determinant(g), t.on_rows(g, one)))
+    return t.totals(found)
+
+
+@DIMS
+def test_compiled_floats_and_lanes_follow_the_text(dim):
+    rows = np.random.default_rng(dim).normal(size=(2 * LANES, 18)) + 1.0
+    twin, slow, fast = rows.copy(), specialise(_several, DIM=dim).py_func, specialise(_several, parallel=False, DIM=dim)
+    for i in range(4):
+        for found, wanted in zip(fast(rows, np.uint64(i)), slow(twin, i), strict=True):
+            # products are contracted differently, and inverses amplify rounding
+            np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(rows, twin, rtol=1e-9)
+    loop = specialise(_of_lanes, parallel=False, DIM=dim, WIDTH=18)
+    wanted = np.zeros(dim)
+    for row in rows:
+        g = row[9 : 9 + dim * dim]
+        one = t.on(tuple(row[3 : 3 + len(UPPER[dim])]), tuple(row[:dim]))
+        wanted += np.array(t.on_rows(tuple(g), one)) / t.determinant(tuple(g))
+    found = loop(rows, np.arange(len(rows), dtype=np.uint32))
+    np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
+
+
+@DIMS
+def test_a_sound_inverse_is_one_and_a_flat_neighbourhood_has_none(dim):
+    m = np.eye(dim) + 0.1 * np.random.default_rng(dim).normal(size=(dim, dim))
+    inverse, sound = sound_inverse.py_func(gradient_of(m))
+    assert sound
+    assert_close(inverse, gradient_of(np.linalg.inv(m)))
+    flat = 0.01 * m if dim == 1 else m * np.array([1.0] + [1e-3] * (dim - 1))
+    inverse, sound = sound_inverse.py_func(gradient_of(flat))
+    assert not sound
+    assert inverse == gradient_of(np.eye(dim))
+    assert not sound_inverse.py_func(gradient_of(-m))[1]
+
+
+def test_a_misspelt_option_is_an_error():
+    with pytest.raises(TypeError, match="no option 'WIDHT'; did you mean 'WIDTH'"):
+        bind(_of_lanes, {"WIDHT": 18}, {"DIM": 2})
