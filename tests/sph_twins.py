@@ -7,6 +7,8 @@ import numpy as np
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.riemann import Riemann
 from hvisph.sph.pairs import Pairs
+
+from riemann_twin import riemann_rates
 from hvisph.sph.shape_matrix import SINGULAR
 
 H = 1.4e-3  # mean smoothing length of the random clouds [m]
@@ -25,6 +27,11 @@ class Cloud:
     c_l: np.ndarray
     c_t: np.ndarray
     stress: np.ndarray
+    body: np.ndarray
+    bear: np.ndarray
+    shear: np.ndarray
+    order: np.ndarray
+    grows: np.ndarray
 
     @property
     def dim(self):
@@ -55,7 +62,11 @@ def random_cloud(dim, seed=0, spacing=1e-3):
     rho = rng.choice([2785.0, 7900.0], n) * (1 + 0.05 * rng.normal(size=n))
     c = 5000.0 + 300.0 * rng.normal(size=n)
     u, h = rng.normal(size=x.shape) * 300.0, H * (1 + 0.05 * rng.normal(size=n))
-    return Cloud(x, u, h, rho * spacing**dim, rho, c, 1.2 * c, 0.6 * c, stress + stress.transpose(0, 2, 1))
+    stress = stress + stress.transpose(0, 2, 1)
+    middle = 0.5 * (side - 1) * spacing
+    body = 1.0 + (x[:, 0] > middle) + 3.0 * (x[:, -1] > middle) * (dim > 1)
+    limits = rng.uniform(0.2e9, 2e9, n), rng.uniform(0.1e9, 1e9, n), rng.uniform(0, 1, n), rng.integers(0, 2, n)
+    return Cloud(x, u, h, rho * spacing**dim, rho, c, 1.2 * c, 0.6 * c, stress, body, *limits)
 
 
 def components(tensor):
@@ -106,72 +117,11 @@ def standard_rates(cloud, formulation):
     return np.array(rows)
 
 
-def corrected_gradient(cloud, kernel, a, values):
-    """Return the renormalised gradient at `a` of `values` (n, ...), the derivative's axis last."""
-    dim = cloud.dim
-    shape, found = np.zeros((dim, dim)), np.zeros((*values.shape[1:], dim))
-    for b in neighbours(cloud, kernel, a):
-        x_ba = cloud.x[b] - cloud.x[a]
-        r, h = np.linalg.norm(x_ba), 0.5 * (cloud.h[a] + cloud.h[b])
-        g = -cloud.m[b] / cloud.rho[b] * kernel.derivative(r, h, dim) * x_ba / r
-        shape += np.outer(x_ba, g)
-        found += np.multiply.outer(values[b] - values[a], g)
-    mean = np.trace(shape) / dim
-    if mean > SINGULAR and np.linalg.det(shape) > SINGULAR * mean**dim:
-        return found @ np.linalg.inv(shape)
-    return found
-
-
-def limited(name, d, other):
-    """Return the limited slope of vectors: `d` times the limiter's share of it along `d`."""
-    a, b = d @ d, other @ d
-    if a == 0.0 or b <= 0.0:
-        return 0.0 * d
-    return (min(a, b) if name == "minmod" else 2.0 * a * b / (a + b)) / a * d
-
-
-def riemann_rates(cloud, formulation):
-    """Return rows of rates of the contact law, laid out as the compiled ones."""
-    kernel, dim = formulation.kernel, cloud.dim
-    n, limiter = len(cloud.x), formulation.reconstruction
-    z_n, z_t, volume = cloud.rho * cloud.c_l, cloud.rho * cloud.c_t, cloud.m / cloud.rho
-    grad_u = np.array([corrected_gradient(cloud, kernel, a, cloud.u) for a in range(n)])
-    grad_s = np.array([corrected_gradient(cloud, kernel, a, cloud.stress) for a in range(n)])
-    rows = []
-    for a in range(n):
-        acceleration, power, gradient = np.zeros(dim), 0.0, np.zeros((dim, dim))
-        for b in neighbours(cloud, kernel, a):
-            x_ba = cloud.x[b] - cloud.x[a]
-            r, h = np.linalg.norm(x_ba), 0.5 * (cloud.h[a] + cloud.h[b])
-            e = x_ba / r
-            slope = -kernel.derivative(r, h, dim)
-            u_star, t_star = np.zeros(dim), np.zeros(dim)
-            along = np.outer(e, e)
-            across = np.eye(dim) - along
-            for part, za, zb in ((along, z_n[a], z_n[b]), (across, z_t[a], z_t[b])):
-                ua, ub = part @ cloud.u[a], part @ cloud.u[b]
-                ta, tb = part @ cloud.stress[a] @ e, part @ cloud.stress[b] @ e
-                if limiter != "none":
-                    d = ub - ua
-                    ua = ua + 0.5 * limited(limiter, d, 2 * part @ grad_u[a] @ x_ba - d)
-                    ub = ub - 0.5 * limited(limiter, d, 2 * part @ grad_u[b] @ x_ba - d)
-                    d = tb - ta
-                    ta = ta + 0.5 * limited(limiter, d, 2 * part @ (grad_s[a] @ x_ba) @ e - d)
-                    tb = tb - 0.5 * limited(limiter, d, 2 * part @ (grad_s[b] @ x_ba) @ e - d)
-                u_star += (za * ua + zb * ub + tb - ta) / (za + zb)
-                t_star += (zb * ta + za * tb + za * zb * (ub - ua)) / (za + zb)
-            force = 2.0 * volume[a] * volume[b] * slope * t_star
-            acceleration += force / cloud.m[a]
-            power += force @ (u_star - cloud.u[a]) / cloud.m[a]
-            gradient += 2.0 * volume[b] * slope * np.outer(u_star - cloud.u[a], e)
-        rows.append([*acceleration, power, 0.0, *gradient.ravel()])
-    return np.array(rows)
-
-
 def twin_rates(cloud, formulation):
     """Return the rates of `formulation` in plain Python."""
-    law = standard_rates if isinstance(formulation, Eulerian) else riemann_rates
-    return law(cloud, formulation)
+    if isinstance(formulation, Eulerian):
+        return standard_rates(cloud, formulation)
+    return riemann_rates(cloud, formulation, neighbours, SINGULAR)
 
 
 def packed(cloud, formulation):
@@ -181,6 +131,7 @@ def packed(cloud, formulation):
     coefficients = formulation.coefficients()
     pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), coefficients, cloud.x, cloud.h.max())
     known = {"X": cloud.x, "U": cloud.u, "H": cloud.h, "M": cloud.m, "V": cloud.m / cloud.rho}
+    known |= {"BODY": cloud.body, "BEAR": cloud.bear, "SHEAR": cloud.shear, "ORDER": cloud.order, "GROWS": cloud.grows}
     known |= {"RHO": cloud.rho, "C": cloud.c, "ZN": cloud.rho * cloud.c_l, "ZT": cloud.rho * cloud.c_t}
     square = cloud.rho[:, None] ** 2
     if isinstance(formulation, Riemann):

@@ -8,15 +8,18 @@ import pytest
 from sph_twins import Cloud, compiled_rates, components, packed, random_cloud, tensile, twin_rates
 
 from hvisph.formulations.eulerian import Eulerian
+from hvisph.formulations.formulation import Smoothing
 from hvisph.formulations.riemann import Riemann
 from hvisph.sph import artificial_stress
 
 FORMULATIONS = {
     "standard": Eulerian(alpha=1.3, beta=2.1),
     "artificial_stress": Eulerian(stress_eps=0.3),
-    "contact": Riemann(reconstruction="none"),
-    "contact_minmod": Riemann(reconstruction="minmod"),
-    "contact_van_leer": Riemann(reconstruction="van_leer"),
+    "contact": Riemann(reconstruction="none", consistent=False),
+    "contact_van_leer": Riemann(reconstruction="van_leer", consistent=False),
+    "consistent": Riemann(reconstruction="minmod", held=False),
+    "separating": Riemann(parted=True, friction=0.3),
+    "following": Riemann(parted=True, reconstruction="none", smoothing=Smoothing(True)),
 }
 EVERY = pytest.mark.parametrize("formulation", FORMULATIONS.values(), ids=FORMULATIONS)
 DIMS = pytest.mark.parametrize("dim", [1, 2, 3])
@@ -68,8 +71,10 @@ def test_rates_do_not_know_the_observers_velocity(formulation, dim):
 def test_rates_turn_with_the_body(formulation, dim):
     cloud, q = random_cloud(dim), turn(dim)
     here, there = compiled_rates(cloud, formulation), compiled_rates(cloud.turned(q), formulation)
-    gradients = q @ here[:, dim + 2 :].reshape(-1, dim, dim) @ q.T
-    expected = np.hstack([here[:, :dim] @ q.T, here[:, dim : dim + 2], gradients.reshape(-1, dim * dim)])
+    last = dim + 2 + dim * dim
+    gradients = q @ here[:, dim + 2 : last].reshape(-1, dim, dim) @ q.T
+    turned = gradients.reshape(-1, dim * dim)
+    expected = np.hstack([here[:, :dim] @ q.T, here[:, dim : dim + 2], turned, here[:, last:]])
     # a limiter may amplify rounding where slopes nearly cancel
     assert_same(there, expected, 1e-10)
 

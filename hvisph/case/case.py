@@ -11,6 +11,7 @@ from hvisph.case.checks import problems_of
 from hvisph.case.expected import Expectations, MeasureName
 from hvisph.case.formulations import Formulation, RiemannFormulation
 from hvisph.case.formulations.projection import default_step
+from hvisph.case.formulations.riemann import gas_formulation
 from hvisph.case.gauges import Gauge
 from hvisph.case.model import StrictModel, refuse
 from hvisph.case.output import Output
@@ -95,6 +96,9 @@ class Case(StrictModel):
             filled["bodies"] = {name: _fill_body(body, dim) for name, body in filled["bodies"].items()}
         if filled.get("measures") is None:
             filled["measures"] = measures_of(dim)
+        formulation = gas_formulation(filled)
+        if formulation is not None:
+            filled["formulation"] = formulation
         step = default_step(filled)
         if step is not None:
             filled["time"] = {**filled["time"], "step": step}

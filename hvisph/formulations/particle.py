@@ -12,5 +12,9 @@ State = namedtuple("State", "x u rho e h s plastic_strain damage")
 Rates = namedtuple("Rates", "a power l density")
 
 # What `pack` of a formulation writes into a particle's row: position and velocity, mass, density, energy, smoothing
-# length, pressure, speeds of bulk, longitudinal and shear waves, deviator (six components).
-Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s")
+# length, pressure, speeds of bulk, longitudinal and shear waves, deviator (six components), body.
+Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s body")
+
+# What `show_limits` of a formulation that asks for it writes beside: normal and shear traction that the particle bears,
+# whether it has failed, how much of its order is left, whether its smoothing length is free to follow.
+Limits = namedtuple("Limits", "tension shear failed order free")

@@ -14,6 +14,7 @@ import numpy as np
 from hvisph.core.tensors import in_plane, plus_identity, put
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import riemann
+from hvisph.sph.laws.limiters import LIMITERS
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
 
@@ -23,53 +24,86 @@ from .stepper import Stepper
 
 @dataclass(frozen=True)
 class Riemann:
-    """Contact SPH, first order as published or with limited reconstruction.
+    """Contact SPH, as published or in the form whose density keeps to the spacing.
 
     Parameters
     ----------
     kernel, h_over_dx, smoothing
         Kernel, smoothing length over spacing, and how it varies.
     reconstruction
-        ``none``, ``minmod`` or ``van_leer``.
+        ``none`` or a limiter: ``minmod``, ``van_leer``, ``van_albada``.
+    consistent
+        Whether density, impedance, limits of the tractions and edges are those of the consistent form.
+    held
+        Whether tension leaves pairs that are too close, in bodies that have not flowed.
+    parted
+        Whether bodies separate and slide, or are welded.
+    friction
+        Coulomb's coefficient between bodies that are parted.
     """
 
     kernel: Kernel = CUBIC_SPLINE
     h_over_dx: float = 1.4
     smoothing: Smoothing = field(default_factory=Smoothing)
-    reconstruction: str = "van_leer"
+    reconstruction: str = "van_albada"
+    consistent: bool = True
+    held: bool = True
+    parted: bool = False
+    friction: float = 0.0
 
     name = "riemann"
-    fields: tuple[str, ...] = ()
     stepper = Stepper
-    viscous_factor = 0.0
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """What particles carry beside the state."""
+        return ("previous_density_rate",) if self.consistent else ()
+
+    @property
+    def viscous_factor(self) -> float:
+        """Factor of the largest closing speed in the signal speed."""
+        return riemann.SHOCK_SLOPE / self.kernel.width
+
+    @property
+    def slips(self) -> bool:
+        """Whether bodies slide on each other."""
+        return self.parted
+
+    @property
+    def _reconstructs(self) -> bool:
+        return self.reconstruction != "none"
+
+    def _row(self, dim: int, reconstruct: bool) -> RowLayout:
+        following = self.consistent and self.smoothing.variable
+        return riemann.row_layout(dim, reconstruct, self.consistent, self.parted, following)
 
     def passes(self, dim: int) -> list[Pass]:
-        """Return the passes: gradients, where values are reconstructed, and the Riemann problems."""
-        if self.reconstruction == "none":
-            limiters = riemann.LIMITERS["minmod"]  # bound, never called
-        else:
-            limiters = riemann.LIMITERS[self.reconstruction]
-        options = {
-            "RECONSTRUCTION": int(self.reconstruction != "none"),
-            "limit": limiters[0],
-            "share": limiters[1],
-        }
-        flux = Pass(riemann.accumulate, self.layout(dim), options)
-        if self.reconstruction == "none":
+        """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
+        limiter = LIMITERS["minmod" if not self._reconstructs else self.reconstruction]  # bound, perhaps not called
+        ways = {"RECONSTRUCTION": int(self._reconstructs), "PARTED": int(self.parted)}
+        flux = Pass(riemann.accumulate, self.layout(dim), ways | {
+            "limit": limiter[0], "share": limiter[1], "CONSISTENT": int(self.consistent),
+            "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.consistent and self.smoothing.variable),
+        }, density_rate=self.consistent, slips=self.parted)  # fmt: skip
+        if not (self._reconstructs or self.parted):
             return [flux]
-        return [Pass(riemann.gradients, riemann.row_layout(dim, False), {}, into_rows=True), flux]
+        return [Pass(riemann.gradients, self._row(dim, False), ways, into_rows=True), flux]
 
     def layout(self, dim: int) -> RowLayout:
         """Return the row of the contact law."""
-        return riemann.row_layout(dim, self.reconstruction != "none")
+        return self._row(dim, self._reconstructs)
 
     def coefficients(self) -> np.ndarray:
-        """Return nothing: the law has no coefficient."""
-        return np.zeros(1)
+        """Return 1 over the kernel's width, and the friction."""
+        return np.array([1.0 / self.kernel.width, self.friction])
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
-        return _pack, {}
+        return _pack, {"PARTED": int(self.parted)}
+
+    def limits(self) -> tuple[Any, dict[str, Any]] | None:
+        """Return the function that packs what a particle bears, and what it is bound to; none in the printed form."""
+        return (_show_limits, {"FOLLOWING": int(self.smoothing.variable)}) if self.consistent else None
 
 
 def _pack(rows, s, coefficients, one):
@@ -82,6 +116,27 @@ def _pack(rows, s, coefficients, one):
     rows[s, V] = one.mass / one.rho
     rows[s, ZN] = one.rho * one.c_l
     # A liquid slips: a shear impedance of next to nothing, for with none at all u* of the pair is 0/0.
-    rows[s, ZT] = one.rho * max(one.c_t, 1e-8 * one.c_l)
+    rows[s, ZT] = one.rho * max(one.c_t, SLIPPERY * one.c_l)
     put(rows, s, T, in_plane(plus_identity(one.s, -one.p), DIM))
-    return one.c_l
+    if PARTED:
+        rows[s, BODY] = one.body
+    return coefficients[0] * one.c_l
+
+
+def _show_limits(rows, s, coefficients, signal, rho, c, limits):
+    """Write what a particle bears, and make a failed one a liquid; return the speed of signals."""
+    rows[s, RHO] = rho
+    rows[s, BEAR] = limits.tension
+    rows[s, SHEAR] = limits.shear
+    rows[s, ORDER] = limits.order
+    if FOLLOWING:
+        rows[s, GROWS] = limits.free
+    if limits.failed:
+        rows[s, ZN] = rho * c
+        rows[s, ZT] = SLIPPERY * rho * c
+        return coefficients[0] * c
+    return signal
+
+
+# Shear impedance over the normal one of what bears no shear.
+SLIPPERY = 1e-8

@@ -9,7 +9,7 @@ import numpy as np
 from hvisph.core.binding import bind
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import Particles
-from hvisph.materials import plane_stress, response
+from hvisph.materials import bearing, plane_stress, response
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates
 from hvisph.sph.cells import Grid
@@ -84,10 +84,16 @@ class Stepper:
             "SWITCH": single.SWITCHES[getattr(self.formulation, "switch", "none")],
             "respond": response.respond, "thinning": plane_stress.thinning,
             "longitudinal_speed": response.longitudinal_speed, "shear_speed": response.shear_speed,
+            "bearable_tension": bearing.bearable_tension, "bearable_shear": bearing.bearable_shear,
+            "failed": bearing.failed, "orderly": bearing.orderly,
+            "SLIPS": int(getattr(self.formulation, "slips", False)),
         }  # fmt: skip
         packer, options = self.formulation.pack(dim)
         parts = {part.__name__: bind(part, {}, offered) for part in single.PARTS}
-        return bind(single.update, parts | {"pack": bind(packer, options, offered)}, offered, parallel=True)
+        parts["pack"] = bind(packer, options, offered)
+        limits = self.formulation.limits() if hasattr(self.formulation, "limits") else None
+        parts["show_limits"] = bind(*limits, offered) if limits else parts["pack"]  # never called
+        return bind(single.update, parts | {"LIMITED": int(limits is not None)}, offered, parallel=True)
 
     @property
     def rows(self) -> np.ndarray:

@@ -29,15 +29,15 @@ from hvisph.core.tensors import (
 )
 from hvisph.sph.viscosity import balsara_share, relaxed_share
 
-from .particle import Rates, Shown, State
+from .particle import Limits, Rates, Shown, State
 
 CHUNK = 256
 # Which share of the viscosity a particle takes: all of it, or by a published switch.
 WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 SWITCHES = {"none": WHOLE, "balsara": BALSARA, "morris_monaghan": MORRIS_MONAGHAN}
 # Columns of the sums that the completed states give: see `Budget`.
-KINETIC, INTERNAL, MOMENTUM, SUPPORT, FASTEST, LONGEST = 0, 1, 2, 5, 8, 9
-SUMS = 10
+KINETIC, INTERNAL, MOMENTUM, SUPPORT, FASTEST, LONGEST, SLIPPING = 0, 1, 2, 5, 8, 9, 10
+SUMS = 11
 
 
 def loaded(state, i):
@@ -162,7 +162,7 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
     lengths, signals, pressures = found
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
-        kinetic = internal = fastest = longest = 0.0
+        kinetic = internal = fastest = longest = slipping = 0.0
         momentum = support = no_vector(DIM)
         for s in range(first, min(first + np.uint64(CHUNK), count)):
             k, m = np.uint64(place[s]), np.uint64(tags[s, 2])
@@ -182,6 +182,8 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                         state[s, S_VISCOSITY_SHARE], l, c, now.h, step, coefficients)  # fmt: skip
                 if PREVIOUS:
                     remember(state, s, u, rate)
+            if SLIPS:
+                slipping += mass * rates[k, R_SLIP]
             speed2 = dot(now.u, now.u)
             kinetic += 0.5 * mass * speed2
             internal += mass * now.e
@@ -199,7 +201,13 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
             thickness = state[s, S_THICKNESS] * thicker if PLANE_STRESS else 1.0
             signals[s] = pack(rows, s, coefficients, Shown(
                 ahead.x, ahead.u, mass, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
-                times(thickness, ahead.s)))  # fmt: skip
+                times(thickness, ahead.s), float(tags[s, 1])))  # fmt: skip
+            if LIMITED:
+                signals[s] = show_limits(rows, s, coefficients, signals[s], ahead.rho, c, Limits(
+                    thickness * bearable_tension(table, models, m, ahead.s, ahead.damage),
+                    thickness * bearable_shear(table, models, m, ahead.e, ahead.plastic_strain, ahead.damage, l),
+                    failed(models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
+                    h_low < ahead.h < h_high))  # fmt: skip
             if SWITCH:
                 share = state[s, S_VISCOSITY_SHARE] if SWITCH == MORRIS_MONAGHAN else 1.0
                 share = viscous_share(share, l, c, ahead.h, stage, coefficients)
@@ -208,6 +216,7 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                 signals[s] += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
         i = np.uint64(chunk)
         sums[i, KINETIC], sums[i, INTERNAL], sums[i, FASTEST], sums[i, LONGEST] = kinetic, internal, fastest, longest
+        sums[i, SLIPPING] = slipping
         put(sums, i, MOMENTUM, momentum)
         put(sums, i, SUPPORT, support)
 

@@ -132,7 +132,9 @@ def respond(table, models, m, dt, rho, e, s, plastic_strain, damage, l):
 
     shear = row[SHEAR_MODULUS]
     d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
-    s = plus(rotated(s, times(0.25 * dt, curl(l))), times(2.0 * shear * dt, d))
+    # Half of the increment turns with the body, half follows: second order where strain and spin go together.
+    half = times(shear * dt, d)
+    s = plus(rotated(plus(s, half), times(0.25 * dt, curl(l))), half)
     if strength == _ELASTIC:
         return s, plastic_strain, damage, p, c
 

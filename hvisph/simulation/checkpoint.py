@@ -77,7 +77,8 @@ class Keeper:
             "step": {"length": step.length, "criterion": step.criterion, "lands_on": step.lands_on},
             "budget": {"energy": budget.energy, "size": budget.size, "momentum": budget.momentum.tolist(),
                        "impulse": budget.impulse.tolist(), "retired": budget.retired.tolist(),
-                       "pending": budget.pending.tolist()},
+                       "pending": budget.pending.tolist(),
+                       "slip_work": budget.slip_work},
             "first_step": self.watch.first,
             "files": vars(self.files),
             "series": self.series,
@@ -115,7 +116,8 @@ class Keeper:
             setattr(clock, name, value)
         for name in ("momentum", "impulse", "retired", "pending"):
             getattr(budget, name)[...] = header["budget"][name]
-        budget.energy, budget.size = header["budget"]["energy"], header["budget"]["size"]
+        for name in ("energy", "size", "slip_work"):
+            setattr(budget, name, header["budget"][name])
         self.watch.first = header["first_step"]
         self.series[:] = [(time, name) for time, name in header["series"]]
         for name in vars(self.files):

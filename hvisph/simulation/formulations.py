@@ -46,7 +46,14 @@ def formulation_of(case: Case) -> AnyFormulation:
                 return Eulerian(**shared)
             return Corrected(**shared, correction=model.correction.type, factor=model.correction.factor)
         case "riemann":
-            return Riemann(**shared, reconstruction=model.reconstruction)
+            return Riemann(
+                **shared,
+                reconstruction=model.reconstruction,
+                consistent=model.form == "consistent",
+                held=model.tension == "held",
+                parted=model.contact.type == "separating" and len(case.bodies) > 1,
+                friction=getattr(model.contact, "friction", 0.0),
+            )
         case "projection":
             return Projection(
                 **shared,

@@ -25,6 +25,8 @@ class Budget:
 
     Attributes
     ----------
+    slip_work
+        Work of the friction between bodies, which is heat in their internal energy [J].
     impulse
         Momentum given to the clamped particles (3,) [kg m/s].
     retired
@@ -41,6 +43,7 @@ class Budget:
         self.momentum = sums[update.MOMENTUM : update.MOMENTUM + 3].copy()
         speed = np.sqrt((particles["velocity"] ** 2).sum(axis=1))
         self.size = float((particles["mass"] * speed).sum())
+        self.slip_work = 0.0
         self.impulse = np.zeros(3)
         self.retired = np.zeros(6)
         self.pending = np.zeros(4)
@@ -49,7 +52,8 @@ class Budget:
         self._free = free
 
     def record(self, sums: np.ndarray, step: float) -> None:
-        """Take account of the forces on clamped particles during a step [s], and of what is pending."""
+        """Take account of the forces on clamped particles during a step [s], of slip and of what is pending."""
+        self.slip_work += step * float(sums[update.SLIPPING])
         self.impulse += step * sums[update.SUPPORT : update.SUPPORT + 3]
         self.retired[2:] += step * self.pending
         self.pending[:] = 0.0

@@ -35,6 +35,8 @@ class Pass:
         Whether the law writes into the particles' own rows, for a later pass to read, instead of rates.
     density_rate
         Whether the law writes a rate of ln(rho) behind the other rates.
+    slips
+        Whether it writes the heat of slip between bodies behind that.
     """
 
     law: Any
@@ -42,6 +44,7 @@ class Pass:
     options: dict[str, Any]
     into_rows: bool = False
     density_rate: bool = False
+    slips: bool = False
 
 
 class Pairs:
@@ -68,7 +71,7 @@ class Pairs:
         dim = layout.dim
         self.layout, self.kernel, self.planes = layout, kernel, planes
         self.coefficients = coefficients
-        self._density_rate = any(one.density_rate for one in passes)
+        self._further = 2 if any(one.slips for one in passes) else int(any(one.density_rate for one in passes))
         self.count = len(positions)
         self.slots = layout.slots()
         self.rows = np.zeros((self.count, layout.width))
@@ -96,7 +99,7 @@ class Pairs:
             dim, width = self.layout.dim, self.layout.width
             self.sorted = aligned_zeros(self._room + 1, width)
             self.columns = np.zeros((dim + 1, self._room + traversal.LANES))
-            self.rates = np.zeros((self._room, rates.width(dim) + self._density_rate))
+            self.rates = np.zeros((self._room, rates.width(dim) + self._further))
             self.cells = np.zeros(self._room, np.uint32)
             self.order = np.zeros(self._room, np.uint32)
             self.place = np.zeros(self._room, np.uint32)

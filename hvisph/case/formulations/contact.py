@@ -1,4 +1,4 @@
-"""How bodies meet: a contact algorithm between their particles, or the kernel sums alone."""
+"""How bodies meet: they touch and separate, are welded, or repel each other."""
 
 from __future__ import annotations
 
@@ -7,15 +7,28 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import Problem, StrictModel
 from hvisph.case.surroundings import Surroundings
-from hvisph.case.units import PositiveNumber
+from hvisph.case.units import PositiveNumber, Quantity
 
 
-class KernelContact(StrictModel):
-    """No contact algorithm: bodies feel each other through the conservation sums."""
+class SeparatingContact(StrictModel):
+    """Bodies press on each other and slide with Coulomb's friction, and part freely: the Riemann problem of each pair.
 
-    type: Literal["kernel"] = "kernel"
+    Nothing is stored: bodies that touch at rest stay so, and contact takes no energy but that of slip.
+    """
+
+    type: Literal["separating"] = "separating"
+    friction: Annotated[float, Quantity(NUMBER, minimum=0, maximum=10)] = Field(
+        default=0.0, description="Coefficient of friction mu [-], 0 to 10"
+    )
+
+
+class WeldedContact(StrictModel):
+    """Bodies that touch are one for good: the kernel sums bear tension and shear between them as within a body."""
+
+    type: Literal["welded"] = "welded"
 
 
 class RepulsiveContact(StrictModel):
@@ -39,7 +52,8 @@ class RepulsiveContact(StrictModel):
     )
 
 
-Contact = Annotated[KernelContact | RepulsiveContact, Field(discriminator="type")]
+Contact = Annotated[WeldedContact | RepulsiveContact, Field(discriminator="type")]
+RiemannContact = Annotated[SeparatingContact | WeldedContact, Field(discriminator="type")]
 
 
 def parted_problems(case: Surroundings, smoothing_length: str, what: str) -> Iterator[Problem]:
@@ -60,10 +74,10 @@ def parted_problems(case: Surroundings, smoothing_length: str, what: str) -> Ite
     if case.time.integrator == "staggered":
         yield Problem(
             ("time", "integrator"),
-            "'staggered' is for Eulerian bodies that meet through the kernel sums; leave it out here",
+            "'staggered' is for Eulerian bodies that are welded or separating; leave it out here",
         )
     if case.kinematics == "plane_stress":
         yield Problem(
             ("kinematics",),
-            "plane_stress is for Eulerian and Riemann bodies that meet through the kernel sums; use plane_strain",
+            "plane_stress is for Eulerian and Riemann bodies that are welded or separating; use plane_strain",
         )

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from hvisph.case.formulations.contact import Contact, KernelContact, RepulsiveContact, parted_problems
+from hvisph.case.formulations.contact import Contact, RepulsiveContact, WeldedContact, parted_problems
 from hvisph.case.formulations.correction import Correction, NoCorrection, fill_correction
 from hvisph.case.formulations.options import NO_CONVERSION, KernelOptions
 from hvisph.case.formulations.viscosity import (
@@ -49,7 +49,7 @@ class EulerianFormulation(KernelOptions):
     density_dissipation: DensityDissipation = Field(
         default=NoDensityDissipation(), description="Density dissipation at material interfaces"
     )
-    contact: Contact = Field(default=KernelContact(), description="How bodies meet")
+    contact: Contact = Field(default=WeldedContact(), description="How bodies meet")
 
     @model_validator(mode="before")
     @classmethod
@@ -102,4 +102,4 @@ class EulerianFormulation(KernelOptions):
         if self.density_form != "volume":
             yield Problem(("density_form",), f"{why}; give 'volume'")
         if self.parted:
-            yield Problem(("contact", "type"), f"{why}; give 'kernel'")
+            yield Problem(("contact", "type"), f"{why}; give 'welded'")

@@ -1,12 +1,44 @@
-"""Contact SPH by Riemann problems, CON."""
+"""Contact SPH by Riemann problems, CON: as printed, and the form whose density keeps to the particles' spacing."""
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
-from hvisph.case.formulations.options import NO_CONVERSION, KernelOptions
+from hvisph.case.dimensions import NUMBER
+from hvisph.case.formulations.contact import RiemannContact, SeparatingContact
+from hvisph.case.formulations.options import NO_CONVERSION, Kernel, KernelOptions
+from hvisph.case.model import Problem, refuse
+from hvisph.case.units import Quantity
+
+# What goes with each form unless given.
+FORMS: dict[str, dict[str, Any]] = {
+    "printed": {"tension": "plain", "contact": {"type": "welded"}},
+    "consistent": {"tension": "held", "contact": {"type": "separating"}},
+}
+
+# How the smoothing length of a gas follows it unless given: a fixed one does not reach through an expansion of 1.5.
+FOLLOWING = {"type": "variable", "min_over_initial": 0.2, "max_over_initial": 4.0}
+
+
+def gas_formulation(data: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the formulation of a raw case with a gas whose smoothing length is not given, None for any other."""
+    formulation, bodies = data.get("formulation", {"type": "riemann"}), data.get("bodies")
+    if not isinstance(formulation, dict) or formulation.get("type") != "riemann" or not isinstance(bodies, dict):
+        return None
+    if "smoothing_length" in formulation or formulation.get("form") == "printed":
+        return None
+    if formulation.get("reconstruction") == "none" and "form" not in formulation:
+        return None
+    return formulation | {"smoothing_length": FOLLOWING} if any(map(_is_gas, bodies.values())) else None
+
+
+def _is_gas(body: Any) -> bool:
+    for key in ("material", "eos"):
+        body = body.get(key) if isinstance(body, dict) else getattr(body, key, None)
+    kind = body.get("type") if isinstance(body, dict) else getattr(body, "type", None)
+    return bool(kind == "ideal_gas")
 
 
 class RiemannFormulation(KernelOptions):
@@ -17,14 +49,51 @@ class RiemannFormulation(KernelOptions):
         "viscosity": "the Riemann problem of each pair dissipates what a shock needs",
         "artificial_stress": "the contact stress of each pair keeps particles from clumping",
         "correction": "its pair forces are those of the plain kernel gradient, equal and opposite",
-        "contact": "bodies meet by the Riemann problem of each pair",
         "momentum_form": "each pair has one contact stress",
-        "density_form": "the contact velocity of each pair gives the rate of density",
+        "density_form": "the contact velocity of each pair gives the rate of density; see `form`",
         "density_dissipation": "the contact velocity of each pair smooths density at interfaces",
     }
 
     type: Literal["riemann"] = "riemann"
-    reconstruction: Literal["none", "minmod", "van_leer"] = Field(
-        default="van_leer",
-        description="Limited reconstruction of the states that meet; `none` is first order, as published",
+    kernel: Kernel = Field(
+        default="quartic_spline",
+        description="Smoothing kernel; reaches to 2h, `quartic_spline` to 2.5h, `quintic_spline` and "
+        "`gaussian` (cut off there) to 3h",
     )
+    h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = Field(
+        default=1.2, description="Initial smoothing length h over the resolution dx [-], 1 to 2.5"
+    )
+    reconstruction: Literal["none", "minmod", "van_leer", "van_albada"] = Field(
+        default="van_albada",
+        description="Limiter of the reconstruction of the states that meet; `none` is first order, as published",
+    )
+    form: Literal["consistent", "printed"] = Field(
+        default="consistent",
+        description="`consistent`: density keeps to the particles' spacing through shocks of any strength, impedances "
+        "are those of shocks, tractions what the material bears, gradients exact at free faces; `printed`: CON as "
+        "published, which loses 2 % of the stress at 3 km/s and 37 % at 24. With reconstruction `none` it is "
+        "`printed` unless given",
+    )
+    tension: Literal["held", "plain"] = Field(
+        default="held",
+        description="`held`: particles of a solid keep their order in tension until it has flowed by 0.2 of plastic "
+        "strain; `plain`: tension brings them into disorder and tears the lattice. `plain` with form `printed`",
+    )
+    contact: RiemannContact = Field(
+        default=SeparatingContact(), description="How bodies meet; `welded` unless given with form `printed`"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill_what_depends_on_form(cls, data: Any) -> Any:
+        if not isinstance(data, dict):
+            return data
+        form = data.get("form", "printed" if data.get("reconstruction") == "none" else "consistent")
+        known = FORMS.get(form, {}) if isinstance(form, str) else {}
+        return {"form": form} | known | data
+
+    @model_validator(mode="after")
+    def _nothing_held_as_printed(self) -> RiemannFormulation:
+        if self.form == "printed" and self.tension == "held":
+            refuse([Problem(("tension",), "'held' is for form 'consistent'; leave it out or give 'plain'")])
+        return self

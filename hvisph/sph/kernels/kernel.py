@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from hvisph.core.kernels import REACH
 
 
@@ -42,6 +44,11 @@ class Kernel:
         """Support radius over h."""
         return REACH[self.name]
 
+    @property
+    def width(self) -> float:
+        """Standard deviation of W in one dimension over that of the cubic spline of the same h."""
+        return round(_deviation(self) / _CUBIC_DEVIATION, 3)
+
     def norm(self, dim: int) -> float:
         """Return the normalisation for `dim` dimensions."""
         return self.norms[dim - 1]
@@ -53,3 +60,14 @@ class Kernel:
     def derivative(self, r: float, h: float, dim: int) -> float:
         """Return dW/dr [1/m^(dim+1)], in plain Python."""
         return self.norm(dim) / h ** (dim + 1) * self.slope.py_func(r / h)
+
+
+# Of the cubic spline, the kernel of which steps of 0.3 h/c are usual.
+_CUBIC_DEVIATION = 3.0**-0.5
+
+
+def _deviation(kernel: Kernel) -> float:
+    """Return the standard deviation of W over h, in one dimension."""
+    q = np.linspace(0.0, kernel.reach, 2001)
+    w = np.array([kernel.shape.py_func(float(each)) for each in q])
+    return float(np.sqrt((q * q * w).sum() / (w.sum() - 0.5 * w[0])))

@@ -14,7 +14,33 @@ and D = (grad f_a . e) r,  f_a += lim(d, 2 D - d)/2. Gradients are renormalised 
 pass over the same neighbours (`gradients`), which writes them into the particle's own row.
 The tangential part is limited as a vector, so the result does not depend on the frame.
 
-Source: Parshikov & Medin 2002 as used by Mehra & Chaturvedi 2006; reconstruction after van Leer 1979.
+The printed form ends there, density following tr L. With CONSISTENT
+
+    Z_n  = rho (c_l + 1.2 max(u_an - u_bn, 0))                   a shock's speed rises with its jump
+    d ln(rho_a)/dt = - 2 V_a sum |dW/dr| (u* - u_a) . e          the own volume: density keeps to the spacing
+    t*_n <= what both sides bear in tension,  |t*_t| <= what both bear in shear            (`materials.bearing`)
+
+and gradients are corrected at edges (`sph.laws.edges`). With the own volume the rate is that of the number density
+sum W and of an exchange between both sides: mass, momentum and energy hold across a front. Where h follows density
+(FOLLOWING) the number is that of the kernel at the own h, whose change divides by Omega_a = 1 + V_a h_a/d sum dW/dh.
+
+Tension makes a lattice of particles unstable, for disorder raises sum W. HELD keeps it where o_ab says that the
+bodies have not flowed: tension leaves pairs that are closer than their volumes allow,
+
+    t*_n -= max(t*_n, 0) o_ab min(12 max(V_a V_b / r^(2d) - 1, 0), 1)
+
+Between different bodies (PARTED), with normal and gate of `sph.laws.interface` and no reconstruction,
+
+    G    = |dW/dr| n . e,  n  in place of  |dW/dr|,  e
+    t*_n = gate min(t*_n, 0),     |t*_t| <= friction |t*_n|
+    u*_a = u_a + (t* - t_a)/Z_a,  u*_b = u_b - (t* - t_b)/Z_b    each side's own, equal where t* is the full one
+    D    = F . (u*_b - u*_a)/2 >= 0                              heat of slip and of the gate, to each side
+
+and the velocity gradient takes the pair by its gate. In all forms the energies of a pair and the work of its force
+sum to nothing.
+
+Source: Parshikov & Medin 2002 as used by Mehra & Chaturvedi 2006; reconstruction after van Leer 1979; h that
+follows density after Springel & Hernquist 2002.
 """
 
 from __future__ import annotations
@@ -22,9 +48,10 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import compiled
-from hvisph.core.lanes import LANES, all_lanes, total
+from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
+    divergence,
     dot,
     gradient,
     matrix,
@@ -54,121 +81,188 @@ from hvisph.core.tensors import (
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.shape_matrix import sound_inverse
 
-# Keeps a pair without any shear impedance from dividing zero by zero.
-TINY = 1e-30
+from .edges import at_edges
+from .interface import across
+from .limiters import TINY
+
+# Options of the law, off unless bound.
+RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = ONLY_OTHER = 0
+
+# Slope of the shock's speed over its jump of velocity, for the impedance; metals have 1.2 to 1.5.
+SHOCK_SLOPE = 1.2
+# How soon tension leaves pairs closer than their volumes allow.
+HOLDING = 12.0
+# Share of a volume: a neighbour with less is the far row that fills lists, which has no say in the closing speed.
+NOTHING = 1e-12
+# Stands for no limit of a traction [Pa].
+UNLIMITED = 1e300
 
 
-def row_layout(dim: int, reconstruct: bool) -> RowLayout:
-    """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T."""
+def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
+               following: bool = False) -> RowLayout:  # fmt: skip
+    """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
+
+    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, FILLS and ENDS N and O of its body.
+    """
     fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("zn", "scalar"),
               ("zt", "scalar"), ("t", "symmetric")]  # fmt: skip
+    if consistent:
+        fields += [("rho", "scalar"), ("bear", "scalar"), ("shear", "scalar"), ("order", "scalar")]
+    if parted:
+        fields += [("body", "scalar"), ("fills", "vector"), ("ends", "vector")]
     if reconstruct:
         fields += [("gu", "gradient"), ("gt", "symmetric_gradient")]
-    fields.append(("m", "scalar"))  # the pairs never read it
+    fields.append(("m", "scalar"))  # the pairs never read it, nor whether h is free to follow
+    if following:
+        fields.append(("grows", "scalar"))
     return RowLayout(dim, tuple(fields))
 
 
-@compiled
-def minmod(a, b):
-    """Return the smaller in size of `a` and `b`, 0 where their signs differ."""
-    return 0.5 * (np.copysign(1.0, a) + np.copysign(1.0, b)) * min(abs(a), abs(b))
-
-
-@compiled
-def van_leer(a, b):
-    """Return the harmonic mean of `a` and `b`, 0 where their signs differ."""
-    product = max(a * b, 0.0)
-    return 2.0 * product * (a + b) / ((a + b) * (a + b) + TINY)
-
-
-@compiled
-def minmod_share(a, b):
-    """Return minmod(a, b) / a for a >= 0, 0 for a = 0."""
-    return max(min(a, b), 0.0) / (a + TINY)
-
-
-@compiled
-def van_leer_share(a, b):
-    """Return van_leer(a, b) / a for a >= 0, 0 for a = 0."""
-    b = max(b, 0.0)
-    return 2.0 * b / (a + b + TINY)
-
-
-LIMITERS = {"minmod": (minmod, minmod_share), "van_leer": (van_leer, van_leer_share)}
-
-
 def gradients(near, n, rows, i, constants, out):
-    """Write the renormalised gradients of velocity and stress into row `i`."""
+    """Write the renormalised gradients of velocity and stress into row `i`, and where bodies lie."""
     x, u, s, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM), rows[i, H]
     moment, of_u = spread(no_symmetric(DIM)), spread(no_gradient(DIM))
     of_s = spread(no_symmetric_gradient(DIM))
+    fills, ends = spread(no_vector(DIM)), spread(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = minus(vector(b, 0, DIM), x)
         r = np.sqrt(dot(dx, dx))
         ih = 2.0 / (h + b[H])
         g = times(-b[V] * scale(ih) * slope(r * ih) / r, dx)
-        moment = plus(moment, symmetric_outer(dx, g))
-        of_u = plus(of_u, outer(minus(vector(b, U, DIM), u), g))
-        of_s = plus(of_s, outer(minus(symmetric(b, T, DIM), s), g))
-    inverse, _ = sound_inverse(matrix(totals(moment)))
-    put(out, i, GU, product(totals(of_u), inverse))
-    put(out, i, GT, product(totals(of_s), inverse))
+        if PARTED:
+            other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
+            fills = plus(fills, times(other, g))
+            g = times(1.0 - other, g)
+            ends = minus(ends, g)
+        if RECONSTRUCTION:
+            moment = plus(moment, symmetric_outer(dx, g))
+            of_u = plus(of_u, outer(minus(vector(b, U, DIM), u), g))
+            of_s = plus(of_s, outer(minus(symmetric(b, T, DIM), s), g))
+    if PARTED:
+        put(out, i, FILLS, totals(fills))
+        put(out, i, ENDS, totals(ends))
+    if RECONSTRUCTION:
+        inverse, _ = sound_inverse(matrix(totals(moment)))
+        put(out, i, GU, product(totals(of_u), inverse))
+        put(out, i, GT, product(totals(of_s), inverse))
 
 
 @compiled
-def drawn_nearer(a, b, slope_a, slope_b, limited):
-    """Return `a` and `b`, each moved halfway to the other by its limited slope: `limited` is a limiter's share."""
+def drawn_nearer(a, b, slope_a, slope_b, limited, half):
+    """Return `a` and `b`, each moved by `half` to the other by its limited slope: `limited` is a limiter's share."""
     d = minus(b, a)
     d2 = dot(d, d)
-    towards = times(0.5 * limited(d2, 2.0 * dot(slope_a, d) - d2), d)
-    back = times(0.5 * limited(d2, 2.0 * dot(slope_b, d) - d2), d)
+    towards = times(half * limited(d2, 2.0 * dot(slope_a, d) - d2), d)
+    back = times(half * limited(d2, 2.0 * dot(slope_b, d) - d2), d)
     return plus(a, towards), minus(b, back)
 
 
 def accumulate(near, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
     x, u, s = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM)
-    h, zn, zt = rows[i, H], rows[i, ZN], rows[i, ZT]
+    h, zn, zt, volume = rows[i, H], rows[i, ZN], rows[i, ZT], rows[i, V]
+    many = 1.0 / (NOTHING * volume) if volume > 0.0 else 0.0
     if RECONSTRUCTION:
         of_u, of_s = own_gradient(rows, i, GU, DIM), own_symmetric_gradient(rows, i, GT, DIM)
-    power, a, l = all_lanes(0.0), spread(no_vector(DIM)), spread(no_gradient(DIM))
+    if PARTED:
+        fills, ends = own_vector(rows, i, FILLS, DIM), own_vector(rows, i, ENDS, DIM)
+    a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
+    power = mu = number = own_number = widening = slip = all_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = minus(vector(b, 0, DIM), x)
         r = np.sqrt(dot(dx, dx))
         ih = 2.0 / (h + b[H])
-        g = -2.0 * b[V] * scale(ih) * slope(r * ih)
+        g = -2.0 * scale(ih) * slope(r * ih)
         e = times(1.0 / r, dx)
+        v, za, zb = vector(b, U, DIM), zn, b[ZN]
+        approach, half, weight = dot(minus(u, v), e), 1.0, 1.0
+        if PARTED:
+            other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
+            same = 1.0 - other
+            if ONLY_OTHER:
+                g, approach = g * other, approach * other
+            e, cosine, gate = across(e, other, fills, vector(b, FILLS, DIM), ends, vector(b, ENDS, DIM))
+            g, half, weight = g * cosine, same, same + other * gate
+        mu = larger_lanes(mu, min(b[V] * many, 1.0) * approach)
+        vg = b[V] * g
         # Velocities and tractions of both sides, along e and across.
-        v, ta, tb = vector(b, U, DIM), on(s, e), on(symmetric(b, T, DIM), e)
+        ta, tb = on(s, e), on(symmetric(b, T, DIM), e)
         ua_n, ub_n, ta_n, tb_n = dot(u, e), dot(v, e), dot(ta, e), dot(tb, e)
         ua_t, ub_t = minus(u, times(ua_n, e)), minus(v, times(ub_n, e))
         ta_t, tb_t = minus(ta, times(ta_n, e)), minus(tb, times(tb_n, e))
         if RECONSTRUCTION:
+            half = 0.5 * half
             pa, pb = on_rows(of_u, dx), on_rows(gradient(b, GU, DIM), dx)
             qa, qb = on(on_rows(of_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
             d = ub_n - ua_n
-            ua_n, ub_n = ua_n + 0.5 * limit(d, 2.0 * dot(pa, e) - d), ub_n - 0.5 * limit(d, 2.0 * dot(pb, e) - d)
+            ua_n, ub_n = ua_n + half * limit(d, 2.0 * dot(pa, e) - d), ub_n - half * limit(d, 2.0 * dot(pb, e) - d)
             d = tb_n - ta_n
-            ta_n, tb_n = ta_n + 0.5 * limit(d, 2.0 * dot(qa, e) - d), tb_n - 0.5 * limit(d, 2.0 * dot(qb, e) - d)
+            ta_n, tb_n = ta_n + half * limit(d, 2.0 * dot(qa, e) - d), tb_n - half * limit(d, 2.0 * dot(qb, e) - d)
             if DIM > 1:
-                ua_t, ub_t = drawn_nearer(ua_t, ub_t, pa, pb, share)
-                ta_t, tb_t = drawn_nearer(ta_t, tb_t, qa, qb, share)
+                ua_t, ub_t = drawn_nearer(ua_t, ub_t, pa, pb, share, half)
+                ta_t, tb_t = drawn_nearer(ta_t, tb_t, qa, qb, share, half)
         # The acoustic Riemann problem, normal and tangential; us is u* - u_a.
-        zb = b[ZN]
-        inverse = 1.0 / (zn + zb)
-        us = minus(times((zn * ua_n + zb * ub_n + tb_n - ta_n) * inverse, e), u)
-        ts = times((zb * ta_n + zn * tb_n + zn * zb * (ub_n - ua_n)) * inverse, e)
+        if CONSISTENT:
+            closing = SHOCK_SLOPE * max(ua_n - ub_n, 0.0)
+            za, zb = za + rows[i, RHO] * closing, zb + b[RHO] * closing
+        inverse = 1.0 / (za + zb)
+        u_n = (za * ua_n + zb * ub_n + tb_n - ta_n) * inverse
+        t_n = (zb * ta_n + za * tb_n + za * zb * (ub_n - ua_n)) * inverse
+        if CONSISTENT:
+            t_n = min(t_n, min(rows[i, BEAR], b[BEAR]))
+        if HELD:
+            nearer = volume * b[V]
+            for _ in range(DIM):
+                nearer = nearer / (r * r)
+            leaves = min(HOLDING * max(nearer - 1.0, 0.0), 1.0)
+            t_n -= max(t_n, 0.0) * (min(rows[i, ORDER], b[ORDER]) * leaves)
+        if PARTED:
+            t_n = same * t_n + other * (gate * min(t_n, 0.0))
+            own, its = ua_n + (t_n - ta_n) / za, ub_n - (t_n - tb_n) / (zb + TINY)
+            power += vg * ((0.5 * other) * (t_n * (its - own)))
+            u_n += other * (own - u_n)
+        us, ts = minus(times(u_n, e), u), times(t_n, e)
         if DIM > 1:
             zb = b[ZT]
             inverse = 1.0 / (zt + zb + TINY)
-            both = plus(plus(times(zt, ua_t), times(zb, ub_t)), minus(tb_t, ta_t))
-            us = plus(us, times(inverse, both))
-            both = plus(plus(times(zb, ta_t), times(zt, tb_t)), times(zt * zb, minus(ub_t, ua_t)))
-            ts = plus(ts, times(inverse, both))
-        a = plus(a, times(g, ts))
-        power += g * dot(ts, us)
-        l = plus(l, outer(us, times(g, e)))
-    weight = rows[i, V] / rows[i, M]
-    write_rates(out, i, times(weight, totals(a)), weight * total(power), 0.0, totals(l))
+            u_t = times(inverse, plus(plus(times(zt, ua_t), times(zb, ub_t)), minus(tb_t, ta_t)))
+            t_t = times(inverse, plus(plus(times(zb, ta_t), times(zt, tb_t)), times(zt * zb, minus(ub_t, ua_t))))
+            if CONSISTENT or PARTED:
+                most = UNLIMITED
+                if CONSISTENT:
+                    most = min(rows[i, SHEAR], b[SHEAR])
+                if PARTED:
+                    most = min(most, UNLIMITED * same - other * (constants[1] * t_n))
+                t_t = times(min(most / (np.sqrt(dot(t_t, t_t)) + TINY), 1.0), t_t)
+            if PARTED:
+                own_t = plus(ua_t, times(1.0 / zt, minus(t_t, ta_t)))
+                its_t = minus(ub_t, times(1.0 / (zb + TINY), minus(t_t, tb_t)))
+                rubbed = vg * ((0.5 * other) * dot(t_t, minus(its_t, own_t)))
+                power += rubbed
+                slip += rubbed
+                u_t = plus(u_t, times(other, minus(own_t, u_t)))
+            us, ts = plus(us, u_t), plus(ts, t_t)
+        a = plus(a, times(vg, ts))
+        power += vg * dot(ts, us)
+        l = plus(l, outer(us, times(weight * vg, e)))
+        if CONSISTENT:
+            moment = plus(moment, symmetric_outer(times((0.5 * weight) * vg * dot(dx, e), e), e))
+            number += weight * g * dot(us, e)
+            if FOLLOWING:
+                q, receding = r / h, weight * dot(minus(v, u), e)
+                number -= 0.5 * g * receding
+                own_number -= scale(1.0 / h) * slope(q) * receding
+                widening += weight * scale(1.0 / h) * (DIM * shape(q) + q * slope(q))
+    found, inverse_density = totals(l), volume / rows[i, M]
+    if CONSISTENT:
+        rate = volume * total(number)
+        if FOLLOWING:
+            widened = total(widening) + scale(1.0 / h) * DIM * shape(0.0)
+            rate = (rate + volume * total(own_number)) / (1.0 - rows[i, GROWS] * volume * h / DIM * widened)
+        found, rate = at_edges(found, rate, matrix(totals(moment)), largest(mu) * rows[i, RHO] / zn)
+        out[i, R_DENSITY] = divergence(found) - rate
+    write_rates(out, i, times(inverse_density, totals(a)), inverse_density * total(power), largest(mu), found)
+    if PARTED:
+        out[i, R_SLIP] = inverse_density * total(slip)

@@ -1,0 +1,174 @@
+"""The contact law in plain Python, written from its formulas: printed, consistent, and between bodies."""
+
+import numpy as np
+
+from hvisph.sph.laws.interface import MIXED_UP, OPEN
+from hvisph.sph.laws.riemann import HOLDING, SHOCK_SLOPE
+
+
+def limited(name, d, other):
+    """Return the limited slope of vectors: `d` times the limiter's share of it along `d`."""
+    a, b = d @ d, other @ d
+    if a == 0.0 or b <= 0.0:
+        return 0.0 * d
+    share = {"minmod": min(a, b), "van_leer": 2.0 * a * b / (a + b), "van_albada": a * b * (a + b) / (a * a + b * b)}
+    return share[name] / a * d
+
+
+class Pairs:
+    """What the pairs of a cloud have in common: neighbours, distances, slopes, normals of interfaces."""
+
+    def __init__(self, cloud, formulation, neighbours):
+        self.cloud, self.formulation, self.kernel, self.dim = cloud, formulation, formulation.kernel, cloud.dim
+        self.near = [neighbours(cloud, self.kernel, a) for a in range(len(cloud.x))]
+        self.volume = cloud.m / cloud.rho
+        self.fills, self.ends = np.zeros_like(cloud.x), np.zeros_like(cloud.x)
+        for a, near in enumerate(self.near):
+            for b in near:
+                r, e, slope = self.geometry(a, b)
+                if cloud.body[a] == cloud.body[b]:
+                    self.ends[a] -= self.volume[b] * slope * e
+                else:
+                    self.fills[a] += self.volume[b] * slope * e
+
+    def geometry(self, a, b):
+        """Return distance, line of centres and |dW/dr|."""
+        x_ba = self.cloud.x[b] - self.cloud.x[a]
+        r, h = np.linalg.norm(x_ba), 0.5 * (self.cloud.h[a] + self.cloud.h[b])
+        return r, x_ba / r, -self.kernel.derivative(r, h, self.dim)
+
+    def parted(self, a, b):
+        """Whether the pair is one of different bodies that part."""
+        return self.formulation.parted and self.cloud.body[a] != self.cloud.body[b]
+
+    def gradient(self, a, values, singular):
+        """Return the renormalised gradient at `a` of `values` over the own body, the derivative's axis last."""
+        shape, found = np.zeros((self.dim, self.dim)), np.zeros((*values.shape[1:], self.dim))
+        for b in self.near[a]:
+            if self.parted(a, b):
+                continue
+            r, e, slope = self.geometry(a, b)
+            g = self.volume[b] * slope * e
+            shape += np.outer(r * e, g)
+            found += np.multiply.outer(values[b] - values[a], g)
+        mean = np.trace(shape) / self.dim
+        if mean > singular and np.linalg.det(shape) > singular * mean**self.dim:
+            return found @ np.linalg.inv(shape)
+        return found
+
+    def across(self, a, b, e):
+        """Return normal, cosine and gate of a pair of different bodies."""
+        fills = self.fills[a] - self.fills[b]
+        n = fills / np.linalg.norm(fills)
+        free = (self.ends[a] - self.ends[b]) @ n
+        gate = 1.0 if free <= 0.0 else np.clip((np.linalg.norm(fills) / free - OPEN) / (1.0 - OPEN), 0.0, 1.0)
+        return (n, n @ e, gate) if n @ e >= MIXED_UP else (e, 1.0, gate)
+
+
+def contact(pairs, grad_u, grad_s, a, b):
+    """Return u* of `a`, t*, normal, |dW/dr|, weight in the gradient, heat of slip and of the gate, of a pair."""
+    cloud, formulation = pairs.cloud, pairs.formulation
+    r, e, slope = pairs.geometry(a, b)
+    x_ba, parted, gate = r * e, pairs.parted(a, b), 1.0
+    if parted:
+        e, cosine, gate = pairs.across(a, b, e)
+        slope = slope * cosine
+    along = np.outer(e, e)
+    sides = {}
+    for name, part in (("normal", along), ("tangential", np.eye(pairs.dim) - along)):
+        ua, ub = part @ cloud.u[a], part @ cloud.u[b]
+        ta, tb = part @ cloud.stress[a] @ e, part @ cloud.stress[b] @ e
+        if formulation.reconstruction != "none" and not parted:
+            for_u, for_t = ub - ua, tb - ta
+            limiter = formulation.reconstruction
+            ua = ua + 0.5 * limited(limiter, for_u, 2 * part @ grad_u[a] @ x_ba - for_u)
+            ub = ub - 0.5 * limited(limiter, for_u, 2 * part @ grad_u[b] @ x_ba - for_u)
+            ta = ta + 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[a] @ x_ba) @ e - for_t)
+            tb = tb - 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[b] @ x_ba) @ e - for_t)
+        sides[name] = ua, ub, ta, tb
+    u_own, u_its, traction = np.zeros(pairs.dim), np.zeros(pairs.dim), np.zeros(pairs.dim)
+    slipped = 0.0
+    for name, (ua, ub, ta, tb) in sides.items():
+        speed = cloud.c_l if name == "normal" else cloud.c_t
+        za, zb = cloud.rho[a] * speed[a], cloud.rho[b] * speed[b]
+        if formulation.consistent and name == "normal":
+            closing = SHOCK_SLOPE * max((ua - ub) @ e, 0.0)
+            za, zb = za + cloud.rho[a] * closing, zb + cloud.rho[b] * closing
+        t = (zb * ta + za * tb + za * zb * (ub - ua)) / (za + zb)
+        common = (za * ua + zb * ub + tb - ta) / (za + zb)
+        if name == "normal":
+            pull = t @ e
+            if formulation.consistent:
+                pull = min(pull, cloud.bear[a], cloud.bear[b])
+            if formulation.consistent and formulation.held:
+                nearer = pairs.volume[a] * pairs.volume[b] / r ** (2 * pairs.dim)
+                order = min(cloud.order[a], cloud.order[b])
+                pull -= max(pull, 0.0) * order * min(HOLDING * max(nearer - 1.0, 0.0), 1.0)
+            if parted:
+                pull = gate * min(pull, 0.0)
+            t, push = pull * e, -pull
+        else:
+            most = min(cloud.shear[a], cloud.shear[b]) if formulation.consistent else np.inf
+            if parted:
+                most = min(most, formulation.friction * push)
+            size = np.linalg.norm(t)
+            t = t * min(1.0, most / size) if size > 0.0 else t
+        own, its = (ua + (t - ta) / za, ub - (t - tb) / zb) if parted else (common, common)
+        u_own, u_its, traction = u_own + own, u_its + its, traction + t
+        slipped = 0.5 * t @ (its - own)  # of the last, tangential part
+    if pairs.dim == 1:
+        slipped = 0.0
+    return u_own, traction, e, slope, gate, 0.5 * traction @ (u_its - u_own), slipped, x_ba
+
+
+def at_edges(gradient, rate, moment, closing, dim):
+    """Return velocity gradient and rate of volume, corrected where the neighbourhood is open."""
+    size = np.linalg.det(moment)
+    if not (size > 0.25**dim and np.trace(moment) / dim > 0.25):
+        return gradient, rate
+    w = np.clip((0.95 - size) / 0.2, 0.0, 1.0) * max(0.0, 1.0 - 20.0 * closing)
+    gradient = gradient @ (np.eye(dim) + w * (np.linalg.inv(moment) - np.eye(dim)))
+    return gradient, (1.0 - w) * rate + w * np.trace(gradient)
+
+
+def riemann_rates(cloud, formulation, neighbours, singular):
+    """Return rows of rates of the contact law, laid out as the compiled ones."""
+    pairs, dim, n = Pairs(cloud, formulation, neighbours), cloud.dim, len(cloud.x)
+    volume, kernel, following = pairs.volume, formulation.kernel, formulation.smoothing.variable
+    grad_u = np.array([pairs.gradient(a, cloud.u, singular) for a in range(n)])
+    grad_s = np.array([pairs.gradient(a, cloud.stress, singular) for a in range(n)])
+    rows = []
+    for a in range(n):
+        acceleration, power, gradient, slip, mu = np.zeros(dim), 0.0, np.zeros((dim, dim)), 0.0, 0.0
+        rate, moment = 0.0, np.zeros((dim, dim))
+        h = cloud.h[a]
+        unit = kernel.norm(dim) / h**dim
+        omega = 1.0 - volume[a] * unit * kernel.shape.py_func(0.0) * cloud.grows[a]
+        for b in pairs.near[a]:
+            u_star, t_star, e, slope, gate, heat, slipped, x_ba = contact(pairs, grad_u, grad_s, a, b)
+            r = np.linalg.norm(x_ba)
+            force = 2.0 * volume[a] * volume[b] * slope * t_star
+            acceleration += force / cloud.m[a]
+            power += (force @ (u_star - cloud.u[a]) + 2.0 * volume[a] * volume[b] * slope * heat) / cloud.m[a]
+            slip += 2.0 * volume[a] * volume[b] * slope * slipped / cloud.m[a]
+            mu = max(mu, (cloud.u[a] - cloud.u[b]) @ x_ba / r)
+            weight = gate if pairs.parted(a, b) else 1.0
+            strain = weight * 2.0 * slope * np.outer(u_star - cloud.u[a], e)
+            gradient += volume[b] * strain
+            rate += volume[a] * np.trace(strain)
+            moment += weight * volume[b] * slope * (x_ba @ e) * np.outer(e, e)
+            if following:
+                receding = weight * (cloud.u[b] - cloud.u[a]) @ e
+                q = r / h
+                rate -= volume[a] * slope * receding + volume[a] * unit / h * kernel.slope.py_func(q) * receding
+                spread = dim * kernel.shape.py_func(q) + q * kernel.slope.py_func(q)
+                omega -= weight * volume[a] / dim * unit * spread * cloud.grows[a]
+        further = []
+        if formulation.consistent:
+            rate = rate / omega if following else rate
+            gradient, rate = at_edges(gradient, rate, moment, mu / cloud.c_l[a], dim)
+            further = [np.trace(gradient) - rate]
+        if formulation.parted:
+            further = [*(further or [0.0]), slip]
+        rows.append([*acceleration, power, mu, *gradient.ravel(), *further])
+    return np.array(rows)
