@@ -25,7 +25,7 @@ class Pairs:
         self.fills, self.ends = np.zeros_like(cloud.x), np.zeros_like(cloud.x)
         for a, near in enumerate(self.near):
             for b in near:
-                r, e, slope = self.geometry(a, b)
+                _, e, slope = self.geometry(a, b)
                 if cloud.body[a] == cloud.body[b]:
                     self.ends[a] -= self.volume[b] * slope * e
                 else:

@@ -3,12 +3,11 @@
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
+from riemann_twin import riemann_rates
 
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.riemann import Riemann
 from hvisph.sph.pairs import Pairs
-
-from riemann_twin import riemann_rates
 from hvisph.sph.shape_matrix import SINGULAR
 
 H = 1.4e-3  # mean smoothing length of the random clouds [m]

@@ -61,13 +61,13 @@ def test_defaults():
         }
     )
     assert case.formulation.type == "riemann"
-    assert case.formulation.reconstruction == "van_leer"
+    assert case.formulation.reconstruction == "van_albada"
     assert case.bodies["a"].arrangement == "square"
     assert case.bodies["b"].velocity == (0.0, 0.0)
     assert case.bodies["a"].rotation.angle == 30.0
     assert list(case.bodies) == ["a", "b"]
     assert "plateau_stress" not in case.measures
-    assert case.smoothing_length == pytest.approx(1.4e-4)
+    assert case.smoothing_length == pytest.approx(1.2e-4)
 
 
 def test_case_is_frozen():
@@ -115,7 +115,7 @@ def test_no_units():
             "formulation={type: riemann, reconstruction: none}",
             lambda c: c.formulation.reconstruction == "none",
         ),
-        ("formulation.type=riemann", lambda c: c.formulation.reconstruction == "van_leer"),
+        ("formulation.type=riemann", lambda c: c.formulation.reconstruction == "van_albada"),
         (
             "formulation.viscosity.beta=2.5",
             lambda c: c.formulation.viscosity == MonaghanViscosity(alpha=1, beta=2.5),

@@ -92,7 +92,7 @@ class Stepper:
         parts = {part.__name__: bind(part, {}, offered) for part in single.PARTS}
         parts["pack"] = bind(packer, options, offered)
         limits = self.formulation.limits() if hasattr(self.formulation, "limits") else None
-        parts["show_limits"] = bind(*limits, offered) if limits else parts["pack"]  # never called
+        parts["show_limits"] = bind(limits[0], limits[1], offered) if limits else parts["pack"]  # never called
         return bind(single.update, parts | {"LIMITED": int(limits is not None)}, offered, parallel=True)
 
     @property

@@ -1,7 +1,7 @@
 """What a material bears at most across a plane: the limits of a traction between particles.
 
-    tension  -p_min + |S|  with a pressure cut-off,  0 of a gas and of failed material,  else without limit
-    shear    Y / sqrt(3),  0 of failed material,  without limit where nothing yields
+tension  -p_min + |S|  with a pressure cut-off,  0 of a gas and of failed material,  else without limit
+shear    Y / sqrt(3),  0 of failed material,  without limit where nothing yields
 """
 
 from __future__ import annotations
@@ -48,7 +48,9 @@ def bearable_shear(table, models, m, e, plastic_strain, damage, l):
     if failed(models, m, damage):
         return 0.0
     strength = models[m, STRENGTH_TAG]
-    if strength == _NO_STRENGTH or strength == _ELASTIC:
+    if strength == _NO_STRENGTH:
+        return UNLIMITED
+    if strength == _ELASTIC:
         return UNLIMITED
     row = parameters(table, m)
     factor = 1.0

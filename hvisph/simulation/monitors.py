@@ -13,6 +13,8 @@ from hvisph.simulation.build import Setup
 
 # Of the two gradients of each pair in the last evaluation, those that the correction left plain.
 FALLBACKS_COLUMN = "correction_fallbacks"
+# Work of friction between bodies up to the record [J], which is heat in their internal energy.
+SLIP_COLUMN = "slip_work"
 
 
 class Budget:
@@ -99,7 +101,9 @@ class Observer:
         }
         formulation = setup.stepper.formulation
         self.corrected = isinstance(getattr(formulation, "eulerian", formulation), Corrected)
+        self._slips = bool(getattr(formulation, "slips", False))
         counted = (FALLBACKS_COLUMN,) if self.corrected else ()
+        counted = (*counted, SLIP_COLUMN) if self._slips else counted
         self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
         self.locate()
 
@@ -116,16 +120,18 @@ class Observer:
         return self._setup.gauges.due(step)
 
     def record(
-        self, step: int, time: float, dt: float, criterion: str, particle: int, drift: float | None
+        self, step: int, time: float, dt: float, criterion: str, particle: int, budget: Budget
     ) -> list[Any]:
         """Return the record of a step."""
         sums, pressures = self._setup.stepper.sums, self._setup.stepper.pressures
+        drift = budget.energy_drift(sums)
         return [
             step, time, dt, criterion, particle, float(sums[update.KINETIC]), float(sums[update.INTERNAL]),
             *(float(p) for p in sums[update.MOMENTUM : update.MOMENTUM + 3]),
             float("nan") if drift is None else drift,
             float(pressures[self._at[CENTRE_COLUMN]].mean()), float(pressures[self._at[AXIS_COLUMN]].min()),
             *((fallbacks(self._setup.stepper),) if self.corrected else ()),
+            *((budget.slip_work,) if self._slips else ()),
             *self._setup.gauges.record(step, self._where),
         ]  # fmt: skip
 

@@ -199,7 +199,7 @@ class Run:
             stepper.complete(0.0, 0.0)
         self.step = self.clock.choose(limit.dt, limit.criterion, None)
         stepper.predict(self.step.length)
-        self.files.record(self.step, limit.particle, 0.0, self._drift())
+        self.files.record(self.step, limit.particle, 0.0, self.budget)
 
     def _limit(self) -> Limit:
         stepper = self.setup.stepper
@@ -231,7 +231,7 @@ class Run:
             self.observer.locate()
             self.domain.retire(self.budget, following.length)
         if clock.steps % self.case.output.history_every == 0 or at_output or self.observer.due(clock.steps):
-            self.files.record(self.step, limiting, done.length, self._drift())
+            self.files.record(self.step, limiting, done.length, self.budget)
         self.watch.check_state(self._drift(), clock.time, clock.steps)
         if at_output:
             self.files.write_output()

@@ -14,7 +14,7 @@ from hvisph.output.history import HistoryWriter
 from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.checkpoint import Cadence, Files, Keeper
 from hvisph.simulation.clock import Clock, Step
-from hvisph.simulation.monitors import Observer
+from hvisph.simulation.monitors import Budget, Observer
 from hvisph.simulation.summary import case_hash
 from hvisph.simulation.writer import SnapshotWriter
 
@@ -83,11 +83,11 @@ class RunFiles:
         self.writer.forget_after(self._clock.outputs)
         return self.history
 
-    def record(self, step: Step, limiting: int, length: float, drift: float | None) -> None:
-        """Add a record: the next step, the particle that limits it, the length of the last one, the energy drift."""
+    def record(self, step: Step, limiting: int, length: float, budget: Budget) -> None:
+        """Add a record: the next step, the particle that limits it, the length of the last one, the budget."""
         clock = self._clock
         self.state.recorded = clock.steps
-        self.history.append(self._observer.record(clock.steps, clock.time, length, step.criterion, limiting, drift))
+        self.history.append(self._observer.record(clock.steps, clock.time, length, step.criterion, limiting, budget))
 
     def write_output(self) -> None:
         """Write the snapshot of a moment of output."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -52,8 +52,12 @@ class RepulsiveContact(StrictModel):
     )
 
 
-Contact = Annotated[WeldedContact | RepulsiveContact, Field(discriminator="type")]
-RiemannContact = Annotated[SeparatingContact | WeldedContact, Field(discriminator="type")]
+Contact = Annotated[SeparatingContact | WeldedContact | RepulsiveContact, Field(discriminator="type")]
+
+
+def unavailable(contact: Any, formulation: str) -> Iterator[Problem]:
+    """Yield that `formulation` has no such contact."""
+    yield Problem(("formulation", "contact", "type"), f"'{contact.type}' is not available with '{formulation}'")
 
 
 def parted_problems(case: Surroundings, smoothing_length: str, what: str) -> Iterator[Problem]:

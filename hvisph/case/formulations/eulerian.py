@@ -7,7 +7,14 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from hvisph.case.formulations.contact import Contact, RepulsiveContact, WeldedContact, parted_problems
+from hvisph.case.formulations.contact import (
+    Contact,
+    RepulsiveContact,
+    SeparatingContact,
+    WeldedContact,
+    parted_problems,
+    unavailable,
+)
 from hvisph.case.formulations.correction import Correction, NoCorrection, fill_correction
 from hvisph.case.formulations.options import NO_CONVERSION, KernelOptions
 from hvisph.case.formulations.viscosity import (
@@ -69,6 +76,8 @@ class EulerianFormulation(KernelOptions):
     def problems(self, case: Surroundings) -> Iterator[Problem]:
         """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
         yield from super().problems(case)
+        if isinstance(self.contact, SeparatingContact):
+            yield from unavailable(self.contact, self.type)
         if not self.parted:
             return
         if len(case.bodies) < 2:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from hvisph.case.dimensions import NUMBER
-from hvisph.case.formulations.contact import RiemannContact, SeparatingContact
+from hvisph.case.formulations.contact import Contact, RepulsiveContact, SeparatingContact, unavailable
 from hvisph.case.formulations.options import NO_CONVERSION, Kernel, KernelOptions
 from hvisph.case.model import Problem, refuse
+from hvisph.case.surroundings import Surroundings
 from hvisph.case.units import Quantity
 
 # What goes with each form unless given.
@@ -79,7 +81,7 @@ class RiemannFormulation(KernelOptions):
         description="`held`: particles of a solid keep their order in tension until it has flowed by 0.2 of plastic "
         "strain; `plain`: tension brings them into disorder and tears the lattice. `plain` with form `printed`",
     )
-    contact: RiemannContact = Field(
+    contact: Contact = Field(
         default=SeparatingContact(), description="How bodies meet; `welded` unless given with form `printed`"
     )
 
@@ -97,3 +99,9 @@ class RiemannFormulation(KernelOptions):
         if self.form == "printed" and self.tension == "held":
             refuse([Problem(("tension",), "'held' is for form 'consistent'; leave it out or give 'plain'")])
         return self
+
+    def problems(self, case: Surroundings) -> Iterator[Problem]:
+        """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
+        yield from super().problems(case)
+        if isinstance(self.contact, RepulsiveContact):
+            yield from unavailable(self.contact, self.type)

@@ -7,7 +7,13 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from hvisph.case.formulations.contact import Contact, RepulsiveContact, parted_problems
+from hvisph.case.formulations.contact import (
+    Contact,
+    RepulsiveContact,
+    SeparatingContact,
+    parted_problems,
+    unavailable,
+)
 from hvisph.case.formulations.conversion import ConversionLimits
 from hvisph.case.formulations.correction import Correction, NoCorrection, fill_factor
 from hvisph.case.formulations.options import NO_CONVERSION, KernelOptions
@@ -84,6 +90,8 @@ class TotalLagrangianFormulation(KernelOptions):
     def problems(self, case: Surroundings) -> Iterator[Problem]:
         """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
         yield from super().problems(case)
+        if isinstance(self.contact, SeparatingContact):
+            yield from unavailable(self.contact, self.type)
         yield from parted_problems(case, self.smoothing_length.type, "reference kernels are")
         if self.spatial_correction.type != "none" and not self.parted and len(case.bodies) > 1:
             yield Problem(

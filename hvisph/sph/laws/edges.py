@@ -10,7 +10,18 @@ particles' spacing. In a shock front, where particles close at mu, a neighbourho
 from __future__ import annotations
 
 from hvisph.core.jit import compiled
-from hvisph.core.tensors import adjugate, determinant, divergence, identity, mean_diagonal, minus, plus, product, times, to_dimensions
+from hvisph.core.tensors import (
+    adjugate,
+    determinant,
+    divergence,
+    identity,
+    mean_diagonal,
+    minus,
+    plus,
+    product,
+    times,
+    to_dimensions,
+)
 
 # Determinant of B: with this and more a neighbourhood is whole; from here on down to WHOLE - RANGE it opens.
 WHOLE, RANGE = 0.95, 0.2
