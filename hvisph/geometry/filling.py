@@ -15,23 +15,26 @@ ROUND_OFF = 1e-9
 
 @dataclass(frozen=True)
 class Filling:
-    """The particles of one body, around the centre of its shape.
+    """The particles of one body, around the origin of its shape.
 
     Parameters
     ----------
     positions
-        Particle centres relative to the shape's centre, shape (n, dim) [m].
+        Particle centres in the shape's coordinates, shape (n, dim) [m].
     volumes
         Volume of each particle, shape (n,) [m^dim].
     size
         Full size along each axis that the particles stand for [m].
+    spacing
+        Spacing of the particles, which their smoothing length follows: one for all, or shape (n,) [m].
     note
-        Why `size` differs from the size asked for; empty when it does not.
+        What gave way: sizes in a nominal filling, spacing and masses in an exact one; empty if nothing did.
     """
 
     positions: np.ndarray
     volumes: np.ndarray
     size: tuple[float, ...]
+    spacing: float | np.ndarray
     note: str = ""
 
     @property
@@ -39,9 +42,14 @@ class Filling:
         """Number of particles."""
         return len(self.positions)
 
+    @property
+    def finest(self) -> float:
+        """Least spacing [m]."""
+        return float(np.min(self.spacing))
 
-def count_across(length: float, spacing: float, what: str = "body") -> int:
-    """Return how many particles at `spacing` [m] come nearest to `length` [m].
+
+def count_across(length: float, spacing: float, what: str = "body", even: bool = False) -> int:
+    """Return how many particles, or how many in pairs, at `spacing` [m] come nearest to `length` [m].
 
     Raises
     ------
@@ -55,7 +63,7 @@ def count_across(length: float, spacing: float, what: str = "body") -> int:
             "refine the resolution or enlarge the body",
             where="resolution",
         )
-    return count
+    return 2 * max(1, math.floor(length / spacing / 2 + 0.5 + ROUND_OFF)) if even else count
 
 
 def filled(positions: np.ndarray, dx: float, size: tuple[float, ...], asked: tuple[float, ...]) -> Filling:
@@ -71,7 +79,7 @@ def filled(positions: np.ndarray, dx: float, size: tuple[float, ...], asked: tup
     differs = any(abs(got - want) > ROUND_OFF * want for got, want in zip(size, asked, strict=True))
     note = f"{_sizes(asked)} is filled as {_sizes(size)} at resolution {dx:g}" if differs else ""
     volumes = np.full(len(positions), dx ** positions.shape[1])
-    return Filling(np.ascontiguousarray(positions), volumes, size, note)
+    return Filling(np.ascontiguousarray(positions), volumes, size, dx, note)
 
 
 def centred(count: int, spacing: float) -> np.ndarray:
@@ -79,10 +87,9 @@ def centred(count: int, spacing: float) -> np.ndarray:
     return (np.arange(count) - (count - 1) / 2) * spacing
 
 
-def grid(axes: list[np.ndarray]) -> np.ndarray:
-    """Return the points of the product of coordinate lists, the last coordinate fastest: (n, dim)."""
-    mesh = np.meshgrid(*axes, indexing="ij")
-    return np.stack([coordinate.ravel() for coordinate in mesh], axis=1)
+def cover(low: float, high: float, spacing: float, even: bool = False) -> np.ndarray:
+    """Return coordinates at `spacing` [m] centred between `low` and `high`, as many as come nearest to fill it."""
+    return (low + high) / 2 + centred(count_across(high - low, spacing, even=even), spacing)
 
 
 def _sizes(size: tuple[float, ...]) -> str:

@@ -40,7 +40,9 @@ class Overlap:
     count: int
 
 
-def overlaps(positions: np.ndarray, bodies: Sequence[int] | np.ndarray, dx: float) -> list[Overlap]:
+def overlaps(
+    positions: np.ndarray, bodies: Sequence[int] | np.ndarray, spacing: float | Sequence[float]
+) -> list[Overlap]:
     """Return the pairs of bodies with particles closer than 1.02 sqrt(dim) / 2 dx to each other.
 
     Parameters
@@ -49,8 +51,8 @@ def overlaps(positions: np.ndarray, bodies: Sequence[int] | np.ndarray, dx: floa
         Particle centres, shape (n, dim) [m].
     bodies
         Body index of each particle, shape (n,).
-    dx
-        Particle spacing [m].
+    spacing
+        Least particle spacing, one for all or one a body number [m]; dx is the mean of the two bodies'.
 
     Returns
     -------
@@ -58,12 +60,13 @@ def overlaps(positions: np.ndarray, bodies: Sequence[int] | np.ndarray, dx: floa
         Empty when no bodies overlap. Only particles where the bodies' bounding boxes meet are
         compared, so bodies in a row cost next to nothing.
     """
-    reach = (1 + MARGIN) * math.sqrt(positions.shape[1]) / 2 * dx
+    hole = (1 + MARGIN) * math.sqrt(positions.shape[1]) / 2
     belongs = np.asarray(bodies)
     members = {int(body): np.flatnonzero(belongs == body) for body in np.unique(belongs)}
     boxes = {body: (positions[i].min(axis=0), positions[i].max(axis=0)) for body, i in members.items()}
     found = []
     for first, second in combinations(members, 2):
+        reach = hole * (spacing if isinstance(spacing, int | float) else (spacing[first] + spacing[second]) / 2)
         low = np.maximum(boxes[first][0], boxes[second][0]) - reach
         high = np.minimum(boxes[first][1], boxes[second][1]) + reach
         if (low > high).any():

@@ -10,11 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
 from hvisph.core.errors import CaseError
+from hvisph.geometry.contact import Solid, touch
 from hvisph.geometry.filling import Filling
+from hvisph.geometry.shapes import Shape
 
 
 def rotation_matrix(dim: int, angle: float, axis: Sequence[float] = (0.0, 0.0, 1.0)) -> np.ndarray:
@@ -57,9 +60,9 @@ def row(
     fillings: Sequence[Filling],
     gaps: Sequence[float],
     positions: Sequence[Sequence[float] | None],
-    dx: float,
+    surfaces: Sequence[Shape | None],
 ) -> np.ndarray:
-    """Return the centres of bodies standing in a row along x, shape (bodies, dim) [m].
+    """Return the places of bodies standing in a row along x, shape (bodies, dim) [m].
 
     Parameters
     ----------
@@ -68,10 +71,11 @@ def row(
     gaps
         Distance [m] from each body to the one before it in the row; of no effect for the first.
     positions
-        Stated centre of each body [m], or None for a place in the row. A body with a stated
-        centre takes no place in the row.
-    dx
-        Particle spacing [m].
+        Stated place of each body's origin [m], or None for a place in the row. A body with a stated
+        place takes no place in the row.
+    surfaces
+        Their surfaces, turned like the particles. Two neighbours that have one both stand where these touch,
+        others where their outermost particles along x say so.
 
     Raises
     ------
@@ -88,22 +92,40 @@ def row(
             raise CaseError(f"a position has {dim} components in {dim}D, not {len(position)}", where="position")
         else:
             centres[body] = position
-    struck = in_row[1] if len(in_row) > 1 else in_row[0] if in_row else None
-    if struck is None:
+    if not in_row:
         return centres
-    faces = {body: _faces(fillings[body], dx) for body in in_row}
-    centres[struck, 0] = -faces[struck][0]
-    if struck != in_row[0]:
-        centres[in_row[0], 0] = -gaps[struck] - faces[in_row[0]][1]
-    behind = faces[struck][1] - faces[struck][0]
-    for body in in_row[2:]:
-        front = behind + gaps[body]
-        centres[body, 0] = front - faces[body][0]
-        behind = front + faces[body][1] - faces[body][0]
+    faces = [_faces(filling) for filling in fillings]
+    first = in_row[0]
+    if len(in_row) == 1:
+        centres[first, 0] = -faces[first][0]
+        return centres
+    struck = in_row[1]
+    inner, face = _meeting(fillings, surfaces, faces, first, struck)
+    centres[struck, 0] = -face
+    centres[first, 0] = -gaps[struck] - inner
+    behind = faces[struck][1] - face
+    for before, body in pairwise(in_row[1:]):
+        inner, face = _meeting(fillings, surfaces, faces, before, body)
+        if inner == faces[before][1]:
+            front = behind + gaps[body]
+        else:
+            front = centres[before, 0] + inner + gaps[body]
+        centres[body, 0] = front - face
+        behind = front + faces[body][1] - face
     return centres
 
 
-def _faces(filling: Filling, dx: float) -> tuple[float, float]:
-    """Return the x of a body's two faces about its centre [m]."""
+def _meeting(
+    fillings: Sequence[Filling], surfaces: Sequence[Shape | None], faces: list[tuple[float, float]], one: int, other: int
+) -> tuple[float, float]:
+    """Return where two bodies touch, as x about the origin of the one and of the other [m]."""
+    pair = [(surfaces[body], fillings[body]) for body in (one, other)]
+    solids = [Solid(shape, f.positions, f.finest) for shape, f in pair if shape is not None]
+    found = touch(*solids) if len(solids) == 2 else None
+    return (faces[one][1], faces[other][0]) if found is None else found
+
+
+def _faces(filling: Filling) -> tuple[float, float]:
+    """Return the x of a body's two faces about its origin [m]."""
     x = filling.positions[:, 0]
-    return float(x.min()) - dx / 2, float(x.max()) + dx / 2
+    return float(x.min()) - filling.finest / 2, float(x.max()) + filling.finest / 2

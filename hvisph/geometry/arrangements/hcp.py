@@ -12,12 +12,12 @@ import math
 import numpy as np
 
 from hvisph.geometry.filling import Filling, count_across, filled
-from hvisph.geometry.shapes import Box, Cylinder, Sphere
+from hvisph.geometry.shapes import Box, Cylinder, Shape
 
 NODE_DISTANCE = 2 ** (1 / 6)  # a / dx [-]
 
 
-def fill_hcp(shape: Sphere | Box | Cylinder, dx: float) -> Filling:
+def fill_hcp(shape: Shape, dx: float) -> Filling:
     """Fill the shape with close-packed layers of cell volume `dx`^3 [m^3].
 
     Raises
@@ -27,10 +27,6 @@ def fill_hcp(shape: Sphere | Box | Cylinder, dx: float) -> Filling:
     """
     a = NODE_DISTANCE * dx
     steps = (a * math.sqrt(2 / 3), a, a * math.sqrt(3) / 2)  # layer, node in a row, row
-    if isinstance(shape, Sphere):
-        half = [count_across(shape.diameter / 2, step, "sphere's radius") + 1 for step in steps]
-        points = _nodes([np.arange(-h, h + 1) for h in half]) * steps
-        return filled(points[shape.contains(points)], dx, shape.extent(), shape.extent())
     if isinstance(shape, Cylinder):
         layers = count_across(shape.length, steps[0])
         half = [count_across(shape.diameter / 2, step, "cylinder's radius") + 1 for step in steps[1:]]
@@ -39,6 +35,12 @@ def fill_hcp(shape: Sphere | Box | Cylinder, dx: float) -> Filling:
         points = np.roll(points, shape.axis_index, axis=1)
         size = tuple(layers * steps[0] if axis == shape.axis_index else shape.diameter for axis in range(3))
         return filled(points[shape.contains(points)], dx, size, shape.extent())
+    if not isinstance(shape, Box):
+        low, high = shape.bounds()
+        sides = zip((high - low) / 2, steps, strict=True)
+        half = [count_across(max(float(side), step), step, f"{shape.kind}'s half width") + 1 for side, step in sides]
+        points = _nodes([np.arange(-h, h + 1) for h in half]) * steps + (low + high) / 2
+        return filled(points[shape.contains(points)], dx, shape.extent(), shape.extent())
     counts = [count_across(side, step) for side, step in zip(shape.extent(), steps, strict=True)]
     points = _nodes([np.arange(count) for count in counts]) * steps
     points -= (points.min(axis=0) + points.max(axis=0)) / 2

@@ -13,13 +13,13 @@ import math
 import numpy as np
 
 from hvisph.geometry.filling import Filling, centred, count_across, filled
-from hvisph.geometry.shapes import Box, Disc
+from hvisph.geometry.shapes import Box, Shape
 
 NODE_DISTANCE = (4 / 3) ** 0.25  # a / dx [-]
 
 
-def fill_hexagonal(shape: Disc | Box, dx: float) -> Filling:
-    """Fill the disc or rectangle with a triangular lattice of cell area `dx`^2 [m^2].
+def fill_hexagonal(shape: Shape, dx: float) -> Filling:
+    """Fill the shape with a triangular lattice of cell area `dx`^2 [m^2].
 
     Raises
     ------
@@ -28,10 +28,13 @@ def fill_hexagonal(shape: Disc | Box, dx: float) -> Filling:
     """
     a = NODE_DISTANCE * dx
     between = a * math.sqrt(3) / 2
-    if isinstance(shape, Disc):
-        half = count_across(shape.diameter / 2, between, "disc's radius") + 1
-        columns = [_column(k * between, centred(2 * half + 1 + k % 2, a)) for k in range(-half, half + 1)]
-        points = np.concatenate(columns)
+    if not isinstance(shape, Box):
+        low, high = shape.bounds()
+        across, up = ((high - low) / 2).tolist()
+        half = count_across(across, between, f"{shape.kind}'s half width") + 1
+        nodes = 2 * (count_across(max(up, a), a) + 1) + 1
+        columns = [_column(k * between, centred(nodes + k % 2, a)) for k in range(-half, half + 1)]
+        points = np.concatenate(columns) + (low + high) / 2
         return filled(points[shape.contains(points)], dx, shape.extent(), shape.extent())
     width, height = shape.extent()
     count = count_across(width, between)

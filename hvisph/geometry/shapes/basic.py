@@ -1,7 +1,6 @@
-"""Shapes of bodies: each knows its size and which points lie inside, centred at the origin.
+"""The basic shapes: interval, disc, sphere, box and cylinder.
 
-One frozen dataclass a shape. All lengths in metres (or in the case's own unit where it has none).
-Sizes that are not positive and finite raise `CaseError`.
+One frozen dataclass a shape. Sizes that are not positive and finite raise `CaseError`.
 """
 
 from __future__ import annotations
@@ -13,16 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvisph.core.errors import CaseError, nearest
-
-# Relative margin on squared distances within which a point counts as lying on the surface, hence
-# outside: wide against round-off, narrow against the steps of a lattice of 10^4 nodes across.
-SURFACE_MARGIN = 1e-10
-
-AXES = ("x", "y", "z")
+from hvisph.geometry.shapes.shape import AXES, SURFACE_MARGIN, Centred, box_distance, require_sizes
 
 
 @dataclass(frozen=True)
-class Interval:
+class Interval(Centred):
     """A stretch of the line (1D).
 
     Parameters
@@ -34,7 +28,7 @@ class Interval:
     length: float
 
     def __post_init__(self) -> None:
-        _require_sizes("interval", length=self.length)
+        require_sizes("interval", length=self.length)
 
     @property
     def dim(self) -> int:
@@ -54,9 +48,18 @@ class Interval:
         """Tell which `points` (n, 1) [m] lie strictly inside: booleans of shape (n,)."""
         return _within_box(points, self.extent())
 
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, 1) [m] to the surface, negative inside: (n,) [m]."""
+        return _beyond_box(points, self.extent())
+
+    @property
+    def flat_axes(self) -> tuple[int, ...]:
+        """Axes across which flat faces bound the whole shape."""
+        return (0,)
+
 
 @dataclass(frozen=True)
-class Disc:
+class Disc(Centred):
     """A disc (2D): the cross-section of an infinite cylinder across the plane.
 
     Parameters
@@ -68,7 +71,7 @@ class Disc:
     diameter: float
 
     def __post_init__(self) -> None:
-        _require_sizes("disc", diameter=self.diameter)
+        require_sizes("disc", diameter=self.diameter)
 
     @property
     def dim(self) -> int:
@@ -88,9 +91,13 @@ class Disc:
         """Tell which `points` (n, 2) [m] lie strictly inside: booleans of shape (n,)."""
         return _within_ball(points, self.diameter)
 
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, 2) [m] to the surface, negative inside: (n,) [m]."""
+        return _beyond_ball(points, self.diameter)
+
 
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(Centred):
     """A ball (3D).
 
     Parameters
@@ -102,7 +109,7 @@ class Sphere:
     diameter: float
 
     def __post_init__(self) -> None:
-        _require_sizes("sphere", diameter=self.diameter)
+        require_sizes("sphere", diameter=self.diameter)
 
     @property
     def dim(self) -> int:
@@ -122,9 +129,13 @@ class Sphere:
         """Tell which `points` (n, 3) [m] lie strictly inside: booleans of shape (n,)."""
         return _within_ball(points, self.diameter)
 
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
+        return _beyond_ball(points, self.diameter)
+
 
 @dataclass(frozen=True)
-class Box:
+class Box(Centred):
     """A rectangle (2D) or a cuboid (3D) with its edges along the axes.
 
     Parameters
@@ -139,7 +150,7 @@ class Box:
         object.__setattr__(self, "size", tuple(float(side) for side in self.size))
         if len(self.size) not in (2, 3):
             raise CaseError(f"a box has 2 or 3 sizes, not {len(self.size)}", where="size")
-        _require_sizes("box", **{f"size[{axis}]": side for axis, side in enumerate(self.size)})
+        require_sizes("box", **{f"size[{axis}]": side for axis, side in enumerate(self.size)})
 
     @property
     def dim(self) -> int:
@@ -159,9 +170,18 @@ class Box:
         """Tell which `points` (n, dim) [m] lie strictly inside: booleans of shape (n,)."""
         return _within_box(points, self.extent())
 
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
+        return _beyond_box(points, self.extent())
+
+    @property
+    def flat_axes(self) -> tuple[int, ...]:
+        """Axes across which flat faces bound the whole shape."""
+        return tuple(range(self.dim))
+
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(Centred):
     """A circular cylinder of finite length (3D).
 
     Parameters
@@ -177,7 +197,7 @@ class Cylinder:
     axis: str = "x"
 
     def __post_init__(self) -> None:
-        _require_sizes("cylinder", diameter=self.diameter, length=self.length)
+        require_sizes("cylinder", diameter=self.diameter, length=self.length)
         if self.axis not in AXES:
             raise CaseError(f"unknown axis '{self.axis}'{nearest(self.axis, AXES)}", where="axis")
 
@@ -206,14 +226,17 @@ class Cylinder:
         across = np.delete(points, self.axis_index, axis=1)
         return _within_ball(across, self.diameter) & _within_box(along, (self.length,))
 
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
+        return box_distance(
+            np.abs(points[:, self.axis_index]) - self.length / 2,
+            _beyond_ball(np.delete(points, self.axis_index, axis=1), self.diameter),
+        )
 
-Shape = Interval | Disc | Sphere | Box | Cylinder
-
-
-def _require_sizes(shape: str, **sizes: float) -> None:
-    for name, value in sizes.items():
-        if not (math.isfinite(value) and value > 0):
-            raise CaseError(f"the {shape} needs a positive, finite size, not {value:g}", where=name)
+    @property
+    def flat_axes(self) -> tuple[int, ...]:
+        """Axes across which flat faces bound the whole shape."""
+        return (self.axis_index,)
 
 
 def _within_ball(points: np.ndarray, diameter: float) -> np.ndarray:
@@ -223,3 +246,11 @@ def _within_ball(points: np.ndarray, diameter: float) -> np.ndarray:
 
 def _within_box(points: np.ndarray, extent: tuple[float, ...]) -> np.ndarray:
     return (np.abs(points) < np.asarray(extent) / 2 * (1 - SURFACE_MARGIN)).all(axis=1)
+
+
+def _beyond_ball(points: np.ndarray, diameter: float) -> np.ndarray:
+    return np.sqrt(np.einsum("ij,ij->i", points, points)) - diameter / 2
+
+
+def _beyond_box(points: np.ndarray, extent: tuple[float, ...]) -> np.ndarray:
+    return box_distance(*(np.abs(points) - np.asarray(extent) / 2).T)

@@ -1,0 +1,292 @@
+"""Shapes made of shapes: placed and turned, united, cut out of each other, repeated on a lattice."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.geometry.shapes.shape import Shape
+
+# A repeated shape of more copies than this looks only at the copies beside a point.
+ALL_COPIES = 16
+
+
+@dataclass(frozen=True)
+class Placed(Shape):
+    """A shape that has been turned about its origin and then moved.
+
+    Parameters
+    ----------
+    shape
+        The shape in its own coordinates.
+    position
+        Where its origin goes, (dim,) [m].
+    matrix
+        Rotation (dim, dim); None for none.
+    """
+
+    shape: Shape
+    position: np.ndarray
+    matrix: np.ndarray | None = None
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions."""
+        return self.shape.dim
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind of shape, for messages."""
+        return self.shape.kind
+
+    @property
+    def flat_axes(self) -> tuple[int, ...]:
+        """Axes across which flat faces bound the whole shape."""
+        return self.shape.flat_axes if self.matrix is None else ()
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of a box around it, (dim,) each [m]."""
+        low, high = self.shape.bounds()
+        if self.matrix is None:
+            return low + self.position, high + self.position
+        corners = np.array(list(itertools.product(*zip(low, high, strict=True)))) @ self.matrix.T + self.position
+        return corners.min(axis=0), corners.max(axis=0)
+
+    @property
+    def volume(self) -> float:
+        """Length, area or volume [m^dim]."""
+        return self.shape.volume
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
+        return self.shape.distance(self.inwards(points))
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Tell which `points` (n, dim) [m] lie strictly inside: booleans of shape (n,)."""
+        return self.shape.contains(self.inwards(points))
+
+    def inwards(self, points: np.ndarray) -> np.ndarray:
+        """Return `points` (n, dim) in the shape's own coordinates [m]."""
+        moved = points - self.position
+        return moved if self.matrix is None else moved @ self.matrix
+
+
+class Measured(Shape):
+    """A shape whose volume is integrated once, to 1e-4."""
+
+    @cached_property
+    def _volume(self) -> float:
+        from hvisph.geometry.volume import integrated_volume
+
+        return integrated_volume(self)
+
+    @property
+    def volume(self) -> float:
+        """Area or volume, to 1e-4 [m^dim]."""
+        return self._volume
+
+
+@dataclass(frozen=True)
+class Union(Measured):
+    """All that lies in one of the parts.
+
+    Parameters
+    ----------
+    parts
+        Shapes of the same number of dimensions.
+    """
+
+    parts: Sequence[Shape]
+
+    def __post_init__(self) -> None:
+        _require_parts(self.parts)
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions."""
+        return self.parts[0].dim
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of the box around it, (dim,) each [m]."""
+        corners = [part.bounds() for part in self.parts]
+        return np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
+        found = self.parts[0].distance(points)
+        for part in self.parts[1:]:
+            np.minimum(found, part.distance(points), out=found)
+        return found
+
+
+@dataclass(frozen=True)
+class Intersection(Measured):
+    """All that lies in every part.
+
+    Parameters
+    ----------
+    parts
+        Shapes of the same number of dimensions.
+    """
+
+    parts: Sequence[Shape]
+
+    def __post_init__(self) -> None:
+        _require_parts(self.parts)
+        low, high = self.bounds()
+        if not (low < high).all():
+            raise CaseError("the parts of the intersection have nothing in common", where="parts")
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions."""
+        return self.parts[0].dim
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of a box around it, (dim,) each [m]."""
+        corners = [part.bounds() for part in self.parts]
+        return np.max([low for low, _ in corners], axis=0), np.min([high for _, high in corners], axis=0)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
+        found = self.parts[0].distance(points)
+        for part in self.parts[1:]:
+            np.maximum(found, part.distance(points), out=found)
+        return found
+
+
+@dataclass(frozen=True)
+class Difference(Measured):
+    """What is left of a shape when others are cut out.
+
+    Parameters
+    ----------
+    whole
+        The shape.
+    removed
+        What is cut out.
+    """
+
+    whole: Shape
+    removed: Sequence[Shape]
+
+    def __post_init__(self) -> None:
+        _require_parts([self.whole, *self.removed])
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions."""
+        return self.whole.dim
+
+    @property
+    def flat_axes(self) -> tuple[int, ...]:
+        """Axes across which flat faces bound the whole shape."""
+        return self.whole.flat_axes
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of a box around it, (dim,) each [m]."""
+        return self.whole.bounds()
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
+        found = self.whole.distance(points)
+        for part in self.removed:
+            np.maximum(found, -part.distance(points), out=found)
+        return found
+
+
+@dataclass(frozen=True)
+class Repeat(Measured):
+    """Copies of a shape in a row or on a lattice, centred about the origin.
+
+    Parameters
+    ----------
+    shape
+        What is repeated.
+    vectors
+        One to three steps from copy to copy, (k, dim) [m].
+    counts
+        Number of copies along each.
+    """
+
+    shape: Shape
+    vectors: Sequence[Sequence[float]]
+    counts: Sequence[int]
+    _inverse: np.ndarray = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        steps = np.asarray(self.vectors, dtype=float)
+        if steps.ndim != 2 or steps.shape[1] != self.shape.dim or not 1 <= len(steps) <= self.shape.dim:
+            raise CaseError(f"needs 1 to {self.shape.dim} vectors of {self.shape.dim} components", where="vectors")
+        if len(self.counts) != len(steps):
+            raise CaseError(f"has {len(self.counts)} counts for {len(steps)} vectors", where="counts")
+        if np.linalg.matrix_rank(steps) < len(steps):
+            raise CaseError("the vectors must point in different directions", where="vectors")
+        object.__setattr__(self, "_inverse", np.linalg.pinv(steps))
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions."""
+        return self.shape.dim
+
+    @property
+    def copies(self) -> int:
+        """Number of copies."""
+        return math.prod(self.counts)
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind of shape, for messages."""
+        return f"repeated {self.shape.kind}"
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of the box around it, (dim,) each [m]."""
+        low, high = self.shape.bounds()
+        reach = sum(np.abs(step) * (n - 1) / 2 for step, n in zip(np.asarray(self.vectors), self.counts, strict=True))
+        return low - reach, high + reach
+
+    @property
+    def volume(self) -> float:
+        """Area or volume: that of all copies where they stand apart, to 1e-4 where they meet [m^dim]."""
+        low, high = self.shape.bounds()
+        steps = np.asarray(self.vectors)
+        beside = [np.array(index) @ steps for index in itertools.product((-1, 0, 1), repeat=len(steps)) if any(index)]
+        if self._all_near and all((np.abs(move) >= (high - low) * (1 - 1e-12)).any() for move in beside):
+            return self.shape.volume * self.copies
+        return self._volume
+
+    @property
+    def _all_near(self) -> bool:
+        """Whether a point's nearest copies are those of its cell and the cells beside it."""
+        low, high = self.shape.bounds()
+        corners = np.array(list(itertools.product(*zip(low, high, strict=True)))) @ self._inverse
+        return bool((np.ptp(corners, axis=0) <= 2.0).all())
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
+        steps = np.asarray(self.vectors)
+        last = [(n - 1) / 2 for n in self.counts]
+        found = np.full(len(points), np.inf)
+        if self.copies <= ALL_COPIES or not self._all_near:
+            for index in itertools.product(*(range(n) for n in self.counts)):
+                np.minimum(found, self.shape.distance(points - (np.array(index) - last) @ steps), out=found)
+            return found
+        centre = np.add(*self.shape.bounds()) / 2
+        cell = np.rint((points - centre) @ self._inverse + last)
+        for beside in itertools.product(*((-1, 0, 1) if n > 1 else (0,) for n in self.counts)):
+            index = np.clip(cell + beside, 0, np.array(self.counts) - 1)
+            np.minimum(found, self.shape.distance(points - (index - last) @ steps), out=found)
+        return found
+
+
+def _require_parts(parts: Sequence[Shape]) -> None:
+    if not parts:
+        raise CaseError("needs at least one part", where="parts")
+    if len({part.dim for part in parts}) > 1:
+        raise CaseError("mixes shapes of different numbers of dimensions", where="parts")

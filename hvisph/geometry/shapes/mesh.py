@@ -1,0 +1,244 @@
+"""Closed surfaces of triangles: STL, OBJ and whatever else `trimesh` reads (`pip install hvisph[mesh]`).
+
+A point is inside where a ray towards +x crosses the surface an odd number of times. Triangles are sorted into bins
+of the y-z plane. A ray that hits an edge or a corner is moved aside by an infinitesimal amount, first along
+y, then along z, by the signs alone: two triangles with an edge in common are never both hit nor both missed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.geometry.shapes.shape import Shape, grid
+
+# Pairs of ray and triangle at once, 200 bytes each.
+AT_ONCE = 1_000_000
+# Points on the surface from which distances are taken, at most.
+MOST_SAMPLES = 100_000
+# How much farther than the nearest of them one may be that is taken for it: a search deep inside would look at all.
+SLACK = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh(Shape):
+    """A solid within a closed surface of triangles (3D), in the coordinates of its file.
+
+    Parameters
+    ----------
+    corners
+        Corners of the triangles, (n, 3, 3) [m].
+    volume_within
+        Enclosed volume [m^3].
+    name
+        What messages call it.
+    """
+
+    corners: np.ndarray
+    volume_within: float
+    name: str = "mesh"
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions: 3."""
+        return 3
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind of shape, for messages."""
+        return "mesh"
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of the box around it, (3,) each [m]."""
+        return self.corners.min(axis=(0, 1)), self.corners.max(axis=(0, 1))
+
+    @property
+    def volume(self) -> float:
+        """Volume [m^3]."""
+        return self.volume_within
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Tell which `points` (n, 3) [m] lie inside: booleans of shape (n,)."""
+        points = np.asarray(points, dtype=float)
+        inside = np.zeros(len(points), bool)
+        for chosen, ray, x in self._crossings(points[:, 1:]):
+            ahead = ray[x > points[chosen[ray], 0]]
+            inside[chosen] = np.bincount(ahead, minlength=len(chosen)) % 2 == 1
+        return inside
+
+    def contains_grid(self, axes: list[np.ndarray]) -> np.ndarray:
+        """Tell which nodes of a lattice lie inside, from one ray for each of its rows along x: (nodes,)."""
+        rows = grid(axes[1:])
+        behind = np.zeros((len(axes[0]) + 1, len(rows)), np.int32)
+        for chosen, ray, x in self._crossings(rows):
+            np.add.at(behind, (np.searchsorted(axes[0], x), chosen[ray]), 1)
+        # a node is inside where an odd number of crossings lies ahead of it
+        ahead = np.cumsum(behind[::-1], axis=0)[::-1][1:]
+        return np.asarray(ahead % 2 == 1).ravel()
+
+    def _crossings(self, rays: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Yield where rays along x through (y, z) cross the surface: numbers of some rays, crossing rays among
+        them, and x of the crossings."""
+        bins = self._bins
+        cell = bins.of(rays)
+        candidates = np.flatnonzero(bins.counts[cell] > 0)
+        ends = np.cumsum(bins.counts[cell[candidates]])
+        start = 0
+        while start < len(candidates):
+            done = ends[start - 1] if start else 0
+            stop = max(start + 1, int(np.searchsorted(ends, done + AT_ONCE, "right")))
+            chosen = candidates[start:stop]
+            yield chosen, *self._crossed(rays[chosen], cell[chosen])
+            start = stop
+
+    def _crossed(self, rays: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return which rays cross a triangle, one entry a crossing, and at which x."""
+        bins = self._bins
+        many = bins.counts[cell]
+        ray = np.repeat(np.arange(len(rays)), many)
+        rank = np.arange(len(ray)) - np.repeat(np.cumsum(many) - many, many)
+        t = self.corners[bins.members[bins.first[cell][ray] + rank]]
+        p = rays[ray]
+        sides = np.stack([_side(t[:, k], t[:, (k + 1) % 3], p) for k in range(3)])
+        hit = (sides[0] == sides[1]) & (sides[1] == sides[2])
+        p, t = p[hit], t[hit]
+        normal = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
+        return ray[hit], t[:, 0, 0] - ((p - t[:, 0, 1:]) * normal[:, 1:]).sum(axis=1) / normal[:, 0]
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, 3) [m] to points spread over the surface: (n,) [m].
+
+        The sign is exact, the size is good to half the distance of those points.
+        """
+        samples, normals, tree = self._surface
+        away, nearest = tree.query(points, eps=SLACK)
+        along = np.abs(((points - samples[nearest]) * normals[nearest]).sum(axis=1))
+        # beside a sample of a flat face the distance to the face, farther away that to the sample
+        size = np.where(away < self._apart * 2, along, away / (1 + SLACK) - self._apart / 2)
+        return np.where(self.contains(points), -size, size)
+
+    @cached_property
+    def _bins(self) -> _Bins:
+        return _Bins(self.corners[:, :, 1:])
+
+    @cached_property
+    def _apart(self) -> float:
+        edges = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
+        area = np.sqrt((edges**2).sum(axis=1)).sum() / 2
+        return float(max(np.sqrt(area / MOST_SAMPLES), max(self.extent()) / 1000))
+
+    @cached_property
+    def _surface(self) -> tuple[np.ndarray, np.ndarray, Any]:
+        from scipy.spatial import cKDTree
+
+        edges = self.corners[:, 1:] - self.corners[:, :1]
+        normals = np.cross(edges[:, 0], edges[:, 1])
+        area = np.sqrt((normals**2).sum(axis=1)) / 2
+        many = np.maximum(1, np.rint(area / self._apart**2)).astype(int)
+        owner = np.repeat(np.arange(len(many)), many)
+        rank = np.arange(len(owner)) - np.repeat(np.cumsum(many) - many, many)
+        # a sequence of low discrepancy, folded into the triangle
+        u = (0.5 + (rank + 1) * 0.7548776662466927) % 1.0
+        v = (0.5 + (rank + 1) * 0.5698402909980532) % 1.0
+        fold = u + v > 1
+        u, v = np.where(fold, 1 - u, u), np.where(fold, 1 - v, v)
+        samples = self.corners[owner, 0] + u[:, None] * edges[owner, 0] + v[:, None] * edges[owner, 1]
+        unit = normals / np.maximum(2 * area, 1e-300)[:, None]
+        return samples, unit[owner], cKDTree(samples)
+
+
+class _Bins:
+    """Triangles by the bins of the y-z plane that their boxes touch."""
+
+    def __init__(self, corners: np.ndarray):
+        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        self.side = int(np.clip(np.sqrt(len(corners)), 1, 2048))
+        self.low, self.step = low, (high - low) / self.side
+        begin = self._index(corners.min(axis=1))
+        span = self._index(corners.max(axis=1)) - begin + 1
+        many = span.prod(axis=1)
+        triangle = np.repeat(np.arange(len(corners)), many)
+        rank = np.arange(len(triangle)) - np.repeat(np.cumsum(many) - many, many)
+        at = begin[triangle] + np.stack([rank // span[triangle, 1], rank % span[triangle, 1]], axis=1)
+        flat = at[:, 0] * self.side + at[:, 1]
+        order = np.argsort(flat, kind="stable")
+        self.members = triangle[order]
+        self.counts = np.append(np.bincount(flat, minlength=self.side**2), 0)  # the last: outside of all
+        self.first = np.cumsum(self.counts) - self.counts
+
+    def _index(self, points: np.ndarray) -> np.ndarray:
+        return np.clip(np.floor((points - self.low) / self.step), 0, self.side - 1).astype(int)
+
+    def of(self, points: np.ndarray) -> np.ndarray:
+        """Return the bin of each of `points` (n, 2)."""
+        out = ((points < self.low) | (points > self.low + self.step * self.side)).any(axis=1)
+        at = self._index(points)
+        return np.where(out, self.side**2, at[:, 0] * self.side + at[:, 1])
+
+
+def _side(a: np.ndarray, b: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Tell on which side of the edge a -> b the ray through `p` (n, 2) passes, the same for b -> a but for the sign."""
+    swapped = (a[:, 1] > b[:, 1]) | ((a[:, 1] == b[:, 1]) & (a[:, 2] > b[:, 2]))
+    start, end = np.where(swapped[:, None], b, a), np.where(swapped[:, None], a, b)
+    dy, dz = end[:, 1] - start[:, 1], end[:, 2] - start[:, 2]
+    value = dy * (p[:, 1] - start[:, 2]) - dz * (p[:, 0] - start[:, 1])
+    value = np.where(value == 0, np.where(dz == 0, dy, -dz), value)
+    return (value > 0) != swapped
+
+
+def load_mesh(path: str | Path, scale: float = 1.0) -> Mesh:
+    """Return the solid within the surface in a file.
+
+    Parameters
+    ----------
+    path
+        An STL, OBJ, PLY or OFF file.
+    scale
+        Metres per unit of the file.
+
+    Raises
+    ------
+    CaseError
+        When there is no such file, it cannot be read, or the surface is open: where it is open.
+    """
+    if not Path(path).is_file():
+        raise CaseError(f"there is no file '{path}'", where="file")
+    try:
+        import trimesh
+    except ImportError:
+        raise CaseError("meshes need trimesh: pip install 'hvisph[mesh]'", where="type") from None
+    try:
+        found = trimesh.load(path, force="mesh")
+    except Exception as error:  # trimesh lets whatever its readers meet through
+        raise CaseError(f"'{path}' cannot be read as a mesh: {error}", where="file") from None
+    if len(found.faces) == 0:
+        raise CaseError(f"'{path}' holds no triangles", where="file")
+    found.merge_vertices()
+    if not found.is_watertight:
+        raise CaseError(_open(path, found), where="file")
+    if found.volume < 0:
+        found.invert()
+    return Mesh(np.asarray(found.triangles, float) * scale, float(found.volume) * scale**3, Path(path).name)
+
+
+def _open(path: str | Path, mesh: Any) -> str:
+    """Return where a surface is open."""
+    edges = np.sort(np.asarray(mesh.edges_sorted), axis=1)
+    unique, counts = np.unique(edges, axis=0, return_counts=True)
+    bad = unique[counts != 2]
+    at = np.asarray(mesh.vertices)[bad].mean(axis=1)
+    if len(at) == 0:
+        return f"the surface in '{path}' is not closed: its triangles face different ways; repair it in the CAD program"
+    low, high = at.min(axis=0), at.max(axis=0)
+    first = ", ".join(f"{c:.4g}" for c in at[0])
+    box = " to ".join("(" + ", ".join(f"{c:.4g}" for c in corner) + ")" for corner in (low, high))
+    return (
+        f"the surface in '{path}' is not closed: {len(at)} edges do not join two triangles, the first near ({first}), "
+        f"all within {box}; close it in the CAD program"
+    )

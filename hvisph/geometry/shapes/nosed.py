@@ -1,0 +1,298 @@
+"""Shapes about an axis: cone, frustum, ogive, dome and rounded cylinder; their sections in the plane.
+
+Each is a profile, the region below a radius R(x) in the half-plane (x, r), whose nose points towards +x. In 3D it is
+turned about its axis and has the volume pi int R^2 dx; in the plane it is the section through the axis, twice the
+region, with the area 2 int R dx.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hvisph.core.errors import CaseError, nearest
+from hvisph.geometry.shapes.shape import AXES, Centred, box_distance, line_distance, require_sizes
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
+
+
+class Profile(ABC):
+    """A region of the half-plane below a radius R(x), centred along x."""
+
+    @property
+    @abstractmethod
+    def length(self) -> float:
+        """Full length along the axis [m]."""
+
+    @property
+    @abstractmethod
+    def width(self) -> float:
+        """Largest diameter [m]."""
+
+    @abstractmethod
+    def breaks(self) -> tuple[float, ...]:
+        """Return the coordinates between which R is smooth, the two ends among them [m]."""
+
+    @abstractmethod
+    def radius(self, x: np.ndarray) -> np.ndarray:
+        """Return the radius at `x` [m]."""
+
+    @abstractmethod
+    def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
+        """Return the signed distance of points with r >= 0 [m]."""
+
+    def integral(self, power: int) -> float:
+        """Return int R^power dx; x = sin makes roots of (end - x) smooth."""
+        total = 0.0
+        for low, high in zip(self.breaks()[:-1], self.breaks()[1:], strict=True):
+            half, turn = (high - low) / 2, math.pi / 2 * _NODES
+            values = self.radius((low + high) / 2 + half * np.sin(turn)) ** power
+            total += float((values * np.cos(turn)) @ _WEIGHTS) * half * math.pi / 2
+        return total
+
+
+@dataclass(frozen=True)
+class Frustum(Profile):
+    """A truncated cone, or with one end of diameter 0 a cone.
+
+    Parameters
+    ----------
+    back_diameter, front_diameter, length
+        Diameters at the ends towards -x and +x, and length [m].
+    """
+
+    back_diameter: float
+    front_diameter: float
+    length: float = field(default=0.0)
+
+    def __post_init__(self) -> None:
+        widest = max(self.back_diameter, self.front_diameter)
+        require_sizes("frustum", length=self.length, back_diameter=widest)
+        if min(self.back_diameter, self.front_diameter) < 0:
+            raise CaseError("the frustum's diameters must not be negative", where="front_diameter")
+
+    @property
+    def width(self) -> float:
+        """Largest diameter [m]."""
+        return max(self.back_diameter, self.front_diameter)
+
+    def breaks(self) -> tuple[float, ...]:
+        """Return the two ends [m]."""
+        return (-self.length / 2, self.length / 2)
+
+    def radius(self, x: np.ndarray) -> np.ndarray:
+        """Return the radius at `x` [m]."""
+        return (self.back_diameter + (self.front_diameter - self.back_diameter) * (x / self.length + 0.5)) / 2
+
+    def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
+        """Return the signed distance of points with r >= 0 [m]."""
+        half = self.length / 2
+        side = line_distance(x, r, (-half, self.back_diameter / 2), (half, self.front_diameter / 2))
+        return np.maximum(side, np.abs(x) - half)
+
+
+@dataclass(frozen=True)
+class Ogive(Profile):
+    """A tangent ogive, the usual nose of a bullet, with a cylinder behind it.
+
+    The arc has the radius (R^2 + L^2) / (2 R) for a nose of length L on a radius R and meets the
+    cylinder without a kink; a calibre radius head q is L = R sqrt(4 q - 1).
+
+    Parameters
+    ----------
+    diameter, nose_length, shank_length
+        Diameter at the base, length of the nose (at least the radius) and of the cylinder behind [m].
+    """
+
+    diameter: float
+    nose_length: float
+    shank_length: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_sizes("ogive", diameter=self.diameter, nose_length=self.nose_length)
+        if not (math.isfinite(self.shank_length) and self.shank_length >= 0):
+            raise CaseError("the ogive's shank must have a finite length of at least 0", where="shank_length")
+        if self.nose_length < self.diameter / 2 * (1 - 1e-12):
+            raise CaseError(
+                f"an ogive's nose is at least as long as its radius, {self.diameter / 2:g}; take a dome",
+                where="nose_length",
+            )
+
+    @property
+    def length(self) -> float:
+        """Full length along the axis [m]."""
+        return self.nose_length + self.shank_length
+
+    @property
+    def width(self) -> float:
+        """Largest diameter [m]."""
+        return self.diameter
+
+    @property
+    def arc(self) -> float:
+        """Radius of the arc [m]."""
+        return (self.diameter**2 / 4 + self.nose_length**2) / self.diameter
+
+    def breaks(self) -> tuple[float, ...]:
+        """Return the ends and where the nose begins [m]."""
+        half = self.length / 2
+        return (-half, half - self.nose_length, half) if self.shank_length > 0 else (-half, half)
+
+    def radius(self, x: np.ndarray) -> np.ndarray:
+        """Return the radius at `x` [m]."""
+        along = np.maximum(x - (self.length / 2 - self.nose_length), 0.0)
+        return np.maximum(np.sqrt(self.arc**2 - along**2) - self.arc + self.diameter / 2, 0.0)
+
+    def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
+        """Return the signed distance of points with r >= 0 [m]."""
+        along = np.maximum(x - (self.length / 2 - self.nose_length), 0.0)
+        side = np.hypot(along, r - self.diameter / 2 + self.arc) - self.arc
+        return np.maximum(side, -self.length / 2 - x)
+
+
+@dataclass(frozen=True)
+class Dome(Profile):
+    """A cap of a ball on a flat base: a hemisphere where its height is the radius.
+
+    Parameters
+    ----------
+    diameter, height
+        Diameter of the base, and height, at most the radius [m].
+    """
+
+    diameter: float
+    height: float
+
+    def __post_init__(self) -> None:
+        require_sizes("dome", diameter=self.diameter, height=self.height)
+        if self.height > self.diameter / 2 * (1 + 1e-12):
+            raise CaseError(
+                f"a dome is at most as high as its radius, {self.diameter / 2:g}; take an ogive or a rounded cylinder",
+                where="height",
+            )
+
+    @property
+    def length(self) -> float:
+        """Full length along the axis [m]."""
+        return self.height
+
+    @property
+    def width(self) -> float:
+        """Largest diameter [m]."""
+        return self.diameter
+
+    @property
+    def ball(self) -> float:
+        """Radius of the ball [m]."""
+        return (self.diameter**2 / 4 + self.height**2) / (2 * self.height)
+
+    def breaks(self) -> tuple[float, ...]:
+        """Return the two ends [m]."""
+        return (-self.height / 2, self.height / 2)
+
+    def radius(self, x: np.ndarray) -> np.ndarray:
+        """Return the radius at `x` [m]."""
+        return np.sqrt(np.maximum(self.ball**2 - (x - self.height / 2 + self.ball) ** 2, 0.0))
+
+    def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
+        """Return the signed distance of points with r >= 0 [m]."""
+        return np.maximum(np.hypot(x - self.height / 2 + self.ball, r) - self.ball, -self.height / 2 - x)
+
+
+@dataclass(frozen=True)
+class RoundedCylinder(Profile):
+    """A cylinder with rounded edges; with an edge radius of half its diameter, hemispheres for ends.
+
+    Parameters
+    ----------
+    diameter, length
+        Diameter and full length [m].
+    edge_radius
+        Radius of the edges, at most half the diameter [m].
+    ends
+        ``both`` or ``front``: which edges are rounded.
+    """
+
+    diameter: float
+    length: float = field(default=0.0)
+    edge_radius: float = 0.0
+    ends: str = "both"
+
+    def __post_init__(self) -> None:
+        require_sizes(
+            "rounded cylinder", diameter=self.diameter, length=self.length, edge_radius=self.edge_radius
+        )
+        room = min(self.diameter / 2, self.length / (2 if self.ends == "both" else 1))
+        if self.edge_radius > room * (1 + 1e-12):
+            raise CaseError(f"the edge radius of {self.edge_radius:g} must be at most {room:g}", where="edge_radius")
+
+    @property
+    def width(self) -> float:
+        """Largest diameter [m]."""
+        return self.diameter
+
+    def breaks(self) -> tuple[float, ...]:
+        """Return the ends and where the edges begin [m]."""
+        half, edge = self.length / 2, self.edge_radius
+        inner = [half - edge] if self.ends == "front" else [edge - half, half - edge]
+        return tuple(dict.fromkeys([-half, *inner, half]))
+
+    def radius(self, x: np.ndarray) -> np.ndarray:
+        """Return the radius at `x` [m]."""
+        along = np.maximum(self._along(x) - (self.length / 2 - self.edge_radius), 0.0)
+        return np.sqrt(np.maximum(self.edge_radius**2 - along**2, 0.0)) + self.diameter / 2 - self.edge_radius
+
+    def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
+        """Return the signed distance of points with r >= 0 [m]."""
+        edge = self.edge_radius
+        rounded = box_distance(self._along(x) - (self.length / 2 - edge), r - (self.diameter / 2 - edge)) - edge
+        return np.maximum(rounded, -self.length / 2 - x)
+
+    def _along(self, x: np.ndarray) -> np.ndarray:
+        return np.abs(x) if self.ends == "both" else x
+
+
+@dataclass(frozen=True)
+class Nosed(Centred):
+    """A profile turned about its axis (3D), or its section through the axis (2D).
+
+    Parameters
+    ----------
+    profile
+        What is turned.
+    dim
+        2 or 3.
+    axis
+        ``x``, ``y`` or ``z``: where the nose points.
+    """
+
+    profile: Profile
+    dim: int = field(default=3)
+    axis: str = "x"
+
+    def __post_init__(self) -> None:
+        if self.axis not in AXES[: self.dim]:
+            raise CaseError(f"unknown axis '{self.axis}'{nearest(self.axis, AXES[: self.dim])}", where="axis")
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind of shape, for messages."""
+        return type(self.profile).__name__.lower()
+
+    def extent(self) -> tuple[float, ...]:
+        """Return the full size along each axis [m]."""
+        return tuple(self.profile.length if axis == self.axis else self.profile.width for axis in AXES[: self.dim])
+
+    @property
+    def volume(self) -> float:
+        """Area [m^2] or volume [m^3]."""
+        return 2 * self.profile.integral(1) if self.dim == 2 else math.pi * self.profile.integral(2)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
+        along = AXES.index(self.axis)
+        radius = np.sqrt((np.delete(points, along, axis=1) ** 2).sum(axis=1))
+        return self.profile.distance(points[:, along], radius)

@@ -1,0 +1,219 @@
+"""Polygons in the plane, and what is made of a plane shape: prisms, and rings about an axis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from hvisph.core.errors import CaseError, nearest
+from hvisph.geometry.shapes.shape import AXES, Shape, box_distance, require_sizes
+
+# Points times edges that are compared at once: 80 MB.
+AT_ONCE = 10_000_000
+
+
+@dataclass(frozen=True)
+class Polygon(Shape):
+    """A region of the plane with straight edges (2D), in the coordinates of its points.
+
+    Parameters
+    ----------
+    points
+        Corners in order, either way round; the last joins the first [m].
+    """
+
+    points: Sequence[Sequence[float]]
+
+    def __post_init__(self) -> None:
+        corners = np.asarray(self.points, dtype=float)
+        if corners.ndim != 2 or corners.shape[0] < 3 or corners.shape[1] != 2 or not np.isfinite(corners).all():
+            raise CaseError("a polygon needs at least 3 points of 2 finite coordinates", where="points")
+        object.__setattr__(self, "points", tuple(map(tuple, corners.tolist())))
+        if not self.volume > 0:
+            raise CaseError("the polygon's points enclose no area", where="points")
+        crossing = _crossing(corners)
+        if crossing is not None:
+            raise CaseError(
+                f"the polygon's edges {crossing[0]} and {crossing[1]} cross each other; list its points in order",
+                where="points",
+            )
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Corners, counter-clockwise (n, 2) [m]."""
+        corners = np.asarray(self.points)
+        return corners if _area(corners) > 0 else corners[::-1]
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions: 2."""
+        return 2
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of the box around it, (2,) each [m]."""
+        corners = np.asarray(self.points)
+        return corners.min(axis=0), corners.max(axis=0)
+
+    @property
+    def volume(self) -> float:
+        """Area [m^2]."""
+        return abs(_area(np.asarray(self.points)))
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, 2) [m] to the surface, negative inside: (n,) [m]."""
+        start = self.corners
+        edge = np.roll(start, -1, axis=0) - start
+        step = max(1, AT_ONCE // len(start))
+        return np.concatenate([_to_edges(points[k : k + step], start, edge) for k in range(0, len(points), step)]
+                              or [np.empty(0)])  # fmt: skip
+
+
+def _to_edges(points: np.ndarray, start: np.ndarray, edge: np.ndarray) -> np.ndarray:
+    from_start = points[:, None, :] - start
+    share = np.clip((from_start * edge).sum(axis=2) / (edge**2).sum(axis=1), 0.0, 1.0)
+    near = ((from_start - share[:, :, None] * edge) ** 2).sum(axis=2).min(axis=1)
+    above = from_start[:, :, 1] >= 0
+    above_end = points[:, None, 1] - (start + edge)[:, 1] >= 0
+    left = edge[:, 0] * from_start[:, :, 1] - edge[:, 1] * from_start[:, :, 0]
+    # crossings of the ray towards +x, upwards and downwards edges alike
+    crossed = (above != above_end) & ((left > 0) == above)
+    return np.sqrt(near) * np.where(crossed.sum(axis=1) % 2 == 1, -1.0, 1.0)
+
+
+def _area(corners: np.ndarray) -> float:
+    x, y = corners.T
+    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+
+
+def _crossing(corners: np.ndarray) -> tuple[int, int] | None:
+    """Return two edges that cross each other, None if there are none."""
+    n = len(corners)
+    start, end = corners, np.roll(corners, -1, axis=0)
+
+    def side(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+        return np.asarray((b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
+                          - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0]))  # fmt: skip
+
+    for i in range(n - 2):
+        others = np.arange(i + 2, n - (i == 0))
+        a, b, c, d = start[i], end[i], start[others], end[others]
+        crosses = (side(a, b, c) * side(a, b, d) < 0) & (side(c, d, a) * side(c, d, b) < 0)
+        if crosses.any():
+            return i, int(others[np.argmax(crosses)])
+    return None
+
+
+@dataclass(frozen=True)
+class Prism(Shape):
+    """A plane shape drawn out along an axis (3D), from -length/2 to length/2.
+
+    Parameters
+    ----------
+    section
+        A shape in 2D, in the two other coordinates in the order x, y, z.
+    length
+        Full length [m].
+    axis
+        ``x``, ``y`` or ``z``: where the length lies.
+    """
+
+    section: Shape
+    length: float
+    axis: str = "x"
+
+    def __post_init__(self) -> None:
+        require_sizes("prism", length=self.length)
+        if self.axis not in AXES:
+            raise CaseError(f"unknown axis '{self.axis}'{nearest(self.axis, AXES)}", where="axis")
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions: 3."""
+        return 3
+
+    @property
+    def flat_axes(self) -> tuple[int, ...]:
+        """Axes across which flat faces bound the whole shape."""
+        along = AXES.index(self.axis)
+        return (along, *(k if k < along else k + 1 for k in self.section.flat_axes))
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of the box around it, (3,) each [m]."""
+        along = AXES.index(self.axis)
+        low, high = self.section.bounds()
+        return np.insert(low, along, -self.length / 2), np.insert(high, along, self.length / 2)
+
+    @property
+    def volume(self) -> float:
+        """Volume [m^3]."""
+        return self.section.volume * self.length
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
+        along = AXES.index(self.axis)
+        beyond = np.abs(points[:, along]) - self.length / 2
+        return box_distance(beyond, self.section.distance(np.delete(points, along, axis=1)))
+
+
+@dataclass(frozen=True)
+class Ring(Shape):
+    """A plane shape swept round an axis (3D): a torus from a disc, a washer from a box.
+
+    Parameters
+    ----------
+    section
+        A shape in 2D, its first coordinate along the axis, its second outwards.
+    radius
+        Distance of the section's origin from the axis [m]; 0 for a section drawn with its radius.
+    axis
+        ``x``, ``y`` or ``z``: what it goes round.
+    """
+
+    section: Shape
+    radius: float
+    axis: str = "x"
+    _volume: list[float] = field(default_factory=list, init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        if self.axis not in AXES:
+            raise CaseError(f"unknown axis '{self.axis}'{nearest(self.axis, AXES)}", where="axis")
+        least = float(self.section.bounds()[0][1]) + self.radius
+        if not (math.isfinite(self.radius) and least >= -1e-9 * max(self.section.extent())):
+            raise CaseError(
+                f"the ring's section reaches over the axis, to r = {least:g}; enlarge the radius", where="radius"
+            )
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions: 3."""
+        return 3
+
+    @property
+    def flat_axes(self) -> tuple[int, ...]:
+        """Axes across which flat faces bound the whole shape."""
+        return (AXES.index(self.axis),) if 0 in self.section.flat_axes else ()
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of the box around it, (3,) each [m]."""
+        along = AXES.index(self.axis)
+        low, high = self.section.bounds()
+        outer = self.radius + high[1]
+        return np.insert([-outer] * 2, along, low[0]), np.insert([outer] * 2, along, high[0])
+
+    @property
+    def volume(self) -> float:
+        """Volume, 2 pi times the section's moment about the axis (Pappus) [m^3]."""
+        if not self._volume:
+            from hvisph.geometry.volume import first_moment
+
+            self._volume.append(2 * math.pi * first_moment(self.section, 1, self.radius))
+        return self._volume[0]
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
+        along = AXES.index(self.axis)
+        radius = np.sqrt((np.delete(points, along, axis=1) ** 2).sum(axis=1))
+        return self.section.distance(np.stack([points[:, along], radius - self.radius], axis=1))

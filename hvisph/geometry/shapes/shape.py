@@ -1,0 +1,123 @@
+"""What every shape knows: its box, its volume, and how far a point lies from its surface.
+
+A shape has its own coordinates, with the origin where `position` puts it and about which it is turned; that is
+the centre of all shapes but those given by points, by a file or by parts. All lengths in metres (or in
+the case's own unit where it has none).
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+
+# Relative margin within which a point counts as lying on the surface, hence outside: wide against
+# round-off, narrow against the steps of a lattice of 10^4 nodes across.
+SURFACE_MARGIN = 1e-10
+
+AXES = ("x", "y", "z")
+
+
+class Shape(ABC):
+    """A region of the line, the plane or space."""
+
+    @property
+    @abstractmethod
+    def dim(self) -> int:
+        """Number of dimensions."""
+
+    @abstractmethod
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of the box around it, (dim,) each [m]."""
+
+    @property
+    @abstractmethod
+    def volume(self) -> float:
+        """Length, area or volume [m^dim], exact or to 1e-4."""
+
+    @abstractmethod
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m].
+
+        The sign is exact; the size is at most the true distance.
+        """
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind of shape, for messages."""
+        return type(self).__name__.lower()
+
+    @property
+    def flat_axes(self) -> tuple[int, ...]:
+        """Axes across which flat faces bound the whole shape."""
+        return ()
+
+    @property
+    def wall_axes(self) -> tuple[int, ...]:
+        """Axes along which layers begin half a spacing from the lower bound, because an axis of revolution is there."""
+        return ()
+
+    def extent(self) -> tuple[float, ...]:
+        """Return the full size along each axis [m]."""
+        low, high = self.bounds()
+        return tuple(float(side) for side in high - low)
+
+    def contains_grid(self, axes: list[np.ndarray]) -> np.ndarray:
+        """Tell which nodes of the product of coordinates lie strictly inside, in the order of `grid`: (nodes,)."""
+        return self.contains(grid(axes))
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Tell which `points` (n, dim) [m] lie strictly inside: booleans of shape (n,)."""
+        return self.distance(points) < -SURFACE_MARGIN * max(self.extent())
+
+
+class Centred(Shape):
+    """A shape whose box is centred at the origin."""
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of the box around it, (dim,) each [m]."""
+        half = np.asarray(self.extent()) / 2
+        return -half, half
+
+    @abstractmethod
+    def extent(self) -> tuple[float, ...]:
+        """Return the full size along each axis [m]."""
+
+
+def require_sizes(shape: str, **sizes: float) -> None:
+    """Raise `CaseError` for the first of `sizes` that is not positive and finite."""
+    for name, value in sizes.items():
+        if not (math.isfinite(value) and value > 0):
+            raise CaseError(f"the {shape} needs a positive, finite size, not {value:g}", where=name)
+
+
+def require_smaller(shape: str, small: tuple[str, float], large: tuple[str, float]) -> None:
+    """Raise `CaseError` unless the size `small` (name, value) is below the size `large`."""
+    if not small[1] < large[1]:
+        raise CaseError(
+            f"the {shape}'s {small[0]} of {small[1]:g} must be below its {large[0]} of {large[1]:g}", where=small[0]
+        )
+
+
+def box_distance(*beyond: np.ndarray) -> np.ndarray:
+    """Return the signed distance to a box from how far a point lies beyond its faces along each axis."""
+    outside = np.sqrt(sum(np.maximum(b, 0.0) ** 2 for b in beyond))
+    inside = beyond[0]
+    for b in beyond[1:]:
+        inside = np.maximum(inside, b)
+    return np.where(inside > 0, outside, inside)
+
+
+def line_distance(x: np.ndarray, y: np.ndarray, start: tuple[float, float], end: tuple[float, float]) -> np.ndarray:
+    """Return the signed distance of points of the plane to a line, positive to the left of `start` -> `end`."""
+    tx, ty = end[0] - start[0], end[1] - start[1]
+    return ((y - start[1]) * tx - (x - start[0]) * ty) / math.hypot(tx, ty)
+
+
+def grid(axes: list[np.ndarray]) -> np.ndarray:
+    """Return the points of the product of coordinate lists, the last coordinate fastest: (n, dim)."""
+    mesh = np.meshgrid(*axes, indexing="ij")
+    return np.stack([coordinate.ravel() for coordinate in mesh], axis=1)
