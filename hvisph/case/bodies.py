@@ -2,119 +2,51 @@
 
 from __future__ import annotations
 
-import math
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, ValidationInfo
+from pydantic import Field
 
+from hvisph.case.dimensions import NUMBER
 from hvisph.case.materials import NamedMaterial
-from hvisph.case.model import SCALAR_AS_LIST, Shorthand, StrictModel
+from hvisph.case.model import StrictModel
+from hvisph.case.shapes import SHAPES, Axis, OptionalRotation, Position, Rotation, Shape
 from hvisph.case.units import (
-    Angle,
-    Length,
     NonNegativeLength,
     NonNegativeSpecificEnergy,
-    Number,
     PositiveLength,
-    Velocity,
+    Quantity,
 )
+from hvisph.case.velocities import VelocityField, VelocityVector
 
-Axis = Literal["x", "y", "z"]
-Arrangement = Literal["even", "square", "cubic", "hexagonal", "hcp", "rings", "lattice_two_rings"]
-Sizes = Annotated[tuple[PositiveLength, ...], SCALAR_AS_LIST, Field(min_length=2, max_length=3)]
-Position = Annotated[tuple[Length, ...], SCALAR_AS_LIST, Field(min_length=1, max_length=3)]
-VelocityVector = Annotated[tuple[Velocity, ...], SCALAR_AS_LIST, Field(max_length=3)]
+__all__ = ["SHAPES", "Axis", "Body", "Position", "Rotation", "Shape", "arrangements_of"]
 
-
-class IntervalShape(StrictModel):
-    """A stretch of the line (1D)."""
-
-    type: Literal["interval"] = "interval"
-    length: PositiveLength = Field(description="Length [m]")
-
-    def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
-        return (self.length,)
+Arrangement = Literal[
+    "even", "square", "cubic", "hexagonal", "hcp", "rings", "lattice_two_rings", "relaxed", "given"
+]
 
 
-class DiscShape(StrictModel):
-    """A disc (2D): the section of a long cylinder."""
-
-    type: Literal["disc"] = "disc"
-    diameter: PositiveLength = Field(description="Diameter [m]")
-
-    def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
-        return (self.diameter,) * 2
-
-
-class SphereShape(StrictModel):
-    """A ball (3D)."""
-
-    type: Literal["sphere"] = "sphere"
-    diameter: PositiveLength = Field(description="Diameter [m]")
-
-    def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
-        return (self.diameter,) * 3
+def arrangements_of(dim: int, shape: str) -> tuple[Arrangement, ...]:
+    """Return the arrangements that have a meaning for a shape in `dim` dimensions, its default first."""
+    if shape == "particles":
+        return ("given",)
+    if dim == 1:
+        return ("even",)
+    if dim == 2:
+        return ("square", "hexagonal", "relaxed", *(("rings", "lattice_two_rings") if shape == "disc" else ()))  # type: ignore[return-value]
+    return ("cubic", "hcp", "relaxed")
 
 
-class BoxShape(StrictModel):
-    """A rectangle (2D) or a cuboid (3D), edges along the axes."""
+class Grading(StrictModel):
+    """Fine layers in the middle, which grow towards the rim."""
 
-    type: Literal["box"] = "box"
-    size: Sizes = Field(description="Full sizes along x, y and, in 3D, z [m]")
-
-    def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
-        return self.size
-
-
-class CylinderShape(StrictModel):
-    """A circular cylinder of finite length (3D)."""
-
-    type: Literal["cylinder"] = "cylinder"
-    diameter: PositiveLength = Field(description="Diameter [m]")
-    length: PositiveLength = Field(description="Length [m]")
-    axis: Axis = Field(default="x", description="Axis along which the length lies")
-
-    def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
-        return tuple(self.length if axis == self.axis else self.diameter for axis in ("x", "y", "z"))
-
-
-Shape = Annotated[IntervalShape | DiscShape | SphereShape | BoxShape | CylinderShape, Field(discriminator="type")]
-
-# The shapes of each number of dimensions, and the arrangements of each shape there, default first.
-SHAPES = {1: ("interval",), 2: ("disc", "box"), 3: ("sphere", "box", "cylinder")}
-_IN_PLANE: tuple[Arrangement, ...] = ("square", "hexagonal")
-_IN_SPACE: tuple[Arrangement, ...] = ("cubic", "hcp")
-ARRANGEMENTS: dict[tuple[int, str], tuple[Arrangement, ...]] = {
-    (1, "interval"): ("even",),
-    (2, "disc"): (*_IN_PLANE, "rings", "lattice_two_rings"),
-    (2, "box"): _IN_PLANE,
-    (3, "sphere"): _IN_SPACE,
-    (3, "box"): _IN_SPACE,
-    (3, "cylinder"): _IN_SPACE,
-}
-
-
-class Rotation(StrictModel):
-    """A turn about the body's centre, counter-clockwise."""
-
-    angle: Angle = Field(description="Angle [deg]")
-    axis: tuple[Number, Number, Number] = Field(
-        default=(0.0, 0.0, 1.0), description="Direction of the axis [-], not all zero; in 2D always z"
+    fine: tuple[PositiveLength | None, ...] = Field(
+        description="Full width of the fine part along each axis [m], null along an axis that is not graded",
+        min_length=1, max_length=3,
+    )  # fmt: skip
+    coarsest: PositiveLength = Field(description="Largest spacing [m], above the resolution")
+    ratio: Annotated[float, Quantity(NUMBER, above=1, maximum=1.1)] = Field(
+        default=1.1, description="Thickness of a layer over that of the layer before it [-], above 1 and at most 1.1"
     )
-
-    @property
-    def radians(self) -> float:
-        """Angle [rad]."""
-        return math.radians(self.angle)
-
-
-def _angle_alone(value: Any, info: ValidationInfo) -> Any:
-    return {"angle": value} if isinstance(value, int | float | str) else value
 
 
 class Body(StrictModel):
@@ -126,18 +58,36 @@ class Body(StrictModel):
         default=None,
         description="How particles fill the shape; by default `even` in 1D, `square` in 2D, `cubic` in 3D",
     )
+    mass: Literal["exact", "nominal"] = Field(
+        default="exact",
+        description="`exact`: the spacing is stretched and the masses are scaled so that size and mass are those of "
+        "the shape; `nominal`: every particle stands for dx^dim, whatever that makes of the body",
+    )
+    resolution: PositiveLength | None = Field(
+        default=None,
+        description="Particle spacing of this body [m]; that of the case unless given. Equal masses of neighbours serve "
+        "best: next to a denser body the finer spacing belongs to the denser one",
+    )
+    grading: Grading | None = Field(
+        default=None, description="Spacing that grows towards the rim, for a box or an interval; even unless given"
+    )
     velocity: VelocityVector = Field(
-        default=(), description="Initial velocity, one component per dimension [m/s]; at rest unless given"
+        default=(),
+        description="Initial velocity, one component per dimension [m/s], or {speed, angle}: the angle [deg] from x "
+        "towards y; at rest unless given",
+    )
+    initial_velocity: tuple[VelocityField, ...] = Field(
+        default=(), description="Fields of velocity at the start, added to `velocity`", max_length=100
     )
     position: Position | None = Field(
         default=None,
-        description="Centre of the body [m]; unless given, bodies stand in a row along x in the order of the "
-        "file, and the face between the first and the second is x = 0",
+        description="Centre of the body, or the origin of a shape's own coordinates [m]; unless given, bodies stand in "
+        "a row along x in the order of the file, and the first and the second touch at x = 0",
     )
     gap: NonNegativeLength = Field(
         default=0.0, description="Distance to the body before it in the row [m], at least 0; 0 touches"
     )
-    rotation: Annotated[Rotation | None, Shorthand(_angle_alone)] = Field(
+    rotation: OptionalRotation = Field(
         default=None, description="Turn about the centre before placing: an angle [deg], or angle and axis"
     )
     role: Literal["projectile", "layer", "other"] | None = Field(

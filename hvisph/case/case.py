@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_serializer, model_validator
 
-from hvisph.case.bodies import ARRANGEMENTS, Body
+from hvisph.case.bodies import SHAPES, Body, arrangements_of
 from hvisph.case.checks import problems_of
 from hvisph.case.expected import Expectations, MeasureName
 from hvisph.case.formulations import Formulation, RiemannFormulation
@@ -50,7 +50,7 @@ class Case(StrictModel):
         max_length=1000,
     )
     symmetry: tuple[SymmetryPlane, ...] = Field(
-        default=(), description="Symmetry planes, at most one per axis", max_length=3
+        default=(), description="Symmetry planes, at most two per axis, what lies between them being kept", max_length=6
     )
     clamped: tuple[Clamp, ...] = Field(default=(), description="Regions that are held fixed", max_length=100)
     initial_loads: tuple[InitialLoad, ...] = Field(
@@ -91,6 +91,8 @@ class Case(StrictModel):
         if not isinstance(name, str) or name not in KINEMATICS:
             return data
         dim = KINEMATICS[name].dim
+        if isinstance(info.context, dict):
+            info.context["dim"] = dim  # a speed and an angle become as many components
         filled = dict(data)
         if isinstance(filled.get("bodies"), dict):
             filled["bodies"] = {name: _fill_body(body, dim) for name, body in filled["bodies"].items()}
@@ -129,6 +131,6 @@ def _fill_body(body: Any, dim: int) -> Any:
 
 def _body_defaults(shape: Any, dim: int) -> dict[str, Any]:
     defaults: dict[str, Any] = {"velocity": (0.0,) * dim}
-    if isinstance(shape, str) and (dim, shape) in ARRANGEMENTS:
-        defaults["arrangement"] = ARRANGEMENTS[dim, shape][0]
+    if isinstance(shape, str) and shape in SHAPES[dim]:
+        defaults["arrangement"] = arrangements_of(dim, shape)[0]
     return defaults

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from pathlib import Path as Path_
+from typing import Annotated, Any, ClassVar, NamedTuple
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
@@ -73,3 +74,17 @@ def _listed(value: Any, info: ValidationInfo) -> Any:
 
 
 SCALAR_AS_LIST = Shorthand(_listed)
+
+
+def _found(value: Any, info: ValidationInfo) -> Any:
+    """Return the path of a file: as it is, or beside one of the case's files where it stands there."""
+    if not isinstance(value, str) or Path_(value).is_absolute():
+        return value
+    for folder in (info.context or {}).get("folders", ()):
+        if (Path_(folder) / value).is_file():
+            return str((Path_(folder) / value).resolve())
+    return value
+
+
+# Path of a data file, relative to the case file that names it.
+DataFile = Annotated[str, Shorthand(_found, ()), Field(min_length=1, max_length=4096)]

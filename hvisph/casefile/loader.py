@@ -58,8 +58,10 @@ def load_case(source: Source, overrides: Iterable[str] = (), resolution: str | f
 def validated(document: Document) -> Case:
     """Return the case that `document` holds, or raise all that is wrong with it."""
     units = document.value.get("units")
+    folders = dict.fromkeys(str(pathlib.Path(place.file).parent) for place in document.places.values() if place.file)
+    context = {"units": units, "library": load_material, "folders": tuple(folders)}
     try:
-        return Case.model_validate(document.value, context={"units": units, "library": load_material})
+        return Case.model_validate(document.value, context=context)
     except ValidationError as error:
         raise_all(translate(error, Case, document.value, document.places))
         raise

@@ -103,7 +103,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
         f"dx = {number(case.resolution, 'm')}, h = {number(case.smoothing_length, 'm')}",
         "",
         table(rows),
-        *(f"  note: {body.name}: {body.note}" for body in taken.bodies if body.note),
+        *(f"  {body.name}: {_filling(body, case, number)}" for body in taken.bodies),
         "",
     ]
     facts = [("particles", f"{about}{taken.particles}")]
@@ -144,8 +144,19 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     return "\n".join([*lines, table(facts)])
 
 
+def _filling(body: Any, case: Any, number: Any) -> str:
+    """Return mass and volume of a body, and what was adjusted to make them exact."""
+    depth = {1: "/m^2", 2: "/m", 3: ""}[case.dim]
+    mass, volume = number(body.mass, "kg"), number(body.volume, f"m^{case.dim}" if case.dim > 1 else "m")
+    words = f"mass {mass}{depth if case.units == 'si' else ''}, volume of the shape {volume}"
+    error = body.exactness - 1
+    words += "" if abs(error) < 1e-6 else f"; its particles weigh {100 * error:+.2g} % of it"
+    return f"{words}; {body.note}" if body.note else words
+
+
 def _shape(body: Any, number: Any) -> str:
     sizes = " x ".join(number(side, "m") for side in dict.fromkeys(body.shape.extent()))
     if body.shape.type == "box":
         sizes = " x ".join(number(side, "m") for side in body.shape.size)
-    return f"{body.shape.type} {sizes}, {body.arrangement}"
+    own = f", dx = {number(body.resolution, 'm')}" if body.resolution else ""
+    return f"{body.shape.type} {sizes}, {body.arrangement}{own}".replace(" ,", ",")

@@ -81,7 +81,7 @@ def _layers(length: float, fine: float, dx: float, grading: Grading, even: bool)
     """Return the edges of the layers, symmetric about 0."""
     middle = count_across(fine, dx, even=even)
     half, width = middle * dx / 2, dx
-    grown = []
+    grown: list[float] = []
     while half + sum(grown) < length / 2:
         width = min(width * grading.ratio, grading.coarsest)
         grown.append(width)

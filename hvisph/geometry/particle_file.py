@@ -9,8 +9,6 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.geometry.filling import Filling
 
-POSITIONS, MASSES = ("position", "positions", "x"), ("mass", "masses", "m")
-
 
 def read_particles(path: str | Path, dim: int, density: float, scale: float = 1.0) -> Filling:
     """Return the particles in a file.
@@ -58,18 +56,51 @@ def read_particles(path: str | Path, dim: int, density: float, scale: float = 1.
 def _read(path: Path, dim: int) -> tuple[np.ndarray, np.ndarray]:
     kind = path.suffix.lower()
     if kind == ".csv":
-        found = np.genfromtxt(path, delimiter=",", names=True, dtype=float, encoding="utf-8", ndmin=1)
-        names = found.dtype.names or ()
-        missing = [name for name in (*"xyz"[:dim], "mass") if name not in names]
-        if missing:
-            raise CaseError(f"'{path}' has no column {', '.join(missing)}; it has {', '.join(names)}", where="file")
-        return np.stack([found[axis] for axis in "xyz"[:dim]], axis=1), found["mass"]
+        *axes, mass = read_columns(path, (*"xyz"[:dim], "mass"))
+        return np.stack(axes, axis=1), mass
     if kind in (".h5", ".hdf5"):
-        from hvisph.core.errors import OutputError  # noqa: F401
-        raise CaseError("HDF5 particle files are read by the run's reader", where="file")
+        import h5py
+
+        with h5py.File(path, "r") as file:
+            missing = [name for name in ("position", "mass") if name not in file]
+            if missing:
+                raise CaseError(f"'{path}' has no data set {', '.join(missing)}; it has {', '.join(file)}", where="file")
+            return np.asarray(file["position"])[:, :dim], np.asarray(file["mass"])
     import meshio
 
     mesh = meshio.read(path)
     if "mass" not in mesh.point_data:
         raise CaseError(f"'{path}' has no point data 'mass'; it has {', '.join(mesh.point_data)}", where="file")
     return mesh.points[:, :dim], mesh.point_data["mass"]
+
+
+def read_columns(path: str | Path, names: tuple[str, ...]) -> list[np.ndarray]:
+    """Return columns of a CSV file by their names, (rows,) each.
+
+    Raises
+    ------
+    CaseError
+        When the file is missing, a column is, or a value is no finite number.
+    """
+    if not Path(path).is_file():
+        raise CaseError(f"there is no file '{path}'", where="file")
+    found = np.genfromtxt(path, delimiter=",", names=True, dtype=float, encoding="utf-8", ndmin=1)
+    given = found.dtype.names or ()
+    missing = [name for name in names if name not in given]
+    if missing:
+        raise CaseError(f"'{path}' has no column {', '.join(missing)}; it has {', '.join(given)}", where="file")
+    columns = [np.asarray(found[name]) for name in names]
+    if not all(np.isfinite(column).all() for column in columns):
+        raise CaseError(f"'{path}' holds a value that is no finite number", where="file")
+    return columns
+
+
+def interpolated(points: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return `values` (n, k) given at `points` (n, dim) at other points (m, dim): linear, outside the nearest's."""
+    from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
+
+    nearest = NearestNDInterpolator(points, values)(at)
+    if len(points) <= points.shape[1]:
+        return np.asarray(nearest)
+    linear = LinearNDInterpolator(points, values)(at)
+    return np.where(np.isfinite(linear), linear, nearest)

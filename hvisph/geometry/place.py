@@ -61,6 +61,7 @@ def row(
     gaps: Sequence[float],
     positions: Sequence[Sequence[float] | None],
     surfaces: Sequence[Shape | None],
+    faced: Sequence[bool],
 ) -> np.ndarray:
     """Return the places of bodies standing in a row along x, shape (bodies, dim) [m].
 
@@ -74,8 +75,10 @@ def row(
         Stated place of each body's origin [m], or None for a place in the row. A body with a stated
         place takes no place in the row.
     surfaces
-        Their surfaces, turned like the particles. Two neighbours that have one both stand where these touch,
-        others where their outermost particles along x say so.
+        Their surfaces, turned like the particles; None for particles without a known one.
+    faced
+        Which bodies touch their neighbours at their outermost particles along x, because they are flat there or
+        round about the row. Of two neighbours that are not both so the surfaces touch.
 
     Raises
     ------
@@ -100,12 +103,12 @@ def row(
         centres[first, 0] = -faces[first][0]
         return centres
     struck = in_row[1]
-    inner, face = _meeting(fillings, surfaces, faces, first, struck)
+    inner, face = _meeting(fillings, surfaces, faced, first, struck)
     centres[struck, 0] = -face
     centres[first, 0] = -gaps[struck] - inner
     behind = faces[struck][1] - face
     for before, body in pairwise(in_row[1:]):
-        inner, face = _meeting(fillings, surfaces, faces, before, body)
+        inner, face = _meeting(fillings, surfaces, faced, before, body)
         if inner == faces[before][1]:
             front = behind + gaps[body]
         else:
@@ -116,13 +119,13 @@ def row(
 
 
 def _meeting(
-    fillings: Sequence[Filling], surfaces: Sequence[Shape | None], faces: list[tuple[float, float]], one: int, other: int
+    fillings: Sequence[Filling], surfaces: Sequence[Shape | None], faced: Sequence[bool], one: int, other: int
 ) -> tuple[float, float]:
     """Return where two bodies touch, as x about the origin of the one and of the other [m]."""
     pair = [(surfaces[body], fillings[body]) for body in (one, other)]
     solids = [Solid(shape, f.positions, f.finest) for shape, f in pair if shape is not None]
-    found = touch(*solids) if len(solids) == 2 else None
-    return (faces[one][1], faces[other][0]) if found is None else found
+    found = touch(*solids) if len(solids) == 2 and not (faced[one] and faced[other]) else None
+    return (_faces(fillings[one])[1], _faces(fillings[other])[0]) if found is None else found
 
 
 def _faces(filling: Filling) -> tuple[float, float]:

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.geometry.fill import fill
 from hvisph.geometry.filling import Filling
+from hvisph.geometry.graded import Grading, fill_graded
+from hvisph.geometry.mirror import Mirror, crosses, cut
 from hvisph.geometry.overlap import overlaps
+from hvisph.geometry.particle_file import read_particles
 from hvisph.geometry.place import rotated, rotation_matrix, row
-from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Shape, Sphere
+from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
+from hvisph.simulation.shapes import shape_of
 
-if TYPE_CHECKING:
-    from hvisph.case.bodies import Body
-    from hvisph.case.case import Case
+# Shapes that touch others on the shot line at their outermost particles, unless they are turned.
+FACED = (Interval, Disc, Sphere, Box, Cylinder)
 
 
 @dataclass(frozen=True)
@@ -31,70 +35,107 @@ class PlacedBody:
     model
         Its `hvisph.case.bodies.Body`.
     filling
-        Particles about the centre.
+        Particles of the whole body about its origin, turned.
     positions
         Particles at their place (n, dim) [m], those kept by symmetry planes.
     volumes
         Their volumes (n,) [m^dim].
+    spacing
+        Their spacing (n,) [m].
+    surface
+        Its surface at its place; None for particles from a file.
     """
 
     name: str
-    model: Body
+    model: Any
     filling: Filling
     positions: np.ndarray
     volumes: np.ndarray
+    spacing: np.ndarray
+    surface: Shape | None = None
+
+    @property
+    def asked(self) -> float:
+        """Volume of the shape, or of its part that symmetry planes keep [m^dim]."""
+        whole = float(self.filling.volumes.sum())
+        shape = whole if self.surface is None else self.surface.volume
+        return shape * float(self.volumes.sum()) / whole
 
 
-def shape_of(model: Any) -> Shape:
-    """Return the geometry of a case's shape."""
-    match model.type:
-        case "interval":
-            return Interval(model.length)
-        case "disc":
-            return Disc(model.diameter)
-        case "sphere":
-            return Sphere(model.diameter)
-        case "box":
-            return Box(tuple(model.size))
-        case "cylinder":
-            return Cylinder(model.diameter, model.length, model.axis)
-    raise ValueError(model.type)
-
-
-def placed_bodies(case: Case) -> list[PlacedBody]:
+def placed_bodies(case: Any) -> list[PlacedBody]:
     """Fill all bodies of a case and put them in their places.
 
     Raises
     ------
     CaseError
-        Where a shape cannot be filled, bodies overlap or a symmetry plane leaves nothing of a body.
+        Where a shape cannot be filled, bodies overlap, a symmetry plane leaves nothing of a body or
+        passes through one that is not symmetric about it.
     """
-    dx, dim = case.resolution, case.dim
-    fillings = []
+    dim = case.dim
+    mirrors = [Mirror("xyz".index(p.axis), p.at, 1.0 if p.keep == "above" else -1.0) for p in case.symmetry]
+    fillings, shapes, faced = [], [], []
     for name, model in case.bodies.items():
+        turn = None
+        if model.rotation is not None:
+            turn = rotation_matrix(dim, model.rotation.radians, model.rotation.axis)
         try:
-            filling = fill(shape_of(model.shape), model.arrangement, dx)
+            shape, filling = _filled(case, model, turn, mirrors)
         except CaseError as error:
             raise CaseError(error.message, where=f"bodies.{name}.{error.where or 'shape'}") from error
-        if model.rotation is not None:
-            filling = rotated(filling, rotation_matrix(dim, model.rotation.radians, model.rotation.axis))
-        fillings.append(filling)
+        fillings.append(filling if turn is None else rotated(filling, turn))
+        shapes.append(None if shape is None else Placed(shape, np.zeros(dim), turn))
+        faced.append(turn is None and isinstance(shape, FACED))
     models = list(case.bodies.values())
-    centres = row(fillings, [m.gap for m in models], [m.position for m in models], dx)
+    centres = row(fillings, [m.gap for m in models], [m.position for m in models], shapes, faced)
     bodies = []
-    for (name, model), filling, centre in zip(case.bodies.items(), fillings, centres, strict=True):
-        positions = filling.positions + centre
-        kept = np.ones(len(positions), bool)
-        for plane in case.symmetry:
-            along = positions[:, "xyz".index(plane.axis)] - plane.at
-            kept &= along > 0 if plane.keep == "above" else along < 0
-        if not kept.any():
+    for (name, model), filling, shape, centre in zip(case.bodies.items(), fillings, shapes, centres, strict=True):
+        spacing = np.broadcast_to(np.asarray(filling.spacing, dtype=float), filling.count)
+        try:
+            positions, volumes, kept = cut(filling.positions + centre, filling.volumes, spacing, mirrors)
+        except CaseError as error:
+            raise CaseError(error.message, where=f"bodies.{name}") from error
+        if not len(positions):
             raise CaseError("the symmetry planes leave no particle of this body", where=f"bodies.{name}")
-        bodies.append(PlacedBody(name, model, filling, positions[kept], filling.volumes[kept]))
-    _refuse_overlaps(bodies, dx, case.units)
+        surface = None if shape is None else Placed(shape.shape, centre, shape.matrix)
+        bodies.append(PlacedBody(name, model, filling, positions, volumes, spacing[kept], surface))
+    _refuse_overlaps(bodies, case.units)
     if dim == 1:
         _refuse_disorder(bodies)
     return bodies
+
+
+def _filled(
+    case: Any, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mirror]
+) -> tuple[Shape | None, Filling]:
+    """Return a body's shape and its particles about its origin."""
+    dx = model.resolution or case.resolution
+    if model.shape.type == "particles":
+        return None, read_particles(model.shape.file, case.dim, model.material.density, model.shape.unit)
+    shape = shape_of(model.shape, case.dim)
+    even = _split_by(shape, turn, model.position, mirrors, dx)
+    if model.grading is not None:
+        grading = Grading(model.grading.fine, model.grading.coarsest, model.grading.ratio)
+        return shape, fill_graded(shape, dx, grading, even)
+    exact = model.mass == "exact"
+    return shape, fill(shape, model.arrangement, dx, exact=exact, even=even if exact else ())
+
+
+def _split_by(
+    shape: Shape, turn: np.ndarray | None, position: Sequence[float] | None, mirrors: Sequence[Mirror], dx: float
+) -> tuple[int, ...]:
+    """Return the body's own axes across whose middle a symmetry plane lies."""
+    centre = np.zeros(shape.dim) if position is None else np.asarray(position)
+    low, high = Placed(shape, centre, turn).bounds()
+    found = []
+    for mirror in mirrors:
+        # where a body in the row stands along x is not known yet
+        if (mirror.axis == 0 and position is None) or not crosses(low, high, mirror, dx):
+            continue
+        normal = np.eye(shape.dim)[mirror.axis] if turn is None else turn[mirror.axis]
+        own = int(np.abs(normal).argmax())
+        if abs(normal[own]) > 1 - 1e-9:
+            found.append(own)
+    return tuple(dict.fromkeys(found))
 
 
 def _refuse_disorder(bodies: list[PlacedBody]) -> None:
@@ -108,10 +149,10 @@ def _refuse_disorder(bodies: list[PlacedBody]) -> None:
             )
 
 
-def _refuse_overlaps(bodies: list[PlacedBody], dx: float, units: str) -> None:
+def _refuse_overlaps(bodies: list[PlacedBody], units: str) -> None:
     positions = np.concatenate([body.positions for body in bodies])
     owner = np.concatenate([np.full(len(body.positions), i) for i, body in enumerate(bodies)])
-    for overlap in overlaps(positions, owner, dx):
+    for overlap in overlaps(positions, owner, [body.filling.finest for body in bodies]):
         first, second = (bodies[i].name for i in overlap.bodies)
         scale, unit = (1e3, " mm") if units == "si" else (1.0, "")
         place = ", ".join(f"{scale * float(c):.4g}" for c in positions[overlap.particles[0]])

@@ -10,6 +10,7 @@ import numpy as np
 from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
 from hvisph.formulations.protocol import AnyStepper
+from hvisph.formulations.stepper import Stepper
 from hvisph.integrators.criteria import Criteria
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.materials.table import Material
@@ -18,6 +19,7 @@ from hvisph.simulation.formulations import formulation_of
 from hvisph.simulation.gauges import Gauges
 from hvisph.simulation.kernel_types import filled_region, set_kernel_types, set_loads
 from hvisph.simulation.materials import material_of
+from hvisph.simulation.velocities import initial_velocity
 from hvisph.sph.symmetry import Plane
 
 if TYPE_CHECKING:
@@ -86,13 +88,16 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
         part = slice(first, first + len(body.positions))
         first = part.stop
         particles["position"][part] = body.positions
-        particles["velocity"][part] = body.model.velocity
+        particles["velocity"][part] = initial_velocity(body.model, body.positions, body.volumes)
         particles["mass"][part] = material.density * body.volumes
         particles["density"][part] = material.density
         particles["internal_energy"][part] = body.model.internal_energy or material.eos.ambient_energy
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
-    particles["smoothing_length"] = h
+    lengths = np.full(particles.count, h)
+    if formulation.stepper is Stepper:  # the others have one smoothing length for all
+        lengths = formulation.h_over_dx * np.concatenate([body.spacing for body in placed])
+    particles["smoothing_length"] = lengths
     particles.tags[:, ID] = np.arange(particles.count)
     names = [body.name for body in placed]
     for number, clamp in enumerate(case.clamped):
@@ -102,8 +107,11 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
     set_kernel_types(particles, case, names)
     planes = tuple(Plane("xyz".index(plane.axis), plane.at) for plane in case.symmetry)
     stepper = formulation.stepper(
-        particles, formulation, materials, scheme.stage, scheme.previous, h, planes, **scheme.further()
-    )
+        particles, formulation, materials, scheme.stage, scheme.previous, float(lengths.max()), planes,
+        **scheme.further(),
+    )  # fmt: skip
+    if isinstance(stepper, Stepper):
+        stepper.h_low *= float(lengths.min() / lengths.max())
     set_loads(stepper, case, names)
     criteria = Criteria(dim, particles.count, case.time.cfl, formulation.viscous_factor)
     gauges = Gauges(case.gauges, placed, dx, stepper)

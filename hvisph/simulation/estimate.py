@@ -17,9 +17,10 @@ from hvisph.core.errors import CaseError
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import BASE_FIELDS
 from hvisph.geometry.fill import estimated_count
-from hvisph.simulation.bodies import PlacedBody, placed_bodies, shape_of
+from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.build import build
 from hvisph.simulation.materials import material_of
+from hvisph.simulation.shapes import shape_of
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -58,14 +59,20 @@ class BodyEstimate:
         Particles across the shot line, in 1D along the body.
     mass
         Mass [kg], per metre of depth in 2D and per square metre in 1D.
+    volume
+        Volume of the shape, of its part that symmetry planes keep [m^dim].
+    exactness
+        Mass of the particles over that of the shape [-].
     note
-        Why its size differs from the one asked for; empty when it does not.
+        What gave way to make sizes and mass exact, or which size differs in a nominal filling.
     """
 
     name: str
     particles: int
     across: int
     mass: float
+    volume: float = 0.0
+    exactness: float = 1.0
     note: str = ""
 
 
@@ -183,13 +190,21 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
 
 def rough_count(case: Case) -> float:
     """Return the number of particles by volume; each plane of symmetry is taken to halve it."""
-    whole = sum(estimated_count(shape_of(body.shape), case.resolution) for body in case.bodies.values())
-    return whole * 0.5 ** len(case.symmetry)
+    return sum(_rough(body, case) for body in case.bodies.values())
+
+
+def _rough(body: Any, case: Any) -> float:
+    """Return the number of a body's particles by volume; a graded body is taken to be fine throughout."""
+    if body.shape.type == "particles":
+        return 0.0
+    whole = estimated_count(shape_of(body.shape, case.dim), body.resolution or case.resolution)
+    return whole * 0.5 ** len({plane.axis for plane in case.symmetry})
 
 
 def estimated_steps(case: Case) -> int:
     """Return about how many steps `case` takes."""
-    step = case.time.step or case.time.cfl * case.smoothing_length / _signal_speed(case)
+    finest = min(body.resolution or case.resolution for body in case.bodies.values()) / case.resolution
+    step = case.time.step or case.time.cfl * finest * case.smoothing_length / _signal_speed(case)
     steps = math.ceil(case.time.end / step - 1e-9)
     return min(steps, case.time.max_steps or steps)
 
@@ -230,19 +245,19 @@ def _signal_speed(case: Case) -> float:
 
 def _counted(body: PlacedBody) -> BodyEstimate:
     size, dim = body.filling.size, len(body.filling.size)
-    spacing = float(body.volumes[0]) ** (1.0 / dim)
-    mass = body.model.material.density * float(body.volumes.sum())
-    return BodyEstimate(body.name, len(body.positions), round(size[min(1, dim - 1)] / spacing), mass, body.filling.note)
+    volume = float(body.volumes.sum())
+    mass, across = body.model.material.density * volume, round(size[min(1, dim - 1)] / body.filling.finest)
+    exactness = volume / body.asked
+    return BodyEstimate(body.name, len(body.positions), across, mass, body.asked, exactness, body.filling.note)
 
 
 def _uncounted(case: Case) -> list[BodyEstimate]:
     found = []
     for name, body in case.bodies.items():
-        shape = shape_of(body.shape)
-        kept = estimated_count(shape, case.resolution) * 0.5 ** len(case.symmetry)
-        across = shape.extent()[min(1, case.dim - 1)] / case.resolution
-        mass = body.material.density * kept * case.resolution**case.dim
-        found.append(BodyEstimate(name, round(kept), round(across), mass))
+        shape, dx = shape_of(body.shape, case.dim), body.resolution or case.resolution
+        kept, across = _rough(body, case), shape.extent()[min(1, case.dim - 1)] / dx
+        volume = kept * dx**case.dim
+        found.append(BodyEstimate(name, round(kept), round(across), body.material.density * volume, volume))
     return found
 
 

@@ -128,9 +128,11 @@ def exact_solution(case: Case, bodies: list[PlacedBody] | None = None) -> ExactS
     placed = bodies or placed_bodies(case)
     layers = []
     for body in placed:
-        faces = body.positions.min() - 0.5 * case.resolution, body.positions.max() + 0.5 * case.resolution
+        # half a spacing outside of the outermost particles, which a plane of symmetry may have cut
+        outer = int(body.positions.argmin()), int(body.positions.argmax())
+        faces = [float(body.positions[i, 0] + 0.5 * side * body.spacing[i]) for i, side in zip(outer, (-1, 1))]
         material = material_of(body.model.material, body.model.internal_energy)
-        layers.append((material, float(faces[0]), float(faces[1]), body.model.velocity[0]))
+        layers.append((material, faces[0], faces[1], body.model.velocity[0]))
     for before, after in zip(range(len(layers)), range(1, len(layers)), strict=False):
         # faces of touching bodies differ by round-off
         if abs(layers[after][1] - layers[before][2]) < 1e-6 * case.resolution:

@@ -83,8 +83,7 @@ class Mesh(Shape):
         return np.asarray(ahead % 2 == 1).ravel()
 
     def _crossings(self, rays: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Yield where rays along x through (y, z) cross the surface: numbers of some rays, crossing rays among
-        them, and x of the crossings."""
+        """Yield crossings of rays along x through (y, z): numbers of some rays, crossing ones among them, their x."""
         bins = self._bins
         cell = bins.of(rays)
         candidates = np.flatnonzero(bins.counts[cell] > 0)
@@ -214,7 +213,7 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> Mesh:
     except ImportError:
         raise CaseError("meshes need trimesh: pip install 'hvisph[mesh]'", where="type") from None
     try:
-        found = trimesh.load(path, force="mesh")
+        found: Any = trimesh.load(path, force="mesh")
     except Exception as error:  # trimesh lets whatever its readers meet through
         raise CaseError(f"'{path}' cannot be read as a mesh: {error}", where="file") from None
     if len(found.faces) == 0:

@@ -1,0 +1,172 @@
+"""What the bodies of a case must fulfil: shapes that fit the dimensions, arrangements, sizes, places, velocities."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Protocol
+
+from hvisph.case.bodies import Body, arrangements_of
+from hvisph.case.formulations.options import KernelOptions
+from hvisph.case.model import Path, Problem
+from hvisph.case.regions import SymmetryPlane
+from hvisph.case.shapes import BoxShape, IntervalShape, shape_problems
+from hvisph.case.velocities import LinearField, UniformField
+
+FASTEST = 1e5  # [m/s]; ten times any impact in the solar system's inner part is a slip of units
+MOST_PARTICLES = 2**31 - 1  # indices in compiled loops are 32 bits wide
+AXES = ("x", "y", "z")
+# Whose laws take every particle's own smoothing length.
+UNLIKE_SPACINGS = ("eulerian", "riemann")
+
+
+class Case(Protocol):
+    """What bodies see of their case."""
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions."""
+
+    @property
+    def units(self) -> str:
+        """`si` or `none`."""
+
+    @property
+    def resolution(self) -> float:
+        """Particle spacing [m]."""
+
+    @property
+    def bodies(self) -> Mapping[str, Body]:
+        """Bodies by name."""
+
+    @property
+    def symmetry(self) -> Sequence[SymmetryPlane]:
+        """Symmetry planes."""
+
+    @property
+    def formulation(self) -> KernelOptions:
+        """Scheme that computes the run."""
+
+
+def body_problems(case: Case) -> Iterator[Problem]:
+    """Yield what is wrong with the bodies of `case`."""
+    for index, (name, body) in enumerate(case.bodies.items()):
+        path: Path = ("bodies", name)
+        wrong = shape_problems(body.shape, case.dim, (*path, "shape"))
+        yield from (Problem(*one) for one in wrong)
+        if not wrong:
+            yield from _arrangement(case, body, path)
+            yield from _thickness(case, body, path)
+            yield from _spacing(case, body, path)
+        yield from _velocity(case, body, path)
+        yield from _place(case, body, path, first=index == 0)
+    yield from _count(case)
+
+
+def _length(path: Path, dim: int, found: int, what: str) -> Problem:
+    axes = ", ".join(AXES[:dim])
+    return Problem(path, f"has {found} {what}, needs {dim} in {dim}D: [{axes}]")
+
+
+def _arrangement(case: Case, body: Body, path: Path) -> Iterator[Problem]:
+    allowed = arrangements_of(case.dim, body.shape.type)
+    if body.arrangement not in allowed:
+        yield Problem(
+            (*path, "arrangement"),
+            f"'{body.arrangement}' has no meaning for a {body.shape.type} in {case.dim}D; "
+            f"allowed: {', '.join(allowed)}",
+        )
+
+
+def _thickness(case: Case, body: Body, path: Path) -> Iterator[Problem]:
+    formulation = case.formulation
+    h = formulation.h_over_dx * (body.resolution or case.resolution)
+    support = formulation.support_over_h * h
+    thickness = body.shape.thickness()
+    # a thickness written as a decimal multiple of dx must not fail by round-off
+    if thickness < support * (1.0 - 1e-9):
+        finest = thickness / (formulation.support_over_h * formulation.h_over_dx)
+        unit = _metre(case)
+        yield Problem(
+            (*path, "shape"),
+            f"the body is {thickness:g}{unit} thick, thinner than the kernel's support "
+            f"{formulation.support_over_h:g}h = {support:g}{unit} (h = {h:g}{unit}); "
+            f"make it thicker or the resolution {finest:.3g}{unit} or finer",
+        )
+
+
+def _spacing(case: Case, body: Body, path: Path) -> Iterator[Problem]:
+    contact = getattr(case.formulation, "contact", None)
+    parted = contact is not None and contact.type == "repulsive"
+    for key in ("resolution", "grading"):
+        if getattr(body, key) is not None and (getattr(case.formulation, "type", "") not in UNLIKE_SPACINGS or parted):
+            yield Problem(
+                (*path, key),
+                f"spacings of a body's own need the formulation {' or '.join(UNLIKE_SPACINGS)}, with kernel contact",
+            )
+    grading = body.grading
+    if grading is None:
+        return
+    if not isinstance(body.shape, BoxShape | IntervalShape):
+        yield Problem((*path, "grading"), f"a {body.shape.type} has even spacing; only a box or an interval is graded")
+    elif len(grading.fine) != case.dim:
+        yield _length((*path, "grading", "fine"), case.dim, len(grading.fine), "widths")
+    if not grading.coarsest > (body.resolution or case.resolution):
+        yield Problem((*path, "grading", "coarsest"), "must be above the spacing of the fine part, the resolution")
+    if body.mass == "nominal":
+        yield Problem((*path, "mass"), "a graded body always has its exact mass; leave `mass` out")
+
+
+def _velocity(case: Case, body: Body, path: Path) -> Iterator[Problem]:
+    if len(body.velocity) != case.dim:
+        yield _length((*path, "velocity"), case.dim, len(body.velocity), "components")
+    elif case.units == "si" and math.hypot(*body.velocity) > FASTEST:
+        speed = math.hypot(*body.velocity)
+        yield Problem((*path, "velocity"), f"{speed:g} m/s is above {FASTEST / 1e3:g} km/s; check its unit")
+    for number, field in enumerate(body.initial_velocity):
+        place: Path = (*path, "initial_velocity", number)
+        centre = getattr(field, "centre", None)
+        if centre is not None and len(centre) != case.dim:
+            yield _length((*place, "centre"), case.dim, len(centre), "components")
+        if isinstance(field, UniformField) and len(field.velocity) != case.dim:
+            yield _length((*place, "velocity"), case.dim, len(field.velocity), "components")
+        if isinstance(field, LinearField) and {len(field.gradient), *map(len, field.gradient)} != {case.dim}:
+            yield Problem((*place, "gradient"), f"needs {case.dim} rows of {case.dim} in {case.dim}D")
+        if field.type == "spin" and case.dim == 1:
+            yield Problem(place, "nothing spins in 1D; leave it out")
+
+
+def _place(case: Case, body: Body, path: Path, first: bool) -> Iterator[Problem]:
+    if body.position is not None:
+        if len(body.position) != case.dim:
+            yield _length((*path, "position"), case.dim, len(body.position), "components")
+        if body.gap:
+            yield Problem((*path, "gap"), "given beside `position`, which fixes the place already; leave one out")
+    elif first and body.gap:
+        yield Problem((*path, "gap"), "there is no body before the first; give the gap to the second")
+    if body.rotation is None:
+        return
+    if case.dim == 1:
+        yield Problem((*path, "rotation"), "a body in 1D cannot be rotated; leave it out")
+    elif case.dim == 2 and body.rotation.axis != (0.0, 0.0, 1.0):
+        yield Problem((*path, "rotation", "axis"), "the axis is always z in 2D; leave it out")
+    elif not math.hypot(*body.rotation.axis) > 0.0:
+        yield Problem((*path, "rotation", "axis"), "must not be all zero")
+
+
+def _count(case: Case) -> Iterator[Problem]:
+    spacings = [
+        math.prod(size / (b.resolution or case.resolution) for size in b.shape.extent()[: case.dim])
+        for b in case.bodies.values()
+        if b.grading is None and b.shape.extent()
+    ]
+    if not sum(spacings) <= MOST_PARTICLES:
+        yield Problem(
+            ("resolution",),
+            f"{case.resolution:g}{_metre(case)} asks for about {sum(spacings):.1e} particles, more than the "
+            f"{MOST_PARTICLES:.1e} that can be numbered; make it coarser",
+        )
+
+
+def _metre(case: Case) -> str:
+    return " m" if case.units == "si" else ""

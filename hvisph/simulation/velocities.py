@@ -1,0 +1,76 @@
+"""Velocities of a body's particles at the start: its vector and the fields that the case adds to it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+
+
+def initial_velocity(model: Any, positions: np.ndarray, volumes: np.ndarray) -> np.ndarray:
+    """Return the velocity of every particle of a body at the start, (n, dim) [m/s].
+
+    Parameters
+    ----------
+    model
+        The body of the case.
+    positions, volumes
+        Its particles at their place, (n, dim) [m] and (n,) [m^dim].
+    """
+    velocity = np.tile(np.asarray(model.velocity, dtype=float), (len(positions), 1))
+    for field in model.initial_velocity:
+        centre = getattr(field, "centre", None)
+        middle = volumes @ positions / volumes.sum() if centre is None else np.asarray(centre)
+        velocity += _FIELDS[field.type](field, positions, positions - middle)
+    return velocity
+
+
+def _uniform(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    return np.tile(np.asarray(field.velocity, dtype=float), (len(positions), 1))
+
+
+def _spin(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    if offset.shape[1] == 2:
+        return field.rate * np.stack([-offset[:, 1], offset[:, 0]], axis=1)
+    return np.cross(field.rate * _unit(field.axis), offset)
+
+
+def _radial(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    if field.axis is not None and offset.shape[1] == 3:
+        along = _unit(field.axis)
+        offset = offset - np.outer(offset @ along, along)
+    r = np.sqrt((offset**2).sum(axis=1))
+    away = np.maximum(r, 1e-12 * field.radius)
+    speed = np.where(r > 1e-12 * field.radius, field.speed * (away / field.radius) ** field.power, 0.0)
+    return offset * (speed / away)[:, None]
+
+
+def _linear(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    return offset @ np.asarray(field.gradient).T
+
+
+def _table(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    from hvisph.geometry.particle_file import read_columns
+
+    dim = positions.shape[1]
+    columns = read_columns(field.file, (*"xyz"[:dim], *"uvw"[:dim]))
+    points, values = np.stack(columns[:dim], axis=1), np.stack(columns[dim:], axis=1)
+    if dim == 1:
+        order = np.argsort(points[:, 0])
+        return np.interp(positions[:, 0], points[order, 0], values[order, 0])[:, None]
+    from hvisph.geometry.particle_file import interpolated
+
+    return interpolated(points, values, positions)
+
+
+_FIELDS = {"uniform": _uniform, "spin": _spin, "radial": _radial, "linear": _linear, "table": _table}
+
+
+def _unit(direction: Any) -> np.ndarray:
+    vector = np.asarray(direction, dtype=float)
+    length = float(np.sqrt(vector @ vector))
+    if not length > 0:
+        raise CaseError("the axis of a velocity field must not be all zero", where="initial_velocity.axis")
+    return vector / length
