@@ -48,7 +48,8 @@ LIBRARIES = {
     "pint": {"case"},
     "typer": {"cli"},
     "rich": {"cli"},
-    "h5py": {"output"},
+    "h5py": {"output", "geometry"},
+    "trimesh": {"geometry"},
     "meshio": {"output", "geometry"},
     "matplotlib": {"pictures"},
     "jinja2": {"report"},
@@ -60,7 +61,7 @@ LIBRARIES = {
     "numpy": {*MAY_IMPORT} - {"cli", "case", "casefile"},
 }
 # Slow to import and seldom needed: only within functions, so that nobody pays who does not use them.
-LAZY = {"jinja2", "scipy", "matplotlib", "h5py", "meshio", "pint", "psutil"}
+LAZY = {"jinja2", "trimesh", "scipy", "matplotlib", "h5py", "meshio", "pint", "psutil"}
 # Outside `core`, numba is for the number of threads; what compiles is in `core` alone.
 NUMBA_OUTSIDE_CORE = {"config", "get_num_threads", "set_num_threads", "threading_layer"}
 # Rooms that must load without numba: nothing that they do needs a compiler.

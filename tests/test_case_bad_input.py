@@ -151,7 +151,7 @@ BAD = [
         1,
     ),
     ("title: test", "symmetry: [{axis: z}]", ["symmetry.0.axis", "no axis z in 2D"], 1),
-    ("title: test", "symmetry: [{axis: y}, {axis: y}]", ["symmetry.1.axis", "second plane"], 1),
+    ("title: test", "symmetry: [{axis: y}, {axis: y}]", ["symmetry.1.keep", "what lies between"], 1),
     ("title: test", "units: none", ["library is in SI"], 6),
     ("title: test", "title: !!python/object/apply:os.system [ls]", ["tag", "not allowed"], 1),
     ("title: test", "title: &a [*a]", ["alias '*a' refers to itself"], 1),

@@ -5,7 +5,8 @@ import json
 import jsonschema
 import pytest
 
-from hvisph.case.bodies import ARRANGEMENTS
+from hvisph.case.bodies import arrangements_of
+from hvisph.case.shapes import SHAPES
 from hvisph.casefile.data import data_folder
 from hvisph.casefile.explain import explain
 from hvisph.casefile.loader import bundled_cases, dump_case, library, load_case, load_material
@@ -13,8 +14,8 @@ from hvisph.casefile.manual import case_manual
 from hvisph.casefile.schema import case_schema, generated_files
 from hvisph.casefile.yaml_text import parse
 from hvisph.core.errors import CaseError
-from hvisph.geometry import shapes
 from hvisph.geometry.fill import allowed_arrangements
+from hvisph.simulation.shapes import shape_of
 
 ROOT = data_folder("cases").parent
 VALIDATOR = jsonschema.Draft202012Validator(case_schema())
@@ -159,8 +160,47 @@ def test_library_numbers_of_the_papers():
     assert plate.damage.pressure_cutoff == -8e8
 
 
-def test_arrangements_are_those_of_the_geometry():
-    built = [shapes.Interval(1), shapes.Disc(1), shapes.Box((1, 1)), shapes.Sphere(1), shapes.Box((1, 1, 1))]
-    built.append(shapes.Cylinder(1, 1))
-    geometry = {(s.dim, type(s).__name__.lower()): tuple(allowed_arrangements(s)) for s in built}
-    assert geometry == ARRANGEMENTS
+BOX = {"type": "box", "size": ["2 mm", "3 mm", "4 mm"]}
+DISC = {"type": "disc", "diameter": "2 mm"}
+# One of each shape of a case, as a file writes it, in 3D unless it is a plane one.
+EXAMPLES = {
+    "interval": {"length": "1 mm"},
+    "disc": {"diameter": "1 mm"},
+    "annulus": {"outer_diameter": "3 mm", "inner_diameter": "1 mm"},
+    "polygon": {"points": [[0, 0], ["1 mm", 0], [0, "1 mm"]]},
+    "sphere": {"diameter": "1 mm"},
+    "hollow_sphere": {"outer_diameter": "3 mm", "inner_diameter": "1 mm"},
+    "box": {"size": ["2 mm", "3 mm", "4 mm"]},
+    "cylinder": {"diameter": "1 mm", "length": "2 mm", "axis": "y"},
+    "tube": {"outer_diameter": "3 mm", "inner_diameter": "1 mm", "length": "4 mm"},
+    "cone": {"diameter": "3 mm", "length": "4 mm"},
+    "frustum": {"back_diameter": "3 mm", "front_diameter": "1 mm", "length": "4 mm"},
+    "ogive": {"diameter": "3 mm", "nose_length": "4 mm"},
+    "dome": {"diameter": "3 mm"},
+    "rounded_cylinder": {"diameter": "3 mm", "length": "4 mm", "edge_radius": "1 mm"},
+    "prism": {"section": DISC, "length": "4 mm"},
+    "ring": {"section": DISC, "radius": "4 mm"},
+    "union": {"parts": [{"shape": BOX}, {"shape": BOX, "position": ["1 mm", 0, 0], "rotation": 30}]},
+    "intersection": {"parts": [{"shape": BOX}, {"shape": {"type": "sphere", "diameter": "3 mm"}}]},
+    "difference": {"whole": BOX, "removed": [{"shape": {"type": "sphere", "diameter": "1 mm"}}]},
+    "repeat": {"shape": BOX, "vectors": [[0, "4 mm", 0]], "counts": [3]},
+}
+
+
+@pytest.mark.parametrize("kind", EXAMPLES)
+def test_arrangements_are_those_of_the_geometry(kind):
+    dim = 1 if kind == "interval" else 2 if kind in ("disc", "annulus", "polygon") else 3
+    kinematics = {1: "uniaxial_strain", 2: "plane_strain", 3: "three_d"}[dim]
+    shape = {"type": kind} | EXAMPLES[kind]
+    data = {"kinematics": kinematics, "resolution": "0.05 mm", "time": {"end": "1 us"}}
+    case = load_case(data | {"bodies": {"a": {"material": "aluminium-howell-ball", "shape": shape}}})
+    VALIDATOR.validate(parse(dump_case(case), "dumped").value)
+    built = shape_of(case.bodies["a"].shape, dim)
+    assert tuple(allowed_arrangements(built)) == arrangements_of(dim, kind)
+    # what the models say of sizes without the geometry is what the geometry says
+    extent = case.bodies["a"].shape.extent()
+    assert not extent or extent[:dim] == pytest.approx(built.extent())
+
+
+def test_every_shape_has_an_example():
+    assert {name for names in SHAPES.values() for name in names} == {*EXAMPLES, "mesh", "particles"}

@@ -38,7 +38,7 @@ PAIRS = [(shape, name) for shape in SHAPES for name in allowed_arrangements(shap
 def test_published_counts_at_any_scale(shape, arrangement, dx, count, scale):
     sizes = {k: np.asarray(v) * scale for k, v in vars(shape).items()}
     sizes = {k: v.tolist() for k, v in sizes.items()}
-    filling = fill(type(shape)(**sizes), arrangement, dx * scale)
+    filling = fill(type(shape)(**sizes), arrangement, dx * scale, exact=False)
     assert filling.count == count
     assert filling.note == ""
 
@@ -46,7 +46,7 @@ def test_published_counts_at_any_scale(shape, arrangement, dx, count, scale):
 @pytest.mark.parametrize(("shape", "name"), PAIRS)
 def test_density_is_right(shape, name):
     dx = 0.02
-    filling = fill(shape, name, dx)
+    filling = fill(shape, name, dx, exact=False)
     assert filling.volumes == pytest.approx(dx**shape.dim, rel=1e-14)
     # a sharp surface cuts cells: the error is a fraction of a layer, dx / size; two boxes of faces at most
     layers = min(shape.extent()) / dx
@@ -60,17 +60,18 @@ def test_density_is_right(shape, name):
 @pytest.mark.parametrize(("shape", "name"), PAIRS)
 def test_particles_lie_inside_and_apart(shape, name):
     dx = 0.05
-    positions = fill(shape, name, dx).positions
+    positions = fill(shape, name, dx, exact=False).positions
     assert positions.flags.c_contiguous
     assert positions.shape[1] == shape.dim
     # the rings' last circle lies on the circumference; rounding of counts adds at most half a layer
     assert (np.abs(positions) <= np.asarray(shape.extent()) / 2 + 0.51 * dx).all()
     distance = cKDTree(positions).query(positions, k=2)[0][:, 1]
     # rings with a rounded count are up to 4.3 % closer than dx along the ring (k = 1: 6 particles, 1.0)
-    assert distance.min() > 0.95 * dx
+    # a relaxed packing's outer layer is closer by a fifth (see the figures of its own test)
+    assert distance.min() > (0.7 if name == "relaxed" else 0.95) * dx
 
 
-@pytest.mark.parametrize(("shape", "name"), [p for p in PAIRS if p[1] != "hcp"])
+@pytest.mark.parametrize(("shape", "name"), [p for p in PAIRS if p[1] not in ("hcp", "relaxed")])
 def test_mirror_symmetry_across_the_shot_axis(shape, name):
     if shape.dim == 1:
         positions = fill(shape, name, 0.03).positions
@@ -84,7 +85,7 @@ def test_mirror_symmetry_across_the_shot_axis(shape, name):
 
 def test_hexagonal_and_hcp_have_equal_neighbours():
     for shape, name, neighbours in [(Disc(1.0), "hexagonal", 6), (Sphere(1.0), "hcp", 12)]:
-        positions = fill(shape, name, 0.05).positions
+        positions = fill(shape, name, 0.05, exact=False).positions
         tree = cKDTree(positions)
         a = tree.query(positions, k=2)[0][:, 1].min()
         inner = positions[np.linalg.norm(positions, axis=1) < 0.3]
@@ -93,7 +94,7 @@ def test_hexagonal_and_hcp_have_equal_neighbours():
 
 
 def test_rings_are_as_published():
-    positions = fill(Disc(10.0), "rings", 0.5).positions
+    positions = fill(Disc(10.0), "rings", 0.5, exact=False).positions
     radius = np.linalg.norm(positions, axis=1) / 0.5
     for k in range(1, 11):
         on_ring = positions[np.abs(radius - k) < 1e-9]
@@ -102,7 +103,7 @@ def test_rings_are_as_published():
 
 
 def test_lattice_two_rings_counts_of_young_2021():
-    positions = fill(Disc(10.0), "lattice_two_rings", 0.1).positions
+    positions = fill(Disc(10.0), "lattice_two_rings", 0.1, exact=False).positions
     radius = np.linalg.norm(positions, axis=1)
     # floor(2 pi 49) = 307 on the inner ring, rounded 2 pi 50 = 314 on the outer
     assert (np.abs(radius - 4.9) < 1e-9).sum() == 307
@@ -111,7 +112,7 @@ def test_lattice_two_rings_counts_of_young_2021():
 
 
 def test_a_size_that_does_not_divide_is_said():
-    filling = fill(Box([2.04, 5.0]), "square", 0.1)
+    filling = fill(Box([2.04, 5.0]), "square", 0.1, exact=False)
     assert filling.size == pytest.approx((2.0, 5.0))
     assert filling.note == "2.04 x 5 is filled as 2 x 5 at resolution 0.1"
 
@@ -119,8 +120,8 @@ def test_a_size_that_does_not_divide_is_said():
 @pytest.mark.parametrize(
     ("shape", "name", "dx", "message"),
     [
-        (Box([1.0, 1.0]), "rings", 0.1, "'rings' has no meaning for a box in 2D; allowed: square, hexagonal"),
-        (Sphere(1.0), "square", 0.1, "allowed: cubic, hcp"),
+        (Box([1.0, 1.0]), "rings", 0.1, "'rings' has no meaning for a box in 2D; allowed: square, hexagonal, relaxed"),
+        (Sphere(1.0), "square", 0.1, "allowed: cubic, hcp, relaxed"),
         (Disc(1.0), "sqare", 0.1, "did you mean 'square'"),
         (Disc(1.0), "lattice_two_rings", 0.3, "at least 3 particle spacings, not 2"),
         (Box([0.01, 1.0]), "square", 0.1, "thinner than half a particle"),

@@ -32,7 +32,7 @@ def arrangements_of(dim: int, shape: str) -> tuple[Arrangement, ...]:
     if dim == 1:
         return ("even",)
     if dim == 2:
-        return ("square", "hexagonal", "relaxed", *(("rings", "lattice_two_rings") if shape == "disc" else ()))  # type: ignore[return-value]
+        return ("square", "hexagonal", "relaxed", *(("rings", "lattice_two_rings") if shape == "disc" else ()))
     return ("cubic", "hcp", "relaxed")
 
 
@@ -65,8 +65,8 @@ class Body(StrictModel):
     )
     resolution: PositiveLength | None = Field(
         default=None,
-        description="Particle spacing of this body [m]; that of the case unless given. Equal masses of neighbours serve "
-        "best: next to a denser body the finer spacing belongs to the denser one",
+        description="Particle spacing of this body [m]; that of the case unless given. Equal masses of neighbours "
+        "serve best: next to a denser body the finer spacing belongs to the denser one",
     )
     grading: Grading | None = Field(
         default=None, description="Spacing that grows towards the rim, for a box or an interval; even unless given"

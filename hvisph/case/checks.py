@@ -93,8 +93,8 @@ def _symmetry(case: Case) -> Iterator[Problem]:
         elif high.at - low.at < 2 * support:
             yield Problem(
                 (*path, "at"),
-                f"the two planes across {plane.axis} are closer than twice the kernel's support, {2 * support:g}: images "
-                "of images would be missed; move them apart or make the resolution finer",
+                f"the two planes across {plane.axis} are closer than twice the kernel's support, {2 * support:g}: "
+                "images of images would be missed; move them apart or make the resolution finer",
             )
         if [p.axis for p in case.symmetry].count(plane.axis) > 2:
             yield Problem((*path, "axis"), f"a third plane across {plane.axis}; two are allowed")

@@ -65,7 +65,7 @@ class RadialField(AboutPoint):
     type: Literal["radial"] = "radial"
     speed: Velocity = Field(description="Speed at the radius [m/s], negative inwards")
     radius: PositiveLength = Field(description="Radius where it has that speed [m]")
-    power: Number = Field(default=0.0, description="Power of the radius [-]: 1 swells evenly, -1 or -2 keeps the volume")
+    power: Number = Field(default=0.0, description="Power of the radius [-]: -1 (2D) and -2 (3D) keep the volume")
     axis: Direction | None = Field(
         default=None, description="In 3D, an axis from which the radius is measured [-]; from the centre unless given"
     )
@@ -84,7 +84,7 @@ class TableField(StrictModel):
     """Velocities from a table, linear between its points and those of the nearest one outside."""
 
     type: Literal["table"] = "table"
-    file: DataFile = Field(description="CSV with the columns x, y, z and u, v, w, as many as there are dimensions, in SI")
+    file: DataFile = Field(description="CSV in SI with the columns x, y, z and u, v, w, one a dimension")
 
 
 VelocityField = Annotated[

@@ -42,11 +42,11 @@ def case_manual() -> str:
     return "\n".join(parts).rstrip() + "\n"
 
 
-def _block(title: str, spot: Spot, level: int) -> Iterator[str]:
-    """Yield the sections of what stands at `spot`, and of all that stands below it."""
+def _block(title: str, spot: Spot, level: int, above: tuple[dict[str, type[BaseModel]], ...] = ()) -> Iterator[str]:
+    """Yield the sections of what stands at `spot`, and of all that stands below it but not within itself."""
     while spot.item is not None and not spot.models:
         spot = spot_of(spot.item)
-    if not spot.models:
+    if not spot.models or spot.models in above:
         return
     heading = "#" * min(level, 5)
     yield f"{heading} {title}\n"
@@ -54,17 +54,17 @@ def _block(title: str, spot: Spot, level: int) -> Iterator[str]:
         if tag:
             yield f"{heading}# {title} `{{type: {tag}}}`\n"
         yield from _model(model)
-    yield from _below(title, spot, level)
+    yield from _below(title, spot, level, (*above, spot.models))
 
 
-def _below(title: str, spot: Spot, level: int) -> Iterator[str]:
+def _below(title: str, spot: Spot, level: int, above: tuple[dict[str, type[BaseModel]], ...]) -> Iterator[str]:
     """Yield the sections of the fields below, each once however many alternatives have it."""
     seen: set[str] = set()
     for model in spot.models.values():
         for name, info in model.model_fields.items():
             if name not in seen:
                 seen.add(name)
-                yield from _block(f"{title[:-1]}.{name}`", spot_of(info.annotation, info), level + 1)
+                yield from _block(f"{title[:-1]}.{name}`", spot_of(info.annotation, info), level + 1, above)
 
 
 def _model(model: type[BaseModel]) -> Iterator[str]:

@@ -11,7 +11,7 @@ from pydantic_core import PydanticUndefined
 from hvisph.case.dimensions import NUMBER
 from hvisph.casefile.describe import Spot, spot_of
 
-_FORMS = {"string": "text", "number": "number"}
+_FORMS = {"string": "text", "number": "number", "object": "block"}
 DERIVED = {
     "arrangement": "by dimensions",
     "velocity": "at rest",

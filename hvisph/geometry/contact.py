@@ -1,8 +1,8 @@
 """Where two bodies first touch when one moves along x: their surfaces, not their boxes.
 
 From points on one body's surface rays run along x to the other body by sphere tracing (steps of
-the distance to its surface, which cannot jump over it), and from the other body's surface back. The shortest ray is then
-refined by more points about its start. Particles that would come nearer to each other than 0.9 of their spacing
+the distance to its surface, which cannot jump over it), and from the other body's surface back. The shortest ray
+is then refined by more points about its start. Particles that would come nearer to each other than 0.9 of their spacing
 before the surfaces meet stop the bodies there: that costs a fraction of a spacing, and nothing between flat faces.
 """
 

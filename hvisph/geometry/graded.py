@@ -1,7 +1,7 @@
 """Boxes with graded spacing: fine where they are struck, coarse towards the rim.
 
-Along each graded axis the layers are `dx` thick in the fine part, grow by at most a tenth from layer to layer outside of
-it, up to the coarsest, and are stretched together so that they fill the box. A particle's volume is that of its
+Along each graded axis the layers are `dx` thick in the fine part, grow by at most a tenth from layer to layer outside
+of it, up to the coarsest, and are stretched together so that they fill the box. A particle's volume is that of its
 cell, so its mass follows; its smoothing length follows the cell's longest side, so that no neighbour is lost.
 """
 

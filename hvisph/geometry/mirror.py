@@ -1,7 +1,7 @@
 """Bodies cut by planes of symmetry, without a change of mass.
 
-A plane through a body must be a plane of symmetry of it, and of its particles. Particles on the far side are left out; a
-row in the plane itself is split: half its mass stays, a quarter of a spacing from the plane, and
+A plane through a body must be a plane of symmetry of it, and of its particles. Particles on the far side are left out;
+a row in the plane itself is split: half its mass stays, a quarter of a spacing from the plane, and
 the other half is in its image. So a half, a quarter and an eighth weigh what they are called.
 """
 
@@ -91,8 +91,8 @@ def _require_symmetry(positions: np.ndarray, mirror: Mirror, spacing: float) -> 
     if distance.max() > OFF * spacing:
         axis = "xyz"[mirror.axis]
         raise CaseError(
-            f"the symmetry plane {axis} = {mirror.at:g} passes through this body, whose particles are not mirror images "
-            "across it: put the body's middle on the plane or all of it on one side, turn it by right angles only, "
-            "and use an arrangement that is symmetric (square, cubic, relaxed); or leave the plane out",
+            f"the symmetry plane {axis} = {mirror.at:g} passes through this body, whose particles are not mirror "
+            "images across it: put the body's middle on the plane or all of it on one side, turn it by right "
+            "angles only, and use an arrangement that is symmetric (square, cubic, relaxed); or leave the plane out",
             where="symmetry",
         )

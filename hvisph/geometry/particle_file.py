@@ -1,4 +1,4 @@
-"""Particles from a file: CSV, VTU or another mesh format of meshio, HDF5; positions and masses as somebody made them."""
+"""Particles from a file: CSV, VTU or another mesh format of meshio, HDF5; as somebody made them."""
 
 from __future__ import annotations
 
@@ -64,7 +64,8 @@ def _read(path: Path, dim: int) -> tuple[np.ndarray, np.ndarray]:
         with h5py.File(path, "r") as file:
             missing = [name for name in ("position", "mass") if name not in file]
             if missing:
-                raise CaseError(f"'{path}' has no data set {', '.join(missing)}; it has {', '.join(file)}", where="file")
+                given = ", ".join(file)
+                raise CaseError(f"'{path}' has no data set {', '.join(missing)}; it has {given}", where="file")
             return np.asarray(file["position"])[:, :dim], np.asarray(file["mass"])
     import meshio
 

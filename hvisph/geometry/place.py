@@ -109,10 +109,9 @@ def row(
     behind = faces[struck][1] - face
     for before, body in pairwise(in_row[1:]):
         inner, face = _meeting(fillings, surfaces, faced, before, body)
-        if inner == faces[before][1]:
-            front = behind + gaps[body]
-        else:
-            front = centres[before, 0] + inner + gaps[body]
+        # the same but for round-off where they touch at the outermost particles
+        at_faces = inner == faces[before][1]
+        front = (behind if at_faces else centres[before, 0] + inner) + gaps[body]
         centres[body, 0] = front - face
         behind = front + faces[body][1] - face
     return centres

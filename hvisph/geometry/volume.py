@@ -1,8 +1,8 @@
 """Volumes and moments of shapes that have no formula, from their signed distance.
 
 A box around the shape is halved along all axes again and again. A cell whose centre is farther from the surface
-than its corners is wholly in or out; what is left at the end lies along the surface, and a cell of it of size s with its
-centre at the signed distance d counts clip(1/2 - d/s, 0, 1). Over a smooth surface the errors of the cells
+than its corners is wholly in or out; what is left at the end lies along the surface, and a cell of it of size s
+with its centre at the signed distance d counts clip(1/2 - d/s, 0, 1). Over a smooth surface the errors of the cells
 cancel and along edges they go like s^2, which the last two sizes tell (Richardson's extrapolation).
 """
 
@@ -28,26 +28,10 @@ def integrated_volume(shape: Shape) -> float:
 
 def first_moment(shape: Shape, axis: int, offset: float) -> float:
     """Return the integral of (coordinate `axis` + `offset`) over `shape` [m^(dim+1)]."""
-    exact = _centroid(shape)
+    exact = shape.centroid()
     if exact is not None:
         return shape.volume * (exact[axis] + offset)
     return _integral(shape, axis, offset)
-
-
-def _centroid(shape: Shape) -> np.ndarray | None:
-    """Return the centroid of what has a known one: polygons, and all that is symmetric about its centre."""
-    from hvisph.geometry.shapes.basic import Box, Disc
-    from hvisph.geometry.shapes.hollow import Annulus
-    from hvisph.geometry.shapes.polygon import Polygon
-
-    if isinstance(shape, Box | Disc | Annulus):
-        return np.zeros(2)
-    if not isinstance(shape, Polygon):
-        return None
-    start = shape.corners
-    end = np.roll(start, -1, axis=0)
-    cross = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
-    return np.asarray(((start + end) * cross[:, None]).sum(axis=0) / (3 * cross.sum()))
 
 
 def _integral(shape: Shape, axis: int | None, offset: float) -> float:

@@ -129,8 +129,8 @@ def exact_solution(case: Case, bodies: list[PlacedBody] | None = None) -> ExactS
     layers = []
     for body in placed:
         # half a spacing outside of the outermost particles, which a plane of symmetry may have cut
-        outer = int(body.positions.argmin()), int(body.positions.argmax())
-        faces = [float(body.positions[i, 0] + 0.5 * side * body.spacing[i]) for i, side in zip(outer, (-1, 1))]
+        outer = (int(body.positions.argmin()), -0.5), (int(body.positions.argmax()), 0.5)
+        faces = [float(body.positions[i, 0] + half * body.spacing[i]) for i, half in outer]
         material = material_of(body.model.material, body.model.internal_energy)
         layers.append((material, faces[0], faces[1], body.model.velocity[0]))
     for before, after in zip(range(len(layers)), range(1, len(layers)), strict=False):

@@ -10,6 +10,8 @@ Diehl et al. 2015 (weighted Voronoi relaxation), here with equal weights and a w
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 
 from hvisph.core.errors import CaseError
@@ -70,10 +72,8 @@ def _start(shape: Shape, dx: float, count: int) -> np.ndarray:
     close = fill_hexagonal if shape.dim == 2 else fill_hcp
     grown, points = dx, np.empty((0, shape.dim))
     for _ in range(40):  # finer until there are enough
-        try:
+        with suppress(CaseError):
             points = close(shape, grown).positions
-        except CaseError:
-            pass
         if len(points) >= count:
             break
         grown *= 0.97

@@ -78,6 +78,10 @@ class Disc(Centred):
         """Number of dimensions: 2."""
         return 2
 
+    def centroid(self) -> np.ndarray:
+        """Return the middle of the volume, the origin, (dim,) [m]."""
+        return np.zeros(self.dim)
+
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
         return (self.diameter, self.diameter)
@@ -156,6 +160,10 @@ class Box(Centred):
     def dim(self) -> int:
         """Number of dimensions: 2 or 3, as many as there are sizes."""
         return len(self.size)
+
+    def centroid(self) -> np.ndarray:
+        """Return the middle of the volume, the origin, (dim,) [m]."""
+        return np.zeros(self.dim)
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""

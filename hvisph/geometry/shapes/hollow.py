@@ -32,6 +32,10 @@ class Annulus(Centred):
         """Number of dimensions: 2."""
         return 2
 
+    def centroid(self) -> np.ndarray:
+        """Return the middle of the volume, the origin, (2,) [m]."""
+        return np.zeros(self.dim)
+
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
         return (self.outer_diameter, self.outer_diameter)

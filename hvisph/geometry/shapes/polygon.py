@@ -62,6 +62,13 @@ class Polygon(Shape):
         """Area [m^2]."""
         return abs(_area(np.asarray(self.points)))
 
+    def centroid(self) -> np.ndarray:
+        """Return the middle of the area, (2,) [m]."""
+        start = self.corners
+        end = np.roll(start, -1, axis=0)
+        cross = start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]
+        return np.asarray(((start + end) * cross[:, None]).sum(axis=0) / (3 * cross.sum()))
+
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, 2) [m] to the surface, negative inside: (n,) [m]."""
         start = self.corners

@@ -60,6 +60,10 @@ class Shape(ABC):
         """Axes along which layers begin half a spacing from the lower bound, because an axis of revolution is there."""
         return ()
 
+    def centroid(self) -> np.ndarray | None:
+        """Return the middle of the volume, (dim,) [m]; None where no formula gives it."""
+        return None
+
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
         low, high = self.bounds()
