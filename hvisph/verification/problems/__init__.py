@@ -16,6 +16,7 @@ from hvisph.verification.problems import (
     plate,
     sod,
     spinning_disc,
+    symmetry,
     tension,
 )
 
@@ -38,5 +39,6 @@ PROBLEMS: dict[str, Problem] = {
         impacts.PROBLEM,
         blobs.PROBLEM,
         invariance.PROBLEM,
+        symmetry.PROBLEM,
     )
 }

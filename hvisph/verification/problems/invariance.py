@@ -26,9 +26,10 @@ def _trials(options: Options) -> Iterator[Trial]:
     for angle in (37.0,) if options.quick else (37.0, 90.0, 200.0):
         yield _trial(f"turned by {angle:g} degrees", dx, np.radians(angle), np.zeros(2))
     yield _trial("seen at 10 km/s", dx, 0.0, FRAME)
+    yield _trial("corrected (mixed), turned by 37 degrees", dx, np.radians(37.0), np.zeros(2), "mixed")
 
 
-def _trial(name: str, dx: float, angle: float, frame: np.ndarray) -> Trial:
+def _trial(name: str, dx: float, angle: float, frame: np.ndarray, correction: str = "") -> Trial:
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     metal = "aluminium-howell-ball"
     box = {"type": "box", "size": [4e-3, 6e-3]}
@@ -42,6 +43,7 @@ def _trial(name: str, dx: float, angle: float, frame: np.ndarray) -> Trial:
             "backing": {"material": "steel-howell-ball", "shape": box},
         },
         "time": {"end": STEPS * STEP, "step": STEP},
+        "formulation": {"correction": {"type": correction}} if correction else {},
     }
 
     def turned(placed: list[PlacedBody]) -> list[PlacedBody]:
