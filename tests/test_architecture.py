@@ -51,6 +51,7 @@ LIBRARIES = {
     "h5py": {"output", "geometry"},
     "trimesh": {"geometry"},
     "meshio": {"output", "geometry"},
+    "PIL": {"pictures"},
     "matplotlib": {"pictures"},
     "jinja2": {"report"},
     "scipy": {"sweeps", "geometry", "measures", "verification"},
@@ -61,7 +62,7 @@ LIBRARIES = {
     "numpy": {*MAY_IMPORT} - {"cli", "case", "casefile"},
 }
 # Slow to import and seldom needed: only within functions, so that nobody pays who does not use them.
-LAZY = {"jinja2", "trimesh", "scipy", "matplotlib", "h5py", "meshio", "pint", "psutil"}
+LAZY = {"PIL", "trimesh", "jinja2", "scipy", "matplotlib", "h5py", "meshio", "pint", "psutil"}
 # Outside `core`, numba is for the number of threads; what compiles is in `core` alone.
 NUMBA_OUTSIDE_CORE = {"config", "get_num_threads", "set_num_threads", "threading_layer"}
 # Rooms that must load without numba: nothing that they do needs a compiler.

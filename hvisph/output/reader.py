@@ -9,6 +9,7 @@ import csv
 import io
 import json
 import re
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -69,6 +70,25 @@ def list_snapshots(run: str | Path) -> list[Path]:
         if found:
             return found
     return []
+
+
+def snapshots_at(path: Path, at: Sequence[float] | str | None) -> Iterator[Snapshot]:
+    """Yield the snapshots of a run nearest to some times [s], the last one (None) or ``all``; or a file's.
+
+    Raises
+    ------
+    OutputError
+        When there is none, or one is damaged.
+    """
+    files = [path] if path.is_file() else list_snapshots(path)
+    if not files:
+        raise OutputError(f"{path}: the folder holds no snapshot")
+    if at is None or at == "all":
+        yield from (read_snapshot(file) for file in (files[-1:] if at is None else files))
+        return
+    times = [read_snapshot(file).time for file in files]
+    for time in at:
+        yield read_snapshot(files[int(np.argmin([abs(one - float(time)) for one in times]))])
 
 
 def read_history(run: str | Path) -> dict[str, np.ndarray]:

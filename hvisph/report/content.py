@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.casefile.embedded import symmetry_axes
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.measures.debris import debris
@@ -87,8 +88,7 @@ class Told:
 
     def frames(self) -> Frames:
         """Return the moments for the player."""
-        planes = ["xyz".index(plane.axis) for plane in self.case.symmetry] if self.case is not None else []
-        return frames(self.paths, planes)
+        return frames(self.paths, symmetry_axes(self.last.metadata.get("case")))
 
     def row_values(self) -> dict[str, Row]:
         """Return the rows of measures by name, for a table of several runs."""

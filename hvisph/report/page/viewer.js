@@ -92,7 +92,7 @@ class View {
     if (run.dimensions === 1) return this.profile(context, frame);
     const {scale, middle, right, up, eye} = this.camera();
     const colours = this.colours(), values = this.field === "body" ? null : run.values[this.field];
-    const radius = Math.max(0.62 * run.spacing * scale, 0.5), disc = discOf(radius);
+    const radius = Math.max(0.75 * run.spacing * scale, 0.5), disc = discOf(radius);
     const step = run.low.map((l, k) => (run.high[k] - l) / 65534), solid = run.dimensions === 3;
     const [px, py, pz] = run.position;
     for (const copy of this.signs()) for (let i = 0; i < n; i++) {

@@ -1,0 +1,126 @@
+"""Particles as shaded discs in a picture: where each falls, what hides what, copies beyond mirrors.
+
+The camera looks along z at the shot from the side (x to the right, y up), from the front along the shot, or turned
+by two angles. Each disc is as wide as its particle's share of the lattice; the nearest wins, pixel by pixel, so that
+nothing is covered by what lies behind it.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+VIEWS = {"side": (0.0, 0.0), "front": (-90.0, 0.0), "3d": (-30.0, 20.0)}  # yaw, pitch [degrees]
+RADIUS = 0.75  # of a disc, in spacings: on a lattice they close the squares between four of them
+SHADES = (0.55, 1.0)  # of a disc's rim and middle in 3D
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What a camera saw.
+
+    Parameters
+    ----------
+    index
+        Particle at each pixel, -1 for none, shape (height, width).
+    shade
+        Brightness of each pixel, 0 to 1.
+    extent
+        Left, right, bottom, top in the plane of the picture [m].
+    """
+
+    index: np.ndarray
+    shade: np.ndarray
+    extent: tuple[float, float, float, float]
+
+
+def turned(position: np.ndarray, yaw: float, pitch: float) -> np.ndarray:
+    """Return right, up and towards the eye for positions (n, dim) and two angles [degrees], shape (n, 3)."""
+    x = np.zeros((len(position), 3))
+    x[:, : position.shape[1]] = position
+    cy, sy, cp, sp = (f(np.radians(a)) for a in (yaw, pitch) for f in (np.cos, np.sin))
+    axes = np.array([[cy, 0.0, sy], [sp * sy, cp, -sp * cy], [-cp * sy, sp, cp * cy]])
+    return x @ axes.T
+
+
+def copies(position: np.ndarray, planes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Return positions with their images at coordinate planes, and the particle that each is of.
+
+    Parameters
+    ----------
+    position
+        Shape (n, dim).
+    planes
+        Axes of the mirrors.
+    """
+    parts = []
+    for signs in itertools.product((1.0, -1.0), repeat=len(planes)):
+        factor = np.ones(position.shape[1])
+        factor[list(planes)] = signs
+        parts.append(position * factor)
+    return np.concatenate(parts), np.tile(np.arange(len(position)), len(parts))
+
+
+def revolved(position: np.ndarray, spacing: float, angle: float = 360.0) -> tuple[np.ndarray, np.ndarray]:
+    """Return rings (x, r) as particles of the solid that they stand for, and the ring that each is of.
+
+    Parameters
+    ----------
+    position
+        Shape (n, 2): x and radius [m].
+    spacing
+        Distance of neighbours on a ring [m].
+    angle
+        Of the turn [degrees]; less than 360 shows the inside.
+    """
+    radius = np.abs(position[:, 1])
+    number = np.maximum((np.radians(angle) * radius / spacing).astype(int), 1)
+    ring = np.repeat(np.arange(len(position)), number)
+    first = np.repeat(np.cumsum(number) - number, number)
+    # the turn opens towards the eye
+    share = (np.arange(len(ring)) - first + 0.5) / number[ring]
+    phi = np.radians(90.0 + (360.0 - angle) / 2.0 + share * angle)
+    return np.column_stack([position[ring, 0], radius[ring] * np.sin(phi), radius[ring] * np.cos(phi)]), ring
+
+
+def seen(place: np.ndarray, radius: float, extent: tuple[float, float, float, float], width: int) -> Picture:
+    """Return what a camera sees of discs.
+
+    Parameters
+    ----------
+    place
+        Right, up, towards the eye, shape (n, 3) [m].
+    radius
+        Of a disc [m].
+    extent
+        Left, right, bottom, top of the picture [m].
+    width
+        Pixels across.
+    """
+    left, right, bottom, top = extent
+    scale = width / (right - left)
+    height = max(round((top - bottom) * scale), 1)
+    column = np.rint((place[:, 0] - left) * scale - 0.5).astype(np.int64)
+    row = np.rint((place[:, 1] - bottom) * scale - 0.5).astype(np.int64)
+    order = np.argsort(place[:, 2], kind="stable")  # of those on one pixel the last written, the nearest, stays
+    column, row, deep = column[order], row[order], place[order, 2] * scale
+    index = np.full((height, width), -1, np.int64)
+    shade, depth = np.zeros((height, width)), np.full((height, width), -np.inf)
+    reach = max(radius * scale, 0.5)
+    span = np.arange(-int(reach), int(reach) + 1)
+    for dy, dx in itertools.product(span, span):
+        if dx * dx + dy * dy > reach * reach:
+            continue
+        rise = float(np.sqrt(reach * reach - dx * dx - dy * dy))
+        r, c = row + dy, column + dx
+        inside = np.flatnonzero((r >= 0) & (r < height) & (c >= 0) & (c < width))
+        r, c, near = r[inside], c[inside], deep[inside] + rise
+        front = near >= depth[r, c]
+        r, c, near, inside = r[front], c[front], near[front], inside[front]
+        depth[r, c], index[r, c] = near, order[inside]
+        light = (0.7 * rise + 0.4 * dy - 0.4 * dx) / (0.9 * reach) if reach >= 1.5 else 1.0
+        shade[r, c] = min(max(light, 0.0), 1.0)
+    return Picture(index, shade, extent)

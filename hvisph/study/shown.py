@@ -1,0 +1,46 @@
+"""The moments of a run that a picture shows, with what their titles say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from hvisph.casefile.embedded import formulation, symmetry_axes
+from hvisph.core.errors import CaseError
+from hvisph.output.reader import snapshots_at
+from hvisph.pictures.view import Moment
+
+
+def shown_moments(path: Path, at: Sequence[float] | str | None, named: bool) -> list[Moment]:
+    """Return moments of a run, or a snapshot's file, with time, spacing and formulation as their titles.
+
+    Parameters
+    ----------
+    path
+        Folder of a run, or a snapshot.
+    at
+        Times [s], ``all``, or None for the last.
+    named
+        Whether titles begin with the run's name.
+
+    Raises
+    ------
+    CaseError
+        When there is no such run.
+    OutputError
+        When it holds no snapshot, or one is damaged.
+    """
+    if not path.exists():
+        raise CaseError(f"there is no run at {path}")
+    found = []
+    for snapshot in snapshots_at(path, at):
+        unitless = snapshot.metadata.get("units") == "none"
+        told = [path.name if named else ""]
+        told.append(f"t = {snapshot.time:.4g}" if unitless else f"t = {snapshot.time * 1e6:.2f} us")
+        spacing = snapshot.metadata.get("spacing")
+        if isinstance(spacing, float):
+            told.append(f"dx = {spacing:.3g}" if unitless else f"dx = {spacing * 1e3:.3g} mm")
+        case = snapshot.metadata.get("case")
+        told.append(formulation(case))
+        found.append(Moment(snapshot, symmetry_axes(case), ", ".join(part for part in told if part)))
+    return found

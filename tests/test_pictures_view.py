@@ -1,0 +1,92 @@
+"""Pictures of all particles: what hides what, copies at mirrors, and the commands that draw them."""
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from hvisph.casefile.loader import load_case
+from hvisph.cli.main import app
+from hvisph.pictures.camera import copies, revolved, seen, turned
+from hvisph.simulation.run import run
+
+
+def brute(place, radius, extent, width):
+    """The nearest disc at every pixel, one by one."""
+    left, right, bottom, top = extent
+    scale = width / (right - left)
+    height = round((top - bottom) * scale)
+    index, depth = np.full((height, width), -1), np.full((height, width), -np.inf)
+    reach = max(radius * scale, 0.5)
+    for k, (x, y, z) in enumerate(place):
+        column, row = np.rint((x - left) * scale - 0.5), np.rint((y - bottom) * scale - 0.5)
+        for r in range(height):
+            for c in range(width):
+                square = reach**2 - (r - row) ** 2 - (c - column) ** 2
+                if square >= 0.0 and z * scale + np.sqrt(square) > depth[r, c]:
+                    index[r, c], depth[r, c] = k, z * scale + np.sqrt(square)
+    return index
+
+
+@pytest.mark.parametrize("radius", [0.01, 0.08, 0.2])
+def test_the_nearest_disc_is_seen_at_every_pixel(radius):
+    place = np.random.default_rng(4).random((60, 3))
+    extent = (-0.1, 1.1, -0.1, 1.0)
+    assert np.array_equal(seen(place, radius, extent, 48).index, brute(place, radius, extent, 48))
+
+
+def test_turning_keeps_lengths_and_looks_where_it_says():
+    x = np.random.default_rng(5).random((20, 3))
+    assert np.allclose(np.linalg.norm(turned(x, 37.0, 20.0), axis=1), np.linalg.norm(x, axis=1), rtol=1e-13)
+    assert np.allclose(turned(x, 0.0, 0.0), x)
+    front = turned(np.eye(3), -90.0, 0.0)  # along the shot: x comes towards the eye, z goes to the left
+    assert np.allclose(front, [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], atol=1e-15)
+
+
+def test_copies_and_rings_stand_for_the_whole():
+    x = np.random.default_rng(6).random((10, 3))
+    place, owner = copies(x, (1, 2))
+    assert len(place) == 40
+    assert np.allclose(np.abs(place), np.abs(x[owner]))
+    assert np.allclose(place[:, 1:].sum(axis=0), 0.0, atol=1e-13)
+    rings = np.column_stack([np.linspace(0.0, 1.0, 8), np.linspace(0.0, 2.0, 8)])
+    place, owner = revolved(rings, 0.05)
+    assert np.allclose(np.hypot(place[:, 1], place[:, 2]), rings[owner, 1], rtol=1e-13)
+    assert np.allclose(np.bincount(owner), np.maximum((2.0 * np.pi * rings[:, 1] / 0.05).astype(int), 1))
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A coarse impact in plane strain."""
+    case = load_case("quickstart", ["time.end=1us", "output.every=0.5us"], "0.5 mm")
+    return run(case, tmp_path_factory.mktemp("view") / "impact").folder
+
+
+@pytest.mark.parametrize(
+    "options",
+    [["--at", "0us,1us"], ["--field", "velocity_x", "--view", "3d"], ["--field", "body"],
+     ["--field", "pressure", "--range", "0,1e9", "--zoom", "2"], ["--log", "--field", "internal_energy"]],
+)  # fmt: skip
+def test_pictures_are_drawn(folder, tmp_path, options):
+    target = tmp_path / "picture.png"
+    result = CliRunner().invoke(app, ["plot", str(folder), *options, "-o", str(target)])
+    assert result.exit_code == 0, result.output
+    assert target.stat().st_size > 10_000
+
+
+def test_an_animation_has_all_moments(folder, tmp_path):
+    from PIL import Image
+
+    target = tmp_path / "run.gif"
+    assert CliRunner().invoke(app, ["animate", str(folder), "-o", str(target)]).exit_code == 0
+    assert Image.open(target).n_frames == 3
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [(["--field", "presure"], "did you mean 'pressure'"), (["--view", "top"], "no view"), (["--range", "2,1"], "lower"),
+     (["--zoom", "0"], "factor"), (["--at", "2 mm"], "time")],
+)  # fmt: skip
+def test_what_cannot_be_drawn_is_said(folder, options, said, tmp_path):
+    result = CliRunner().invoke(app, ["plot", str(folder), *options, "-o", str(tmp_path / "p.png")])
+    assert result.exit_code == 2
+    assert said in result.output
