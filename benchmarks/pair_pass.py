@@ -18,6 +18,7 @@ import numpy as np
 from hvisph.core.particles import Particles
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.formulation import Formulation
+from hvisph.formulations.options import GrayArtificialStress
 from hvisph.formulations.riemann import Riemann
 from hvisph.formulations.stepper import Stepper
 from hvisph.integrators.criteria import Criteria
@@ -28,7 +29,7 @@ from hvisph.materials.table import Material
 
 LAWS: dict[str, Formulation] = {
     "standard": Eulerian(),
-    "artificial_stress": Eulerian(stress_eps=0.3),
+    "artificial_stress": Eulerian(artificial_stress=GrayArtificialStress()),
     "contact": Riemann(reconstruction="none"),
     "contact_van_leer": Riemann(),
 }

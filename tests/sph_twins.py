@@ -93,7 +93,7 @@ def standard_rates(cloud, formulation):
     """Return rows of rates of the standard law, laid out as the compiled ones."""
     kernel, dim = formulation.kernel, cloud.dim
     w0 = kernel.shape.py_func(1.0 / formulation.h_over_dx)
-    eps = formulation.stress_eps
+    eps = formulation.artificial_stress.eps
     r_all = -eps * tensile(cloud.stress) / cloud.rho[:, None, None] ** 2
     rows = []
     for a in range(len(cloud.x)):
@@ -104,7 +104,7 @@ def standard_rates(cloud, formulation):
             grad = kernel.derivative(r, h, dim) * x_ab / r
             mu = min(h * u_ab @ x_ab / (r**2 + 0.01 * h**2), 0.0)
             mean_c, mean_rho = 0.5 * (cloud.c[a] + cloud.c[b]), 0.5 * (cloud.rho[a] + cloud.rho[b])
-            viscous = (-formulation.alpha * mean_c * mu + formulation.beta * mu**2) / mean_rho
+            viscous = (-formulation.viscosity.alpha * mean_c * mu + formulation.viscosity.beta * mu**2) / mean_rho
             f = (kernel.shape.py_func(r / h) / w0) ** 4
             shared = f * (r_all[a] + r_all[b]) - viscous * np.eye(dim)
             own, other = cloud.stress[a] / cloud.rho[a] ** 2, cloud.stress[b] / cloud.rho[b] ** 2
@@ -137,7 +137,7 @@ def packed(cloud, formulation):
         known["T"] = components(cloud.stress)
     else:
         known["T"] = components(cloud.stress) / square
-        known["R"] = -formulation.stress_eps * components(tensile(cloud.stress)) / square
+        known["R"] = -formulation.artificial_stress.eps * components(tensile(cloud.stress)) / square
     for name, slot in layout.slots().items():
         if name in known:
             values = known[name].reshape(len(cloud.x), -1)

@@ -10,8 +10,8 @@ from sph_twins import compiled_rates, neighbours, packed, random_cloud, tensile
 
 from hvisph.casefile.loader import dump_case, load_case
 from hvisph.core.errors import CaseError
-from hvisph.formulations.corrected import Corrected
 from hvisph.formulations.eulerian import Eulerian
+from hvisph.formulations.options import GrayArtificialStress, KernelCorrection, NoCorrection
 from hvisph.output.reader import read_history
 from hvisph.simulation.formulations import formulation_of
 from hvisph.simulation.run import run
@@ -22,6 +22,12 @@ from hvisph.sph.symmetry import Plane
 KINDS = ("shepard", "gradient", "mixed")
 DIMS = pytest.mark.parametrize("dim", [1, 2, 3])
 KIND = pytest.mark.parametrize("kind", KINDS)
+
+
+def corrected(kind="mixed", factor=7.5):
+    """The standard form with artificial stress and a correction."""
+    correction = KernelCorrection(kind != "gradient", kind != "shepard", factor)
+    return Eulerian(artificial_stress=GrayArtificialStress(), correction=correction)
 
 
 def kernel_and_gradient(cloud, kernel, a, b):
@@ -40,11 +46,11 @@ def corrections_of(cloud, formulation, a):
         return plain
     pairs = {b: kernel_and_gradient(cloud, kernel, a, b) for b in near}
     s, slope = 1.0, np.zeros(dim)
-    if formulation.correction != "gradient":
+    if formulation.correction.shepard:
         s = volume[a] * kernel.value(0.0, cloud.h[a], dim) + sum(volume[b] * w for b, (w, _) in pairs.items())
         slope = sum(volume[b] * grad for b, (_, grad) in pairs.items())
     k = np.eye(dim)
-    if formulation.correction != "shepard":
+    if formulation.correction.gradient:
         moment = sum(
             volume[b] * np.outer((grad * s - slope * w) / s**2, cloud.x[b] - cloud.x[a])
             for b, (w, grad) in pairs.items()
@@ -62,7 +68,7 @@ def twin(cloud, formulation):
     corrections = [corrections_of(cloud, formulation, a) for a in range(n)]
     volume = cloud.m / cloud.rho
     w0 = kernel.shape.py_func(1.0 / formulation.h_over_dx)
-    stress = -formulation.stress_eps * tensile(cloud.stress) / cloud.rho[:, None, None] ** 2
+    stress = -formulation.artificial_stress.eps * tensile(cloud.stress) / cloud.rho[:, None, None] ** 2
     rows, fallen = [], np.zeros(n)
     for a in range(n):
         acceleration, power, mu_max, gradient = np.zeros(dim), 0.0, 0.0, np.zeros((dim, dim))
@@ -73,16 +79,16 @@ def twin(cloud, formulation):
             w, grad = kernel_and_gradient(cloud, kernel, a, b)
             g_ab = corrections[a][0] @ grad + w * corrections[a][1]
             g_ba = -corrections[b][0] @ grad + w * corrections[b][1]
-            if math.isfinite(formulation.factor):
+            if math.isfinite(formulation.correction.factor):
                 tested = np.abs(x_ab) > LEVEL * r
                 ratios = np.concatenate([(g_ab / grad)[tested], (-g_ba / grad)[tested]])
-                if np.any(ratios >= formulation.factor) or np.any(ratios <= 1.0 / formulation.factor):
+                if np.any(ratios >= formulation.correction.factor) or np.any(ratios <= 1.0 / formulation.correction.factor):
                     g_ab, g_ba = grad, -grad
                     fallen[a] += 1
             mu = min(h * u_ab @ x_ab / (r**2 + 0.01 * h**2), 0.0)
             mean_c, mean_rho = 0.5 * (cloud.c[a] + cloud.c[b]), 0.5 * (cloud.rho[a] + cloud.rho[b])
-            pi = (-formulation.alpha * mean_c * mu + formulation.beta * mu**2) / mean_rho
-            f = (kernel.shape.py_func(r / h) / w0) ** formulation.stress_exponent
+            pi = (-formulation.viscosity.alpha * mean_c * mu + formulation.viscosity.beta * mu**2) / mean_rho
+            f = (kernel.shape.py_func(r / h) / w0) ** formulation.artificial_stress.exponent
             shared = (f * (stress[a] + stress[b]) - pi * np.eye(dim)) @ (0.5 * (g_ab - g_ba)) * cloud.m[b]
             both = volume[b] / cloud.rho[a] * (cloud.stress[a] @ g_ab - cloud.stress[b] @ g_ba)
             acceleration += both + shared
@@ -113,7 +119,7 @@ def fallbacks(pairs, count):
 @pytest.mark.parametrize("factor", [7.5, math.inf], ids=["limited", "unlimited"])
 def test_compiled_rates_are_those_of_the_formulas(kind, factor, dim):
     cloud = with_stragglers(random_cloud(dim))
-    formulation = Corrected(correction=kind, factor=factor, stress_eps=0.3)
+    formulation = corrected(kind, factor)
     pairs = packed(cloud, formulation)
     pairs.evaluate(cloud.h.max())
     found = pairs.rates[pairs.place[: len(cloud.x)]]
@@ -129,7 +135,7 @@ def test_compiled_rates_are_those_of_the_formulas(kind, factor, dim):
 @pytest.mark.parametrize("factor", [1.5, 7.5, math.inf])
 def test_momentum_and_energy_balance(kind, factor, dim):
     cloud = with_stragglers(random_cloud(dim, seed=3))
-    rates = compiled_rates(cloud, Corrected(correction=kind, factor=factor, stress_eps=0.3))
+    rates = compiled_rates(cloud, corrected(kind, factor))
     force, power = cloud.m[:, None] * rates[:, :dim], cloud.m * rates[:, dim]
     # round-off of 300 terms
     assert np.all(np.abs(force.sum(0)) < 1e-13 * np.abs(force).sum(0))
@@ -143,11 +149,11 @@ def test_the_gradient_of_a_linear_field_is_exact_up_to_free_surfaces(kind, dim):
     cloud = random_cloud(dim, seed=7)
     slope = np.random.default_rng(2).normal(size=(dim, dim))
     cloud = replace(cloud, u=3.0 + cloud.x @ slope.T)
-    found = compiled_rates(cloud, Corrected(correction=kind, factor=math.inf, stress_eps=0.3))[:, dim + 2 :]
+    found = compiled_rates(cloud, corrected(kind, math.inf))[:, dim + 2 :]
     # exact but for rounding: velocities of 3 against differences of 1e-3
     assert found == pytest.approx(np.tile(slope.ravel(), (len(found), 1)), abs=1e-10)
     # what it puts right: the plain gradient misses by half at an end, an edge, a corner
-    plain = compiled_rates(cloud, Eulerian(stress_eps=0.3, product=True))[:, dim + 2 :]
+    plain = compiled_rates(cloud, Eulerian(artificial_stress=GrayArtificialStress(), product=True))[:, dim + 2 :]
     assert np.abs(plain - slope.ravel()).max() > 0.3 * np.abs(slope).max()
 
 
@@ -156,7 +162,7 @@ def test_the_gradient_of_a_linear_field_is_exact_up_to_free_surfaces(kind, dim):
 def test_the_corrected_kernel_sums_to_one(kind, dim):
     """sum_b V_b W~_ab = 1 at every place, so its gradient there, the particle's own share included, is 0."""
     cloud = random_cloud(dim, seed=1)
-    formulation = Corrected(correction=kind, factor=math.inf, stress_eps=0.3)
+    formulation = corrected(kind, math.inf)
     pairs = packed(cloud, formulation)
     pairs.evaluate(cloud.h.max())
     rows, slots, volume = pairs.sorted[pairs.place[: len(cloud.x)]], pairs.slots, cloud.m / cloud.rho
@@ -176,8 +182,8 @@ def test_the_corrected_kernel_sums_to_one(kind, dim):
 @DIMS
 def test_with_every_pair_fallen_back_it_is_the_product_form(dim):
     cloud = random_cloud(dim)
-    rates = compiled_rates(cloud, Corrected(correction="mixed", factor=1.0 + 1e-12, stress_eps=0.3))
-    product = compiled_rates(cloud, Eulerian(stress_eps=0.3, product=True))
+    rates = compiled_rates(cloud, corrected("mixed", 1.0 + 1e-12))
+    product = compiled_rates(cloud, Eulerian(artificial_stress=GrayArtificialStress(), product=True))
     # a factor of 1 leaves no pair corrected; sums in another order
     assert np.all(np.abs(rates - product) <= 1e-12 * np.abs(product).max(axis=0))
 
@@ -190,7 +196,7 @@ def test_a_symmetry_plane_stands_for_the_mirrored_half(dim):
     other = replace(half, x=half.x @ flip, u=half.u @ flip, stress=flip @ half.stress @ flip)
     names = ("x", "u", "h", "m", "rho", "c", "c_l", "c_t", "stress")
     whole = replace(half, **{k: np.concatenate([getattr(half, k), getattr(other, k)]) for k in names})
-    formulation, count = Corrected(stress_eps=0.3), len(half.x)
+    formulation, count = corrected(), len(half.x)
     pairs = packed(half, formulation)
     pairs.planes = (Plane(0, 0.0),)
     pairs.evaluate(half.h.max())
@@ -201,7 +207,7 @@ def test_a_symmetry_plane_stands_for_the_mirrored_half(dim):
 @DIMS
 def test_one_thread_and_two_give_the_same_bits(dim):
     cloud, found = random_cloud(dim), []
-    pairs = packed(cloud, Corrected(stress_eps=0.3))
+    pairs = packed(cloud, corrected())
     before = numba.get_num_threads()
     try:
         for threads in (1, min(2, numba.config.NUMBA_NUM_THREADS)):
@@ -246,13 +252,13 @@ def test_the_factor_follows_from_artificial_stress_and_is_written_out(stress, fa
     assert case.formulation.momentum_form == "product"
     assert f"factor: {factor}" in dump_case(case)
     scheme = formulation_of(case)
-    assert isinstance(scheme, Corrected)
-    assert (scheme.correction, scheme.factor) == ("mixed", factor)
+    assert scheme.correction.acts
+    assert scheme.correction == KernelCorrection(True, True, factor)
 
 
 def test_no_correction_is_the_standard_formulation():
     case = load_case(_plain() | {"formulation": {"type": "eulerian", "correction": {"type": "none"}}})
-    assert type(formulation_of(case)) is Eulerian
+    assert formulation_of(case).correction == NoCorrection()
 
 
 @pytest.mark.parametrize(

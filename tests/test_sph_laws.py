@@ -9,12 +9,13 @@ from sph_twins import Cloud, compiled_rates, components, packed, random_cloud, t
 
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.formulation import Smoothing
+from hvisph.formulations.options import GrayArtificialStress, MonaghanViscosity
 from hvisph.formulations.riemann import Riemann
 from hvisph.sph import artificial_stress
 
 FORMULATIONS = {
-    "standard": Eulerian(alpha=1.3, beta=2.1),
-    "artificial_stress": Eulerian(stress_eps=0.3),
+    "standard": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1)),
+    "artificial_stress": Eulerian(artificial_stress=GrayArtificialStress()),
     "contact": Riemann(reconstruction="none", consistent=False),
     "contact_van_leer": Riemann(reconstruction="van_leer", consistent=False),
     "consistent": Riemann(reconstruction="minmod", held=False),

@@ -8,6 +8,7 @@ from small_runs import final, row_of
 
 from hvisph.core.particles import Particles
 from hvisph.formulations.eulerian import Eulerian
+from hvisph.formulations.options import DensityDissipation, GrayArtificialStress, NoViscosity
 from hvisph.formulations.stepper import Stepper
 from hvisph.materials.eos import StiffenedGas
 from hvisph.materials.strength import VonMises
@@ -99,7 +100,8 @@ def written_out(particles, alpha, beta, product, mass_form, alpha_rho, kernel="c
 )  # fmt: skip
 def test_against_sums_written_out(dim, product, mass_form, alpha_rho):
     options = {"product": product, "mass_form": mass_form, "alpha_rho": alpha_rho}
-    particles, rates = rates_of(dim, alpha=1.0, beta=2.0, **options)
+    ways = {"product": product, "mass_form": mass_form, "dissipation": DensityDissipation(alpha_rho)}
+    particles, rates = rates_of(dim, **ways)
     acceleration, power, chi = written_out(particles, 1.0, 2.0, **options)
     # rounding of sums of terms that nearly cancel
     np.testing.assert_allclose(rates[:, :dim], acceleration, rtol=1e-9, atol=1e-11 * np.abs(acceleration).max())
@@ -111,7 +113,9 @@ def test_against_sums_written_out(dim, product, mass_form, alpha_rho):
 @pytest.mark.parametrize("product", [False, True])
 def test_balances_pair_by_pair(product):
     dim = 2
-    particles, rates = rates_of(dim, product=product, alpha_rho=0.6, stress_eps=0.3, stress_exponent=3)
+    particles, rates = rates_of(
+        dim, product=product, dissipation=DensityDissipation(0.6), artificial_stress=GrayArtificialStress(0.3, 3)
+    )
     m, u = particles["mass"], particles["velocity"]
     forces = m[:, None] * rates[:, :dim]
     assert np.abs(forces.sum(axis=0)).max() < 1e-12 * np.abs(forces).sum()
@@ -122,7 +126,7 @@ def test_balances_pair_by_pair(product):
 
 def test_dissipation_heats_both_sides_of_a_jump_of_pressure():
     """Alike particles at rest, one side compressed: T ds = de - p/rho^2 drho is at least zero for each."""
-    formulation = Eulerian(alpha_rho=0.5)
+    formulation = Eulerian(dissipation=DensityDissipation(0.5))
     particles = Particles(1, 20, formulation.fields)
     particles["position"][:, 0] = np.arange(20) * DX
     particles["mass"] = LIGHT.density * DX
@@ -165,7 +169,7 @@ def test_exponent_of_artificial_stress(n):
     # two particles in tension at half the spacing's distance: the term beside the plain stress is R f^n
     found = {}
     for eps in (0.0, 0.3):
-        formulation = Eulerian(alpha=0.0, beta=0.0, stress_eps=eps, stress_exponent=n)
+        formulation = Eulerian(viscosity=NoViscosity(), artificial_stress=GrayArtificialStress(eps, n))
         particles = Particles(1, 2)
         particles["position"][:, 0] = 0.0, 0.8 * DX
         particles["mass"] = LIGHT.density * DX

@@ -103,7 +103,7 @@ class CompositeStepper(Stepper):
         self.loose = np.zeros(count, bool)
         turning = formulation.conversion.bodies
         self._convertible = np.ones(count, bool) if turning is None else np.isin(body, turning)
-        self._selection = Selection(at, body, reach, with_neighbours=formulation.spatial_correction != "none")
+        self._selection = Selection(at, body, reach, with_neighbours=formulation.spatial_correction.acts)
         self._bodies = body.astype(np.float64)
         self._one_body = len(np.unique(body)) == 1
         self._can_fail = any(material.damage.name == "johnson_cook" for material in self.materials)

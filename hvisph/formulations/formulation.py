@@ -21,6 +21,10 @@ class Formulation(AnyFormulation, Protocol):
     def smoothing(self) -> Smoothing:
         """How its smoothing length follows the flow."""
 
+    @property
+    def switch(self) -> str:
+        """Which share of the viscosity particles take, of those in `update`."""
+
     def layout(self, dim: int) -> RowLayout:
         """Return the widest row that its passes need."""
 

@@ -105,5 +105,13 @@ class AnyFormulation(Protocol):
         """Factor of max|mu| in the signal speed."""
 
     @property
+    def corrects(self) -> bool:
+        """Whether its kernels are corrected in the current configuration, so that fall-backs can be counted."""
+
+    @property
+    def slips(self) -> bool:
+        """Whether bodies slide on each other, so that slip does work."""
+
+    @property
     def stepper(self) -> Any:
         """What moves its particles: a class, made as `AnyStepper` says."""

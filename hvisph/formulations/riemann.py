@@ -52,6 +52,8 @@ class Riemann:
     friction: float = 0.0
 
     name = "riemann"
+    corrects = False
+    switch = "none"
     stepper = Stepper
 
     @property

@@ -81,12 +81,12 @@ class Stepper:
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
             "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
             "PLANE_STRESS": int(particles.kinematics.thins),
-            "SWITCH": single.SWITCHES[getattr(self.formulation, "switch", "none")],
+            "SWITCH": single.SWITCHES[self.formulation.switch],
             "respond": response.respond, "thinning": plane_stress.thinning,
             "longitudinal_speed": response.longitudinal_speed, "shear_speed": response.shear_speed,
             "bearable_tension": bearing.bearable_tension, "bearable_shear": bearing.bearable_shear,
             "failed": bearing.failed, "orderly": bearing.orderly,
-            "SLIPS": int(getattr(self.formulation, "slips", False)),
+            "SLIPS": int(self.formulation.slips),
         }  # fmt: skip
         packer, options = self.formulation.pack(dim)
         parts = {part.__name__: bind(part, {}, offered) for part in single.PARTS}

@@ -22,9 +22,9 @@ from hvisph.sph.rows import RowLayout
 
 from .composite import CompositeStepper
 from .conversion import Conversion
-from .corrected import Corrected
 from .eulerian import Eulerian
 from .formulation import Smoothing
+from .options import GrayArtificialStress, KernelCorrection, MonaghanViscosity, NoArtificialStress, NoCorrection
 
 
 @dataclass(frozen=True)
@@ -35,18 +35,18 @@ class TotalLagrangian:
     ----------
     kernel, h_over_dx
         Kernel, and smoothing length over spacing; the smoothing length stays.
-    alpha, beta
-        Coefficients of Monaghan's viscosity.
-    stress_eps
-        Artificial stress of the Eulerian particles, 0 for none.
+    viscosity
+        Monaghan's, or none.
+    artificial_stress
+        That of the Eulerian particles.
     stress_at_interface
         Whether it acts between Eulerian and Total Lagrangian particles, on both sides; otherwise on neither.
     product
         Whether the pair stress of Eulerian particles is (sigma_a + sigma_b)/(rho_a rho_b).
     correction
         ``none``, ``gradient`` or ``mixed``, of the reference kernel.
-    spatial_correction, factor
-        ``none``, ``shepard``, ``gradient`` or ``mixed``, of the kernel in the current configuration, and its C_f.
+    spatial_correction
+        That of the kernel in the current configuration.
     printed_viscosity
         Whether the viscosity of Total Lagrangian pairs is the printed one in reference gradients.
     hourglass
@@ -61,15 +61,12 @@ class TotalLagrangian:
 
     kernel: Kernel = CUBIC_SPLINE
     h_over_dx: float = 1.4
-    alpha: float = 1.0
-    beta: float = 2.0
-    stress_eps: float = 0.0
-    stress_exponent: int = 4
+    viscosity: MonaghanViscosity = field(default_factory=MonaghanViscosity)
+    artificial_stress: GrayArtificialStress = field(default_factory=NoArtificialStress)
     stress_at_interface: bool = True
     product: bool = True
     correction: str = "mixed"
-    spatial_correction: str = "none"
-    factor: float = 90.0
+    spatial_correction: KernelCorrection = field(default_factory=NoCorrection)
     printed_viscosity: bool = False
     hourglass: float = 0.0
     failed_leave: bool = True
@@ -79,23 +76,41 @@ class TotalLagrangian:
     name = "total_lagrangian"
     fields: tuple[str, ...] = ("kernel_type", "reference_position")
     smoothing = Smoothing()
+    slips = False
+    switch = "none"
     stepper = CompositeStepper
 
     @property
     def viscous_factor(self) -> float:
         """1.2 beta, the share of max|mu| in the signal speed."""
-        return 1.2 * self.beta
+        return 1.2 * self.viscosity.beta
+
+    @property
+    def corrects(self) -> bool:
+        """Whether kernels are corrected in the current configuration."""
+        return self.spatial_correction.acts
+
+    @property
+    def alpha(self) -> float:
+        """Linear coefficient of the viscosity."""
+        return self.viscosity.alpha
+
+    @property
+    def beta(self) -> float:
+        """Quadratic coefficient of the viscosity."""
+        return self.viscosity.beta
 
     @property
     def eulerian(self) -> Eulerian:
         """The scheme of the Eulerian particles."""
-        shared: dict[str, Any] = {
-            "kernel": self.kernel, "h_over_dx": self.h_over_dx, "alpha": self.alpha, "beta": self.beta,
-            "product": self.product, "stress_eps": self.stress_eps, "stress_exponent": self.stress_exponent,
-        }  # fmt: skip
-        if self.spatial_correction == "none":
-            return Eulerian(**shared)
-        return Corrected(**shared, correction=self.spatial_correction, factor=self.factor)
+        return Eulerian(
+            self.kernel,
+            self.h_over_dx,
+            viscosity=self.viscosity,
+            artificial_stress=self.artificial_stress,
+            correction=self.spatial_correction,
+            product=self.product,
+        )
 
     def passes(self, dim: int) -> list[Pass]:
         """Return nothing: the stepper of this formulation runs its own passes."""

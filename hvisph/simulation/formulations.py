@@ -5,9 +5,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hvisph.formulations.conversion import Conversion
-from hvisph.formulations.corrected import Corrected
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.formulation import Smoothing
+from hvisph.formulations.options import (
+    BalsaraViscosity,
+    DensityDissipation,
+    GrayArtificialStress,
+    KernelCorrection,
+    MonaghanViscosity,
+    MorrisMonaghanViscosity,
+    NoArtificialStress,
+    NoCorrection,
+    NoDensityDissipation,
+    NoViscosity,
+)
 from hvisph.formulations.projection import Projection
 from hvisph.formulations.protocol import AnyFormulation
 from hvisph.formulations.riemann import Riemann
@@ -34,17 +45,15 @@ def formulation_of(case: Case) -> AnyFormulation:
         return _composite(model, case)
     match model.type:
         case "eulerian":
-            shared |= _viscosity(model.viscosity) | {
-                "stress_eps": model.artificial_stress.eps if model.artificial_stress.type == "gray" else 0.0,
-            }
-            shared["stress_exponent"] = getattr(model.artificial_stress, "n", 4)
-            if model.density_dissipation.type == "zisis":
-                shared["alpha_rho"] = model.density_dissipation.alpha
-            shared["product"] = model.momentum_form == "product"
-            shared["mass_form"] = model.density_form == "mass"
-            if model.correction.type == "none":
-                return Eulerian(**shared)
-            return Corrected(**shared, correction=model.correction.type, factor=model.correction.factor)
+            return Eulerian(
+                **shared,
+                viscosity=_viscosity(model.viscosity),
+                artificial_stress=_artificial_stress(model.artificial_stress),
+                dissipation=_dissipation(model.density_dissipation),
+                correction=_correction(model.correction),
+                product=model.momentum_form == "product",
+                mass_form=model.density_form == "mass",
+            )
         case "riemann":
             return Riemann(
                 **shared,
@@ -65,30 +74,40 @@ def formulation_of(case: Case) -> AnyFormulation:
     raise ValueError(model.type)
 
 
-def _spatial_correction(model: Any) -> dict[str, Any]:
-    return {} if model.type == "none" else {"spatial_correction": model.type, "factor": model.factor}
+def _correction(model: Any) -> KernelCorrection:
+    if model.type == "none":
+        return NoCorrection()
+    return KernelCorrection(model.type != "gradient", model.type != "shepard", model.factor)
 
 
-def _viscosity(model: Any) -> dict[str, Any]:
-    """Return the coefficients of an artificial viscosity, and the shares of it that particles take."""
+def _artificial_stress(model: Any) -> GrayArtificialStress:
+    return NoArtificialStress() if model.type == "none" else GrayArtificialStress(model.eps, model.n)
+
+
+def _dissipation(model: Any) -> DensityDissipation:
+    return NoDensityDissipation() if model.type == "none" else DensityDissipation(model.alpha)
+
+
+def _viscosity(model: Any) -> MonaghanViscosity:
     match model.type:
         case "none":
-            return {"alpha": 0.0, "beta": 0.0}
-        case "morris_monaghan":
-            return {"alpha": 1.0, "beta": 2.0, "switch": model.type, "share_minimum": model.alpha_min,
-                    "share_decay": model.decay}  # fmt: skip
+            return NoViscosity()
+        case "monaghan":
+            return MonaghanViscosity(model.alpha, model.beta)
         case "balsara":
-            return {"alpha": model.alpha, "beta": model.beta, "switch": model.type}
-    return {"alpha": model.alpha, "beta": model.beta}
+            return BalsaraViscosity(model.alpha, model.beta)
+        case "morris_monaghan":
+            return MorrisMonaghanViscosity(share_minimum=model.alpha_min, share_decay=model.decay)
+    raise ValueError(model.type)
 
 
 def _composite(model: Any, case: Case) -> TotalLagrangian:
     """Return the scheme of bodies that meet: Total Lagrangian, adaptive, or Eulerian ones in contact."""
-    shared: dict[str, Any] = _viscosity(model.viscosity) | {
+    shared: dict[str, Any] = {
         "kernel": KERNELS[model.kernel],
         "h_over_dx": model.h_over_dx,
-        "stress_eps": model.artificial_stress.eps if model.artificial_stress.type == "gray" else 0.0,
-        "stress_exponent": getattr(model.artificial_stress, "n", 4),
+        "viscosity": _viscosity(model.viscosity),
+        "artificial_stress": _artificial_stress(model.artificial_stress),
         "contact": Contact(model.contact.stiffness, model.contact.exponent, model.contact.absolute_stiffness)
         if model.parted
         else None,
@@ -101,7 +120,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         **shared,
         stress_at_interface=model.artificial_stress_at_interface == "both",
         correction=model.correction,
-        **_spatial_correction(model.spatial_correction),
+        spatial_correction=_correction(model.spatial_correction),
         printed_viscosity=model.viscosity_gradient == "reference",
         hourglass=model.hourglass,
         failed_leave=model.failed_particles == "leave",

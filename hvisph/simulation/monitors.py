@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.formulations import update
-from hvisph.formulations.corrected import Corrected, fallbacks
+from hvisph.formulations.eulerian import fallbacks
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
 from hvisph.simulation.build import Setup
 
@@ -100,8 +100,7 @@ class Observer:
             AXIS_COLUMN: particles.id[projectile[axis_particles(position, spacing, axis)]],
         }
         formulation = setup.stepper.formulation
-        self.corrected = isinstance(getattr(formulation, "eulerian", formulation), Corrected)
-        self._slips = bool(getattr(formulation, "slips", False))
+        self.corrected, self._slips = formulation.corrects, formulation.slips
         counted = (FALLBACKS_COLUMN,) if self.corrected else ()
         counted = (*counted, SLIP_COLUMN) if self._slips else counted
         self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
