@@ -119,7 +119,7 @@ class Told:
 
     def _rows(self) -> list[Row]:
         found: dict[str, Any] = {
-            name: Result(one["value"], one["unit"], one["uncertainty"], one.get("time"), one.get("reason", ""))
+            name: Result.from_dict(one)
             for name, one in self.measures.items()
         }
         return rows(found, self.summary.get("expected", []), self.unitless)
