@@ -72,7 +72,7 @@ def assert_all_whole(folder):
         read_history(folder)
 
 
-@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(("number", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143), (signal.SIGHUP, 129)])
 def test_a_signal_finishes_the_step_and_says_how_to_go_on(number, code, case, whole, tmp_path):
     folder = tmp_path / "run"
     process = command("run", case, "--out", folder)

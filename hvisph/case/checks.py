@@ -15,6 +15,8 @@ from hvisph.case.regions import Clamp, SymmetryPlane, box_problems, region_probl
 from hvisph.case.surroundings import Surroundings
 from hvisph.core.measures import CATALOGUE, measures_of
 
+BAROTROPIC = ("linear", "elastic")  # equations of state without energy
+MOST_SNAPSHOTS = 1_000_000
 AXES = ("x", "y", "z")
 
 
@@ -69,7 +71,33 @@ def problems_of(case: Case) -> list[Problem]:
 
 def warnings_of(case: Case) -> list[str]:
     """Return what a user should know about a valid `case` before it runs."""
-    return [*case.formulation.warnings(case)]
+    return [*case.formulation.warnings(case), *_unused(case), *_mirrored(case)]
+
+
+def _unused(case: Case) -> Iterator[str]:
+    """Yield what is given and has no effect."""
+    projection = getattr(case.formulation, "type", "") == "projection"
+    for name, body in case.bodies.items():
+        eos = body.material.eos.type
+        if body.internal_energy != 0.0 and (projection or eos in BAROTROPIC):
+            why = "projection has no equation of energy" if projection else f"'{eos}' has none of energy"
+            yield f"bodies.{name}.internal_energy: {body.internal_energy:g} has no effect on its pressure: {why}"
+    default = type(case.time).model_fields["cfl"].default
+    if case.time.step is not None and case.time.cfl != default:
+        yield f"time.cfl: {case.time.cfl:g} is not used, because time.step = {case.time.step:g} fixes the step"
+
+
+def _mirrored(case: Case) -> Iterator[str]:
+    """Yield which bodies fly at, or away from, their own image in a plane of symmetry."""
+    for plane in case.symmetry:
+        axis = AXES.index(plane.axis)
+        for name, body in case.bodies.items():
+            if axis < len(body.velocity) and body.velocity[axis] != 0.0:
+                yield (
+                    f"bodies.{name}.velocity: {body.velocity[axis]:g} along {plane.axis} is across the symmetry plane "
+                    f"{plane.axis} = {plane.at:g}, so the body's image moves the other way; for a body that crosses "
+                    "the plane leave the plane out"
+                )
 
 
 def _symmetry(case: Case) -> Iterator[Problem]:
@@ -115,6 +143,12 @@ def _schedule(case: Case) -> Iterator[Problem]:
         yield Problem(
             ("output", "every"),
             f"{case.output.every:g}{unit} is beyond time.end = {end:g}{unit}; make it shorter",
+        )
+    elif case.output.every is not None and not end / case.output.every <= MOST_SNAPSHOTS:
+        yield Problem(
+            ("output", "every"),
+            f"{case.output.every:g}{unit} asks for {end / case.output.every:.2g} snapshots, more than "
+            f"{MOST_SNAPSHOTS:g}; make it longer",
         )
     if case.time.step is not None and case.time.step > end:
         yield Problem(("time", "step"), f"{case.time.step:g}{unit} is beyond time.end = {end:g}{unit}; make it shorter")

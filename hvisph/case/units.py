@@ -113,6 +113,10 @@ def _remedy(dimension: Dimension) -> str:
     return f" (write it like '{dimension.example}', or as a plain number in {dimension.unit})"
 
 
+# Products of several numbers stay well inside what a float holds; no quantity of any unit is near it.
+LARGEST = 1e30
+
+
 @dataclass(frozen=True)
 class Quantity:
     """Annotation of a float field: dimension and range.
@@ -154,6 +158,11 @@ class Quantity:
         result = self._number(value, info)
         if not math.isfinite(result):
             raise ValueError(f"{value!r} is not a finite number")
+        if abs(result) > LARGEST or (self.above == 0 and 0.0 < result < 1.0 / LARGEST):
+            raise ValueError(
+                f"{value} is beyond what is computed with: sizes go from {1.0 / LARGEST:g} to {LARGEST:g} in "
+                f"{self.dimension.unit or 'plain numbers'}"
+            )
         if not self._inside(result):
             raise ValueError(f"{value} is out of range: must be {self.range_text()}")
         return result

@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 from hvisph.casefile.data import bundled_cases, data_folder
+from hvisph.core.errors import CaseError
 
 BASE = "base"  # stem of the file that holds what the others share; it is no row
 ENDINGS = (".yaml", ".yml")
@@ -36,3 +37,17 @@ def bundled_name(path: Path) -> str | None:
     """Return the name of the bundled case that is stored at `path`; None for any other file."""
     found = path.resolve()
     return next((name for name, file in bundled_cases().items() if file.resolve() == found), None)
+
+
+def run_name(source: str | os.PathLike[str]) -> str:
+    """Return the name of the folder that a case runs in unless told otherwise: that of its file, without the ending.
+
+    Raises
+    ------
+    CaseError
+        When the file's name makes no name for a folder, as that of ``...yaml`` does not.
+    """
+    name = Path(source).stem
+    if name in ("", ".", ".."):
+        raise CaseError(f"'{source}' gives the run's folder no name; name one with --out", where="--out")
+    return name

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import pathlib
+import re
 from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from typing import Any
 
 from pydantic import ValidationError
@@ -23,6 +25,8 @@ from hvisph.core.errors import CaseError, nearest
 __all__ = ["bundled_cases", "dump_case", "library", "load_case", "load_material", "material_names"]
 
 MOST_BASES = 8
+ENDINGS = (".yaml", ".yml", ".json")  # of files that a case may be based on
+_QUOTED = re.compile(r"'[^']*'")
 
 Source = str | os.PathLike[str] | Mapping[str, Any]
 
@@ -132,10 +136,31 @@ def _on_base(document: Document, path: pathlib.Path, seen: tuple[pathlib.Path, .
             raise CaseError(f"'{base[:200]}' is no file")
         if found.resolve() in seen:
             raise CaseError(f"'{base}' leads back to a file that is based on it")
+        if found.suffix not in ENDINGS:
+            raise CaseError(f"a case file ends in {' or '.join(ENDINGS)}, and '{base[:200]}' does not")
         if len(seen) > MOST_BASES:
             raise CaseError(f"more than {MOST_BASES} files are based on each other")
     except (OSError, ValueError):
         raise CaseError("is no path", where="base", file=place.file, line=place.line) from None
     except CaseError as error:
         raise CaseError(error.message, where="base", file=place.file, line=place.line) from None
-    return merged(_on_base(read_yaml(found), found, seen), changes)
+    return merged(_on_base(_read_base(found), found, seen), changes)
+
+
+def _read_base(path: pathlib.Path) -> Document:
+    """Return what the file that a case is based on holds; errors give nothing of a file away that is no case.
+
+    A case may come from elsewhere, and name any file of the user's: what is said of it may be passed on.
+    """
+    try:
+        document = read_yaml(path)
+    except CaseError as error:
+        raise CaseError(_QUOTED.sub("'...'", error.message), error.where, error.file, error.line) from None
+    known = [*Case.model_fields, "base"]
+    for key in document.value:
+        if key not in known:
+            close = get_close_matches(key, known, n=1, cutoff=0.7)
+            what = f"unknown key '{key}'; did you mean '{close[0]}'?" if close else "is no case file: it has other keys"
+            place = document.places.get((key,), Place(str(path)))
+            raise CaseError(what, file=place.file, line=place.line)
+    return document

@@ -28,12 +28,16 @@ def read_yaml(path: Path) -> Document:
             raise CaseError("is a folder, not a case file", file=name)
         if not stat.S_ISREG(status.st_mode):
             raise CaseError("is not a regular file", file=name)
-        with open(path, "rb") as stream:
+        # what pretends to be a regular file and then waits, as /proc/kmsg does, is not waited for
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with open(handle, "rb") as stream:
             raw = stream.read(LARGEST + 1)
     except FileNotFoundError:
         raise CaseError("there is no such file", file=name) from None
     except (OSError, ValueError) as error:  # ValueError: a path with a null byte
         raise CaseError(f"cannot be read: {getattr(error, 'strerror', None) or error}", file=name) from None
+    if raw is None:
+        raise CaseError("cannot be read: it has nothing to give now", file=name)
     if len(raw) > LARGEST:
         raise CaseError(f"is larger than {LARGEST / 1e6:g} MB, too large for a case file", file=name)
     try:

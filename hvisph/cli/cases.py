@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from hvisph.cli.options import JsonOption
+from hvisph.cli.say import say
 
 
 def cases(
@@ -32,7 +33,7 @@ def cases(
     if copy is not None:
         _copy(files, copy)
     elif name is not None and not as_json:
-        typer.echo(files[name].read_text(encoding="utf-8"), nl=False)
+        say(files[name].read_text(encoding="utf-8"), nl=False)
     else:
         _list(files, as_json)
 
@@ -50,7 +51,7 @@ def _list(files: dict[str, Path], as_json: bool) -> None:
             ]
         )
     else:
-        typer.echo(table([(name, case.title) for name, case in loaded.items()], indent=0))
+        say(table([(name, case.title) for name, case in loaded.items()], indent=0))
 
 
 def _copy(files: dict[str, Path], folder: Path) -> None:
@@ -64,6 +65,6 @@ def _copy(files: dict[str, Path], folder: Path) -> None:
         for path, target in targets.items():
             target.parent.mkdir(parents=True, exist_ok=True)
             target.write_bytes(path.read_bytes())
-            typer.echo(str(target))
+            say(str(target))
     except OSError as error:
         raise OutputError(f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}") from error

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from hvisph.cli.loading import load, placed
 from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption, ThreadsOption
+from hvisph.cli.say import say
 from hvisph.core.kinematics import KINEMATICS
 
 if TYPE_CHECKING:
@@ -22,13 +21,16 @@ def check(
 ) -> None:
     """Explain a case and what it will take, without running it."""
     from hvisph.case.checks import warnings_of
+    from hvisph.core.errors import computable
     from hvisph.simulation.contact_warnings import contact_warnings
     from hvisph.simulation.estimate import estimate
 
     loaded = load(case, settings, resolution)
-    for warning in (*warnings_of(loaded), *contact_warnings(loaded)):
-        typer.echo(f"warning: {warning}", err=True)
-    with placed(case):
+    with computable():
+        warnings = [*warnings_of(loaded), *contact_warnings(loaded)]
+    for warning in warnings:
+        say(f"warning: {warning}", err=True)
+    with placed(case), computable():
         taken = estimate(loaded, threads)
     shock, reason = plane_shock(loaded)
     if as_json:
@@ -36,7 +38,7 @@ def check(
 
         echo_json(_plain(loaded, taken, shock, reason))
     else:
-        typer.echo(_words(loaded, taken, shock, reason))
+        say(_words(loaded, taken, shock, reason))
 
 
 def plane_shock(case: Case) -> tuple[Any, str]:
@@ -64,6 +66,8 @@ def plane_shock(case: Case) -> tuple[Any, str]:
         return impedance_match(projectile, target, velocity), ""
     except HvisphError as error:
         return None, str(error)
+    except ArithmeticError:
+        return None, "the numbers of the materials or the velocity are beyond it"
 
 
 def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:

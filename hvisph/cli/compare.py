@@ -13,6 +13,7 @@ import typer
 
 from hvisph.cli.guard import FAILED
 from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption
+from hvisph.cli.say import say, show
 
 if TYPE_CHECKING:
     from hvisph.study.gauge_overlay import Overlay
@@ -95,17 +96,17 @@ def compare(
         from hvisph.cli.comparison_table import comparison_tables
 
         unitless = any(_unitless(entry) for entry in found)
-        typer.echo(comparison_tables(rows, unitless))
+        show(comparison_tables(rows, unitless))
         if overlaid is not None:
             from hvisph.cli.comparison_table import gauge_table
 
-            typer.echo(gauge_table(overlaid))
+            say(gauge_table(overlaid))
         for drawn in (picture, gauges):
             if drawn is not None:
-                typer.echo(f"\n{drawn}")
+                say(f"\n{drawn}")
     failed = [r.name for r in rows if r.status == "failed"]
     if failed:
-        typer.secho(f"error: failed: {', '.join(failed)}", err=True, fg=typer.colors.RED)
+        say(f"error: failed: {', '.join(failed)}", err=True, red=True)
         raise typer.Exit(FAILED)
 
 
@@ -154,7 +155,7 @@ def _complete(found: Sequence[Any], threads: int | None, force: bool, silent: bo
 
     for number, entry in enumerate(todo, 1):
         if not silent:
-            typer.echo(f"[{number}/{len(todo)}] {entry.name}")
+            say(f"[{number}/{len(todo)}] {entry.name}")
         listener = listener_for(entry.case, silent)
         listener.opening()
         try:
@@ -163,7 +164,7 @@ def _complete(found: Sequence[Any], threads: int | None, force: bool, silent: bo
         finally:
             listener.close()
         if outcome is not None and outcome.summary["status"] == "interrupted":
-            typer.secho(f"interrupted; the same command goes on with {entry.name}", err=True)
+            say(f"interrupted; the same command goes on with {entry.name}", err=True)
             raise typer.Exit(outcome.exit_code)
         if not silent:
             sys.stdout.flush()

@@ -12,6 +12,7 @@ import typer
 import hvisph
 from hvisph.cli.guard import FAILED
 from hvisph.cli.options import JsonOption
+from hvisph.cli.say import say
 
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
 
@@ -24,7 +25,7 @@ def doctor(as_json: JsonOption = False) -> None:
 
         echo_json(found)
     else:
-        typer.echo(_words(found))
+        say(_words(found))
     if not found["self_test"]["passed"]:
         raise typer.Exit(FAILED)
 
@@ -36,7 +37,8 @@ def _facts() -> dict[str, Any]:
 
     from hvisph.core.loop_cache import cache_folder
     from hvisph.core.self_test import self_test
-    from hvisph.simulation.estimate import available_threads, free_memory
+    from hvisph.simulation.estimate import available_threads
+    from hvisph.simulation.memory import free_memory
 
     versions = {}
     for package in PACKAGES:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from hvisph.cli.guard import FAILED
+from hvisph.cli.say import say, show
+from hvisph.core.harmless import harmless
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -35,17 +37,17 @@ def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool) -> None:
 
         echo_json(outcome.summary)
     elif not quiet:
-        typer.echo(_results(outcome.summary, outcome.folder, unitless))
+        show(_results(outcome.summary, outcome.folder, unitless))
     failure = outcome.summary["failure"]
     if failure is not None:
-        typer.secho(f"error: the run failed: {failure['message']}", err=True, fg=typer.colors.RED)
+        say(f"error: the run failed: {failure['message']}", err=True, red=True)
     if outcome.summary["status"] == "interrupted":
-        typer.echo(f"stopped by {outcome.signal}; go on with: hvisph resume {outcome.folder}", err=True)
+        say(f"stopped by {outcome.signal}; go on with: hvisph resume {outcome.folder}", err=True)
     raise typer.Exit(outcome.exit_code or (FAILED if failure is not None else 0))
 
 
 def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
-    from hvisph.cli.results import conservation_rows, results_table, sections_table
+    from hvisph.cli.results import conservation_rows, results_table
     from hvisph.cli.words import duration
 
     pace = summary["microseconds_per_particle_step"]
@@ -55,10 +57,9 @@ def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
         "",
         *([summary["answer"], ""] if summary["answer"] else []),
         results_table(summary["measures"], summary["expected"], unitless, conservation_rows(summary)),
-        *([f"\n{sections}"] if (sections := sections_table(summary, unitless)) else []),
         "",
         f"{state} after {summary['steps']} steps in {duration(summary['wall_seconds'])} "
-        f"on {summary['threads']} thread{'s' if summary['threads'] > 1 else ''}{cost}: {folder}",
+        f"on {summary['threads']} thread{'s' if summary['threads'] > 1 else ''}{cost}: {harmless(folder)}",
     ]
     missed = [entry["name"] for entry in summary["expected"] if not entry["passed"]]
     if missed:

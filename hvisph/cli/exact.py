@@ -9,6 +9,7 @@ import typer
 
 from hvisph.cli.loading import load, placed
 from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption
+from hvisph.cli.say import say
 
 
 def exact(
@@ -22,12 +23,13 @@ def exact(
 ) -> None:
     """Solve a 1D case exactly: histories at its gauges, profiles at its moments of output, pictures."""
     loaded = load(case, settings, resolution)
+    from hvisph.casefile.folder import run_name
     from hvisph.study.exact_files import write_exact
     from hvisph.study.exact_solution import exact_solution
 
     with placed(case):
         solution = exact_solution(loaded)
-    folder = out or Path("exact") / Path(case).stem
+    folder = out or Path("exact") / run_name(case)
     files = write_exact(solution, loaded, folder)
     if as_json:
         from hvisph.cli.words import echo_json
@@ -37,11 +39,11 @@ def exact(
         }
         echo_json({"folder": str(folder), "files": [path.name for path in files], "gauges": gauges})
         return
-    typer.echo(loaded.title or case)
+    say(loaded.title or case)
     kind = "barotropic layers" if solution.barotropic else "elastic-plastic plates"
     kind += f", waves down to {solution.tracked.weakest:.1g} of the strongest"
-    typer.echo(f"exact: {kind}; {len(solution.tracked.fronts)} pieces of fronts")
+    say(f"exact: {kind}; {len(solution.tracked.fronts)} pieces of fronts")
     left_out = [name for name, gauge in loaded.gauges.items() if gauge.type == "fixed"]
     if left_out:
-        typer.echo(f"left out, being fixed in space: {', '.join(left_out)}")
-    typer.echo(f"{len(files)} files in {folder}")
+        say(f"left out, being fixed in space: {', '.join(left_out)}")
+    say(f"{len(files)} files in {folder}")

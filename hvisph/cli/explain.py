@@ -6,6 +6,8 @@ from typing import Annotated
 
 import typer
 
+from hvisph.cli.say import say
+
 
 def explain(
     path: Annotated[
@@ -15,4 +17,4 @@ def explain(
     """Say what may stand at a place of the case file."""
     from hvisph.casefile.explain import explain as explain_path
 
-    typer.echo(explain_path(path))
+    say(explain_path(path))

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from hvisph.cli.say import say
+
 
 def gauges(
     run: Annotated[str, typer.Argument(metavar="RUN", help="Folder of a run.")],
@@ -27,4 +29,4 @@ def gauges(
     for reason in made.without.values():
         raise CaseError(f"there is no exact solution to draw: {reason}", where="--exact")
     title = load_case(folder / "case.yaml").title
-    typer.echo(str(curves_picture(made.panels, out or folder / "gauges.png", title=title, unitless=made.unitless)))
+    say(str(curves_picture(made.panels, out or folder / "gauges.png", title=title, unitless=made.unitless)))

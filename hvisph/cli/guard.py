@@ -10,6 +10,7 @@ from typing import Any
 
 import typer
 
+from hvisph.cli.say import say
 from hvisph.core.errors import HvisphError
 
 FAILED = 3
@@ -60,5 +61,5 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def _end(message: str, code: int) -> None:
-    typer.secho(message, err=True, fg=typer.colors.RED if code == FAILED else None)
+    say(message, err=True, red=code == FAILED)
     raise typer.Exit(code) from None

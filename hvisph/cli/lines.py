@@ -6,9 +6,8 @@ import time as wall
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
-
 from hvisph.cli.interrupt import raise_noted
+from hvisph.cli.say import say
 from hvisph.cli.words import duration, quantity
 from hvisph.simulation.listener import Listener, Progress
 
@@ -54,18 +53,18 @@ class Lines(Silence):
 
     def opening(self) -> None:
         """Say what is going to run."""
-        typer.echo(self._title or "untitled case")
+        say(self._title or "untitled case")
 
     def compiling(self, name: str) -> None:
         """Say once that loops are being compiled."""
         raise_noted()
         if not self._compiling:
             self._compiling = True
-            typer.echo("compiling kernels (once; they are kept for later runs)")
+            say("compiling kernels (once; they are kept for later runs)")
 
     def started(self, folder: Path, particles: int, end: float) -> None:
         """Say how much there is to do."""
-        typer.echo(f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}")
+        say(f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}")
 
     def progress(self, progress: Progress) -> None:
         """Say where the run is, now and then."""
@@ -75,11 +74,11 @@ class Lines(Silence):
             return
         self._share = max(self._share, (share // EVERY_SHARE + 1) * EVERY_SHARE)
         self._said = now
-        typer.echo(f"{share:4.0%}  {status_text(progress, self._unit)}")
+        say(f"{share:4.0%}  {status_text(progress, self._unit)}")
 
     def message(self, text: str) -> None:
         """Pass it on."""
-        typer.echo(text)
+        say(text)
 
 
 def status_text(progress: Progress, unit: str) -> str:

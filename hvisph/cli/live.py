@@ -14,13 +14,27 @@ from rich.text import Text
 
 from hvisph.cli.interrupt import raise_noted
 from hvisph.cli.lines import Lines, time_left
+from hvisph.cli.say import deaf
 from hvisph.cli.words import duration, quantity
+from hvisph.core.harmless import harmless
 from hvisph.simulation.listener import Progress
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
 REFRESH = 10  # per second
+
+
+class _Terminal(Console):
+    """A terminal that may be closed while the run goes on: what it cannot be told is left out."""
+
+    def _write_buffer(self) -> None:
+        try:
+            super()._write_buffer()
+        except OSError as error:
+            if not deaf(error):
+                raise
+            del self._buffer[:]
 
 
 class Live(Lines):
@@ -36,7 +50,7 @@ class Live(Lines):
 
     def __init__(self, case: Case, console: Console | None = None):
         super().__init__(case)
-        self._console = console or Console(highlight=False)
+        self._console = console or _Terminal(highlight=False)
         self._display = Display(
             console=self._console, refresh_per_second=REFRESH, transient=True, redirect_stderr=False
         )
@@ -44,7 +58,7 @@ class Live(Lines):
 
     def opening(self) -> None:
         """Begin with the title, and a sign of life while modules load."""
-        self._console.print(Text(self._title or "untitled case", style="bold"))
+        self._console.print(Text(harmless(self._title or "untitled case"), style="bold"))
         self._display.start()
         self._display.update(Spinner("dots", "preparing"))
 
@@ -57,7 +71,8 @@ class Live(Lines):
     def started(self, folder: Path, particles: int, end: float) -> None:
         """Say how much there is to do."""
         self._end = end
-        self._console.print(f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}")
+        words = f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}"
+        self._console.print(Text(harmless(words)))
 
     def progress(self, progress: Progress) -> None:
         """Draw where the run is."""
@@ -83,7 +98,7 @@ class Live(Lines):
 
     def message(self, text: str) -> None:
         """Print it above the bar."""
-        self._console.print(text)
+        self._console.print(Text(harmless(text)))
 
     def close(self) -> None:
         """Take the bar away."""

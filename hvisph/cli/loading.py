@@ -37,8 +37,12 @@ def placed(case: str) -> Iterator[None]:
 
 
 def run_folder(case: str) -> Path:
-    """Return where a case runs unless told otherwise: under ``runs``, by its file's or its bundled name."""
+    """Return where a case runs unless told otherwise: under ``runs``, by its file's or its bundled name.
+
+    Raises `CaseError` where that makes no name for a folder.
+    """
     from hvisph.casefile.data import bundled_cases
+    from hvisph.casefile.folder import run_name
 
     bundled = case in bundled_cases() and not Path(case).is_file()
-    return Path("runs") / (case if bundled else Path(case).stem)
+    return Path("runs") / (case if bundled else run_name(case))

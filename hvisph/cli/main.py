@@ -26,6 +26,7 @@ from hvisph.cli import (
     verify,
 )
 from hvisph.cli.guard import guarded
+from hvisph.cli.say import say
 
 app = typer.Typer(
     name="hvisph",
@@ -65,7 +66,7 @@ for command in (
 
 def _version(asked: bool) -> None:
     if asked:
-        typer.echo(f"hvisph {hvisph.__version__}")
+        say(f"hvisph {hvisph.__version__}")
         raise typer.Exit
 
 

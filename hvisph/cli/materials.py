@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from hvisph.cli.options import JsonOption
+from hvisph.cli.say import say
 
 
 def materials(
@@ -25,8 +26,8 @@ def materials(
         if as_json:
             echo_json(found)
         else:
-            typer.echo("# SI units")
-            typer.echo(dump(found), nl=False)
+            say("# SI units")
+            say(dump(found), nl=False)
         return
     known = library()
     if as_json:
@@ -36,4 +37,4 @@ def materials(
     for key, material in known.items():
         models = (material.eos.type, material.strength.type, material.damage.type)
         rows.append((key, f"{material.density:g}", *models))
-    typer.echo(table(rows, indent=0))
+    say(table(rows, indent=0))

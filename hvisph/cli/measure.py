@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hvisph.cli.options import JsonOption
+from hvisph.cli.say import say, show
+from hvisph.core.harmless import harmless
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -63,10 +65,10 @@ def measure(
         echo_json(found.fragments_as_dict(fewest) if fragments else found.as_dict())
         return
     text = _fragments(found, smallest or _fewest()) if fragments else _measures(source, found, at)
-    typer.echo(f"{found.title or source}\n{text}")
+    show(f"{harmless(found.title or source)}\n{text}")
     for file in (csv, plot):
         if file is not None:
-            typer.echo(str(file))
+            say(str(file))
 
 
 def _refuse(at: str | None, fragments: bool, smallest: int | None, plot: Path | None) -> None:
@@ -127,7 +129,7 @@ def _fragments(found: Any, fewest: int) -> str:
 
 def _measures(source: str, found: Any, at: str | None) -> str:
     """Return the measures of the moment beside what is expected of them, or of all moments."""
-    from hvisph.cli.results import results_table, sections_table
+    from hvisph.cli.results import results_table
     from hvisph.cli.words import quantity
 
     if found.series:
@@ -135,10 +137,7 @@ def _measures(source: str, found: Any, at: str | None) -> str:
     case = _case_of(Path(source))
     expected = _expected(case, found) if at is None else []
     time = quantity(found.time, "" if found.unitless else "s")
-    plain = found.as_dict()
-    shown = results_table(plain["measures"], expected, found.unitless)
-    sections = sections_table(plain, found.unitless)
-    shown += f"\n\n{sections}" if sections else ""
+    shown = results_table(found.as_dict()["measures"], expected, found.unitless)
     head = f"{found.answer}\n\n" if found.answer else ""
     return f"t = {time}, step {found.step}\n\n{head}{shown}"
 

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from hvisph.cli.options import QuietOption
+from hvisph.cli.say import say
 
 
 def report(
@@ -23,4 +24,4 @@ def report(
 
     path = build(runs, out)
     if not quiet:
-        typer.echo(str(path))
+        say(str(path))

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from hvisph.cli.say import say
+
 NAMES = ("case", "summary", "sweep")
 
 
@@ -28,12 +30,12 @@ def schema(
     chosen = [f"{each}.schema.json" for each in (NAMES if name is None and write else (name or "case",))]
     texts = {file: (data_folder("schemas") / file).read_text(encoding="utf-8") for file in chosen}
     if write is None:
-        typer.echo(texts[chosen[0]], nl=False)
+        say(texts[chosen[0]], nl=False)
         return
     try:
         write.mkdir(parents=True, exist_ok=True)
         for file, text in texts.items():
             (write / file).write_text(text, encoding="utf-8")
-            typer.echo(str(write / file))
+            say(str(write / file))
     except OSError as error:
         raise OutputError(f"cannot write {error.filename}: {(error.strerror or str(error)).lower()}") from error

@@ -9,6 +9,7 @@ import typer
 
 from hvisph.cli.guard import FAILED, INTERRUPTED
 from hvisph.cli.options import CaseArgument, JsonOption, QuietOption, SetOption, ThreadsOption
+from hvisph.cli.say import say
 
 if TYPE_CHECKING:
     from hvisph.sweeps.folder import SweepFolder
@@ -196,8 +197,8 @@ def _list(source: str, as_json: bool) -> None:
         return
     paths = list(dict.fromkeys(path for member in members for path in member.values))
     rows = [["", *paths]] + [[str(m.number), *(str(m.values.get(path, "")) for path in paths)] for m in members]
-    typer.echo(table(rows))
-    typer.echo(f"\n{len(members)} cases, {sum(m.cost for m in members):.2g} particle-steps in all")
+    say(table(rows))
+    say(f"\n{len(members)} cases, {sum(m.cost for m in members):.2g} particle-steps in all")
 
 
 def _go(folder: SweepFolder, workers: int | None, threads: int | None, chosen: Any, only: str | None,
@@ -214,7 +215,7 @@ def _go(folder: SweepFolder, workers: int | None, threads: int | None, chosen: A
             for row in found.go():
                 teller.ended(row)
     except KeyboardInterrupt:
-        typer.echo(f"interrupted; go on with: hvisph sweep {folder.path}", err=True)
+        say(f"interrupted; go on with: hvisph sweep {folder.path}", err=True)
         raise typer.Exit(INTERRUPTED) from None
 
 
@@ -255,13 +256,13 @@ def _show(folder: SweepFolder, plot: Path | None, quiet: bool, as_json: bool) ->
     elif not quiet:
         from hvisph.cli.sweep_lines import summary
 
-        typer.echo(summary(found.sweep, shown, said, folder.path))
+        say(summary(found.sweep, shown, said, folder.path))
     if plot is not None:
         from hvisph.pictures.sweeps import sweep_picture
 
         sweep_picture(said, shown, plot, found.sweep.title or found.sweep.case)
         if not (quiet or as_json):
-            typer.echo(str(plot))
+            say(str(plot))
     statuses = {row["status"] for row in shown}
     if statuses & {"failed", "error", "killed"}:
         raise typer.Exit(FAILED)

@@ -9,8 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-import typer
-
+from hvisph.cli.say import say
 from hvisph.cli.words import duration, table
 
 SHOWN_ROWS = 60  # of the table on the terminal
@@ -35,7 +34,7 @@ class Teller:
     def __enter__(self) -> Teller:
         if not self.silent:
             members = len(self.driver.members)
-            typer.echo(f"{members} cases, {self.driver.workers} workers, into {self.driver.folder.path}")
+            say(f"{members} cases, {self.driver.workers} workers, into {self.driver.folder.path}")
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None,
@@ -51,7 +50,7 @@ class Teller:
                            f"{value}" for path, value in row["values"].items())  # fmt: skip
         found = row["message"] or _measured(row, _main(None, [row])[:3])
         left = self._left()
-        typer.echo(f"{row['number']:5d}  {values}  {row['status']}  {found}{left}")
+        say(f"{row['number']:5d}  {values}  {row['status']}  {found}{left}")
         sys.stdout.flush()
 
     def _left(self) -> str:
@@ -144,9 +143,6 @@ def _converge(found: dict[str, Any], record: Sequence[str] | None) -> str:
 def _limit(found: dict[str, Any]) -> str:
     unit = f" {found['unit']}" if found["unit"] else ""
     where = "".join(f"{path} = {value}: " for path, value in found["for"].items())
-    if found["undecided"]:
-        shots = ", ".join(map(str, found["undecided"]))
-        return f"{where}shots {shots} do not tell yet on which side they are: a later time.end is needed"
     if found["below"] is None or found["above"] is None:
         side = "every" if found["below"] is None else "no"
         return f"{where}{side} shot went through: no limit between the values that were tried"

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from hvisph.cli.options import JsonOption, QuietOption, SetOption, ThreadsOption
+from hvisph.cli.say import say
 
 READABLE = {"Pa": (1e-9, "GPa"), "J/kg": (1e-3, "kJ/kg")}  # units that read better than SI's own
 
@@ -64,11 +65,11 @@ def verify(
     for name in chosen:
         problem, heading = PROBLEMS[name], f"\n{name}: {PROBLEMS[name].title}"
         if not as_json and not quiet:
-            typer.echo(heading)
+            say(heading)
         for verdict in verdicts(problem, wanted, options, settings or (), only=only, keep=keep, threads=threads):
             found.append(verdict)
             if not as_json and not quiet:
-                typer.echo(_text(verdict))
+                say(_text(verdict))
     if pictures is not None:
         from hvisph.verification.pictures import draw
 
@@ -77,7 +78,7 @@ def verify(
     if as_json:
         echo_json([one.as_dict() for one in found])
     else:
-        typer.echo(f"\n{len(found) - len(missed)} of {len(found)} as asked")
+        say(f"\n{len(found) - len(missed)} of {len(found)} as asked")
     raise typer.Exit(1 if missed else 0)
 
 
@@ -118,8 +119,8 @@ def _list(problems: dict[str, Any], as_json: bool) -> None:
         echo_json([{"name": p.name, "title": p.title, "slow": p.slow, "formulations": list(p.formulations)}
                    for p in problems.values()])  # fmt: skip
         return
-    typer.echo(table(rows, indent=0))
-    typer.echo("\nRun with: hvisph verify NAME... [--quick] [--formulation TYPE], or --all")
+    say(table(rows, indent=0))
+    say("\nRun with: hvisph verify NAME... [--quick] [--formulation TYPE], or --all")
 
 
 def _text(verdict: Any) -> str:

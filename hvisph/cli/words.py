@@ -7,7 +7,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-import typer
+from hvisph.cli.say import show
+from hvisph.core.harmless import harmless
 
 _PREFIXES = (
     (1e9, "G"),
@@ -67,6 +68,7 @@ def rounded(count: float) -> str:
 
 def table(rows: Sequence[Sequence[str]], indent: int = 2) -> str:
     """Return `rows` as text in aligned columns; trailing empty cells cost nothing."""
+    rows = [[harmless(cell) for cell in row] for row in rows]
     widths = [max(len(row[k]) for row in rows if k < len(row)) for k in range(max(map(len, rows), default=0))]
     lines = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)) for row in rows)
     return "\n".join(" " * indent + line.rstrip() for line in lines)
@@ -74,4 +76,5 @@ def table(rows: Sequence[Sequence[str]], indent: int = 2) -> str:
 
 def echo_json(content: Any) -> None:
     """Print `content` as JSON on standard output."""
-    typer.echo(json.dumps(content, indent=2, ensure_ascii=False))
+    text = json.dumps(content, indent=2, ensure_ascii=False)
+    show("".join(c if c == "\n" or harmless(c) == c or c == "\\" else f"\\u{ord(c):04x}" for c in text))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from difflib import get_close_matches
 
 
@@ -47,6 +49,19 @@ class RunError(HvisphError):
     """A run failed while computing: non-finite value, runaway particle, collapsed time step."""
 
     exit_code = 3
+
+
+@contextmanager
+def computable() -> Iterator[None]:
+    """Turn arithmetic that breaks down while a case is set up, for its numbers are extreme, into a `CaseError`."""
+    try:
+        yield
+    except ArithmeticError as error:
+        what = str(error.args[-1] if error.args else error).lower()
+        raise CaseError(
+            f"numbers of the case lead beyond what can be computed ({what}); look for one that is far too large "
+            "or too small"
+        ) from error
 
 
 def nearest(word: str, allowed: list[str] | tuple[str, ...]) -> str:

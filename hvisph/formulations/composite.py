@@ -66,7 +66,6 @@ class CompositeStepper(Stepper):
         self._update = self._specialised_update(self.layout, previous, drift)
         self._sort()
         particles["reference_position"] = particles["position"]
-        self._set_up()
 
     def _sort(self) -> None:
         """Put the particles into the order of cells, body by body."""
@@ -209,6 +208,7 @@ class CompositeStepper(Stepper):
 
     def start(self) -> None:
         """Evaluate the forces of the state as it stands, without a step."""
+        self._set_up()  # not before: lists and their corrections take time and compiled loops
         self._turn()
         super().start()
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.fields import CATALOGUE, SYMMETRIC_LENGTH
+from hvisph.core.harmless import harmless
 from hvisph.output.snapshot import Snapshot
 
 FORMAT_VERSION = 1
@@ -101,9 +102,10 @@ def snapshot_from(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Snap
         body=arrays["body"],
         material=arrays["material"],
         id=number,
-        bodies=list(header["bodies"]),
-        materials=list(header["materials"]),
-        metadata=dict(header["metadata"]),
+        bodies=[harmless(name) for name in header["bodies"]],
+        materials=[harmless(name) for name in header["materials"]],
+        metadata=dict(header["metadata"])
+        | {name: harmless(header["metadata"][name]) for name in _TEXTS if name in header["metadata"]},
     )
 
 

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import OutputError
+from hvisph.core.harmless import harmless
 from hvisph.output import names
 from hvisph.output.atomic import reason
 from hvisph.output.hdf5 import read_hdf5
@@ -66,7 +67,7 @@ def list_snapshots(run: str | Path) -> list[Path]:
     ):
         found = sorted(place.glob(pattern), key=lambda path: _natural(path.name))
         if place.name == names.SNAPSHOTS and place.parent == folder:  # a copy that a user keeps there is no moment
-            found = [path for path in found if names.is_own(path)]
+            found = [path for path in found if names.is_own(path)] or found
         if found:
             return found
     return []
@@ -130,7 +131,16 @@ def read_summary(run: str | Path) -> dict[str, Any]:
     wrong = misfit(summary)
     if wrong:
         raise OutputError(f"cannot read {path}: {wrong}")
-    return dict(summary)
+    return dict(_harmless(summary))
+
+
+def _harmless(value: Any) -> Any:
+    """Return plain values without text that steers a terminal."""
+    if isinstance(value, dict):
+        return {harmless(name): _harmless(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_harmless(item) for item in value]
+    return harmless(value) if isinstance(value, str) else value
 
 
 def _bytes(path: Path, count: int = -1) -> bytes:

@@ -42,6 +42,8 @@ class Setup:
         What is recorded where.
     density_limits
         Density [kg/m^3] of each material below which its equation of state holds, infinite for most.
+    notes
+        Which sizes had to give way to the spacing of particles.
     """
 
     stepper: AnyStepper
@@ -51,6 +53,7 @@ class Setup:
     planes: tuple[Plane, ...]
     gauges: Gauges
     density_limits: np.ndarray
+    notes: tuple[str, ...] = ()
 
     @property
     def particles(self) -> Particles:
@@ -115,8 +118,9 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
     set_loads(stepper, case, names)
     criteria = Criteria(dim, particles.count, case.time.cfl, formulation.viscous_factor)
     gauges = Gauges(case.gauges, placed, dx, stepper)
+    notes = tuple(f"{body.name}: {body.filling.note}" for body in placed if body.filling.note)
     limits = np.array([_largest_density(material) for material in materials])
-    return Setup(stepper, criteria, names, [material.name for material in materials], planes, gauges, limits)
+    return Setup(stepper, criteria, names, [material.name for material in materials], planes, gauges, limits, notes)
 
 
 def _largest_density(material: Material) -> float:

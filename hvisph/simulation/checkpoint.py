@@ -37,13 +37,13 @@ class Files:
     recorded
         Step of the last record of the history.
     written
-        Step of the last numbered snapshot.
+        Time of the last numbered snapshot [s].
     wall_seconds
         Wall time of all steps so far [s].
     """
 
     recorded: int = 0
-    written: int = 0
+    written: float = 0.0
     wall_seconds: float = 0.0
 
 

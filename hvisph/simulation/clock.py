@@ -1,17 +1,24 @@
-"""Time of a run: the next step from the criteria, landing on the moments of output."""
+"""Time of a run: steps from the criteria alone, the last one cut to land on the end.
+
+Moments of output cut no step: what they show lies between two steps (`hvisph.simulation.between`), so the
+cadence of output changes nothing in the results.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import floor
+from math import ceil, floor
 
 # A step may be longer than the one before by this factor: rates change within a few steps at a shock.
 GROWTH = 1.1
+# A step is lengthened by up to this share rather than that a sliver is left before the end, and what differs by less
+# than it is the same moment: 10 * 0.1 us and 1 us.
+SLIVER = 1e-9
 
 
 @dataclass
 class Step:
-    """A step: its length [s], what limited it, and the moment of output that it ends on, if any."""
+    """A step: its length [s], what limited it, and the time that it ends on where that is the run's end."""
 
     length: float
     criterion: str
@@ -40,7 +47,7 @@ class Clock:
     outputs
         Moments of output that are done, the start not counted.
     allowed, allowed_by
-        The last step that the criteria allowed, before it was cut to land on an output [s], and which did.
+        The last step that the criteria allowed, before it was cut to land on the end [s], and which did.
     """
 
     end: float
@@ -54,7 +61,12 @@ class Clock:
 
     def moment(self, number: int) -> float:
         """Return the moment of output with this number [s], at most the end."""
-        return self.end if self.every is None else min(number * self.every, self.end)
+        return self.end if number >= self._last else number * (self.every or self.end)
+
+    @property
+    def _last(self) -> int:
+        """Number of the last moment of output, which is the end."""
+        return 1 if self.every is None else max(ceil(self.end / self.every - SLIVER), 1)
 
     def choose(self, allowed: float, criterion: str, under_way: Step | None) -> Step:
         """Return the step after the one under way.
@@ -71,38 +83,46 @@ class Clock:
         if under_way is not None and allowed > GROWTH * self.allowed:
             allowed, criterion = GROWTH * self.allowed, "growth"
         self.allowed, self.allowed_by = allowed, criterion
-        start, outputs = self.time, self.outputs
-        if under_way is not None:
-            start = under_way.lands_on if under_way.lands_on is not None else start + under_way.length
-            outputs += under_way.lands_on is not None
-        target = self.moment(outputs + 1)
-        left = target - start
-        if left <= 0.0:  # the end: nothing follows
-            return Step(allowed, criterion)
-        if allowed >= left:
-            return Step(left, "output", target)
-        # two even steps instead of a whole one and a sliver
-        return Step(0.5 * left, "output") if 2.0 * allowed > left else Step(allowed, criterion)
+        return Step(allowed, criterion)
+
+    def last(self, step: Step) -> Step | None:
+        """Return `step` as cut to land on the end, if it reaches that far; None otherwise, and for fixed steps."""
+        left = self.end - self.time
+        if self.fixed is not None or step.lands_on is not None or step.length * (1.0 + SLIVER) < left:
+            return None
+        return Step(left, "end", self.end)
+
+    def passed(self, step: Step) -> list[float]:
+        """Return the moments of output strictly inside `step` [s]; none with a fixed step, whose end they wait for."""
+        number, found = self.outputs + 1, []
+        if self.fixed is None:
+            after = step.lands_on if step.lands_on is not None else self.time + step.length
+            while number < self._last and self.moment(number) < after - SLIVER * step.length:
+                found.append(self.moment(number))
+                number += 1
+        return found
 
     def complete(self, step: Step) -> bool:
-        """Count `step` as done; return whether a moment of output is reached."""
+        """Count `step` as done; return whether its end is a moment of output. Those that it passed are done too."""
         self.steps += 1
         if self.fixed is not None:
             self.time = self.steps * self.fixed
-            reached = self.time >= self.moment(self.outputs + 1) - 1e-9 * self.fixed
+            slack = SLIVER * self.fixed
         else:
+            self.outputs += len(self.passed(step))
             self.time = step.lands_on if step.lands_on is not None else self.time + step.length
-            reached = step.lands_on is not None
+            slack = SLIVER * step.length
+        reached = self.outputs < self._last and self.time >= self.moment(self.outputs + 1) - slack
         self.outputs += reached
         return reached
 
     def extend(self) -> Step:
         """Return the step from here after `end` was moved, in place of the one under way."""
         if self.every is not None:
-            self.outputs = floor(self.time / self.every * (1.0 + 1e-12))
+            self.outputs = floor(self.time / self.every * (1.0 + SLIVER))
         return self.choose(self.allowed, self.allowed_by, None)
 
     @property
     def done(self) -> bool:
         """Whether the end is reached."""
-        return self.time >= self.end - 1e-9 * (self.fixed or 0.0)
+        return self.time >= self.end - SLIVER * (self.fixed or 0.0)

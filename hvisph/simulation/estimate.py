@@ -10,7 +10,6 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hvisph.core.errors import CaseError
@@ -19,7 +18,9 @@ from hvisph.core.particles import BASE_FIELDS
 from hvisph.geometry.fill import estimated_count
 from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.build import build
+from hvisph.simulation.domain import Domain
 from hvisph.simulation.materials import material_of
+from hvisph.simulation.memory import free_memory
 from hvisph.simulation.shapes import shape_of
 
 if TYPE_CHECKING:
@@ -27,10 +28,15 @@ if TYPE_CHECKING:
 
 # Bodies of more particles than this are counted by their volumes instead of being filled.
 MOST_FILLED = 2_000_000
-# Measured by the programs of `benchmarks/`: memory of a run beside the interpreter's own, by
-# dimensions [bytes a particle]; time on one core, by formulation and dimensions [us a particle-step].
-MEMORY = {1: 600, 2: 700, 3: 1000}
+# Largest memory of whole runs by `benchmarks/robustness.py --only memory`, their start, checkpoints and measures
+# included: by dimensions [bytes a particle], what a formulation takes beyond it, what its lists of neighbours take
+# [bytes a neighbour], and the interpreter with compiled loops.
+MEMORY = {1: 750, 2: 1150, 3: 1500}
+FURTHER = {"riemann": {1: 100, 2: 120, 3: 520}}
+LISTED = {"total_lagrangian": {1: 30, 2: 30, 3: 40}, "adaptive": {1: 30, 2: 30, 3: 40},
+          "projection": {1: 20, 2: 18, 3: 21}}  # fmt: skip
 INTERPRETER = 250_000_000  # [bytes]
+# Time on one core, by formulation and dimensions [us a particle-step].
 MICROSECONDS = {"eulerian": {1: 0.15, 2: 0.25, 3: 0.85}, "riemann": {1: 0.3, 2: 0.6, 3: 2.4},
                 "projection": {1: 0.1, 2: 0.25, 3: 1.2}, "total_lagrangian": {1: 0.2, 2: 0.3, 3: 0.9},
                 "adaptive": {1: 0.3, 2: 0.45, 3: 1.2}}  # fmt: skip
@@ -132,7 +138,7 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     counted = rough_count(case) <= MOST_FILLED
     if counted:
         placed = placed_bodies(case)
-        build(case, placed)  # compiles nothing, and refuses what a run would refuse
+        Domain(build(case, placed), case.domain)  # compiles nothing, and refuses what a run would refuse
         bodies = tuple(map(_counted, placed))
     else:
         bodies = tuple(_uncounted(case))
@@ -148,7 +154,7 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
         steps=steps,
         seconds=steps * (STEP_OVERHEAD + 1e-6 * pace * particles / speedup),
         threads=threads,
-        memory=_memory(particles, case.dim),
+        memory=INTERPRETER + memory_each(case) * particles,
         disk=snapshots * particles * written + HISTORY_LINE * steps / case.output.history_every,
         snapshots=snapshots,
     )
@@ -174,12 +180,13 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
         Naming what is needed, what there is, and a resolution that fits.
     """
     count = rough_count(case) if bodies is None else float(sum(len(body.positions) for body in bodies))
-    needed = _memory(count, case.dim)
+    each = memory_each(case)
+    needed = INTERPRETER + each * count
     free = free_memory() if free is None else free
     if needed <= free:
         return
     room = max(free - INTERPRETER, 0.0)
-    shrink = (count * MEMORY[case.dim] / room) ** (1.0 / case.dim) if room else math.inf
+    shrink = (count * each / room) ** (1.0 / case.dim) if room else math.inf
     fits = f"{case.resolution * shrink:.2g}{' m' if case.units == 'si' else ''}" if room else "none"
     raise CaseError(
         f"about {count:.2g} particles need about {needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB "
@@ -216,19 +223,6 @@ def available_threads() -> int:
     return os.cpu_count() or 1
 
 
-def free_memory() -> float:
-    """Return the memory that a run may take [bytes]: what the system has free, within a container's limit."""
-    import psutil
-
-    free = float(psutil.virtual_memory().available)
-    try:
-        limit = Path("/sys/fs/cgroup/memory.max").read_text(encoding="ascii").strip()
-        used = Path("/sys/fs/cgroup/memory.current").read_text(encoding="ascii").strip()
-    except OSError:
-        return free
-    return free if limit == "max" else min(free, max(float(limit) - float(used), 0.0))
-
-
 def _signal_speed(case: Case) -> float:
     """Return the speed of signals that sets the step [m/s]: that at rest and a share of the impact's."""
     viscosity = getattr(case.formulation, "viscosity", None)
@@ -261,8 +255,14 @@ def _uncounted(case: Case) -> list[BodyEstimate]:
     return found
 
 
-def _memory(particles: float, dim: int) -> float:
-    return INTERPRETER + MEMORY[dim] * particles
+def memory_each(case: Case) -> float:
+    """Return what a particle takes of the memory of a run [bytes]."""
+    kind, dim = case.formulation.type, case.dim
+    reach = case.formulation.support_over_h * case.formulation.h_over_dx
+    neighbours = {1: 2.0, 2: math.pi, 3: 4.0 / 3.0 * math.pi}[dim] * reach**dim
+    listed = LISTED.get(kind, {}).get(dim, 0) * neighbours
+    text = _snapshot_bytes(dim) / 2 if "vtu" in case.output.formats else 0.0
+    return MEMORY[dim] + FURTHER.get(kind, {}).get(dim, 0) + listed + text
 
 
 def _snapshot_bytes(dim: int) -> int:

@@ -13,8 +13,10 @@ import numba
 from hvisph import __version__
 from hvisph.case.case import Case
 from hvisph.case.checks import warnings_of
+from hvisph.casefile.folder import run_name
 from hvisph.casefile.loader import dump_case, load_case
-from hvisph.core.errors import CaseError, HvisphError, RunError
+from hvisph.core.errors import CaseError, HvisphError, RunError, computable
+from hvisph.core.forked import refuse_fork
 from hvisph.core.jit import heard_compiling
 from hvisph.formulations.stepper import PERMUTE_EVERY
 from hvisph.integrators.criteria import Limit
@@ -22,10 +24,12 @@ from hvisph.output import names
 from hvisph.output.checkpoint import Checkpoint
 from hvisph.output.folder import RunFolder
 from hvisph.output.reader import list_snapshots, read_history
+from hvisph.output.snapshot import Snapshot
+from hvisph.simulation.between import between
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import Setup, build
 from hvisph.simulation.checkpoint import Keeper
-from hvisph.simulation.clock import Clock
+from hvisph.simulation.clock import Clock, Step
 from hvisph.simulation.contact_warnings import contact_warnings
 from hvisph.simulation.domain import Domain
 from hvisph.simulation.estimate import refuse_impossible
@@ -86,20 +90,24 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
     """
     name = "case"
     if not isinstance(case, Case):
-        name = Path(case).stem
+        name = run_name(case) if out is None else name
         case = load_case(case)
     listener = listener or Listener()
     set_threads(threads)
-    refuse_impossible(case)
-    bodies = placed_bodies(case)
+    with computable():
+        refuse_impossible(case)
+        bodies = placed_bodies(case)
     with heard_compiling(listener.compiling):
-        setup = build(case, bodies)
+        with computable():
+            setup = build(case, bodies)
+        Domain(setup, case.domain)  # refuses before anything is written
         with RunFolder.create(Path("runs") / name if out is None else Path(out), force) as folder:
             return Run(case, setup, folder, listener).go()
 
 
 def set_threads(threads: int | None) -> None:
-    """Use so many threads, or one per core; raises `CaseError` for more than there are."""
+    """Use so many threads, or one per core; raises `CaseError` for more than there are, or where none can work."""
+    refuse_fork()
     most = numba.config.NUMBA_NUM_THREADS
     if threads is not None and not 1 <= threads <= most:
         raise CaseError(
@@ -156,11 +164,18 @@ class Run:
             f"{f'; goes on from step {self.clock.steps}' if self.checkpoint else ''}"
         )
         self.listener.started(self.folder.path, count, self.clock.end)
-        for warning in (*warnings_of(self.case), *contact_warnings(self.case)):
-            self.folder.log.write(f"warning: {warning}")
-            self.listener.message(f"warning: {warning}")
+        said = [f"warning: {warning}" for warning in (*warnings_of(self.case), *contact_warnings(self.case))]
+        for line in (*said, *(f"note: {note}" for note in self.setup.notes)):
+            self.folder.log.write(line)
+            self.listener.message(line)
         self.reporter = Reporter(self.listener, self.setup, self.clock, self.files.state.wall_seconds)
-        with self.stop, self.files.go_on() if self.checkpoint else self.files.begin(self.start):
+        with self.stop:
+            self._take_steps()
+            return self._finish(self.reporter.seconds)
+
+    def _take_steps(self) -> None:
+        """Go to the end, to a failure or to an interruption."""
+        with self.files.go_on() if self.checkpoint else self.files.begin(self.start):
             try:
                 if self.checkpoint is None:
                     self._begin()
@@ -172,8 +187,8 @@ class Run:
                 self.listener.message(str(failure))
             else:
                 self.status = "done" if self._enough() else "interrupted"
-                self.files.checkpoint(self.keeper, self.step, self.reporter.seconds)
-        return self._finish(self.reporter.seconds)
+                if not self.clock.done or self.clock.fixed is not None:
+                    self._checkpoint()
 
     def _prepare(self) -> None:
         """Evaluate the start and, to go on, take the state from the checkpoint."""
@@ -214,6 +229,11 @@ class Run:
     def _advance(self) -> None:
         """Take one step: forces, the next step from the criteria, the state carried on, the schedule."""
         stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
+        last = clock.last(self.step)
+        if last is not None:  # the end cuts it; from before it the run can be extended
+            self._checkpoint()
+            self.step = last
+            stepper.predict(last.length)
         try:
             stepper.evaluate()
         except RunError as error:
@@ -222,25 +242,42 @@ class Run:
         self.watch.check_step(limit, clock.time, clock.steps)
         following = clock.choose(limit.dt, limit.criterion, self.step)
         limiting, body = int(particles.id[limit.particle]), int(particles.body[limit.particle])
-        stepper.complete(self.step.length, following.length)
-        done, self.step = self.step, following
-        at_output = clock.complete(done)
-        self.budget.record(stepper.sums, done.length)
+        due = self._complete(following)
         if clock.steps % PERMUTE_EVERY == 0:
             stepper.permute()
             self.observer.locate()
             self.domain.retire(self.budget, following.length)
-        if clock.steps % self.case.output.history_every == 0 or at_output or self.observer.due(clock.steps):
-            self.files.record(self.step, limiting, done.length, self.budget)
+        if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
+            self.files.record(self.step, limiting, self.done.length, self.budget)
         self.watch.check_state(self._drift(), clock.time, clock.steps)
-        if at_output:
-            self.files.write_output()
+        for number, snapshot in due:
+            self.files.write_output(snapshot, number)
         if self.files.checkpoint_due():
-            self.files.checkpoint(self.keeper, self.step, self.reporter.seconds)
+            self._checkpoint()
         try:
             self.reporter.report(self.step, body, self._drift())
         except KeyboardInterrupt:  # from whoever listens
             self.stop.note()
+
+    def _complete(self, following: Step) -> list[tuple[int, Snapshot]]:
+        """Carry the state over the step under way; return the snapshots that are due, with their numbers."""
+        stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
+        self.done, self.step = self.step, following
+        started, moments, first = clock.time, clock.passed(self.done), clock.outputs + 1
+        before = particles.data.copy() if moments else particles.data
+        stepper.complete(self.done.length, following.length)
+        reached = clock.complete(self.done)
+        self.budget.record(stepper.sums, self.done.length)
+        due = []
+        for time in moments:
+            at = between(before, particles, (time - started) / self.done.length, self.done.length)
+            due.append(self.writer.snapshot(time, clock.steps, at))
+        if reached:
+            due.append(self.writer.snapshot(clock.time, clock.steps))
+        return list(enumerate(due, first))
+
+    def _checkpoint(self) -> None:
+        self.files.checkpoint(self.keeper, self.step, self.reporter.seconds)
 
     def _finish(self, seconds: float) -> Outcome:
         now = self.files.write_last(self.status == "failed")

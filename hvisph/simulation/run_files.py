@@ -89,19 +89,18 @@ class RunFiles:
         self.state.recorded = clock.steps
         self.history.append(self._observer.record(clock.steps, clock.time, length, step.criterion, limiting, budget))
 
-    def write_output(self) -> None:
+    def write_output(self, snapshot: Snapshot, number: int) -> None:
         """Write the snapshot of a moment of output."""
-        clock = self._clock
-        self.writer.write(self.writer.snapshot(clock.time, clock.steps), clock.outputs)
-        self.state.written = clock.steps
-        self.folder.log.write(f"snapshot {clock.outputs} at {clock.time:.6g} s, step {clock.steps}")
+        self.writer.write(snapshot, number)
+        self.state.written = snapshot.time
+        self.folder.log.write(f"snapshot {number} at {snapshot.time:.6g} s, step {snapshot.step}")
 
     def write_last(self, failed: bool) -> Snapshot:
         """Write the state in which the run ends, under its own name after a failure; return it."""
         now = self.writer.snapshot(self._clock.time, self._clock.steps)
         if failed:
             self.writer.write(now, names.POST_MORTEM)
-        elif self._clock.steps != self.state.written:
+        elif self._clock.time != self.state.written:
             self.writer.write(now, self._clock.outputs + 1)
         return now
 

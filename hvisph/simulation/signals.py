@@ -7,9 +7,14 @@ import threading
 from types import FrameType, TracebackType
 from typing import Any
 
+HANGUP = getattr(signal, "SIGHUP", None)  # a dropped ssh session; Windows has none
+STOPPING = (signal.SIGINT, signal.SIGTERM, *([HANGUP] if HANGUP is not None else []))
+
 
 class StopRequests:
-    """Within its block SIGINT and SIGTERM are noted in `number`; a second one interrupts at once.
+    """Within its block SIGINT, SIGTERM and SIGHUP are noted in `number`; a second one interrupts at once.
+
+    A closed terminal may send SIGHUP twice, so a second of these changes nothing.
 
     Signals that the parent had ignored, as `nohup` and shells do, stay ignored. Outside the main
     thread, where Python allows no handlers, nothing is caught.
@@ -31,7 +36,7 @@ class StopRequests:
 
     def __enter__(self) -> StopRequests:
         if threading.current_thread() is threading.main_thread():
-            for number in (signal.SIGINT, signal.SIGTERM):
+            for number in STOPPING:
                 before = signal.getsignal(number)
                 if before is not None and before != signal.SIG_IGN:
                     self._before[number] = before
@@ -49,6 +54,7 @@ class StopRequests:
         self.number = number
 
     def _note(self, number: int, frame: FrameType | None) -> None:
-        if self.number is not None:
+        if self.number is None:
+            self.number = number
+        elif number != HANGUP:
             raise KeyboardInterrupt
-        self.number = number

@@ -8,7 +8,7 @@ import numpy as np
 
 from hvisph import __version__
 from hvisph.core.errors import OutputError
-from hvisph.core.particles import FLAGS, RETIRED
+from hvisph.core.particles import FLAGS, RETIRED, Particles
 from hvisph.formulations.diagnose import diagnose
 from hvisph.measures.scene import reference
 from hvisph.output import names
@@ -51,9 +51,10 @@ class SnapshotWriter:
         }
         self.series: list[tuple[float, str]] = []
 
-    def snapshot(self, time: float, step: int) -> Snapshot:
-        """Return the state as it stands, ordered by the particles' permanent numbers."""
-        particles, stepper = self.setup.particles, self.setup.stepper
+    def snapshot(self, time: float, step: int, particles: Particles | None = None) -> Snapshot:
+        """Return the state as it stands, or another state of the run, ordered by the particles' permanent numbers."""
+        stepper = self.setup.stepper
+        particles = self.setup.particles if particles is None else particles
         order = np.argsort(particles.id)
         order = order[particles.tags[order, FLAGS] & RETIRED == 0]
         fields = {name: particles[name][order] for name in STATE_FIELDS if name in particles.names}

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hvisph.case.case import Case
-from hvisph.casefile.folder import bundled_name, case_folder, cases_in
+from hvisph.casefile.folder import bundled_name, case_folder, cases_in, run_name
 from hvisph.casefile.loader import dump_case, find_case, load_case
 from hvisph.core.errors import CaseError
 from hvisph.output import names
@@ -98,7 +98,7 @@ def _entries_of(source: Path, runs: Path) -> Iterator[Entry]:
         yield from _in_folder(folder, runs)
     else:
         file = find_case(source)
-        yield Entry(file.stem, runs / (bundled_name(file) or file.stem), file=file, group=file.parent.name)
+        yield Entry(file.stem, runs / (bundled_name(file) or run_name(file)), file=file, group=file.parent.name)
 
 
 def _in_folder(folder: Path, runs: Path) -> Iterator[Entry]:

@@ -159,8 +159,16 @@ def read_csv(path: Path) -> Grid:
     return Grid(rho, t, p, e)
 
 
+LARGEST = 200_000_000  # [bytes]
+
+
 def read_grid(path: Path, material: int | None = None) -> Grid:
     """Return the table of a file: CSV by its ending, otherwise SESAME's text."""
     if not path.is_file():
         raise CaseError("there is no such file", file=str(path))
-    return read_csv(path) if path.suffix == ".csv" else read_sesame(path, material)
+    if path.stat().st_size > LARGEST:
+        raise CaseError(f"is larger than {LARGEST / 1e6:g} MB, too large for a table", file=str(path))
+    try:
+        return read_csv(path) if path.suffix == ".csv" else read_sesame(path, material)
+    except (OSError, ValueError, OverflowError, IndexError):  # of what it holds nothing is repeated
+        raise CaseError("cannot be read as a table of an equation of state", file=str(path)) from None

@@ -1,0 +1,109 @@
+"""Memory that a run may take: what the system has free, within the limits of its control groups and its own."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+MOUNT = Path("/sys/fs/cgroup")
+MEMBERSHIP = Path("/proc/self/cgroup")
+UNLIMITED = 2.0**60  # [bytes]; version 1 says "none" by a number near 2^63
+
+
+def free_memory() -> float:
+    """Return the memory that a run may take [bytes].
+
+    It is the least of what
+
+    - the system has free,
+    - the control groups of this process leave, its own and all above it, of version 1 or 2, as batch systems and
+      containers set them,
+    - the process may still take of its own limits of address space and data (``ulimit -v``, ``ulimit -d``).
+    """
+    import psutil
+
+    return min(float(psutil.virtual_memory().available), group_memory(), own_memory())
+
+
+def group_memory(mount: Path = MOUNT, membership: Path = MEMBERSHIP) -> float:
+    """Return the memory [bytes] that the control groups of this process leave, infinite where none limits it.
+
+    Parameters
+    ----------
+    mount
+        Where the groups are mounted; version 1 has the controller below it, as ``memory``.
+    membership
+        The file that says which groups this process is in.
+    """
+    least = math.inf
+    for controller, path in _memberships(membership):
+        root, limit, used = mount, "memory.max", "memory.current"
+        if controller == "memory":
+            root, limit, used = mount / "memory", "memory.limit_in_bytes", "memory.usage_in_bytes"
+        for folder in _upwards(root, path):
+            most, taken = _number(folder / limit), _number(folder / used)
+            if most < UNLIMITED:
+                least = min(least, max(most - taken + _reclaimable(folder), 0.0))
+    return least
+
+
+def own_memory() -> float:
+    """Return what this process may still take of its limits of address space and data [bytes], infinite without any."""
+    try:
+        import resource
+    except ImportError:  # Windows has none
+        return math.inf
+    import psutil
+
+    taken, least = psutil.Process(os.getpid()).memory_info(), math.inf
+    for kind, used in (("RLIMIT_AS", taken.vms), ("RLIMIT_DATA", getattr(taken, "data", taken.rss))):
+        limit = resource.getrlimit(getattr(resource, kind))[0] if hasattr(resource, kind) else resource.RLIM_INFINITY
+        if limit != resource.RLIM_INFINITY:
+            least = min(least, max(float(limit) - float(used), 0.0))
+    return least
+
+
+def _memberships(file: Path) -> Iterator[tuple[str, str]]:
+    """Yield controller and path of the groups that may limit memory: ``memory`` in version 1, empty in version 2."""
+    try:
+        lines = file.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError):
+        lines = []
+    for line in lines:
+        _, controllers, path = [*line.split(":", 2), "", ""][:3]
+        if not controllers or "memory" in controllers.split(","):
+            yield "memory" if controllers else "", path
+    if not lines:  # a container that hides where it is in: its own root may still be limited
+        yield "", "/"
+        yield "memory", "/"
+
+
+def _upwards(root: Path, path: str) -> Iterator[Path]:
+    """Yield a group's folder and all above it, up to the root, which alone is there in many containers."""
+    parts = [part for part in path.split("/") if part not in ("", ".", "..")]
+    for depth in range(len(parts), -1, -1):
+        yield root.joinpath(*parts[:depth])
+
+
+def _reclaimable(folder: Path) -> float:
+    """Return what a group counts as used and gives up when asked: files that are held in memory [bytes]."""
+    try:
+        text = (folder / "memory.stat").read_text(encoding="ascii")
+    except (OSError, UnicodeDecodeError):
+        return 0.0
+    found = dict(line.split(maxsplit=1) for line in text.splitlines() if " " in line)
+    try:
+        return float(found.get("total_inactive_file", found.get("inactive_file", 0.0)))
+    except ValueError:
+        return 0.0
+
+
+def _number(file: Path) -> float:
+    """Return the number in a file [bytes]; infinite for a limit of "max", 0 where there is none or no number."""
+    try:
+        text = file.read_text(encoding="ascii").strip()
+        return math.inf if text == "max" else float(text)
+    except (OSError, ValueError):
+        return math.inf if file.name in ("memory.max", "memory.limit_in_bytes") else 0.0
