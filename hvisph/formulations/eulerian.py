@@ -138,6 +138,9 @@ class Eulerian:
             "tensile_part": artificial_stress.tensile_part(dim),
         }
 
+    def limits(self) -> None:
+        """Return nothing: no law asks for what a particle bears."""
+
 
 def _pack(rows, s, coefficients, one):
     """Write what the standard law reads of `one`; return the speed of signals without the |mu| term."""

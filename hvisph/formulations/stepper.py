@@ -91,7 +91,7 @@ class Stepper:
         packer, options = self.formulation.pack(dim)
         parts = {part.__name__: bind(part, {}, offered) for part in single.PARTS}
         parts["pack"] = bind(packer, options, offered)
-        limits = self.formulation.limits() if hasattr(self.formulation, "limits") else None
+        limits = self.formulation.limits()
         parts["show_limits"] = bind(limits[0], limits[1], offered) if limits else parts["pack"]  # never called
         return bind(single.update, parts | {"LIMITED": int(limits is not None)}, offered, parallel=True)
 

@@ -132,6 +132,9 @@ class TotalLagrangian:
         """Return the packing function and what it is bound to."""
         return _pack, {}
 
+    def limits(self) -> None:
+        """Return nothing: no law asks for what a particle bears."""
+
 
 def _pack(rows, s, coefficients, one):
     """Write what the passes read, but for place of reference and kind, which stay; return the speed of signals."""
