@@ -1,22 +1,27 @@
 """hvisph: smoothed particle hydrodynamics for solids under high-velocity impact.
 
-`load_case`, `run`, `resume` and `measure` are imported when first used, so that importing
-the package stays light.
+What `__all__` names is imported when first used, so that importing the package stays light.
 """
 
 from importlib import import_module
 from typing import Any
 
 __version__ = "0.1.0"
-__all__ = ["load_case", "measure", "resume", "run", "sweep"]
+__all__ = ["load_case", "measure", "open_run", "report", "resume", "run", "sweep"]
 
 _LAZY = {
     "load_case": ("hvisph.casefile.loader", "load_case"),
     "run": ("hvisph.simulation.run", "run"),
     "resume": ("hvisph.simulation.resume", "resume"),
     "measure": ("hvisph.measures.measure", "measure"),
+    "open_run": ("hvisph.study.open_run", "open_run"),
+    "report": ("hvisph.report.build", "report"),
     "sweep": ("hvisph.sweeps.begin", "sweep"),
 }
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])
 
 
 def __getattr__(name: str) -> Any:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, snapshot
 
+from hvisph.core.measures import LAYER_CATALOGUE
 from hvisph.measures.layers import layer_measures, perforated, with_times
 from hvisph.measures.measure import measure_snapshot
 from hvisph.measures.roles import roles_of
@@ -174,3 +175,98 @@ def test_time_of_perforation_is_found_by_halving():
     assert first.results["perforation_time"].uncertainty == pytest.approx(0.5e-6)
     assert len(asked) < 16
     assert len(asked) == len(set(asked))
+
+
+def at_layer(start, now, number=0):
+    return layer_measures(Scene.of(now, start))[number].results
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_round_hole_has_its_diameter_in_every_direction(dim):
+    start, now = holed(dim, 10 * MM, 500.0, (True, False), radius=6 * MM)
+    found = at_layer(start, now)
+    # edges of a round hole in a lattice are stairs of one spacing
+    for name in ("hole_diameter", "hole_diameter_front", "hole_diameter_rear", "hole_diameter_clear"):
+        assert found[name].value == pytest.approx(12 * MM, abs=DX), name
+    assert 11 * MM < found["hole_diameter_least"].value <= found["hole_diameter"].value + 1e-12
+    assert found["hole_diameter"].value - 1e-12 <= found["hole_diameter_greatest"].value < 13 * MM
+    size = {2: 2 * 6 * MM, 3: np.pi * (6 * MM) ** 2}[dim]
+    if dim == 3:
+        assert found["hole_area"].value == pytest.approx(size, rel=0.05)
+    assert found["mass_lost"].value == pytest.approx(size * THICK * 2785.0, rel=0.05)
+    assert found["front_lip"].value == pytest.approx(0.0, abs=1e-12)
+    assert found["rear_lip"].value == pytest.approx(0.0, abs=1e-12)
+    assert {found[name].value for name in ("crater_depth", "bulge", "spall_mass")} == {None}
+
+
+def test_an_oval_hole_off_the_shot_line():
+    layers = plates(3)
+    start = moment([shot(3, -3 * MM), *layers], [1000.0, 0.0, 0.0])
+    parts = [shot(3, 10 * MM), *layers]
+    position, body = np.concatenate(parts), np.repeat([0, 1, 2], [len(part) for part in parts])
+    inside = ((position[:, 1] - 3 * MM) / (7 * MM)) ** 2 + ((position[:, 2] + 2 * MM) / (4 * MM)) ** 2 < 1.0
+    found = at_layer(start, moment(parts, [500.0, 0.0, 0.0], ~(inside & (body == 1)), time=1e-5))
+    assert found["hole_diameter_least"].value == pytest.approx(8 * MM, abs=1.5 * DX)
+    assert found["hole_diameter_greatest"].value == pytest.approx(14 * MM, abs=2 * DX)  # its pointed ends, by sectors of 2 dx
+    assert found["hole_area"].value == pytest.approx(np.pi * 28 * MM**2, rel=0.08)
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_crater_has_depth_diameter_and_a_bulge_behind_it(dim):
+    layers = plates(dim)
+    start = moment([shot(dim, -3 * MM), *layers], [1000.0, 0.0, 0.0])
+    parts = [shot(dim, -1.5 * MM), *layers]
+    position, body = np.concatenate(parts), np.repeat([0, 1, 2], [len(part) for part in parts])
+    radius = np.sqrt((position[:, 1:] ** 2).sum(axis=1))
+    parts[1] = parts[1].copy()
+    own = radius[body == 1]
+    parts[1][(own < 2 * MM) & (parts[1][:, 0] > 2 * MM), 0] += 1 * MM
+    pressed = (body == 1) & (radius < 4 * MM) & (position[:, 0] < 1.5 * MM)
+    found = at_layer(start, moment(parts, [0.0, 0.0, 0.0], ~pressed, time=1e-5))
+    assert found["crater_depth"].value == pytest.approx(1.5 * MM, abs=1e-9)
+    assert found["crater_diameter"].value == pytest.approx(8 * MM, abs=DX)
+    assert found["bulge"].value == pytest.approx(1 * MM, abs=1e-9)
+    assert {found[name].value for name in ("hole_diameter", "rear_lip", "spall_mass")} == {None}
+    assert "not perforated" in found["hole_diameter"].reason
+
+
+def test_spall_is_what_comes_off_the_rear():
+    layers = plates(3)
+    start = moment([shot(3, -3 * MM), *layers], [1000.0, 0.0, 0.0])
+    parts = [shot(3, -3 * MM), layers[0].copy(), layers[1]]
+    flake = (np.sqrt((parts[1][:, 1:] ** 2).sum(axis=1)) < 3 * MM) & (parts[1][:, 0] > 2 * MM)
+    parts[1][flake, 0] += 5 * MM
+    now = moment(parts, [-20.0, 0.0, 0.0], time=1e-5)
+    now.fields["velocity"][np.flatnonzero(now.body == 1)[flake], 0] = 150.0
+    found = at_layer(start, now)
+    assert found["spall_velocity"].value == pytest.approx(150.0)
+    assert found["spall_thickness"].value == pytest.approx(1 * MM)
+    assert found["spall_mass"].value == pytest.approx(flake.sum() * 2785.0 * DX**3)
+    assert found["mass_lost"].value == pytest.approx(found["spall_mass"].value)
+
+
+@pytest.mark.parametrize("angle", [30.0, 45.0, 60.0])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_an_oblique_plate_is_measured_along_its_own_normal(dim, angle):
+    """The plate of a normal shot, turned: its hole keeps its size about the plate's own normal."""
+    turn = np.eye(dim)
+    c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    turn[:2, :2] = [[c, -s], [s, c]]
+    plate = plates(dim)[0] - [0.5 * THICK, *[0.0] * (dim - 1)]
+    near = np.sqrt((plate[:, 1:] ** 2).sum(axis=1)) < 5 * MM
+    start = moment([shot(dim, -15 * MM), plate @ turn.T], [1000.0, 0.0])
+    parts = [shot(dim, 25 * MM), plate @ turn.T]
+    now = moment(parts, [500.0, 0.0], np.concatenate([np.ones(len(parts[0]), bool), ~near]), time=1e-5)
+    layer = layer_measures(Scene.of(now, start))[0]
+    assert np.degrees(layer.obliquity) == pytest.approx(angle, abs=1e-6)
+    assert layer.state == "yes"
+    assert layer.results["hole_diameter"].value == pytest.approx(10 * MM, abs=DX)
+    assert layer.results["rear_lip"].value == pytest.approx(0.0, abs=1e-12)
+
+
+def test_catalogue_of_layers_knows_every_measure_and_its_unit():
+    start, now = holed(3, 10 * MM, 500.0)
+    for layer in layer_measures(Scene.of(now, start)):
+        assert list(layer.results) == list(LAYER_CATALOGUE)
+        for name, result in layer.results.items():
+            assert result.unit == LAYER_CATALOGUE[name].unit, name

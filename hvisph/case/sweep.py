@@ -112,8 +112,8 @@ class Event(StrictModel):
     above: Annotated[float, Quantity(NUMBER)] = Field(
         default=0.5, description="The event has happened where the measure is above this [SI]"
     )
-    absent: Literal["below", "above", "error"] = Field(
-        default="error", description="What a measure without a value counts as"
+    absent: Literal["below", "above", "undecided"] = Field(
+        default="undecided", description="What a measure without a value counts as; undecided ends the search"
     )
 
 

@@ -129,7 +129,7 @@ def _fragments(found: Any, fewest: int) -> str:
 
 def _measures(source: str, found: Any, at: str | None) -> str:
     """Return the measures of the moment beside what is expected of them, or of all moments."""
-    from hvisph.cli.results import results_table
+    from hvisph.cli.results import results_table, sections_table
     from hvisph.cli.words import quantity
 
     if found.series:
@@ -137,7 +137,10 @@ def _measures(source: str, found: Any, at: str | None) -> str:
     case = _case_of(Path(source))
     expected = _expected(case, found) if at is None else []
     time = quantity(found.time, "" if found.unitless else "s")
-    shown = results_table(found.as_dict()["measures"], expected, found.unitless)
+    plain = found.as_dict()
+    shown = results_table(plain["measures"], expected, found.unitless)
+    sections = sections_table(plain, found.unitless)
+    shown += f"\n\n{sections}" if sections else ""
     head = f"{found.answer}\n\n" if found.answer else ""
     return f"t = {time}, step {found.step}\n\n{head}{shown}"
 

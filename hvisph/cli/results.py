@@ -45,6 +45,33 @@ def results_table(
     return _coloured(table(lines))
 
 
+def sections_table(plain: Mapping[str, Any], unitless: bool = False) -> str:
+    """Return the measures of layers, projectile and cloud as aligned text: a column a layer; empty without any.
+
+    Parameters
+    ----------
+    plain
+        A summary, or the plain form of measures.
+    unitless
+        True for a case without units.
+    """
+    from hvisph.measures.table import rows
+
+    blocks = []
+    for name, parts in (("layer", plain.get("layers", [])), *((k, plain.get(k)) for k in ("projectile", "cloud"))):
+        columns = parts if name == "layer" else [parts] if parts else []
+        found = [{row.name: row for row in rows({one: _result(values) for one, values in column["measures"].items()},
+                                                unitless=unitless)} for column in columns]  # fmt: skip
+        names = [one for one in (found[0] if found else {}) if any(column[one].value != "-" for column in found)]
+        names = [one for one in names if one != "perforated"]
+        if names:
+            heads = [column["body"] if name == "layer" else "" for column in columns]
+            lines = [(name, *heads)]
+            lines += [(found[0][one].label, *(column[one].value for column in found)) for one in names]
+            blocks.append(table(lines))
+    return "\n\n".join(blocks)
+
+
 def conservation_rows(summary: Mapping[str, Any]) -> dict[str, float | None]:
     """Return the drifts of a summary, those it has."""
     return {name: value for name, value in summary["conservation"].items() if value is not None}
@@ -53,7 +80,7 @@ def conservation_rows(summary: Mapping[str, Any]) -> dict[str, float | None]:
 def _result(plain: Mapping[str, Any]) -> Any:
     from hvisph.measures.result import Result
 
-    return Result(plain["value"], plain["unit"], plain["uncertainty"], plain.get("time"), plain.get("reason", ""))
+    return Result.from_dict(plain)
 
 
 def _verdict(passed: bool | None) -> str:

@@ -143,6 +143,9 @@ def _converge(found: dict[str, Any], record: Sequence[str] | None) -> str:
 def _limit(found: dict[str, Any]) -> str:
     unit = f" {found['unit']}" if found["unit"] else ""
     where = "".join(f"{path} = {value}: " for path, value in found["for"].items())
+    if found["undecided"]:
+        shots = ", ".join(map(str, found["undecided"]))
+        return f"{where}shots {shots} do not tell yet on which side they are: a later time.end is needed"
     if found["below"] is None or found["above"] is None:
         side = "every" if found["below"] is None else "no"
         return f"{where}{side} shot went through: no limit between the values that were tried"

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 # How many of a unit for people are in the SI unit that it stands for; what is not named here is shown as it is.
-PER_SI = {"cm": 1e2, "mm": 1e3, "GPa": 1e-9, "%": 1e2, "us": 1e6}
+PER_SI = {"cm": 1e2, "mm": 1e3, "GPa": 1e-9, "%": 1e2, "us": 1e6, "g": 1e3, "mm^2": 1e6, "J": 1.0}
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class Look:
     @property
     def factor(self) -> float:
         """How many of `unit` are in the SI unit."""
-        return PER_SI.get(self.unit, 1.0)
+        return PER_SI.get(self.unit.split("/m")[0], 1.0)
 
 
 @dataclass(frozen=True)
@@ -123,6 +123,29 @@ LAYER_CATALOGUE: dict[str, Measure] = {
     for measure in (
         _measure("perforated", "", _SOLID, "Whether the layer is perforated: 1 or 0", "perforated", "", 0),
         _measure("perforation_time", "s", _SOLID, "When a way first led through it", "perforated at", "us", 2),
+        _measure("hole_diameter", "m", _SOLID, "Mean diameter of the hole over the layer's thickness",
+                 "hole diameter", "mm", 2),
+        _measure("hole_diameter_least", "m", _SOLID, "Least diameter in any direction and depth",
+                 "hole diameter, least", "mm", 2),
+        _measure("hole_diameter_greatest", "m", _SOLID, "Greatest diameter in any direction and depth",
+                 "hole diameter, greatest", "mm", 2),
+        _measure("hole_diameter_front", "m", _SOLID, "Mean diameter at the struck face", "hole at the front", "mm", 2),
+        _measure("hole_diameter_rear", "m", _SOLID, "Mean diameter at the rear face", "hole at the rear", "mm", 2),
+        _measure("hole_diameter_clear", "m", _SOLID, "Mean diameter of what is clear along the layer's normal",
+                 "hole, clear", "mm", 2),
+        _measure("hole_area", "m^2", (3,), "Mean area of the hole over the layer's thickness", "hole area", "mm^2", 1),
+        _measure("crater_depth", "m", _SOLID, "Deepest point of the struck face", "crater depth", "mm", 2),
+        _measure("crater_diameter", "m", _SOLID, "Mean diameter of the crater at the level of the struck face",
+                 "crater diameter", "mm", 2),
+        _measure("bulge", "m", _SOLID, "How far the rear face stands out", "bulge", "mm", 2),
+        _measure("spall_mass", "kg", _SOLID, "Mass of what has come off the rear", "spall", "g", 3),
+        _measure("spall_thickness", "m", _SOLID, "Thickness of its largest piece", "spall thickness", "mm", 2),
+        _measure("spall_velocity", "m/s", _SOLID, "Mean velocity of it along the normal", "spall velocity", "m/s", 1),
+        _measure("front_lip", "m", _SOLID, "Height of the lip on the struck face", "lip, front", "mm", 2),
+        _measure("rear_lip", "m", _SOLID, "Height of the lip on the rear face of a perforated layer",
+                 "lip, rear", "mm", 2),
+        _measure("mass_lost", "kg", _SOLID, "Mass that is not attached to the layer's rim any more",
+                 "mass lost", "g", 3),
     )
 }  # fmt: skip
 
@@ -164,4 +187,8 @@ def look_of(name: str, unit: str = "", unitless: bool = False) -> Look:
     else:
         words = name.replace("_", " ")
         look = DRIFTS.get(name) or Look(words, words, unit, -1)
-    return Look(look.label, look.short, "", -1) if unitless and look.unit != "%" else look
+    if unitless and look.unit != "%":
+        return Look(look.label, look.short, "", -1)
+    if look.unit == "g" and unit.startswith("kg/"):  # masses are per metre in 2D
+        return Look(look.label, look.short, "g" + unit[2:], look.decimals)
+    return look

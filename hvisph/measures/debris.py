@@ -13,7 +13,6 @@ from hvisph.measures.groups import Fragment
 from hvisph.measures.plug import FEWEST, attached, plug_of
 from hvisph.measures.scene import Scene
 
-MASS_UNITS = {1: "kg/m^2", 2: "kg/m", 3: "kg"}
 ALIKE = 1e-9  # masses that differ by less, relatively, are one mass: round-off of their sums
 
 

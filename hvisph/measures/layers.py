@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from hvisph.core.measures import LAYER_CATALOGUE
+from hvisph.measures.marks import marks, unit_of
 from hvisph.measures.perforation import NO, NOT_YET, YES, Perforation, perforation
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import Scene
@@ -104,15 +105,20 @@ def states(scene: Scene) -> list[str]:
 
 def _layer(scene: Scene, body: int) -> LayerMeasures:
     plate = scene.plate(body)
-    state, reason, _ = _perforation(scene, body)
+    state, reason, found = _perforation(scene, body)
     name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
     results = {"perforated": _answer(state, reason)}
     if state == YES:
         results["perforation_time"] = meaningless("s", "a single moment does not tell when")
     else:
         results["perforation_time"] = meaningless("s", f"not perforated: {reason}" if state else reason)
-    assert results.keys() == LAYER_CATALOGUE.keys()
-    return LayerMeasures(name, state, results, None if plate is None else plate.obliquity)
+    if found is None or plate is None:
+        dim = scene.now.dimensions
+        results |= {one: meaningless(unit_of(one, dim), reason) for one in LAYER_CATALOGUE if one not in results}
+    else:
+        results |= marks(scene, plate, found)
+    return LayerMeasures(name, state, {one: results[one].finite() for one in LAYER_CATALOGUE},
+                         None if plate is None else plate.obliquity)  # fmt: skip
 
 
 def _answer(state: str, reason: str) -> Result:

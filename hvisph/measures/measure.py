@@ -13,14 +13,14 @@ import numpy as np
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measures import CATALOGUE, reported
 from hvisph.measures.answer import answer
-from hvisph.measures.debris import MASS_UNITS, BodyFragments, debris
+from hvisph.measures.debris import BodyFragments, debris
 from hvisph.measures.layers import LayerMeasures, layer_measures, perforated, states, with_times
 from hvisph.measures.lengths import crater_diameter, extension, penetration
 from hvisph.measures.motion import momentum_transfer, residual_velocity
 from hvisph.measures.plateau import plateau
 from hvisph.measures.plug import FEWEST, plug_and_lip
 from hvisph.measures.pressure import centre_pressure_peak, centre_tension_peak
-from hvisph.measures.result import Result, meaningless
+from hvisph.measures.result import MASS_UNITS, Result, meaningless
 from hvisph.measures.scene import Scene
 from hvisph.measures.voids import void_fraction
 from hvisph.measures.whole import Whole
@@ -233,7 +233,7 @@ def measure_snapshot(
     if now.dimensions == 1:
         behind_shocks = plateau(scene)
         results |= {"plateau_stress": behind_shocks.stress, "interface_velocity": behind_shocks.velocity}
-    results = {name: _finite(result) for name, result in results.items()}
+    results = {name: result.finite() for name, result in results.items()}
     return Measures(
         source=source,
         title=str(now.metadata.get("title", "")),
@@ -254,8 +254,3 @@ def unmeasured(now: Snapshot, reason: str) -> Measures:
     results = {name: meaningless(CATALOGUE[name].unit, reason) for name in reported(now.dimensions)}
     return Measures("", str(now.metadata.get("title", "")), now.time, now.step, results, now.dimensions)
 
-
-def _finite(result: Result) -> Result:
-    if result.value is None or np.isfinite(result.value):
-        return result
-    return meaningless(result.unit, "its value is not finite")

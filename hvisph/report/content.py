@@ -70,6 +70,7 @@ class Told:
             "verdict": verdict,
             "mood": mood,
             "main_rows": [asdict(row) for row in shown[:12]],
+            "layers": self._layers(),
             "all_rows": [asdict(row) for row in table],
             "has_expected": any(row.passed is not None for row in table),
             "frames": packed.content,
@@ -104,7 +105,7 @@ class Told:
         failure = self.summary.get("failure")
         if failure:
             parts.append(str(failure.get("message", "")))
-        headline = self.summary.get("verdict")
+        headline = self.summary.get("answer")
         if headline:
             parts.append(str(headline))
         expected = self.summary.get("expected", [])
@@ -119,10 +120,22 @@ class Told:
 
     def _rows(self) -> list[Row]:
         found: dict[str, Any] = {
-            name: Result(one["value"], one["unit"], one["uncertainty"], one.get("time"), one.get("reason", ""))
+            name: Result.from_dict(one)
             for name, one in self.measures.items()
         }
         return rows(found, self.summary.get("expected", []), self.unitless)
+
+    def _layers(self) -> list[dict[str, Any]]:
+        """Return each layer of the target: its name, whether it is perforated, and its measures as text."""
+        told = []
+        for layer in self.summary.get("layers", []):
+            found: dict[str, Any] = {
+                name: Result(one["value"], one["unit"], one["uncertainty"], one.get("time"), one.get("reason", ""))
+                for name, one in layer["measures"].items()
+            }
+            shown = [asdict(row) for row in rows(found, (), self.unitless) if row.value != "-"]
+            told.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": shown})
+        return told
 
     def _moments(self) -> list[tuple[str, float, str]]:
         found = moments(self.history, self.last.time, self.measures)

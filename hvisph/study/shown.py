@@ -8,6 +8,7 @@ from pathlib import Path
 from hvisph.casefile.embedded import formulation, symmetry_axes
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import snapshots_at
+from hvisph.output.snapshot import Snapshot
 from hvisph.pictures.view import Moment
 
 
@@ -32,15 +33,17 @@ def shown_moments(path: Path, at: Sequence[float] | str | None, named: bool) -> 
     """
     if not path.exists():
         raise CaseError(f"there is no run at {path}")
-    found = []
-    for snapshot in snapshots_at(path, at):
-        unitless = snapshot.metadata.get("units") == "none"
-        told = [path.name if named else ""]
-        told.append(f"t = {snapshot.time:.4g}" if unitless else f"t = {snapshot.time * 1e6:.2f} us")
-        spacing = snapshot.metadata.get("spacing")
-        if isinstance(spacing, float):
-            told.append(f"dx = {spacing:.3g}" if unitless else f"dx = {spacing * 1e3:.3g} mm")
-        case = snapshot.metadata.get("case")
-        told.append(formulation(case))
-        found.append(Moment(snapshot, symmetry_axes(case), ", ".join(part for part in told if part)))
-    return found
+    return [moment_of(snapshot, path.name if named else "") for snapshot in snapshots_at(path, at)]
+
+
+def moment_of(snapshot: Snapshot, name: str = "") -> Moment:
+    """Return a snapshot to show, with time, spacing and formulation in its title."""
+    unitless = snapshot.metadata.get("units") == "none"
+    told = [name]
+    told.append(f"t = {snapshot.time:.4g}" if unitless else f"t = {snapshot.time * 1e6:.2f} us")
+    spacing = snapshot.metadata.get("spacing")
+    if isinstance(spacing, float):
+        told.append(f"dx = {spacing:.3g}" if unitless else f"dx = {spacing * 1e3:.3g} mm")
+    case = snapshot.metadata.get("case")
+    told.append(formulation(case))
+    return Moment(snapshot, symmetry_axes(case), ", ".join(part for part in told if part))

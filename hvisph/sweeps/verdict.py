@@ -43,8 +43,11 @@ def following(vary: Any, base: Mapping[str, Any], rows: Sequence[Row], points: i
     *_, width = Scale(vary.path, [*vary.between, vary.until], base).numbers
     found: list[Values] = []
     for fixed, group in _groups(vary, [row for row in rows if row["status"] == "done"]):
+        decided = _decided(vary.event, group)
+        if len(decided) < len(group):  # a shot that tells nothing now would tell nothing again
+            continue
         scale = Scale(vary.path, [*vary.between, vary.until, *(row["values"][vary.path] for row in group)], base)
-        known = bracket(scale.numbers[3:], [_happened(vary.event, row) for row in group])
+        known = bracket(scale.numbers[3:], [yes for _, yes in decided])
         found += [fixed | {vary.path: scale.value(number)} for number in next_values(known, points, width)]
     return found
 
@@ -56,17 +59,25 @@ def _groups(vary: models.Bisect, rows: Sequence[Row]) -> list[tuple[Values, list
     ]
 
 
-def _happened(event: models.Event, row: Row) -> bool:
+def _happened(event: models.Event, row: Row) -> bool | None:
+    """Return on which side of the limit a case is; None where its measure does not tell."""
     value = row["measures"].get(event.measure, {}).get("value")
     if value is None:
-        return event.absent == "above"
+        return None if event.absent == "undecided" else event.absent == "above"
     return float(value) > event.above
 
 
+def _decided(event: models.Event, rows: Sequence[Row]) -> list[tuple[Row, bool]]:
+    found = [(row, _happened(event, row)) for row in rows]
+    return [(row, yes) for row, yes in found if yes is not None]
+
+
 def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Sequence[Row]) -> dict[str, Any]:
+    decided = _decided(vary.event, rows)
+    undecided = [row["number"] for row in rows if _happened(vary.event, row) is None]
+    rows, happened = [row for row, _ in decided], [yes for _, yes in decided]
     scale = Scale(vary.path, [*vary.between, *(row["values"][vary.path] for row in rows)], base)
     numbers = scale.numbers[2:]
-    happened = [_happened(vary.event, row) for row in rows]
     found = bracket(numbers, happened)
     shots = [
         {"number": row["number"], "value": number, "happened": yes,
@@ -80,7 +91,7 @@ def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Se
         curve = lambert_jonas([factor * s["value"] for s in through], [abs(s["residual"]) for s in through],
                               bracket([factor * number for number in numbers], happened))  # fmt: skip
     return {"for": fixed, "path": vary.path, "unit": scale.unit, **found.as_dict(), "shots": shots,
-            "lambert_jonas": None if curve is None else curve.as_dict()}  # fmt: skip
+            "undecided": undecided, "lambert_jonas": None if curve is None else curve.as_dict()}  # fmt: skip
 
 
 FACTORS = {"": 1.0, "m/s": 1.0, "km/s": 1000.0, "mm/us": 1000.0}  # [m/s]

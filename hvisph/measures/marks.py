@@ -1,0 +1,155 @@
+"""What the shot left in and on a layer: hole, crater, bulge, lips, spall and mass lost.
+
+Lengths are from surface to surface, the surface being half a spacing outside the outermost particles; depths and
+heights are along the layer's own normal. All of it is about what is attached to the layer's rim.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.measures.holes import Opening, opening, openings
+from hvisph.measures.perforation import SLOW, YES, Perforation
+from hvisph.measures.plates import RIM, Plate
+from hvisph.measures.plug import FEWEST, attached
+from hvisph.measures.result import MASS_UNITS, Result, meaningless
+from hvisph.measures.scene import Scene
+
+HOLE = ("hole_diameter", "hole_diameter_least", "hole_diameter_greatest", "hole_diameter_front",
+        "hole_diameter_rear", "hole_diameter_clear", "hole_area")  # fmt: skip
+CRATER = ("crater_depth", "crater_diameter", "bulge")
+SPALL = ("spall_mass", "spall_thickness", "spall_velocity")
+UNITS = {"hole_area": "m^2", "spall_velocity": "m/s"}
+
+
+def marks(scene: Scene, plate: Plate, found: Perforation) -> dict[str, Result]:
+    """Return the marks of a layer; those of a hole where it is perforated, those of a crater where it is not."""
+    fixed = found.attached
+    depth, across = plate.depth(scene.position[fixed]), plate.across(scene.position[fixed])
+    open_ = found.state == YES
+    results: dict[str, Result] = {}
+    if open_:
+        results |= _hole(scene, plate, depth, across)
+        results |= _none(scene, CRATER, "the layer is perforated")
+        results |= _none(scene, SPALL, "the layer is perforated: what flies on is in the cloud")
+    else:
+        reason = f"not perforated: {found.reason}"
+        results |= _none(scene, HOLE, reason)
+        results |= _crater(scene, plate, depth, across)
+        results |= _spall(scene, plate, found)
+    results |= _lips(scene, plate, depth, open_)
+    return results | {"mass_lost": _mass_lost(scene, plate, fixed)}
+
+
+def _hole(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -> dict[str, Result]:
+    through = openings(plate, depth, across, scene.spacing)
+    if not through:
+        return _none(scene, HOLE, "the hole is not enclosed by what is left of the layer")
+    means = np.array([one.diameters.mean() for one in through])
+    scatter = float(means.std(ddof=1)) if len(means) > 1 else 0.0
+    clear = opening(across, np.zeros(across.shape[1]), scene.spacing)
+    area = meaningless("m^2", "a hole has an area in 3D only")
+    if scene.now.dimensions == 3:
+        size = float(np.mean([one.area for one in through]))
+        area = Result(size, "m^2", scene.spacing * float(np.sqrt(np.pi * size)))
+    return {
+        "hole_diameter": _length(scene, float(means.mean()), scatter),
+        "hole_diameter_least": _length(scene, float(min(one.diameters.min() for one in through))),
+        "hole_diameter_greatest": _length(scene, float(max(one.diameters.max() for one in through))),
+        "hole_diameter_front": _length(scene, float(means[0])),
+        "hole_diameter_rear": _length(scene, float(means[-1])),
+        "hole_diameter_clear": _clear(scene, clear),
+        "hole_area": area,
+    }
+
+
+def _clear(scene: Scene, clear: Opening | None) -> Result:
+    if clear is None or not clear.diameters.mean() > 0.0:
+        return meaningless("m", "attached matter hangs over the hole")
+    return _length(scene, float(clear.diameters.mean()))
+
+
+def _crater(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -> dict[str, Result]:
+    """Return how deep the struck face is pressed in, how wide at its own level, and how far the rear stands out."""
+    inner = plate.outward(across) < RIM
+    if not inner.any():
+        return _none(scene, CRATER, "nothing of the layer is left within its rim")
+    surface = _front_surface(depth[inner], across[inner], 2.0 * scene.spacing) - 0.5 * scene.spacing
+    deepest = max(float(surface.max()), 0.0)
+    bulge = max(float(depth[inner].max()) + 0.5 * scene.spacing - plate.thickness, 0.0)
+    found = {"crater_depth": _length(scene, deepest), "bulge": _length(scene, bulge)}
+    level = (depth >= 0.0) & (depth < scene.spacing)
+    wide = opening(across[level], np.zeros(across.shape[1]), scene.spacing)
+    if deepest < scene.spacing or wide is None:
+        found["crater_diameter"] = meaningless("m", "the struck face is whole")
+    else:
+        found["crater_diameter"] = _length(scene, float(wide.diameters.mean()))
+    return found
+
+
+def _front_surface(depth: np.ndarray, across: np.ndarray, cell: float) -> np.ndarray:
+    """Return the least depth in each cell of the plane that holds particles [m]."""
+    place = np.floor(across / cell + 1e-9).astype(np.int64)
+    place -= place.min(axis=0)
+    key = np.ravel_multi_index(tuple(place.T), tuple(place.max(axis=0) + 1))
+    _, group = np.unique(key, return_inverse=True)
+    least = np.full(int(group.max()) + 1, np.inf)
+    np.minimum.at(least, group, depth)
+    return least
+
+
+def _spall(scene: Scene, plate: Plate, found: Perforation) -> dict[str, Result]:
+    """Return what has come off the rear: detached pieces that fly on, away from what is attached."""
+    along = np.array(plate.basis[0])
+    mass, velocity = scene.now.fields["mass"], scene.now.fields["velocity"] @ along
+    rest = float(np.average(velocity[found.attached], weights=mass[found.attached]))
+    least = SLOW * (scene.shot.speed or 0.0)
+    groups = zip(scene.fragments(plate.body), attached(scene, plate.body), strict=True)
+    pieces = [
+        piece for piece, holds in groups
+        if not holds and piece.count >= FEWEST and piece.velocity @ along - rest > least
+        and plate.depth(piece.centre) > 0.5 * plate.thickness
+    ]  # fmt: skip
+    if not pieces:
+        return _none(scene, SPALL, "nothing has come off the rear")
+    rows = np.concatenate([piece.particles for piece in pieces])
+    largest = plate.depth(scene.position[pieces[0].particles])
+    speed = float(np.average(velocity[rows], weights=mass[rows]))
+    return {
+        "spall_mass": Result(float(mass[rows].sum()), MASS_UNITS[scene.now.dimensions]),
+        "spall_thickness": _length(scene, float(np.ptp(largest)) + scene.spacing),
+        "spall_velocity": Result(speed, "m/s", float(velocity[rows].std() / np.sqrt(len(rows)))),
+    }
+
+
+def _lips(scene: Scene, plate: Plate, depth: np.ndarray, open_: bool) -> dict[str, Result]:
+    """Return how far attached matter stands out of the struck face and, where there is a hole, of the rear."""
+    if len(depth) == 0:
+        return _none(scene, ("front_lip", "rear_lip"), "nothing of the layer is attached to its rim")
+    half = 0.5 * scene.spacing
+    rear = meaningless("m", "the layer is not perforated: its rear bulges")
+    if open_:
+        rear = _length(scene, max(float(depth.max()) + half - plate.thickness, 0.0))
+    return {"front_lip": _length(scene, max(half - float(depth.min()), 0.0)), "rear_lip": rear}
+
+
+def _mass_lost(scene: Scene, plate: Plate, fixed: np.ndarray) -> Result:
+    """Return what of the layer's mass is not attached to its rim any more."""
+    mass = scene.now.fields["mass"]
+    known = scene.shot.masses
+    before = known[plate.body] if len(known) > plate.body else float(mass[scene.now.body == plate.body].sum())
+    lost = max(before - float(mass[fixed].sum()), 0.0)
+    return Result(0.0 if lost < 1e-9 * before else lost, MASS_UNITS[scene.now.dimensions])
+
+
+def _length(scene: Scene, value: float, scatter: float = 0.0) -> Result:
+    return Result(value, "m", float(np.hypot(scene.spacing, scatter)), spacing=scene.spacing, support=scene.support)
+
+
+def _none(scene: Scene, names: tuple[str, ...], reason: str) -> dict[str, Result]:
+    return {name: meaningless(unit_of(name, scene.now.dimensions), reason) for name in names}
+
+
+def unit_of(name: str, dim: int) -> str:
+    """Return the SI unit of a layer's measure: masses are per depth in 2D and per area in 1D."""
+    return MASS_UNITS[dim] if name.endswith(("_mass", "mass_lost")) else UNITS.get(name, "m")
