@@ -215,6 +215,7 @@ def summary(measures):
     plain = measures.as_dict()
     return {
         "answer": plain["answer"], "layers": plain["layers"], "whole": plain["whole"],
+        "projectile": plain["projectile"], "cloud": plain["cloud"],
         "title": "synthetic", "code_version": "0.1.0", "case_hash": "0123abcd", "status": "done",
         "end_time": 8e-6, "failure": None, "particles": 12000, "steps": 2500, "threads": 2,
         "wall_seconds": 7.5, "microseconds_per_particle_step": 0.25, "measures": plain["measures"],

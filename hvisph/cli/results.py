@@ -67,9 +67,13 @@ def sections_table(plain: Mapping[str, Any], unitless: bool = False) -> str:
         if names:
             heads = [column["body"] if name == "layer" else "" for column in columns]
             lines = [(name, *heads)]
-            lines += [(found[0][one].label, *(column[one].value for column in found)) for one in names]
+            lines += [(found[0][one].label, *(_noted(column[one]) for column in found)) for one in names]
             blocks.append(table(lines))
     return "\n\n".join(blocks)
+
+
+def _noted(row: Any) -> str:
+    return f"{row.value} (not settled)" if "not settled" in row.note else str(row.value)
 
 
 def conservation_rows(summary: Mapping[str, Any]) -> dict[str, float | None]:

@@ -6,10 +6,11 @@ A new measure is a function in `hvisph.measures`, called in its `measure`, and a
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 # How many of a unit for people are in the SI unit that it stands for; what is not named here is shown as it is.
-PER_SI = {"cm": 1e2, "mm": 1e3, "GPa": 1e-9, "%": 1e2, "us": 1e6, "g": 1e3, "mm^2": 1e6, "J": 1.0}
+PER_SI = {"cm": 1e2, "mm": 1e3, "GPa": 1e-9, "%": 1e2, "us": 1e6, "g": 1e3, "mm^2": 1e6, "deg": math.degrees(1.0)}
 
 
 @dataclass(frozen=True)
@@ -146,6 +147,56 @@ LAYER_CATALOGUE: dict[str, Measure] = {
                  "lip, rear", "mm", 2),
         _measure("mass_lost", "kg", _SOLID, "Mass that is not attached to the layer's rim any more",
                  "mass lost", "g", 3),
+        _measure("hole_diameter_by_mass", "m", _SOLID, "Diameter of the hole that the mass lost would fill",
+                 "hole, by mass lost", "mm", 2),
+    )
+}  # fmt: skip
+
+# Measures of what is left of the projectile.
+PROJECTILE_CATALOGUE: dict[str, Measure] = {
+    measure.name: measure
+    for measure in (
+        _measure("residual_mass", "kg", _SOLID, "Mass of all pieces of 1 % of the projectile's mass or more",
+                 "residual mass", "g", 3),
+        _measure("residual_velocity_largest", "m/s", _SOLID, "Axial velocity of the largest piece",
+                 "residual velocity, largest piece", "m/s", 1),
+        _measure("residual_angle", "rad", _SOLID, "Angle between its velocity and the shot line",
+                 "residual direction", "deg", 2),
+        _measure("residual_velocity_pieces", "m/s", _SOLID, "Axial velocity of all pieces of 1 % of the mass or more",
+                 "residual velocity, pieces", "m/s", 1),
+        _measure("residual_velocity_all", "m/s", _SOLID, "Axial velocity of all of the projectile's matter",
+                 "residual velocity, all", "m/s", 1),
+        _measure("largest_share", "", _ANY, "Share of the projectile's mass in its largest piece",
+                 "largest piece", "%", 1),
+        _measure("pieces_share", "", _ANY, "Share of it in pieces of 1 % or more", "pieces", "%", 1),
+        _measure("length", "m", _SOLID, "Length of the largest piece along the shot line", "length", "mm", 2),
+        _measure("erosion", "m", _SOLID, "Length that the projectile has lost", "length lost", "mm", 2),
+        _measure("depth", "m", _SOLID, "Its front behind the first layer's struck face, along the normal",
+                 "depth", "mm", 2),
+    )
+}  # fmt: skip
+
+# Measures of the debris cloud.
+CLOUD_CATALOGUE: dict[str, Measure] = {
+    measure.name: measure
+    for measure in (
+        _measure("front_velocity", "m/s", _SOLID, "Axial velocity that 99.9 % of the cloud's mass stay below",
+                 "front velocity, 99.9 %", "m/s", 0),
+        _measure("front_velocity_99", "m/s", _SOLID, "That 99 % stay below", "front velocity, 99 %", "m/s", 0),
+        _measure("front_velocity_90", "m/s", _SOLID, "That 90 % stay below", "front velocity, 90 %", "m/s", 0),
+        _measure("rear_velocity", "m/s", _SOLID, "Axial velocity that 99 % of the cloud's mass exceed",
+                 "rear velocity", "m/s", 0),
+        _measure("radial_velocity", "m/s", _SOLID, "Radial velocity that 99.9 % of the cloud's mass stay below",
+                 "radial velocity, 99.9 %", "m/s", 0),
+        _measure("radial_velocity_99", "m/s", _SOLID, "That 99 % stay below", "radial velocity, 99 %", "m/s", 0),
+        _measure("radial_velocity_90", "m/s", _SOLID, "That 90 % stay below", "radial velocity, 90 %", "m/s", 0),
+        _measure("cloud_length", "m", _SOLID, "Length of the cloud, of 99 % of its mass", "length", "mm", 1),
+        _measure("cloud_width", "m", _SOLID, "Width of the cloud, of 99 % of its mass", "width", "mm", 1),
+        _measure("half_angle", "rad", _SOLID, "Angle from the shot line that 90 % of the mass fly within",
+                 "half angle", "deg", 1),
+        _measure("cloud_mass", "kg", _SOLID, "Mass of the cloud", "mass", "g", 3),
+        _measure("cloud_momentum", "N s", _SOLID, "Axial momentum of the cloud", "momentum", "N s", 3),
+        _measure("cloud_energy", "J", _SOLID, "Kinetic energy of the cloud", "kinetic energy", "J", 1),
     )
 }  # fmt: skip
 
@@ -181,7 +232,8 @@ def look_of(name: str, unit: str = "", unitless: bool = False) -> Look:
     unitless
         Whether the case has no units: all but shares are shown as they are.
     """
-    known = CATALOGUE.get(name) or LAYER_CATALOGUE.get(name)
+    every = (CATALOGUE, LAYER_CATALOGUE, PROJECTILE_CATALOGUE, CLOUD_CATALOGUE)
+    known = next((catalogue[name] for catalogue in every if name in catalogue), None)
     if known is not None:
         look = known.look
     else:
@@ -189,6 +241,6 @@ def look_of(name: str, unit: str = "", unitless: bool = False) -> Look:
         look = DRIFTS.get(name) or Look(words, words, unit, -1)
     if unitless and look.unit != "%":
         return Look(look.label, look.short, "", -1)
-    if look.unit == "g" and unit.startswith("kg/"):  # masses are per metre in 2D
-        return Look(look.label, look.short, "g" + unit[2:], look.decimals)
+    if look.unit in ("g", "N s", "J") and "/m" in unit:  # per metre in 2D
+        return Look(look.label, look.short, f"{look.unit}/m{unit.partition('/m')[2]}", look.decimals)
     return look

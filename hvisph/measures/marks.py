@@ -38,7 +38,8 @@ def marks(scene: Scene, plate: Plate, found: Perforation) -> dict[str, Result]:
         results |= _crater(scene, plate, depth, across)
         results |= _spall(scene, plate, found)
     results |= _lips(scene, plate, depth, open_)
-    return results | {"mass_lost": _mass_lost(scene, plate, fixed)}
+    lost = _mass_lost(scene, plate, fixed)
+    return results | {"mass_lost": lost, "hole_diameter_by_mass": _by_mass(scene, plate, lost, open_, found.reason)}
 
 
 def _hole(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -> dict[str, Result]:
@@ -140,6 +141,17 @@ def _mass_lost(scene: Scene, plate: Plate, fixed: np.ndarray) -> Result:
     before = known[plate.body] if len(known) > plate.body else float(mass[scene.now.body == plate.body].sum())
     lost = max(before - float(mass[fixed].sum()), 0.0)
     return Result(0.0 if lost < 1e-9 * before else lost, MASS_UNITS[scene.now.dimensions])
+
+
+def _by_mass(scene: Scene, plate: Plate, lost: Result, open_: bool, reason: str) -> Result:
+    """Return the diameter of the round hole through the whole thickness from which the mass lost would have come."""
+    if not open_:
+        return meaningless("m", f"not perforated: {reason}")
+    if scene.start is None or "density" not in scene.start.fields or scene.now.dimensions == 1:
+        return meaningless("m", "the layer's density at the start is not known")
+    density = float(scene.start.fields["density"][scene.start.body == plate.body].mean())
+    size = (lost.value or 0.0) / (density * plate.thickness)
+    return _length(scene, size if scene.now.dimensions == 2 else float(np.sqrt(4.0 * size / np.pi)))
 
 
 def _length(scene: Scene, value: float, scatter: float = 0.0) -> Result:

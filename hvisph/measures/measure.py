@@ -13,6 +13,7 @@ import numpy as np
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measures import CATALOGUE, reported
 from hvisph.measures.answer import answer
+from hvisph.measures.cloud import Cloud, cloud
 from hvisph.measures.debris import BodyFragments, debris
 from hvisph.measures.layers import LayerMeasures, layer_measures, perforated, states, with_times
 from hvisph.measures.lengths import crater_diameter, extension, penetration
@@ -20,8 +21,10 @@ from hvisph.measures.motion import momentum_transfer, residual_velocity
 from hvisph.measures.plateau import plateau
 from hvisph.measures.plug import FEWEST, plug_and_lip
 from hvisph.measures.pressure import centre_pressure_peak, centre_tension_peak
+from hvisph.measures.residue import residue
 from hvisph.measures.result import MASS_UNITS, Result, meaningless
 from hvisph.measures.scene import Scene
+from hvisph.measures.swing import LATELY, MOST, lately, swinging
 from hvisph.measures.voids import void_fraction
 from hvisph.measures.whole import Whole
 from hvisph.output.snapshot import Snapshot
@@ -55,6 +58,10 @@ class Measures:
         One line: which layers are perforated.
     whole
         How the whole model, which is what is measured, follows from what was computed.
+    projectile
+        What is left of the projectile, by name.
+    cloud
+        What flies on behind the perforated layers.
     series
         Where every moment was asked for: all of them, in the order of time. This one is the last.
     """
@@ -70,6 +77,8 @@ class Measures:
     layers: tuple[LayerMeasures, ...] = ()
     answer: str = ""
     whole: Whole = field(default_factory=Whole)
+    projectile: dict[str, Result] = field(default_factory=dict)
+    cloud: Cloud = field(default_factory=lambda: Cloud({}))
     series: tuple[Measures, ...] = field(default=(), compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Result:
@@ -90,6 +99,8 @@ class Measures:
             "answer": self.answer,
             "measures": {name: result.as_dict() for name, result in self.results.items()},
             "layers": [layer.as_dict() for layer in self.layers],
+            "projectile": {"measures": {name: result.as_dict() for name, result in self.projectile.items()}},
+            "cloud": self.cloud.as_dict(),
             "whole": self.whole.as_dict(),
         }
         if self.series:
@@ -163,17 +174,18 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None) -> Me
         moments = tuple(measure_snapshot(reader.read_snapshot(file), start, history, str(path)) for file in files)
         known = [(moment.time, [layer.state for layer in moment.layers]) for moment in moments]
         moments = tuple(_timed(moment, number + 1, known.__getitem__) for number, moment in enumerate(moments))
+        moments = tuple(_swung(moment, moments[:number]) for number, moment in enumerate(moments))
         return replace(moments[-1], series=moments)
     if at is None:
-        return timed(measure_snapshot(reader.read_snapshot(files[-1]), start, history, str(path)), files, start)
+        return in_time(measure_snapshot(reader.read_snapshot(files[-1]), start, history, str(path)), files, start)
     times = (reader.read_snapshot(file).time for file in files)
     number = min(enumerate(times), key=lambda known: abs(known[1] - float(at)))[0]
     now = reader.read_snapshot(files[number])
-    return timed(measure_snapshot(now, start, history, str(path)), files[: number + 1], start)
+    return in_time(measure_snapshot(now, start, history, str(path)), files[: number + 1], start)
 
 
-def timed(found: Measures, files: Sequence[Path], start: Snapshot | None) -> Measures:
-    """Return measures with the times at which layers were perforated, as the run's snapshots tell them.
+def in_time(found: Measures, files: Sequence[Path], start: Snapshot | None) -> Measures:
+    """Return measures with what only earlier snapshots tell: how far they swing, and when layers were perforated.
 
     Parameters
     ----------
@@ -190,7 +202,36 @@ def timed(found: Measures, files: Sequence[Path], start: Snapshot | None) -> Mea
         snapshot = reader.read_snapshot(files[number])
         return snapshot.time, states(Scene.of(snapshot, start))
 
+    from hvisph.output import names
+
+    earlier = [file for file in files if file.stem != names.POST_MORTEM][:-1]
+    if earlier:
+        recent = [reader.read_snapshot(earlier[-1])]
+        for file in reversed(earlier[:-1]):
+            before = reader.read_snapshot(file)
+            if len(recent) >= MOST or before.time < (1.0 - LATELY) * found.time:
+                break
+            recent.append(before)
+        found = _swung(found, [measure_snapshot(one, start) for one in reversed(recent)])
     return _timed(found, len(files), moment)
+
+
+def _swung(found: Measures, earlier: Sequence[Measures]) -> Measures:
+    """Return measures with their swing over the last tenth of the run."""
+    earlier = [earlier[number] for number in lately([one.time for one in earlier], found.time)]
+    if not earlier:
+        return found
+
+    def swung(of: Callable[[Measures], Mapping[str, Result]]) -> dict[str, Result]:
+        return swinging(of(found), found.time, [(one.time, of(one)) for one in earlier])
+
+    def of_layer(body: str) -> Callable[[Measures], Mapping[str, Result]]:
+        return lambda one: next((layer.results for layer in one.layers if layer.body == body), {})
+
+    layers = [replace(layer, results=swung(of_layer(layer.body))) for layer in found.layers]
+    return replace(found, results=swung(lambda one: one.results), layers=tuple(layers),
+                   projectile=swung(lambda one: one.projectile),
+                   cloud=replace(found.cloud, results=swung(lambda one: one.cloud.results)))  # fmt: skip
 
 
 def _timed(found: Measures, count: int, moment: Callable[[int], tuple[float, Sequence[str]]]) -> Measures:
@@ -245,6 +286,8 @@ def measure_snapshot(
         fragments=debris(scene),
         layers=layers,
         whole=scene.shot.whole,
+        projectile=residue(scene, layers),
+        cloud=cloud(scene, layers, now.metadata.get("witness")),
         answer=answer(layers, now.metadata.get("units") == "none"),
     )
 

@@ -9,7 +9,10 @@ from typing import Any
 import numpy as np
 
 SETTLED = 0.02  # of a value: it stands still where it swings by less
+# Of the whole: per area in 1D and per depth in 2D.
 MASS_UNITS = {1: "kg/m^2", 2: "kg/m", 3: "kg"}
+MOMENTUM_UNITS = {1: "N s/m^2", 2: "N s/m", 3: "N s"}
+ENERGY_UNITS = {1: "J/m^2", 2: "J/m", 3: "J"}
 
 
 @dataclass(frozen=True)

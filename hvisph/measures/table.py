@@ -58,6 +58,8 @@ def rows(
         look = look_of(name, result.unit, unitless)
         entry = by_name.get(name)
         notes = [result.reason] if result.value is None else []
+        if not result.settled:
+            notes.append("not settled")
         if result.time is not None:
             notes.append(f"at t = {result.time:.4g}" if unitless else f"at {result.time * 1e6:.2f} us")
         target = ""

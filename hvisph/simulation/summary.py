@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from hvisph import __version__
 from hvisph.core.errors import HvisphError
 from hvisph.measures.expected import compare
-from hvisph.measures.measure import measure_snapshot, timed, unmeasured
+from hvisph.measures.measure import in_time, measure_snapshot, unmeasured
 from hvisph.output.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -44,13 +44,14 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         Files of all snapshots, in order of time: they tell when layers were perforated.
     """
     try:
-        measured = timed(measure_snapshot(now, start, history), snapshots, start)
+        measured = in_time(measure_snapshot(now, start, history), snapshots, start)
     except HvisphError as error:
         measured = unmeasured(now, str(error))
     except (ValueError, FloatingPointError) as error:
         if status != "failed":
             raise
         measured = unmeasured(now, f"the run failed and its last state cannot be measured ({error})")
+    plain = measured.as_dict()
     return {
         "answer": measured.answer,
         "title": case.title,
@@ -64,9 +65,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         "threads": threads,
         "wall_seconds": wall_seconds,
         "microseconds_per_particle_step": 1e6 * wall_seconds / (particles * steps) if steps else None,
-        "measures": {name: result.as_dict() for name, result in measured.results.items()},
-        "layers": [layer.as_dict() for layer in measured.layers],
-        "whole": measured.whole.as_dict(),
+        **{name: plain[name] for name in ("measures", "layers", "projectile", "cloud", "whole")},
         "conservation": conservation,
         "expected": compare({**measured.results, **conservation}, case.expected),
     }

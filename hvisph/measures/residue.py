@@ -1,0 +1,93 @@
+"""What is left of the projectile: mass, length, velocity and direction of its pieces, erosion and depth."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.core.measures import PROJECTILE_CATALOGUE
+from hvisph.measures.cloud import unit_of
+from hvisph.measures.layers import LayerMeasures
+from hvisph.measures.perforation import YES
+from hvisph.measures.result import Result, meaningless
+from hvisph.measures.scene import Scene
+
+PIECE = 0.01  # share of the projectile's mass from which on a group counts as a piece
+HALF = 0.5  # share of the mass below which the largest piece does not stand for the projectile
+
+
+def residue(scene: Scene, layers: tuple[LayerMeasures, ...]) -> dict[str, Result]:
+    """Return the measures of the projectile; velocities behind the layers only where all of them are perforated."""
+    dim = scene.now.dimensions
+    if not {"velocity", "mass"} <= scene.now.fields.keys():
+        return _none(dim, "the snapshot has no velocity or no mass")
+    groups, mass = scene.shot_groups, scene.now.fields["mass"]
+    whole = scene.shot_mass or float(mass[scene.is_projectile].sum())
+    largest = groups[0]
+    share = largest.mass / whole
+    results = {
+        "largest_share": Result(share, ""),
+        "pieces_share": Result(sum(one.mass for one in groups if one.mass >= PIECE * whole) / whole, ""),
+        "erosion": meaningless("m", "a single snapshot does not tell the length at the start"),
+        "depth": meaningless("m", "there is no layer whose start is known"),
+    }
+    broken = "" if share >= HALF else f"the projectile's largest piece holds {100.0 * share:.2g} % of its mass"
+    length = _length(scene, _extent(scene.position[largest.particles, 0]) + scene.spacing)
+    results["length"] = meaningless("m", broken) if broken else length
+    if scene.start is not None and dim > 1:
+        before = scene.start.fields["position"][np.isin(scene.start.body, _bodies(scene)), 0]
+        if not broken:
+            results["erosion"] = _length(scene, float(np.ptp(before)) + scene.spacing - (length.value or 0.0))
+        else:
+            results["erosion"] = meaningless("m", broken)
+    if scene.shot.plates and dim > 1:
+        plate = scene.shot.plates[0]
+        deepest = plate.depth(scene.position[largest.particles]).max() + 0.5 * scene.spacing
+        results["depth"] = _length(scene, float(deepest))
+    results |= _velocities(scene, layers, broken, whole)
+    return {name: results[name].finite() for name in PROJECTILE_CATALOGUE}
+
+
+def _velocities(scene: Scene, layers: tuple[LayerMeasures, ...], broken: str, whole: float) -> dict[str, Result]:
+    names = ("residual_mass", "residual_velocity_largest", "residual_angle", "residual_velocity_pieces",
+             "residual_velocity_all")  # fmt: skip
+    dim = scene.now.dimensions
+    holds = next((layer.body for layer in layers if layer.state != YES), None)
+    if dim == 1 or holds is not None:
+        reason = "not told in 1D" if dim == 1 else f"'{holds}' is not perforated"
+        return {name: meaningless(unit_of(name, dim), reason) for name in names}
+    velocity, mass = scene.now.fields["velocity"], scene.now.fields["mass"]
+    groups = scene.shot_groups
+    pieces = np.concatenate([one.particles for one in groups if one.mass >= PIECE * whole] or [groups[0].particles])
+    results = {
+        "residual_mass": Result(float(mass[pieces].sum()), unit_of("residual_mass", dim)),
+        "residual_velocity_pieces": _mean(velocity[:, 0], mass, pieces),
+        "residual_velocity_all": _mean(velocity[:, 0], mass, np.flatnonzero(scene.is_projectile)),
+    }
+    if broken:
+        return results | {name: meaningless(unit_of(name, dim), broken) for name in names[1:3]}
+    main = groups[0]
+    lateral = float(np.sqrt((main.velocity[1:] ** 2).sum()))
+    angle = float(np.arctan2(lateral, main.velocity[0]))
+    results["residual_velocity_largest"] = _mean(velocity[:, 0], mass, main.particles)
+    return results | {"residual_angle": Result(angle if lateral > 1e-9 * main.speed else 0.0, "rad")}
+
+
+def _mean(velocity: np.ndarray, mass: np.ndarray, rows: np.ndarray) -> Result:
+    spread = float(velocity[rows].std() / np.sqrt(len(rows)))
+    return Result(float(np.average(velocity[rows], weights=mass[rows])), "m/s", spread)
+
+
+def _extent(x: np.ndarray) -> float:
+    return float(np.ptp(x))
+
+
+def _bodies(scene: Scene) -> list[int]:
+    return [body for body, role in enumerate(scene.shot.roles) if role == "projectile"]
+
+
+def _length(scene: Scene, value: float) -> Result:
+    return Result(value, "m", scene.spacing, spacing=scene.spacing, support=scene.support)
+
+
+def _none(dim: int, reason: str) -> dict[str, Result]:
+    return {name: meaningless(unit_of(name, dim), reason) for name in PROJECTILE_CATALOGUE}

@@ -1,0 +1,142 @@
+"""The debris cloud and what is left of the projectile, on bodies made by hand."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from measure_bodies import MM, box, snapshot
+from test_measure_perforation import DX, holed, moment, plates, same, shot
+
+from hvisph.core.measures import CLOUD_CATALOGUE, PROJECTILE_CATALOGUE
+from hvisph.measures.cloud import cloud, weighted_quantile
+from hvisph.measures.layers import layer_measures
+from hvisph.measures.measure import measure_snapshot
+from hvisph.measures.scene import Scene
+
+RATE = 1e5  # [1/s]
+
+
+def expanding(dim, witness=None):
+    """A holed plate and a cloud behind it: a loose lattice whose velocity is `RATE` times its place, less 5 mm."""
+    layers = plates(dim)[:1]
+    start = moment([shot(dim, -3 * MM), *layers], [1000.0, 0.0])
+    count = int((start.body == 0).sum())
+    nodes = box([12 * MM, *[-9 * MM] * (dim - 1)], [30 * MM, *[9 * MM] * (dim - 1)], 2.5 * DX)
+    chosen = np.random.default_rng(1).permutation(len(nodes))[:count]
+    pieces = nodes[np.sort(chosen)]
+    extra = count - len(pieces)
+    pieces = np.concatenate([pieces, np.repeat(nodes[:1], extra, axis=0)])
+    parts = [pieces, *layers]
+    position, body = np.concatenate(parts), np.repeat([0, 1], [len(part) for part in parts])
+    kept = (body == 0) | (np.sqrt((position[:, 1:] ** 2).sum(axis=1)) > 4 * MM)
+    now = moment(parts, [0.0, 0.0], kept, time=1e-5)
+    cloudy = now.body == 0
+    now.fields["velocity"][cloudy] = RATE * now.fields["position"][cloudy]
+    now.fields["velocity"][cloudy, 0] -= RATE * 5 * MM
+    if witness is not None:
+        now.metadata["witness"] = witness
+    return start, now
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_cloud_that_expands_evenly(dim):
+    start, now = expanding(dim)
+    found = measure_snapshot(now, start)
+    cloudy = now.body == 0
+    x, mass = now.fields["position"][cloudy], now.fields["mass"][cloudy]
+    value = {name: result.value for name, result in found.cloud.results.items()}
+    ahead = 2.5 * DX  # quantiles are those of particles, which stand in rows
+    assert value["front_velocity"] == pytest.approx(RATE * (x[:, 0].max() - 5 * MM), abs=RATE * ahead)
+    assert value["rear_velocity"] == pytest.approx(RATE * (x[:, 0].min() - 5 * MM), abs=RATE * ahead)
+    assert value["front_velocity"] >= value["front_velocity_99"] >= value["front_velocity_90"]
+    radius = np.sqrt((x[:, 1:] ** 2).sum(axis=1))
+    assert value["radial_velocity"] == pytest.approx(RATE * radius.max(), abs=RATE * ahead)
+    assert value["cloud_width"] == pytest.approx(2 * radius.max(), abs=2 * ahead)
+    velocity = now.fields["velocity"][cloudy]
+    assert value["cloud_mass"] == pytest.approx(mass.sum())
+    assert value["cloud_momentum"] == pytest.approx((mass * velocity[:, 0]).sum())
+    assert value["cloud_energy"] == pytest.approx(0.5 * (mass[:, None] * velocity**2).sum())
+    for kind in ("mass", "momentum", "energy"):
+        assert sum(found.cloud.over_angle[kind]) == pytest.approx(value[f"cloud_{kind}"])
+    assert list(found.cloud.results) == list(CLOUD_CATALOGUE)
+    assert list(found.projectile) == list(PROJECTILE_CATALOGUE)
+    if dim == 3:
+        for catalogue, results in ((CLOUD_CATALOGUE, found.cloud.results), (PROJECTILE_CATALOGUE, found.projectile)):
+            assert {name: result.unit for name, result in results.items()} == {
+                name: measure.unit for name, measure in catalogue.items()
+            }
+
+
+def test_what_a_witness_plane_receives():
+    start, now = expanding(3, witness=100 * MM)
+    found = measure_snapshot(now, start).cloud
+    # velocities point away from (5 mm, 0, 0): so do the impacts
+    cloudy = now.body == 0
+    x = now.fields["position"][cloudy]
+    reach = 95 * MM / (x[:, 0] - 5 * MM) * np.sqrt((x[:, 1:] ** 2).sum(axis=1))
+    assert found.witness["mass_share"] == pytest.approx(1.0)
+    assert found.witness["radius"][-1] == pytest.approx(reach.max(), rel=0.05)
+    assert sum(found.witness["momentum"]) == pytest.approx(found.results["cloud_momentum"].value)
+    edges = np.concatenate([[0.0], found.witness["radius"]])
+    whole = (np.array(found.witness["areal_momentum"]) * np.pi * np.diff(edges**2)).sum()
+    assert whole == pytest.approx(found.results["cloud_momentum"].value)
+    assert found.witness["first"] == pytest.approx(1e-5 + ((100 * MM - x[:, 0]) / (RATE * (x[:, 0] - 5 * MM))).min())
+
+
+def test_quarter_of_a_cloud_is_the_cloud():
+    start, now = expanding(3, witness=100 * MM)
+    images = [np.array([1.0, a, b]) for a in (1, -1) for b in (1, -1)]
+    snaps = []
+    for snap in (start, now):
+        quarter = (snap.fields["position"][:, 1:] > 0.0).all(axis=1)
+        part = replace(snap, fields={k: v[quarter] for k, v in snap.fields.items()}, body=snap.body[quarter],
+                       material=snap.material[quarter], id=np.arange(quarter.sum()))  # fmt: skip
+        part.metadata["shot"] = {"planes": [{"axis": "y", "at": 0.0}, {"axis": "z", "at": 0.0}]}
+        fields = {k: np.concatenate([v * image if v.ndim > 1 and v.shape[1] == 3 else v for image in images])
+                  for k, v in part.fields.items() if k != "deviator"}  # fmt: skip
+        whole = replace(part, fields=fields, body=np.tile(part.body, 4), material=np.tile(part.material, 4),
+                        id=np.arange(4 * part.count), metadata={**part.metadata, "shot": {}})  # fmt: skip
+        snaps.append((part, whole))
+    part, whole = (measure_snapshot(now, start) for start, now in zip(*snaps, strict=True))
+    same(part, whole)
+    assert part.cloud.results["cloud_mass"].value > 0.0
+    np.testing.assert_allclose(part.cloud.witness["momentum"], whole.cloud.witness["momentum"], rtol=1e-9)
+
+
+def test_a_cloud_needs_a_hole_and_a_projectile_in_one_piece_its_velocity():
+    start, now = holed(3, -3 * MM, 1000.0, (False, False))
+    scene = Scene.of(now, start)
+    assert {result.value for result in cloud(scene, layer_measures(scene)).results.values()} == {None}
+    start, now = holed(3, 30 * MM, 300.0, (True, True))
+    found = measure_snapshot(now, start).projectile
+    assert found["residual_velocity_largest"].value == pytest.approx(300.0)
+    assert found["residual_angle"].value == 0.0
+    assert found["largest_share"].value == pytest.approx(1.0)
+    assert found["erosion"].value == pytest.approx(0.0, abs=1e-12)
+    assert found["length"].value == pytest.approx(6 * MM, abs=DX)
+    # torn into three: no piece stands for the projectile
+    place = now.fields["position"]
+    own = now.body == 0
+    third = np.digitize(place[own, 1], [-0.8 * MM, 0.8 * MM])
+    place[own, 1] += 8 * MM * (third - 1)
+    now.fields["velocity"][own, 0] += 30.0 * (third - 1)
+    torn = measure_snapshot(now, start).projectile
+    assert torn["residual_velocity_largest"].value is None
+    assert "largest piece" in torn["residual_velocity_largest"].reason
+    assert torn["residual_velocity_pieces"].value == pytest.approx(300.0)
+    assert torn["pieces_share"].value == pytest.approx(1.0)
+
+
+def test_weighted_quantile_is_that_of_a_copied_sample():
+    rng = np.random.default_rng(0)
+    values, weights = rng.normal(size=101), rng.uniform(1.0, 2.0, 101)
+    for share in (0.01, 0.5, 0.99, 1.0):
+        twice = weighted_quantile(np.tile(values, 4), np.tile(weights, 4), share)
+        assert weighted_quantile(values, weights, share) == twice
+    assert weighted_quantile(np.arange(10.0), np.ones(10), 0.3) == 2.0
+
+
+def test_snapshot_without_velocities_says_why():
+    snap = snapshot(box([-4 * MM, -2 * MM], [0, 2 * MM], DX), box([0, -9 * MM], [MM, 9 * MM], DX), dx=DX)
+    del snap.fields["velocity"]
+    assert "velocity" in measure_snapshot(snap).projectile["residual_mass"].reason
