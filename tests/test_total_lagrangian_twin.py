@@ -1,0 +1,97 @@
+"""The compiled Total Lagrangian passes against their formulas written out in plain Python."""
+
+import numpy as np
+import pytest
+from test_total_lagrangian import body
+
+from hvisph.simulation.build import build
+from hvisph.sph.reference import RIM
+
+HALF = {1: [(0, 0)], 2: [(0, 0), (1, 1), (0, 1)], 3: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]}
+
+
+def reference_gradients(at, volume, kernel, h, correction):
+    """Return of each pair (a, b) the vector V0_b g_ab."""
+    count, dim = at.shape
+    found = {}
+    for a in range(count):
+        near = [b for b in range(count) if b != a and np.linalg.norm(at[a] - at[b]) < kernel.reach * h * RIM]
+        d = {b: at[a] - at[b] for b in near}
+        r = {b: np.linalg.norm(d[b]) for b in near}
+        w = {b: volume[b] * kernel.value(r[b], h, dim) for b in near}
+        g = {b: volume[b] * kernel.derivative(r[b], h, dim) * d[b] / r[b] for b in near}
+        if correction == "mixed":
+            total = sum(w.values()) + volume[a] * kernel.value(0.0, h, dim)
+            slope = sum(g.values())
+            g = {b: g[b] / total - w[b] * slope / total**2 for b in near}
+        if correction != "none":
+            inverse = np.linalg.inv(sum(np.outer(g[b], -d[b]) for b in near))
+            g = {b: inverse @ g[b] for b in near}
+        found |= {(a, b): g[b] for b in near}
+    return found
+
+
+def written_out(stepper, young_modulus, correction="mixed", hourglass=0.0, printed=False):
+    """Return J, velocity gradients, accelerations and powers of a Total Lagrangian body at its stage."""
+    particles, kernel, h = stepper.particles, stepper.formulation.kernel, stepper.h
+    alpha, beta = stepper.formulation.alpha, stepper.formulation.beta
+    count, dim = particles["position"].shape
+    rows, slots = stepper.rows_[:count], stepper.slots
+    x, u = rows[:, :dim], rows[:, slots["U"] : slots["U"] + dim]
+    at, m, rho, c = particles["reference_position"], particles["mass"], rows[:, slots["RHO"]], rows[:, slots["C"]]
+    rho0 = stepper.materials[0].density
+    volume = m / rho0
+    pairs = reference_gradients(at, volume, kernel, h, correction)
+    f, rate = np.tile(np.eye(dim), (count, 1, 1)), np.zeros((count, dim, dim))
+    for (a, b), g in pairs.items():
+        f[a] += np.outer((x[b] - x[a]) - (at[b] - at[a]), g)
+        rate[a] += np.outer(u[b] - u[a], g)
+    j, inverse = np.linalg.det(f), np.linalg.inv(f)
+    sigma = np.zeros((count, dim, dim))
+    for k, (p, q) in enumerate(HALF[dim]):
+        sigma[:, p, q] = sigma[:, q, p] = rows[:, slots["S"] + k]
+    sigma -= stepper.pressures[:, None, None] * np.eye(dim)
+    stress = j[:, None, None] * sigma @ inverse.transpose(0, 2, 1)
+    acceleration = np.zeros((count, dim))
+    power = (stress * rate).sum(axis=(1, 2)) / rho0
+    for (a, b), g in pairs.items():
+        back = volume[b] / volume[a] * pairs[b, a]  # V0_b g_ba
+        d, v, apart = x[a] - x[b], u[a] - u[b], at[a] - at[b]
+        r = np.linalg.norm(d)
+        mu = min(h * v @ d / (r**2 + 0.01 * h**2), 0.0)
+        pi = (-alpha * 0.5 * (c[a] + c[b]) * mu + beta * mu**2) / (0.5 * (rho[a] + rho[b]))
+        if printed:
+            pair = -0.5 * pi * rho0 * (inverse[a].T @ g / j[b] - inverse[b].T @ back / j[a])
+        else:
+            pair = -pi * m[b] * kernel.derivative(r, h, dim) * d / r
+        errors = (f[a] @ apart) @ d - r**2 + (f[b] @ apart) @ d - r**2
+        w0 = kernel.value(np.linalg.norm(apart), h, dim)
+        pair = pair + 0.5 * hourglass * volume[b] * w0 * young_modulus * errors / (apart @ apart * r**2) / rho0 * d
+        acceleration[a] += (stress[a] @ g - stress[b] @ back) / rho0 + pair
+        power[a] -= 0.5 * v @ pair
+    return j, (rate @ inverse).reshape(count, -1), acceleration, power
+
+
+@pytest.mark.parametrize(
+    ("dim", "options", "plainly"),
+    [(1, {}, {}), (2, {"hourglass": 30.0}, {"hourglass": 30.0}),
+     (3, {"viscosity_gradient": "reference", "correction": "gradient"}, {"printed": True, "correction": "gradient"}),
+     pytest.param(2, {"correction": "none"}, {"correction": "none"}, marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_deformation_forces_and_power_are_those_of_the_formulas(dim, options, plainly):
+    random = np.random.default_rng(8)
+    setup = build(body(dim, shape={"type": "box", "size": [2e-3, 2e-3, 2e-3]} if dim == 3 else None, **options))
+    particles, stepper = setup.particles, setup.stepper
+    stepper.start()
+    particles["position"] += 2e-5 * random.normal(size=particles["position"].shape)
+    particles["velocity"] = 100.0 * random.normal(size=particles["velocity"].shape)
+    particles["deviator"][:, :2] = 1e8 * random.normal(size=(particles.count, 2))
+    particles["deviator"][:, 2] = -particles["deviator"][:, :2].sum(axis=1)
+    stepper.predict(0.0)
+    stepper.evaluate()
+    j, gradient, acceleration, power = written_out(stepper, 70e9, **plainly)
+    assert stepper.jacobians == pytest.approx(j, rel=1e-12)
+    # forces are small sums of large terms of a stiff spring: their rounding is that of the terms
+    for found, wanted in ((stepper.rates[:, dim + 2 :], gradient), (stepper.rates[:, :dim], acceleration),
+                          (stepper.rates[:, dim], power)):  # fmt: skip
+        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-10 * np.abs(wanted).max())
