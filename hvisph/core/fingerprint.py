@@ -22,7 +22,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.extending import _Intrinsic
 
 # What makes code without being called by name, such as the arithmetic of lanes: taken as whole texts.
-_MACHINERY = ("fingerprint", "jit", "lanes", "memory", "simd", "tensors")
+_MACHINERY = ("fingerprint", "jit", "lanes", "memory", "operation", "simd", "tensors")
 _WHOLE = {f"{__package__}.{name}" for name in _MACHINERY}
 # Functions of these packages are known by name and version.
 _FOREIGN = {"numpy", "numba", "llvmlite", "math", "builtins"}
@@ -73,6 +73,7 @@ def _parts(value: Any, seen: set[int]) -> Iterator[str]:
         yield f"{value.dtype}{value.shape}{value.tobytes().hex()}"
     else:
         yield value.__name__ if isinstance(value, (type, types.ModuleType)) else repr(value)
+        yield repr(getattr(value, "_fields", ""))  # the order of a named tuple's
 
 
 def _plain(value: Any) -> Any:
