@@ -38,6 +38,7 @@ def _drawn(verdicts: Sequence[Verdict], folder: Path) -> Path:
                 elif not before:
                     into.append(curve)
     first = verdicts[0]
-    across = next(one.across for one in verdicts if one.curves)
+    drawn = next(one for one in verdicts if one.curves)
     path = folder / file_name(first.problem, first.trial)
-    return curves_picture(panels, path, title=f"{first.problem}: {first.trial}", across=across)
+    return curves_picture(panels, path, title=f"{first.problem}: {first.trial}", across=drawn.across,
+                          unitless=drawn.unitless)  # fmt: skip

@@ -45,8 +45,8 @@ class Verdict:
         Why it failed or was refused.
     seconds
         Wall time of its runs.
-    curves, across
-        What there is to see.
+    curves, across, unitless
+        What there is to see, and whether its case has no units.
     """
 
     problem: str
@@ -58,6 +58,7 @@ class Verdict:
     seconds: float = 0.0
     curves: dict[str, list[Curve]] = field(default_factory=dict)
     across: str = "x"
+    unitless: bool = False
 
     @property
     def passed(self) -> bool:
@@ -164,7 +165,7 @@ def judged(
             verdict.status = "failed"
             verdict.message = f"stopped at t = {stopped[0]['time']:.4g}: {stopped[0]['message']}"
             return verdict
-        verdict.figures = list(trial.figures(ran))
+        verdict.figures, verdict.unitless = list(trial.figures(ran)), cases[0].units == "none"
         if trial.curves is not None:
             verdict.curves = trial.curves(ran)
         return verdict

@@ -148,20 +148,20 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     (ran,) = runs
     _, waves = _waves(body_material(ran.case, "target"))
     until = parting_time(waves)
-    time = ran.history["time"]
-    panels: dict[str, list[Curve]] = {"stress_xx": [], "velocity_x": []}
-    for gauge, at in GAUGES.items():
-        panels["stress_xx"].append(Curve(f"{1e3 * at:g} mm", time, ran.history[f"gauge.{gauge}.stress_xx"]))
-        times, states = waves.gauge(_started(ran, at))
+    shown = ran.history["time"] < until
+    time = ran.history["time"][shown]
+    gauge, moments = waves.gauge(_started(ran, GAUGES["far"]))
+    surface, values = waves.surface()
+    stress = np.array([-state.stress for state in moments])
+    exact = {"stress_xx": (gauge, stress), "velocity_x": (surface, values)}
+    found = {"stress_xx": "gauge.far.stress_xx", "velocity_x": "gauge.surface.velocity_x"}
+    panels = {}
+    for column, (times, right) in exact.items():
         kept = times < until
-        exact = corners(times[kept], np.array([-s.stress for s in states])[kept], until)
-        panels["stress_xx"].append(Curve("exact" if gauge == "near" else "", *exact, exact=True))
-    times, values = waves.surface()
-    kept = times < until
-    panels["velocity_x"] = [
-        Curve("free surface", time, ran.history["gauge.surface.velocity_x"]),
-        Curve("", *corners(times[kept], values[kept], until), exact=True),
-    ]
+        panels[column] = [
+            Curve("computed", time, ran.history[found[column]][shown]),
+            Curve("exact", *corners(times[kept], right[kept], until), exact=True),
+        ]
     return panels
 
 
