@@ -77,7 +77,7 @@ def verify(
     missed = [one for one in found if not one.passed]
     if as_json:
         echo_json([one.as_dict() for one in found])
-    else:
+    elif not quiet:
         say(f"\n{len(found) - len(missed)} of {len(found)} as asked")
     raise typer.Exit(1 if missed else 0)
 
