@@ -154,7 +154,7 @@ def test_every_problem_makes_cases_that_its_formulations_take(name):
     assert len({trial.name for trial in problem.trials(Options())}) == len(list(problem.trials(Options())))
     for trial in problem.trials(Options(quick=True)):
         for start in trial.starts:
-            if "contact" not in start.case.get("formulation", {}):  # not every formulation has every contact
+            if not start.case.get("formulation"):  # not every formulation has every contact and correction
                 with_formulation(start, problem.formulations[0], ())
 
 
@@ -210,8 +210,15 @@ def test_a_setting_that_is_wrong_is_named():
 
 
 # What holds in its coarse form: problem, formulation. What does not is in docs/verification.md.
-HOLDS = [("invariance", "riemann"), ("invariance", "eulerian"), ("invariance", "total_lagrangian"),
-         ("spinning_disc", "total_lagrangian")]  # fmt: skip
+HOLDS = [("parting", "riemann"), ("friction", "riemann"), ("tension", "riemann"), ("symmetry", "riemann"),
+         ("symmetry", "eulerian"), ("spinning_disc", "total_lagrangian")]  # fmt: skip
+
+
+@pytest.mark.parametrize("formulation", ["riemann", "eulerian", "total_lagrangian"])
+def test_impacts_know_neither_direction_nor_frame(formulation):
+    for trial in ("turned by 37 degrees", "seen at 10 km/s"):
+        (verdict,) = verdicts(PROBLEMS["invariance"], [formulation], Options(quick=True), only=trial, threads=1)
+        assert verdict.passed, verdict.as_dict()
 
 
 @pytest.mark.parametrize(("name", "formulation"), HOLDS)

@@ -26,7 +26,7 @@ def _trials(options: Options) -> Iterator[Trial]:
     for angle in (37.0,) if options.quick else (37.0, 90.0, 200.0):
         yield _trial(f"turned by {angle:g} degrees", dx, np.radians(angle), np.zeros(2))
     yield _trial("seen at 10 km/s", dx, 0.0, FRAME)
-    yield _trial("corrected (mixed), turned by 37 degrees", dx, np.radians(37.0), np.zeros(2), "mixed")
+    yield _trial("mixed correction, at 37 degrees", dx, np.radians(37.0), np.zeros(2), "mixed")
 
 
 def _trial(name: str, dx: float, angle: float, frame: np.ndarray, correction: str = "") -> Trial:
