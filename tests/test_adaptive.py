@@ -79,7 +79,7 @@ def test_all_eulerian_without_contact_is_the_eulerian_formulation(correction):
         setup.particles["velocity"][:, 1] = 50.0 * np.sin(2000.0 * x[:, 0])
         return setup
 
-    one = flying({"type": "total_lagrangian", "contact": {"type": "kernel"}, "spatial_correction": corrected},
+    one = flying({"type": "total_lagrangian", "contact": {"type": "welded"}, "spatial_correction": corrected},
                  "eulerian")  # fmt: skip
     other = flying({"type": "eulerian", "momentum_form": "product", "correction": corrected})
     for setup in (one, other):

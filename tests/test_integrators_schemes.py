@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from hvisph.core.particles import Particles
-from hvisph.formulations import update
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.options import GrayArtificialStress, NoViscosity
 from hvisph.formulations.riemann import Riemann
 from hvisph.formulations.stepper import Stepper
+from hvisph.integrators import update
 from hvisph.integrators.criteria import Criteria
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.materials.eos import StiffenedGas

@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from hvisph.core.particles import CLAMPED, FLAGS, ID, MATERIAL, Particles
-from hvisph.formulations import update
 from hvisph.formulations.formulation import Smoothing
 from hvisph.formulations.projection import Projection
 from hvisph.formulations.projection_stepper import ProjectionStepper
 from hvisph.formulations.trailing_mean import TrailingMean
+from hvisph.integrators import update
 from hvisph.materials.damage import NoDamage
 from hvisph.materials.eos import StiffenedGas
 from hvisph.materials.strength import VonMises

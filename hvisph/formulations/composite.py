@@ -18,6 +18,7 @@ import numpy as np
 from hvisph.core.binding import bind
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
+from hvisph.integrators import update as single
 from hvisph.materials import response
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates as rate_slots
@@ -31,7 +32,6 @@ from hvisph.sph.symmetry import Plane, mirror, with_images
 from hvisph.sph.traversal import FAR
 
 from . import composite_passes
-from . import update as single
 from .stepper import Stepper
 
 

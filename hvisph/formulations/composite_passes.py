@@ -6,8 +6,7 @@ import numpy as np
 
 from hvisph.core.jit import prange
 from hvisph.core.tensors import from_plane, minus, own_gradient, own_symmetric, own_vector, plus, put
-
-from .particle import Shown
+from hvisph.integrators.particle import Shown
 
 CHUNK = 256
 

@@ -28,8 +28,7 @@ from hvisph.core.tensors import (
     put_full_symmetric,
     times,
 )
-
-from .update import FASTEST, KINETIC, MOMENTUM, SUPPORT
+from hvisph.integrators.update import FASTEST, KINETIC, MOMENTUM, SUPPORT
 
 CHUNK = 256
 

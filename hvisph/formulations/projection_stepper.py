@@ -9,6 +9,7 @@ import numpy as np
 from hvisph.core.binding import bind
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
+from hvisph.integrators import update
 from hvisph.materials import response
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates, traversal
@@ -19,7 +20,6 @@ from hvisph.sph.rows import RowLayout, aligned_zeros
 from hvisph.sph.symmetry import Plane, mirror
 
 from . import projection_passes as passes
-from . import update
 from .formulation import Smoothing
 from .protocol import AnyFormulation
 from .trailing_mean import TrailingMean

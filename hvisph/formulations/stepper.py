@@ -9,6 +9,7 @@ import numpy as np
 from hvisph.core.binding import bind
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import Particles
+from hvisph.integrators import update as single
 from hvisph.materials import bearing, plane_stress, response
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates
@@ -17,7 +18,6 @@ from hvisph.sph.pairs import Pairs
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.symmetry import Plane
 
-from . import update as single
 from .formulation import Formulation
 
 # Steps between two sortings of the state itself into cell order, which keeps memory access near.

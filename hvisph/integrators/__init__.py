@@ -1,1 +1,1 @@
-"""Time integrators and named time-step criteria."""
+"""Time integration: schemes, the pass that carries every particle on, and the criteria of the next step."""

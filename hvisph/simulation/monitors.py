@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.formulations import update
 from hvisph.formulations.eulerian import fallbacks
+from hvisph.integrators import update
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
 from hvisph.simulation.build import Setup
 

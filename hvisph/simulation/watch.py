@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import RunError
-from hvisph.formulations import update
+from hvisph.integrators import update
 from hvisph.integrators.criteria import Limit
 from hvisph.simulation.build import Setup
 
