@@ -139,12 +139,7 @@ def _regions(case: Case) -> Iterator[Problem]:
 
 def _schedule(case: Case) -> Iterator[Problem]:
     end, unit = case.time.end, " s" if case.units == "si" else ""
-    if case.output.every is not None and case.output.every > end:
-        yield Problem(
-            ("output", "every"),
-            f"{case.output.every:g}{unit} is beyond time.end = {end:g}{unit}; make it shorter",
-        )
-    elif case.output.every is not None and not end / case.output.every <= MOST_SNAPSHOTS:
+    if case.output.every is not None and not end / case.output.every <= MOST_SNAPSHOTS:
         yield Problem(
             ("output", "every"),
             f"{case.output.every:g}{unit} asks for {end / case.output.every:.2g} snapshots, more than "

@@ -15,7 +15,7 @@ class Output(StrictModel):
 
     every: PositiveTime | None = Field(
         default=None,
-        description="Time between snapshots [s]; unless given, only first and last state",
+        description="Time between snapshots [s]; unless given, or beyond the end, only first and last state",
     )
     formats: tuple[Literal["hdf5", "vtu"], ...] = Field(
         default=("hdf5",),

@@ -24,12 +24,16 @@ from hvisph.cli import (
     schema,
     sweep,
     verify,
+    watch,
 )
+from hvisph.cli import help as help_
+from hvisph.cli.group import Group
 from hvisph.cli.guard import guarded
 from hvisph.cli.say import say
 
 app = typer.Typer(
     name="hvisph",
+    cls=Group,
     help="Smoothed particle hydrodynamics for solids under high-velocity impact, from a case file.",
     epilog="Start with: hvisph run quickstart",
     no_args_is_help=True,
@@ -43,6 +47,7 @@ app = typer.Typer(
 for command in (
     run.run,
     resume.resume,
+    watch.watch,
     check.check,
     measure.measure,
     compare.compare,
@@ -62,6 +67,7 @@ for command in (
     doctor.doctor,
 ):
     app.command()(guarded(command))
+app.command()(guarded(help_.help))
 
 
 def _version(asked: bool) -> None:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from hvisph.case.case import Case
 from hvisph.casefile.loader import load_case
-from hvisph.core.errors import CaseError
+from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.jit import heard_compiling
 from hvisph.output import names
 from hvisph.output.checkpoint import newest_checkpoint
 from hvisph.output.folder import RunFolder, clear_unfinished, looks_like_a_run
+from hvisph.output.reader import read_summary
 from hvisph.simulation.build import build
 from hvisph.simulation.checkpoint import refuse_changed
 from hvisph.simulation.estimate import refuse_impossible
@@ -48,6 +49,14 @@ def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_s
         When no checkpoint is whole, or a file cannot be written.
     """
     return resume_run(run, resume_case(run, end, max_steps), threads=threads, listener=listener)
+
+
+def ended(run: str | os.PathLike[str]) -> bool:
+    """Tell whether a run has reached its end."""
+    try:
+        return bool(read_summary(Path(run))["status"] == "done")
+    except OutputError:
+        return False
 
 
 def resume_case(run: str | os.PathLike[str], end: str | float | None = None, max_steps: int | None = None) -> Case:

@@ -1,0 +1,124 @@
+"""Finding a word among keys, values, measures, materials and cases: for `hvisph help WORD`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from typing import Any
+
+from hvisph.case.case import Case
+from hvisph.casefile.data import bundled_cases
+from hvisph.casefile.describe import spot_of
+from hvisph.casefile.material_library import load_material, material_names
+from hvisph.core.measures import CATALOGUE
+
+# What people call things that have another name here.
+SYNONYMS = {
+    "jc": "johnson_cook",
+    "johnsoncook": "johnson_cook",
+    "mg": "mie_gruneisen",
+    "gruneisen": "mie_gruneisen",
+    "tl": "total_lagrangian",
+    "con": "riemann",
+    "ulsph": "eulerian",
+    "sav": "monaghan",
+    "dx": "resolution",
+    "spacing": "resolution",
+    "courant": "cfl",
+    "erosion": "damage",
+    "friction": "contact",
+    "mirror": "symmetry",
+    "bumper": "whipple",
+}
+MOST = 40
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Something that can be found.
+
+    Parameters
+    ----------
+    kind
+        key, value, measure, material, case or command.
+    name
+        How it is written; of keys the whole path.
+    text
+        What it is, in a line.
+    """
+
+    kind: str
+    name: str
+    text: str
+
+
+def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
+    """Return what a word finds, the best first.
+
+    Parameters
+    ----------
+    word
+        A key, part of a path, a value, a measure, a material, a case, a command, or any word of their texts.
+    commands
+        Names and texts of commands.
+    """
+    asked = word.strip().lower().replace("-", "_")
+    wanted = {asked, SYNONYMS.get(asked.replace("_", ""), asked)}
+    everything = list(_entries(commands))
+    scored = [(max(_score(one, each) for each in wanted), k, one) for k, one in enumerate(everything)]
+    found = sorted((entry for entry in scored if entry[0] > 0), key=lambda entry: (-entry[0], entry[1]))
+    best = found[0][0] if found else 0
+    # words in texts only matter where no name has the word
+    return [one for score, _, one in found if best <= 2 or score > 1][:MOST]
+
+
+def nearest_names(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[str]:
+    """Return names that look like a word that finds nothing."""
+    names = {one.name.split(".")[-1]: one.name for one in _entries(commands)}
+    return [names[name] for name in get_close_matches(word.lower().replace("-", "_"), names, n=5, cutoff=0.6)]
+
+
+def _score(one: Entry, word: str) -> int:
+    name = one.name.replace(".NAME", "").lower().replace("-", "_")
+    last = name.split(".")[-1]
+    if last == word or name == word:
+        return 5
+    if name.endswith(f".{word}"):
+        return 4
+    if word in last:
+        return 3
+    if word in name:
+        return 2
+    return 1 if word.replace("_", " ") in one.text.lower().replace("-", " ").replace("_", " ") else 0
+
+
+def _entries(commands: Sequence[tuple[str, str]]) -> Iterator[Entry]:
+    yield from (Entry("command", f"hvisph {name}", text) for name, text in commands)
+    seen: set[tuple[str, str, str]] = set()
+    for entry in _keys(Case, "", ()):
+        mark = (entry.kind, entry.name, entry.text)
+        if mark not in seen:
+            seen.add(mark)
+            yield entry
+    yield from (Entry("measure", f"measures.{name}", one.meaning) for name, one in CATALOGUE.items())
+    yield from (Entry("material", name, load_material(name).source) for name in material_names())
+    yield from (Entry("case", name, "") for name in bundled_cases())
+
+
+def _keys(model: Any, above: str, parents: tuple[Any, ...]) -> Iterator[Entry]:
+    for name, info in model.model_fields.items():
+        path = f"{above}.{name}" if above else name
+        spot = spot_of(info.annotation, info)
+        if name != "type":
+            yield Entry("key", path, info.description or "")
+        for choice in spot.choices if name != "type" else ():
+            yield Entry("value", f"{path}: {choice}", info.description or "")
+        inner = spot_of(spot.item) if spot.item is not None else spot
+        below = f"{path}.NAME" if spot.named else path
+        for tag, alternative in inner.models.items():
+            if tag:
+                first = (alternative.__doc__ or "").strip().splitlines()[0]
+                yield Entry("value", f"{below}.type: {tag}", first)
+            if alternative not in parents:
+                yield from _keys(alternative, below, (*parents, alternative))

@@ -1,0 +1,33 @@
+"""The command's group: an unknown command is answered with the one that was meant."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import typer
+from typer.core import TyperGroup
+
+# What people try, and what it is called here.
+MEANT = {
+    "view": "report", "picture": "plot", "draw": "plot", "show": "report", "movie": "animate", "video": "animate",
+    "film": "animate", "start": "run", "restart": "resume", "continue": "resume", "validate": "check", "info": "check",
+    "estimate": "check", "list": "cases", "examples": "cases", "test": "verify", "diff": "compare", "search": "help",
+    "history": "watch", "monitor": "watch", "tail": "watch", "parameter": "sweep", "bisect": "limit", "html": "report",
+}  # fmt: skip
+
+
+class Group(TyperGroup):
+    """Commands with suggestions."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """Return the command that the arguments begin with, or say which was probably meant."""
+        name = args[0] if args else ""
+        if name and not name.startswith("-") and self.get_command(ctx, name) is None:
+            from hvisph.core.errors import nearest
+
+            commands = self.list_commands(ctx)
+            meant = MEANT.get(name.lower())
+            hint = f"; did you mean '{meant}'?" if meant in commands else nearest(name[:64], commands)
+            typer.secho(f"error: there is no command '{name[:64]}'{hint}", err=True)
+            raise typer.Exit(2)
+        return super().resolve_command(ctx, args)
