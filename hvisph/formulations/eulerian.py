@@ -13,12 +13,16 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.binding import bind
+from hvisph.core.particles import Particles
 from hvisph.core.tensors import in_plane, plus_identity, put, times
 from hvisph.sph import artificial_stress
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
-from hvisph.sph.laws import corrections, standard
+from hvisph.sph.laws import corrections, coupling, standard
+from hvisph.sph.laws.riemann import SLIPPERY
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
+from hvisph.sph.symmetry import Plane
 
 from .formulation import Smoothing
 from .options import (
@@ -30,6 +34,7 @@ from .options import (
     NoCorrection,
     NoDensityDissipation,
 )
+from .separating import SeparatingContact
 from .stepper import Stepper
 
 
@@ -47,6 +52,8 @@ class Eulerian:
         Whether the pair stress is (sigma_a + sigma_b)/(rho_a rho_b), as a correction always has it.
     mass_form
         Whether the rate of density is sum m_b u_ab . grad W, not rho_a sum m_b/rho_b u_ab . grad W.
+    parted, friction
+        Whether bodies separate and slide, or are welded, and Coulomb's coefficient between them.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -58,9 +65,10 @@ class Eulerian:
     correction: KernelCorrection = field(default_factory=NoCorrection)
     product: bool = False
     mass_form: bool = False
+    parted: bool = False
+    friction: float = 0.0
 
     name = "eulerian"
-    slips = False
     stepper = Stepper
 
     @property
@@ -89,6 +97,17 @@ class Eulerian:
         """Which share of the viscosity particles take."""
         return self.viscosity.switch
 
+    @property
+    def slips(self) -> bool:
+        """Whether bodies slide on each other."""
+        return self.parted
+
+    def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> SeparatingContact | None:
+        """Return the contact between the bodies of `particles`, none where they are welded."""
+        if not self.parted:
+            return None
+        return SeparatingContact(self.kernel, h, particles["position"], particles.body, self.friction, planes)
+
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: the corrections into each row, where there are any, then all rates at once."""
         plain, ways = self._plain_layout(dim), {
@@ -99,14 +118,18 @@ class Eulerian:
             "SWITCHED": int(self.viscosity.switched),
             "EXPONENT": self.artificial_stress.exponent,
         }  # fmt: skip
+        apart: dict[str, Any] = {}
+        if self.parted:  # pairs of different bodies are left to the contact between them
+            apart = {"COUPLED": 1, "shares": bind(coupling.apart, {}, plain.slots())}
         if not self.correction.acts:
-            return [Pass(standard.accumulate, plain, ways, density_rate=self.density_rate)]
+            return [Pass(standard.accumulate, plain, ways | apart, density_rate=self.density_rate, slips=self.parted)]
         parts = {"SHEPARD": int(self.correction.shepard), "GRADIENT": int(self.correction.gradient)}
         # each side's stress over rho_a rho_b, as published
         ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}
         return [
-            Pass(corrections.corrections, plain, parts, into_rows=True),
-            Pass(standard.accumulate, corrections.pair_layout(plain), ways, density_rate=self.density_rate),
+            Pass(corrections.corrections, plain, parts | apart, into_rows=True),
+            Pass(standard.accumulate, corrections.pair_layout(plain), ways | apart, density_rate=self.density_rate,
+                 slips=self.parted),
         ]
 
     def layout(self, dim: int) -> RowLayout:
@@ -118,6 +141,8 @@ class Eulerian:
         more = (("p", "scalar"),) if self.dissipation.acts else ()
         if self.viscosity.switched:
             more = (*more, ("share", "scalar"))
+        if self.parted:
+            more = (*more, ("body", "scalar"), ("zn", "scalar"), ("zt", "scalar"))
         return standard.row_layout(dim, self.artificial_stress.acts, more)
 
     def coefficients(self) -> np.ndarray:
@@ -135,6 +160,7 @@ class Eulerian:
         return _pack, {
             "ARTIFICIAL_STRESS": int(self.artificial_stress.acts),
             "DISSIPATION": int(self.dissipation.acts),
+            "PARTED": int(self.parted),
             "tensile_part": artificial_stress.tensile_part(dim),
         }
 
@@ -155,6 +181,10 @@ def _pack(rows, s, coefficients, one):
     put(rows, s, T, times(inverse2, stress))
     if ARTIFICIAL_STRESS:
         put(rows, s, R, times(-coefficients[3] * inverse2, tensile_part(stress)))
+    if PARTED:
+        rows[s, BODY] = one.body
+        rows[s, ZN] = one.rho * one.c_l
+        rows[s, ZT] = one.rho * max(one.c_t, SLIPPERY * one.c_l)
     if DISSIPATION:
         rows[s, P] = one.p
         return one.c_l + 1.2 * (coefficients[0] + coefficients[4]) * one.c

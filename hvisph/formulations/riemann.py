@@ -15,6 +15,7 @@ from hvisph.core.tensors import in_plane, plus_identity, put
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import riemann
 from hvisph.sph.laws.limiters import LIMITERS
+from hvisph.sph.laws.riemann import SLIPPERY
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
 
@@ -138,7 +139,3 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
         rows[s, ZT] = SLIPPERY * rho * c
         return coefficients[0] * c
     return signal
-
-
-# Shear impedance over the normal one of what bears no shear.
-SLIPPERY = 1e-8

@@ -71,6 +71,8 @@ class Stepper:
         self._partial = np.zeros((-(-count // single.CHUNK), single.SUMS))
         self._update = self._specialised_update(layout, previous, drift)
         self.pairs.place[:count] = np.arange(count, dtype=np.uint32)
+        parts = getattr(formulation, "separating", None)
+        self.separating = parts(h, particles, planes) if parts else None
 
     def _specialised_update(self, layout: RowLayout, previous: float, drift: float = 0.5) -> Any:
         """Return the pass over single particles, compiled for this formulation, its row and scheme."""
@@ -134,6 +136,9 @@ class Stepper:
     def evaluate(self) -> None:
         """Evaluate the pair forces at the stage."""
         self.pairs.evaluate(self.h_max)
+        if self.separating:
+            at = rates.slots(self.particles.dim)
+            self.separating.add(self.rows, self.pairs.slots, self.h_max, self.rates, self.place, at)
 
     def complete(self, step: float, following: float) -> None:
         """Carry the state over `step` [s] with the last rates, and predict the stage of the step `following`."""
@@ -172,6 +177,8 @@ class Stepper:
             values[:] = values.take(order)
         pairs.rows[:] = pairs.rows.take(order, axis=0)
         pairs.place[:count] = pairs.place[order]
+        if self.separating:
+            self.separating.renumber(self.particles.body)
         return order
 
     def history(self) -> dict[str, np.ndarray]:
@@ -198,4 +205,6 @@ class Stepper:
         nx, ny, nz = (int(cells) for cells in history["grid_shape"])
         pairs.grid = Grid((nx, ny, nz), pairs.grid.edge)
         pairs.capacity = int(history["capacity"][0])
+        if self.separating:
+            self.separating.renumber(self.particles.body)
         self._sum_up()

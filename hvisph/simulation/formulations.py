@@ -53,6 +53,7 @@ def formulation_of(case: Case) -> AnyFormulation:
                 correction=_correction(model.correction),
                 product=model.momentum_form == "product",
                 mass_form=model.density_form == "mass",
+                **_separating(model, case),
             )
         case "riemann":
             return Riemann(
@@ -60,8 +61,7 @@ def formulation_of(case: Case) -> AnyFormulation:
                 reconstruction=model.reconstruction,
                 consistent=model.form == "consistent",
                 held=model.tension == "held",
-                parted=model.contact.type == "separating" and len(case.bodies) > 1,
-                friction=getattr(model.contact, "friction", 0.0),
+                **_separating(model, case),
             )
         case "projection":
             return Projection(
@@ -72,6 +72,13 @@ def formulation_of(case: Case) -> AnyFormulation:
                 pressure_average=model.pressure_average,
             )
     raise ValueError(model.type)
+
+
+def _separating(model: Any, case: Case) -> dict[str, Any]:
+    """Return whether bodies part and slide, and their friction; a single body has nothing to part from."""
+    if model.contact.type != "separating" or len(case.bodies) < 2:
+        return {}
+    return {"parted": True, "friction": model.contact.friction}
 
 
 def _correction(model: Any) -> KernelCorrection:

@@ -293,6 +293,9 @@ class Run:
         self.folder.log.write(
             f"{self.status} at {self.clock.time:.6g} s after {self.clock.steps} steps, {seconds:.2f} s"
         )
+        for remark in summary["remarks"]:
+            self.folder.log.write(f"remark: {remark}")
+            self.listener.message(f"remark: {remark}")
         self.listener.finished(summary)
         if self.status == "interrupted":
             return Outcome(self.folder.path, summary, 128 + (self.stop.number or 0), self.stop.name)

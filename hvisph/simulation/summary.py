@@ -11,6 +11,7 @@ from hvisph import __version__
 from hvisph.core.errors import HvisphError
 from hvisph.measures.expected import compare
 from hvisph.measures.measure import in_time, measure_snapshot, unmeasured
+from hvisph.measures.remarks import remarks
 from hvisph.output.snapshot import Snapshot
 
 if TYPE_CHECKING:
@@ -52,6 +53,8 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
             raise
         measured = unmeasured(now, f"the run failed and its last state cannot be measured ({error})")
     plain = measured.as_dict()
+    models = [body.material for body in case.bodies.values()]
+    whole = [one.strength.type != "none" and one.damage.type == "none" for one in models]
     return {
         "answer": measured.answer,
         "title": case.title,
@@ -66,6 +69,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         "wall_seconds": wall_seconds,
         "microseconds_per_particle_step": 1e6 * wall_seconds / (particles * steps) if steps else None,
         **{name: plain[name] for name in ("measures", "layers", "projectile", "cloud", "whole")},
+        "remarks": remarks(now, start, list(case.bodies), whole, case.resolution),
         "conservation": conservation,
         "expected": compare({**measured.results, **conservation}, case.expected),
     }

@@ -98,6 +98,7 @@ class Selection:
         self._meets, self._spatial_near = np.zeros(size, bool), np.zeros(size, np.uint8)
         self._wider = np.zeros(size, np.uint8)
         self._with_neighbours = with_neighbours
+        self._nowhere = np.zeros(count, np.uint8)
         self._mark = specialise(_mark, parallel=False, DIM=dim)
         beside = specialise(_beside, DIM=dim)
         self._spread = specialise(_spread, parallel=True, DIM=dim, beside=beside)
@@ -122,3 +123,13 @@ class Selection:
             self._widen(*sizes, near, self._wider)
             near = self._wider
         return np.flatnonzero(self._meets[self._cells]), np.flatnonzero(near[self._cells])
+
+    def near_other_bodies(self, rows: np.ndarray, reach: float) -> np.ndarray:
+        """Return the indices of the particles within `reach` [m] of another body, and of their neighbours."""
+        self.grid.edge = reach
+        sizes = tuple(np.uint64(c) for c in self.grid.shape)
+        self._mark(rows, self._nowhere, self.bodies, 1.0 / reach, *sizes, self._cells, self._lowest, self._highest,
+                   self._spatial)  # fmt: skip
+        self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
+        self._widen(*sizes, self._meets.view(np.uint8), self._wider)
+        return np.flatnonzero(self._wider[self._cells])

@@ -11,9 +11,7 @@ from hvisph.case.formulations.contact import (
     Contact,
     RepulsiveContact,
     SeparatingContact,
-    WeldedContact,
     parted_problems,
-    unavailable,
 )
 from hvisph.case.formulations.correction import Correction, NoCorrection, fill_correction
 from hvisph.case.formulations.options import NO_CONVERSION, KernelOptions
@@ -56,7 +54,7 @@ class EulerianFormulation(KernelOptions):
     density_dissipation: DensityDissipation = Field(
         default=NoDensityDissipation(), description="Density dissipation at material interfaces"
     )
-    contact: Contact = Field(default=WeldedContact(), description="How bodies meet")
+    contact: Contact = Field(default=SeparatingContact(), description="How bodies meet")
 
     @model_validator(mode="before")
     @classmethod
@@ -76,8 +74,6 @@ class EulerianFormulation(KernelOptions):
     def problems(self, case: Surroundings) -> Iterator[Problem]:
         """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
         yield from super().problems(case)
-        if isinstance(self.contact, SeparatingContact):
-            yield from unavailable(self.contact, self.type)
         if not self.parted:
             return
         if len(case.bodies) < 2:

@@ -96,6 +96,8 @@ HOLDING = 12.0
 NOTHING = 1e-12
 # Stands for no limit of a traction [Pa].
 UNLIMITED = 1e300
+# Shear impedance over the normal one of what bears no shear.
+SLIPPERY = 1e-8
 
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,

@@ -1,0 +1,94 @@
+"""Contact of bodies that press on each other, slide and part, beside a formulation of the kernel sums.
+
+The pairs of different bodies, which its own pair law leaves out, meet as those of `riemann` do (`sph.laws.riemann`,
+PARTED): only particles near another body, and their neighbours, are packed and visited.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.tensors import SIZE
+from hvisph.sph.kernels import Kernel
+from hvisph.sph.laws import riemann
+from hvisph.sph.laws.limiters import LIMITERS
+from hvisph.sph.pairs import Pairs, Pass
+from hvisph.sph.selection import Selection
+from hvisph.sph.symmetry import Plane
+
+
+class SeparatingContact:
+    """Adds the rates of contact between bodies to those of standard SPH.
+
+    Parameters
+    ----------
+    kernel, h
+        The smoothing kernel, and the smoothing length at the start [m].
+    positions, bodies
+        Positions (n, dim) [m] and bodies (n,) at the start.
+    friction
+        Coulomb's coefficient.
+    planes
+        Planes of symmetry.
+    """
+
+    def __init__(self, kernel: Kernel, h: float, positions: np.ndarray, bodies: np.ndarray, friction: float,
+                 planes: tuple[Plane, ...]):  # fmt: skip
+        dim = positions.shape[1]
+        layout = riemann.row_layout(dim, reconstruct=False, parted=True)
+        limiter = LIMITERS["minmod"]  # bound, never called
+        ways = {"RECONSTRUCTION": 0, "PARTED": 1}
+        passes = [
+            Pass(riemann.gradients, layout, ways, into_rows=True),
+            Pass(riemann.accumulate, layout, ways | {"ONLY_OTHER": 1, "limit": limiter[0], "share": limiter[1]},
+                 slips=True),
+        ]  # fmt: skip
+        self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction]), positions, h, planes)
+        self._selection = Selection(positions, bodies, kernel.reach * h, with_neighbours=True)
+        self._stress = SIZE["symmetric"][dim - 1]
+
+    def renumber(self, bodies: np.ndarray) -> None:
+        """Take note of the bodies of particles that were put into another order."""
+        self._selection.bodies = bodies.astype(np.uint32)
+
+    def add(self, rows: np.ndarray, slots: dict[str, int], h: float, rates: np.ndarray, place: np.ndarray,
+            at: dict[str, int]) -> None:  # fmt: skip
+        """Add the rates of contact.
+
+        Parameters
+        ----------
+        rows, slots
+            Packed rows of the standard law in the particles' order, and where what stands in them.
+        h
+            Largest smoothing length [m].
+        rates, place, at
+            Rows of rates, the row of each particle, and where which rate stands in it.
+        """
+        rates[:, at["R_SLIP"]] = 0.0
+        chosen = self._selection.near_other_bodies(rows, self._pairs.kernel.reach * h)
+        if not len(chosen):
+            return
+        dim, to, near = self._pairs.layout.dim, self._pairs.slots, rows[chosen]
+        packed = np.zeros((len(chosen), self._pairs.layout.width))
+
+        def copy(name: str, of: str, width: int = 1, factor: Any = 1.0) -> None:
+            packed[:, to[name] : to[name] + width] = near[:, slots[of] : slots[of] + width] * factor
+
+        rho = near[:, slots["RHO"]]
+        for name in ("X", "U"):
+            copy(name, name, dim)
+        for name in ("H", "ZN", "ZT", "BODY"):
+            copy(name, name)
+        copy("V", "M", factor=1.0 / rho[:, None])
+        copy("T", "T", self._stress, (rho * rho)[:, None])
+        packed[:, to["M"]] = np.where(near[:, slots["M"]] > 0.0, near[:, slots["M"]], 1.0)
+        self._pairs.rows = packed
+        self._pairs.evaluate(h)
+        found = self._pairs.rates[self._pairs.place[: len(chosen)]]
+        mine, approach, last = place[chosen], at["R_APPROACH"], at["R_GRADIENT"] + dim * dim
+        closing = np.maximum(rates[mine, approach], found[:, approach])
+        rates[mine, :last] += found[:, :last]
+        rates[mine, approach] = closing
+        rates[mine, at["R_SLIP"]] = found[:, at["R_SLIP"]]

@@ -1,0 +1,84 @@
+"""What a finished run should say of itself: signs that its last state is not to be trusted everywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from hvisph.measures.groups import connected_groups
+from hvisph.output.snapshot import Snapshot
+
+# Nearest neighbours below this share of the particle's own size are clumped; so many of a body say so.
+CLUMPED, CLUMPS = 0.3, 0.01
+# Of the energy at the start: internal energy below zero, and of a body's particles: those that left the largest piece.
+BELOW_ZERO, TORN = 1e-3, 0.01
+# Particles nearer than so many spacings hang together.
+LINK = 2.0
+
+
+def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequence[bool], spacing: float) -> list[str]:
+    """Return what should be said of the state in which a run ended.
+
+    Parameters
+    ----------
+    now, start
+        The last and the first state.
+    bodies
+        Names of the bodies.
+    whole
+        Whether each body is a solid without a model of damage, which has no way to fail but by tearing.
+    spacing
+        dx [m].
+    """
+    found = []
+    for number, (name, has_no_damage) in enumerate(zip(bodies, whole, strict=True)):
+        mine = (now.fields["body"] == number) & (now.fields["mass"] > 0.0)
+        if mine.sum() < 2:
+            continue
+        position = now.fields["position"][mine]
+        found += [f"{name}: {text}" for text in _of_body(now, mine, position)]
+        if has_no_damage:
+            before = start.fields["position"][start.fields["body"] == number]
+            found += [f"{name}: {text}" for text in _torn(position, before, spacing)]
+    return [*found, *_energy(now, start)]
+
+
+def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray) -> Iterator[str]:
+    from scipy.spatial import cKDTree
+
+    position = position.reshape(len(position), -1)
+    size = (now.fields["mass"][mine] / now.fields["density"][mine]) ** (1.0 / position.shape[1])
+    nearest = cKDTree(position).query(position, 2)[0][:, 1]
+    share = float((nearest < CLUMPED * size).mean())
+    if share > CLUMPS:
+        yield (
+            f"{100 * share:.2g} % of its particles have a neighbour within {CLUMPED:g} of their own size: they have "
+            "clumped, and what lies between them is not resolved"
+        )
+
+
+def _torn(position: np.ndarray, before: np.ndarray, spacing: float) -> Iterator[str]:
+    def parted(at: np.ndarray) -> float:
+        return float((connected_groups(at, spacing, LINK) != 0).mean())
+
+    share = parted(position)
+    if share > TORN and share > parted(before) + TORN:
+        yield (
+            f"{100 * share:.2g} % of it has torn off, and its material has no model of damage: where and when a lattice "
+            "of particles tears is not physics; give the material `damage`"
+        )
+
+
+def _energy(now: Snapshot, start: Snapshot) -> Iterator[str]:
+    if "internal_energy" not in now.fields:
+        return
+    kinetic = 0.5 * (start.fields["mass"] * (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)).sum()
+    energy = now.fields["mass"] * now.fields["internal_energy"]
+    at_start = kinetic + np.abs(start.fields["mass"] * start.fields["internal_energy"]).sum()
+    below = float(-energy[energy < 0.0].sum())
+    if at_start > 0.0 and below > BELOW_ZERO * at_start:
+        yield (
+            f"internal energies below zero add up to {100 * below / at_start:.2g} % of the energy at the start: "
+            "the scheme has taken more out of particles than they held"
+        )
