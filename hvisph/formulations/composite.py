@@ -49,6 +49,7 @@ class CompositeStepper(Stepper):
     """
 
     formulation: Any
+    turns_back = False  # a Total Lagrangian particle cannot be exchanged for its image
 
     def __init__(self, particles: Particles, formulation: Any, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = (), drift: float = 0.5):  # fmt: skip

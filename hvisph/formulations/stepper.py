@@ -16,7 +16,7 @@ from hvisph.sph import rates
 from hvisph.sph.cells import Grid
 from hvisph.sph.pairs import Pairs
 from hvisph.sph.rows import RowLayout
-from hvisph.sph.symmetry import Plane
+from hvisph.sph.symmetry import Plane, turn_back
 
 from .formulation import Formulation
 
@@ -53,6 +53,7 @@ class Stepper:
     """
 
     has_energy = True
+    turns_back = True  # whether particles that pass a plane of symmetry are put back
 
     def __init__(self, particles: Particles, formulation: Formulation, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = (),
@@ -143,6 +144,8 @@ class Stepper:
     def complete(self, step: float, following: float) -> None:
         """Carry the state over `step` [s] with the last rates, and predict the stage of the step `following`."""
         self._carry(step, self.stage_share * following, complete=True)
+        if self.turns_back:
+            turn_back(self.particles, self.rows, self.pairs.layout, self.rates, self.place, self.pairs.planes)
 
     def predict(self, following: float) -> None:
         """Predict the stage of the step `following` [s] from the state and the last rates."""

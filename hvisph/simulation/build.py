@@ -108,7 +108,8 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
         particles.tags[held, FLAGS] |= CLAMPED
         particles["velocity"][held] = 0.0
     set_kernel_types(particles, case, names)
-    planes = tuple(Plane("xyz".index(plane.axis), plane.at) for plane in case.symmetry)
+    sides = {"above": 1.0, "below": -1.0}
+    planes = tuple(Plane("xyz".index(plane.axis), plane.at, sides[plane.keep]) for plane in case.symmetry)
     stepper = formulation.stepper(
         particles, formulation, materials, scheme.stage, scheme.previous, float(lengths.max()), planes,
         **scheme.further(),

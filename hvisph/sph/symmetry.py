@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hvisph.core.fields import CATALOGUE, SYMMETRIC_COMPONENTS
+from hvisph.core.particles import Particles
+
 from .rows import RowLayout
 
 
@@ -19,10 +22,17 @@ class Plane:
         0, 1 or 2: the plane is normal to x, y or z.
     at
         Its coordinate [m].
+    side
+        1 or -1: the material lies above or below it.
     """
 
     axis: int
     at: float
+    side: float = 1.0
+
+    def beyond(self, x: np.ndarray) -> np.ndarray:
+        """Return how far positions (n, dim) [m] lie beyond the plane [m], below zero for those that do not."""
+        return self.side * (self.at - x[:, self.axis])
 
 
 @dataclass(frozen=True)
@@ -54,10 +64,61 @@ def mirror(rows: np.ndarray, plane: Plane, layout: RowLayout) -> np.ndarray:
 def with_images(
     rows: np.ndarray, planes: tuple[Plane, ...], layout: RowLayout, reach: float
 ) -> tuple[np.ndarray, list[Images]]:
-    """Return `rows` (n, width) followed by the images of all that lie within `reach` [m] of a plane."""
+    """Return `rows` (n, width) followed by the images of all that can meet one, `reach` [m] being that of the kernel.
+
+    A particle that a step has carried beyond the plane meets images of what is farther from it by as much: their own
+    images meet it, too, and every pair has its counterpart.
+    """
     made = []
     for plane in planes:
-        source = np.flatnonzero(np.abs(rows[:, plane.axis] - plane.at) < reach)
+        depth = plane.beyond(rows)
+        deepest = float(depth[depth < reach].max(initial=0.0))
+        source = np.flatnonzero(np.abs(depth) < reach + deepest)
         made.append(Images(plane, source, len(rows)))
         rows = np.concatenate([rows, mirror(rows[source], plane, layout)])
     return rows, made
+
+
+def field_signs(rank: str, axis: int, dim: int) -> np.ndarray:
+    """Return the sign of each component of a field of a state under reflection along `axis`."""
+    vector = "xyz"[:dim]
+    names = {
+        "scalar": ("",),
+        "vector": tuple(vector),
+        "symmetric": SYMMETRIC_COMPONENTS,
+        "gradient": tuple(a + b for a in vector for b in vector),
+    }[rank]
+    return np.array([(-1.0) ** name.count("xyz"[axis]) for name in names])
+
+
+def turn_back(particles: Particles, rows: np.ndarray, layout: RowLayout, rates: np.ndarray, place: np.ndarray,
+              planes: tuple[Plane, ...]) -> None:  # fmt: skip
+    """Put the images of the particles that have passed a plane into their place.
+
+    Particle and image are one to all others, so that nothing else changes.
+
+    Parameters
+    ----------
+    particles, rows, layout
+        The state, and packed rows of it in the same order.
+    rates, place
+        Rows of rates, and the row of each particle.
+    planes
+        Planes of symmetry.
+    """
+    dim = particles.dim
+    for plane in planes:
+        vector, gradient = (field_signs(rank, plane.axis, dim) for rank in ("vector", "gradient"))
+        of_rates = np.concatenate([vector, np.ones(2), gradient])
+    for plane in planes:
+        passed = np.flatnonzero((plane.beyond(particles["position"]) > 0.0) & (particles["mass"] > 0.0))
+        if not len(passed):
+            continue
+        for name in particles.names:
+            values = particles[name]
+            if values.ndim == 2:
+                signs = field_signs(CATALOGUE[name].rank, plane.axis, dim)
+                values[passed] *= signs[: values.shape[1]]
+        particles["position"][passed, plane.axis] += 2.0 * plane.at
+        rows[passed] = mirror(rows[passed], plane, layout)
+        rates[place[passed], : len(of_rates)] *= of_rates
