@@ -122,7 +122,8 @@ class Eulerian:
         if self.parted:  # pairs of different bodies are left to the contact between them
             apart = {"COUPLED": 1, "shares": bind(coupling.apart, {}, plain.slots())}
         if not self.correction.acts:
-            return [Pass(standard.accumulate, plain, ways | apart, density_rate=self.density_rate, slips=self.parted)]
+            ways |= apart
+            return [Pass(standard.accumulate, plain, ways, density_rate=self.density_rate, slips=self.parted)]
         parts = {"SHEPARD": int(self.correction.shepard), "GRADIENT": int(self.correction.gradient)}
         # each side's stress over rho_a rho_b, as published
         ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}

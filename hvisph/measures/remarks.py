@@ -33,13 +33,13 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
     """
     found = []
     for number, (name, has_no_damage) in enumerate(zip(bodies, whole, strict=True)):
-        mine = (now.fields["body"] == number) & (now.fields["mass"] > 0.0)
+        mine = (now.body == number) & (now.fields["mass"] > 0.0)
         if mine.sum() < 2:
             continue
         position = now.fields["position"][mine]
         found += [f"{name}: {text}" for text in _of_body(now, mine, position)]
         if has_no_damage:
-            before = start.fields["position"][start.fields["body"] == number]
+            before = start.fields["position"][start.body == number]
             found += [f"{name}: {text}" for text in _torn(position, before, spacing)]
     return [*found, *_energy(now, start)]
 
@@ -65,15 +65,16 @@ def _torn(position: np.ndarray, before: np.ndarray, spacing: float) -> Iterator[
     share = parted(position)
     if share > TORN and share > parted(before) + TORN:
         yield (
-            f"{100 * share:.2g} % of it has torn off, and its material has no model of damage: where and when a lattice "
-            "of particles tears is not physics; give the material `damage`"
+            f"{100 * share:.2g} % of it has torn off, and its material has no model of damage: where and when a "
+            "lattice of particles tears is not physics; give the material `damage`"
         )
 
 
 def _energy(now: Snapshot, start: Snapshot) -> Iterator[str]:
     if "internal_energy" not in now.fields:
         return
-    kinetic = 0.5 * (start.fields["mass"] * (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)).sum()
+    squared = (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)
+    kinetic = 0.5 * (start.fields["mass"] * squared).sum()
     energy = now.fields["mass"] * now.fields["internal_energy"]
     at_start = kinetic + np.abs(start.fields["mass"] * start.fields["internal_energy"]).sum()
     below = float(-energy[energy < 0.0].sum())
