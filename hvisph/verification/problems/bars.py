@@ -38,7 +38,9 @@ def _trials(options: Options) -> Iterator[Trial]:
         gaps = {"gap 0": 0.0, "gap dx": dx} | ({} if options.quick else {"gap 1 mm": 1e-3})
         for name, gap in gaps.items():
             yield _meeting(dim, dx, name, gap)
-        if dim > 1:
+        if dim == 1:
+            yield _converging(dx)
+        else:
             yield _resting(dim, dx, 10e-6 if options.quick else 40e-6)
 
 
@@ -86,6 +88,18 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
         return {"velocity_x": panels}
 
     return Trial(f"{dim}D {name}", [Start(case)], figures, curves)
+
+
+def _converging(dx: float) -> Trial:
+    """Return the bars at two spacings: what the striker keeps must fall with the spacing."""
+    cases = [_case(1, spacing, SPEED, 0.0, 6e-6) for spacing in (dx, 0.5 * dx)]
+
+    def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
+        coarse, fine = (abs(float(ran.mean_velocity(0)[0])) for ran in runs)
+        yield limit("velocity left at half the spacing over that at the full", fine / coarse, 0.8,
+                    why="between first order, 0.5, and none, 1")  # fmt: skip
+
+    return Trial("1D gap 0, converging", [Start(case) for case in cases], figures)
 
 
 def _resting(dim: int, dx: float, end: float) -> Trial:
