@@ -16,6 +16,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measures import CATALOGUE, reported
 from hvisph.measures.expected import compare
 from hvisph.measures.measure import measure, measure_snapshot, unmeasured
+from hvisph.measures.plateau import Plateau, before_release
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.table import rows
 from hvisph.output.hdf5 import write_hdf5
@@ -282,3 +283,17 @@ def test_measure_is_light_to_import():
     code = f"import sys; from hvisph.measures import {modules}; from hvisph.pictures import plots; print(*{heavy} & sys.modules.keys())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
+
+
+def test_plateau_is_that_before_its_release():
+    """Three moments: it grows, is longest, and has been released to two thirds by long rarefactions."""
+
+    def plateau_at(time, stress, count):
+        return time, Plateau(Result(stress, "Pa", 1e6), Result(300.0, "m/s", 0.1), count)
+
+    none = 0.0, Plateau(meaningless("Pa", "no"), meaningless("m/s", "no"), 0)
+    moments = [none, plateau_at(1e-6, 4.74e9, 20), plateau_at(2e-6, 4.75e9, 90), plateau_at(4e-6, 3.06e9, 300)]
+    best = before_release(moments)
+    assert best.stress.value == 4.75e9
+    assert best.stress.time == best.velocity.time == 2e-6
+    assert before_release([none]).stress.value is None

@@ -47,6 +47,7 @@ def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool) -> None:
 
 
 def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
+    from hvisph.cli.limits import limits_text
     from hvisph.cli.results import conservation_rows, results_table, sections_table
     from hvisph.cli.words import duration
 
@@ -58,6 +59,7 @@ def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
         *([summary["answer"], ""] if summary["answer"] else []),
         results_table(summary["measures"], summary["expected"], unitless, conservation_rows(summary)),
         *([f"\n{sections}"] if (sections := sections_table(summary, unitless)) else []),
+        *(["", limits_text(summary["correlations"])] if summary.get("correlations") else []),
         "",
         f"{state} after {summary['steps']} steps in {duration(summary['wall_seconds'])} "
         f"on {summary['threads']} thread{'s' if summary['threads'] > 1 else ''}{cost}: {harmless(folder)}",

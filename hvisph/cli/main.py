@@ -15,6 +15,7 @@ from hvisph.cli import (
     exact,
     explain,
     gauges,
+    limits,
     materials,
     measure,
     plot,
@@ -63,6 +64,7 @@ for command in (
     sweep.sweep,
     sweep.converge,
     sweep.limit,
+    limits.limits,
     schema.schema,
     doctor.doctor,
 ):

@@ -18,7 +18,7 @@ from hvisph.measures.debris import BodyFragments, debris
 from hvisph.measures.layers import LayerMeasures, layer_measures, perforated, states, with_times
 from hvisph.measures.lengths import crater_diameter, extension, penetration
 from hvisph.measures.motion import momentum_transfer, residual_velocity
-from hvisph.measures.plateau import plateau
+from hvisph.measures.plateau import before_release, plateau
 from hvisph.measures.plug import FEWEST, plug_and_lip
 from hvisph.measures.pressure import centre_pressure_peak, centre_tension_peak
 from hvisph.measures.residue import residue
@@ -205,6 +205,8 @@ def in_time(found: Measures, files: Sequence[Path], start: Snapshot | None) -> M
     from hvisph.output import names
 
     earlier = [file for file in files if file.stem != names.POST_MORTEM][:-1]
+    if found.dimensions == 1:
+        found = _plateau_of(found, files, start)
     if earlier:
         recent = [reader.read_snapshot(earlier[-1])]
         for file in reversed(earlier[:-1]):
@@ -214,6 +216,19 @@ def in_time(found: Measures, files: Sequence[Path], start: Snapshot | None) -> M
             recent.append(before)
         found = _swung(found, [measure_snapshot(one, start) for one in reversed(recent)])
     return _timed(found, len(files), moment)
+
+
+def _plateau_of(found: Measures, files: Sequence[Path], start: Snapshot | None) -> Measures:
+    """Return the measures of a plate impact with the plateau as it was before it was released."""
+    from hvisph.output import reader
+
+    snapshots = (reader.read_snapshot(file) for file in files)
+    seen = [(one.time, plateau(Scene.of(one, start))) for one in snapshots if one.time <= found.time]
+    if not seen:
+        return found
+    best = before_release(seen)
+    return replace(found, results=found.results | {"plateau_stress": best.stress.finite(),
+                                                   "interface_velocity": best.velocity.finite()})  # fmt: skip
 
 
 def _swung(found: Measures, earlier: Sequence[Measures]) -> Measures:

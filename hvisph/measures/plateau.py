@@ -8,7 +8,8 @@ the fronts, and the releases that come back from the free faces.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from hvisph.measures.scene import Scene
 
 NEAR, FAR = 10.0, 0.5  # nearest [dx] and farthest [share of the nearer end's distance] particle taken
 FEWEST = 5  # particles for a mean
+WHOLE = 0.97  # of the highest mean stress of any moment: what is below has been released
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,25 @@ def plateau(scene: Scene) -> Plateau:
         velocity=_mean(scene.now.fields["velocity"].reshape(len(x), -1)[chosen, 0], "m/s"),
         count=int(chosen.sum()),
     )
+
+
+def before_release(found: Sequence[tuple[float, Plateau]]) -> Plateau:
+    """Return the plateau of the moment at which it was longest, before releases from the free faces reached it.
+
+    Parameters
+    ----------
+    found
+        Time [s] and plateau of moments in order; not empty. The results tell the moment that was chosen.
+    """
+    known = [(time, one) for time, one in found if one.stress.value is not None]
+    if not known:
+        return found[-1][1]
+    highest = max(one.stress.value or 0.0 for _, one in known)
+    time, best = max(
+        ((time, one) for time, one in known if (one.stress.value or 0.0) >= WHOLE * highest),
+        key=lambda pair: (pair[1].count, pair[0]),
+    )
+    return Plateau(replace(best.stress, time=time), replace(best.velocity, time=time), best.count)
 
 
 def longitudinal_stress(scene: Scene) -> np.ndarray:

@@ -32,7 +32,7 @@ def residue(scene: Scene, layers: tuple[LayerMeasures, ...]) -> dict[str, Result
     }
     broken = "" if share >= HALF else f"the projectile's largest piece holds {100.0 * share:.2g} % of its mass"
     length = _length(scene, _extent(scene.position[largest.particles, 0]) + scene.spacing)
-    results["length"] = meaningless("m", broken) if broken else length
+    results["length"] = meaningless("m", broken or "not told in 1D") if broken or dim == 1 else length
     if scene.start is not None and dim > 1:
         before = scene.start.fields["position"][np.isin(scene.start.body, _bodies(scene)), 0]
         if not broken:

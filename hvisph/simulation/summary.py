@@ -9,10 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from hvisph import __version__
 from hvisph.core.errors import HvisphError
+from hvisph.measures.correlations import correlations
 from hvisph.measures.expected import compare
 from hvisph.measures.measure import in_time, measure_snapshot, unmeasured
 from hvisph.measures.remarks import remarks
 from hvisph.output.snapshot import Snapshot
+from hvisph.simulation.correlations import impact_of
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -70,6 +72,12 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         "microseconds_per_particle_step": 1e6 * wall_seconds / (particles * steps) if steps else None,
         **{name: plain[name] for name in ("measures", "layers", "projectile", "cloud", "whole")},
         "remarks": remarks(now, start, list(case.bodies), whole, case.resolution),
+        "correlations": _correlations(case),
         "conservation": conservation,
         "expected": compare({**measured.results, **conservation}, case.expected),
     }
+
+
+def _correlations(case: Case) -> list[dict[str, Any]]:
+    impact, _ = impact_of(case)
+    return [] if impact is None else [one.as_dict() for one in correlations(impact)]

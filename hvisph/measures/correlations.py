@@ -1,0 +1,222 @@
+"""Empirical correlations of impact engineering, to stand beside a result: never the truth, and silent out of range.
+
+Spheres of any metal on plates of aluminium. Sources:
+
+- crater depth and single wall: Cour-Palais, as in NASA TM-2009-214785 eqs. 4-1 to 4-6;
+- Whipple shield: Christiansen, ibid. eqs. 4-23 to 4-26;
+- hole in a thin plate: Maiden and McHugh 1963 and Sawle 1969, in the form in which reviews quote them; to +-25 %;
+- residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976 (`hvisph.measures.limit` fits their curve).
+
+Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from math import cos, sqrt
+from typing import Any
+
+CM, KM, KSI = 1e-2, 1e3, 6.894757e6
+DESIGN, WHIPPLE = "NASA TM-2009-214785 eqs. 4-1 to 4-6", "NASA TM-2009-214785 eqs. 4-23 to 4-26"
+MAIDEN, SAWLE = "Maiden and McHugh 1963, +-25 %", "Sawle 1969, +-25 %"
+RECHT = "Recht and Ipson 1963"
+
+
+@dataclass(frozen=True)
+class Alloy:
+    """An aluminium alloy: Brinell hardness, sound speed [m/s], yield strength [Pa]."""
+
+    hardness: float
+    sound: float
+    strength: float
+
+
+# By what the name of a material begins with.
+ALLOYS = {
+    "aluminium-1100-o": Alloy(23.0, 5050.0, 5.0 * KSI),
+    "aluminium-1100": Alloy(32.0, 5050.0, 17.0 * KSI),
+    "aluminium-2024": Alloy(120.0, 5110.0, 50.0 * KSI),
+    "aluminium-2219": Alloy(130.0, 5100.0, 57.0 * KSI),
+    "aluminium-6061": Alloy(95.0, 5050.0, 40.0 * KSI),
+    "aluminium-7075": Alloy(150.0, 5040.0, 73.0 * KSI),
+}
+
+
+def alloy_of(material: str) -> Alloy | None:
+    """Return what is known of a material of the library by its name; None for any other than aluminium alloys."""
+    return next((alloy for name, alloy in ALLOYS.items() if material.startswith(name)), None)
+
+
+@dataclass(frozen=True)
+class Wall:
+    """A plate: thickness [m], density [kg/m^3], distance from the rear of the one before it [m], alloy."""
+
+    name: str
+    thickness: float
+    density: float
+    gap: float = 0.0
+    alloy: Alloy | None = None
+
+
+@dataclass(frozen=True)
+class Impact:
+    """A sphere on one plate or two.
+
+    Parameters
+    ----------
+    diameter, density
+        Of the sphere [m], [kg/m^3].
+    speed
+        Of the impact [m/s].
+    obliquity
+        Angle to the plates' normal [rad].
+    walls
+        The plates in the order along the shot line.
+    """
+
+    diameter: float
+    density: float
+    speed: float
+    obliquity: float
+    walls: tuple[Wall, ...]
+
+    @property
+    def mass(self) -> float:
+        """Mass of the sphere [kg]."""
+        return self.density * 3.141592653589793 / 6.0 * self.diameter**3
+
+    @property
+    def normal(self) -> float:
+        """Normal component of the velocity [m/s]."""
+        return self.speed * cos(self.obliquity)
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """One number of a correlation, in SI, or what it says in words.
+
+    Parameters
+    ----------
+    name, quantity
+        Whose it is, and of what.
+    value, unit
+        Number in SI.
+    text
+        What it means for this shot; empty where the number says it.
+    range, source
+        Where it holds, and where it is from.
+    """
+
+    name: str
+    quantity: str
+    value: float
+    unit: str
+    text: str
+    range: str
+    source: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for JSON."""
+        return dict(self.__dict__)
+
+
+def crater_depth(impact: Impact, wall: Wall, alloy: Alloy) -> float:
+    """Return the depth of the crater in a thick wall by Cour-Palais [m]."""
+    ratio = impact.density / wall.density
+    power = 0.5 if ratio < 1.5 else 2.0 / 3.0
+    d = impact.diameter / CM
+    return 5.24 * d ** (19 / 18) * alloy.hardness**-0.25 * ratio**power * (impact.normal / alloy.sound) ** (2 / 3) * CM
+
+
+def critical_diameter(impact: Impact, bumper: Wall, wall: Wall, strength: float) -> float:
+    """Return the diameter of the sphere that just perforates a Whipple shield's rear wall, by Christiansen [m]."""
+    rho_p, rho_b = impact.density * 1e-3, bumper.density * 1e-3  # [g/cm^3]
+    t_b, t_w, gap = bumper.thickness / CM, wall.thickness / CM, wall.gap / CM
+    angle = min(impact.obliquity, 1.1344640137963142)  # what is above 65 degrees counts as 65
+    sigma = strength / KSI
+
+    def slow(v: float) -> float:
+        held = t_w * sqrt(sigma / 40.0) + t_b
+        return float((held / (0.6 * cos(angle) ** (5 / 3) * sqrt(rho_p) * v ** (2 / 3))) ** (18 / 19))
+
+    def fast(v: float) -> float:
+        shield = 3.918 * t_w ** (2 / 3) * rho_p ** (-1 / 3) * rho_b ** (-1 / 9) * gap ** (1 / 3)
+        return float(shield * (v * cos(angle)) ** (-2 / 3) * (sigma / 70.0) ** (1 / 3))
+
+    v, across = impact.speed / KM, cos(angle)
+    if v * across <= 3.0:
+        return slow(v) * CM
+    if v * across >= 7.0:
+        return fast(v) * CM
+    low, high = slow(3.0 / across), fast(7.0 / across)
+    return (low + (high - low) * (v * across - 3.0) / 4.0) * CM
+
+
+def recht_ipson(speed: float, limit: float, mass: float, plug: float) -> float:
+    """Return the residual velocity of a blunt projectile [m/s], 0 below the ballistic limit.
+
+    Parameters
+    ----------
+    speed, limit
+        Of the impact, and the ballistic limit [m/s].
+    mass, plug
+        Of the projectile and of the plug that it pushes out [kg].
+    """
+    return mass / (mass + plug) * sqrt(max(speed**2 - limit**2, 0.0))
+
+
+def correlations(impact: Impact) -> list[Correlation]:
+    """Return every correlation that holds for an impact; none where all are out of their range."""
+    return [*_single_wall(impact), *_hole(impact), *_whipple(impact)]
+
+
+def _single_wall(impact: Impact) -> Iterator[Correlation]:
+    wall = impact.walls[0] if impact.walls else None
+    if wall is None or wall.alloy is None or not 0.5 * KM <= impact.speed <= 8.0 * KM:
+        return
+    span = "aluminium alloys, 0.5 to 8 km/s, 0 to 85 deg"
+    depth = crater_depth(impact, wall, wall.alloy)
+    yield Correlation("Cour-Palais", f"crater depth in a thick {wall.name}", depth, "m", "", span, DESIGN)
+    if len(impact.walls) > 1:
+        return
+    held = wall.thickness
+    text = (
+        "no incipient spall" if held >= 3.0 * depth
+        else "incipient spall" if held >= 2.2 * depth
+        else "detached spall" if held >= 1.8 * depth
+        else "perforated"
+    )  # fmt: skip
+    yield Correlation("Cour-Palais", f"least thickness of {wall.name} that holds", 1.8 * depth, "m", text, span, DESIGN)
+
+
+def _hole(impact: Impact) -> Iterator[Correlation]:
+    wall = impact.walls[0] if impact.walls else None
+    if wall is None or wall.alloy is None or impact.obliquity > 1e-3:
+        return
+    share, v = wall.thickness / impact.diameter, impact.speed / KM
+    aluminium = 2400.0 < impact.density < 3000.0
+    if not (aluminium and 2.0 <= v <= 8.0 and share < 0.5):
+        return
+    span = "aluminium on aluminium, normal, 2 to 8 km/s, t/d below 0.5"
+    hole = (0.45 * v * share ** (2 / 3) + 0.90) * impact.diameter
+    yield Correlation("Maiden-McHugh", f"hole in {wall.name}", hole, "m", "", span, MAIDEN)
+    speed = impact.density * impact.speed / (wall.density * wall.alloy.sound)
+    hole = (3.2 * speed**0.22 * share ** (2 / 3) + 1.0) * impact.diameter
+    yield Correlation("Sawle", f"hole in {wall.name}", hole, "m", "", span, SAWLE)
+
+
+def _whipple(impact: Impact) -> Iterator[Correlation]:
+    if len(impact.walls) != 2:
+        return
+    bumper, wall = impact.walls
+    if bumper.alloy is None or wall.alloy is None or wall.gap <= 0.0 or not 1.0 * KM <= impact.speed <= 15.0 * KM:
+        return
+    least = 0.25 if wall.gap < 30.0 * impact.diameter else 0.20
+    thin = bumper.thickness / impact.diameter < least * impact.density / bumper.density
+    if thin and impact.normal >= 7.0 * KM:
+        return  # too thin a bumper to break the sphere: the curve does not hold there
+    critical = critical_diameter(impact, bumper, wall, wall.alloy.strength)
+    text = f"{wall.name} {'perforated' if impact.diameter > critical else 'holds'}"
+    span = "two aluminium walls, 1 to 15 km/s; +-25 % in diameter"
+    yield Correlation("Christiansen, Whipple", "critical diameter of the sphere", critical, "m", text, span, WHIPPLE)

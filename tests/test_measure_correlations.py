@@ -1,0 +1,98 @@
+"""Empirical correlations: worked examples, ranges, limits of their formulas, and what a case becomes."""
+
+import math
+
+import pytest
+
+from hvisph.casefile.loader import load_case
+from hvisph.measures.correlations import (
+    ALLOYS,
+    KSI,
+    Impact,
+    Wall,
+    alloy_of,
+    correlations,
+    crater_depth,
+    critical_diameter,
+    recht_ipson,
+)
+from hvisph.simulation.correlations import impact_of
+
+MM = 1e-3
+SIX = ALLOYS["aluminium-6061"]
+
+
+def wall(thickness, gap=0.0, alloy=SIX, name="wall"):
+    return Wall(name, thickness, 2713.0, gap, alloy)
+
+
+def test_cour_palais_on_thick_aluminium():
+    # 6.35 mm of aluminium at 7 km/s, worked by hand from eq. 4-1: 12.9 mm in 6061-T6, 18.4 mm in 1100-O
+    shot = Impact(6.35 * MM, 2713.0, 7000.0, 0.0, ())
+    assert crater_depth(shot, wall(1.0), SIX) == pytest.approx(12.9 * MM, rel=0.01)
+    assert crater_depth(shot, wall(1.0), ALLOYS["aluminium-1100-o"]) == pytest.approx(18.4 * MM, rel=0.01)
+    # depth goes with (V cos)^(2/3) and d^(19/18)
+    oblique = Impact(6.35 * MM, 2713.0, 7000.0, math.radians(60.0), ())
+    assert crater_depth(oblique, wall(1.0), SIX) / crater_depth(shot, wall(1.0), SIX) == pytest.approx(0.5 ** (2 / 3))
+    thick = {one: correlations(Impact(6.35 * MM, 2713.0, 7000.0, 0.0, (wall(one * 12.9 * MM),)))[1].text
+             for one in (1.5, 2.0, 2.5, 3.5)}  # fmt: skip
+    assert list(thick.values()) == ["perforated", "detached spall", "incipient spall", "no incipient spall"]
+
+
+def test_whipple_curve_is_continuous_and_has_its_branches():
+    bumper, rear = wall(1.27 * MM, name="bumper"), wall(3.2 * MM, 101.6 * MM)
+
+    def critical(speed, angle=0.0):
+        return critical_diameter(Impact(5 * MM, 2796.0, speed, angle, ()), bumper, rear, 40.0 * KSI)
+
+    for edge in (3000.0, 7000.0):
+        assert critical(edge - 1e-6) == pytest.approx(critical(edge + 1e-6), rel=1e-6)
+    assert critical(2000.0) > critical(3000.0) < critical(7000.0) > critical(10000.0)
+    assert critical(9000.0) / critical(8000.0) == pytest.approx((8 / 9) ** (2 / 3))
+    # the low branch by hand: ((0.32 * 1 + 0.127) / (0.6 * 2.796^0.5 * 2.5^(2/3)))^(18/19) cm
+    assert critical(2500.0) == pytest.approx(((0.32 + 0.127) / (0.6 * 2.796**0.5 * 2.5 ** (2 / 3))) ** (18 / 19) * 1e-2)
+    assert critical(2500.0, math.radians(70.0)) == pytest.approx(critical(2500.0, math.radians(80.0)))
+
+
+def test_holes_of_a_published_impact():
+    # 10 mm on 4 mm at 6.18 km/s: 24.2 and 28.0 mm; measured 27.5 to 34.5 (Hiermaier 1997)
+    found = {one.name: one.value for one in correlations(Impact(10 * MM, 2710.0, 6180.0, 0.0, (wall(4 * MM),)))}
+    assert found["Maiden-McHugh"] == pytest.approx(24.2 * MM, rel=0.02)
+    assert found["Sawle"] == pytest.approx(28.0 * MM, rel=0.02)
+
+
+def test_out_of_range_is_silent():
+    assert correlations(Impact(10 * MM, 2710.0, 100.0, 0.0, (wall(4 * MM),))) == []
+    assert correlations(Impact(10 * MM, 2710.0, 6000.0, 0.0, (wall(4 * MM, alloy=None),))) == []
+    steel = correlations(Impact(10 * MM, 7800.0, 6000.0, 0.0, (wall(4 * MM),)))
+    assert {one.name for one in steel} == {"Cour-Palais"}
+    assert alloy_of("steel-howell-ball") is None
+    assert alloy_of("aluminium-2024-t351") is ALLOYS["aluminium-2024"]
+
+
+def test_recht_ipson():
+    assert recht_ipson(303.5, 184.5, 0.87, 0.13) == pytest.approx(209.0, rel=0.01)
+    assert recht_ipson(100.0, 184.5, 0.87, 0.13) == 0.0
+
+
+def test_impact_of_a_case(tmp_path):
+    text = """
+kinematics: three_d
+resolution: 0.5 mm
+bodies:
+  shot: {material: aluminium-2024-t351, shape: {type: sphere, diameter: 6 mm}, velocity: [6 km/s, 0, 0]}
+  bumper: {material: aluminium-6061-t6, shape: {type: box, size: [2 mm, 40 mm, 40 mm]}}
+  rear: {material: aluminium-6061-t6, shape: {type: box, size: [4 mm, 60 mm, 60 mm]}, gap: 100 mm}
+time: {end: 1 us}
+"""
+    path = tmp_path / "case.yaml"
+    path.write_text(text)
+    impact, _ = impact_of(load_case(path))
+    assert [one.thickness for one in impact.walls] == pytest.approx([2 * MM, 4 * MM])
+    assert impact.walls[1].gap == pytest.approx(0.1)
+    assert (impact.speed, impact.obliquity) == (6000.0, 0.0)
+    names = {one.name for one in correlations(impact)}
+    assert names == {"Cour-Palais", "Maiden-McHugh", "Sawle", "Christiansen, Whipple"}
+    flat, reason = impact_of(load_case("quickstart"))
+    assert flat is None
+    assert "3D" in reason
