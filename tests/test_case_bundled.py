@@ -5,8 +5,6 @@ import json
 import jsonschema
 import pytest
 
-from hvisph.case.bodies import arrangements_of
-from hvisph.case.shapes import SHAPES
 from hvisph.casefile.data import data_folder
 from hvisph.casefile.explain import explain
 from hvisph.casefile.loader import bundled_cases, dump_case, library, load_case, load_material
@@ -14,6 +12,7 @@ from hvisph.casefile.manual import case_manual
 from hvisph.casefile.schema import case_schema, generated_files
 from hvisph.casefile.yaml_text import parse
 from hvisph.core.errors import CaseError
+from hvisph.core.shapes import SHAPES, arrangements_of
 from hvisph.geometry.fill import allowed_arrangements
 from hvisph.simulation.shapes import shape_of
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.fill import ARRANGEMENTS, allowed_arrangements, estimated_count, fill
+from hvisph.geometry.fill import FUNCTIONS, allowed_arrangements, estimated_count, fill
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Sphere
 
 MM = 1e-3
@@ -169,4 +169,4 @@ def test_contains_is_strict_at_the_surface():
 
 
 def test_every_arrangement_has_a_shape():
-    assert {name for _, name in PAIRS} == set(ARRANGEMENTS)
+    assert {name for _, name in PAIRS} == set(FUNCTIONS)

@@ -13,9 +13,10 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.measures.debris import debris
 from hvisph.measures.measure import measure_snapshot
 from hvisph.measures.scene import Scene
+from hvisph.measures.series import columns, write_fragments, write_series
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.vtu import write_vtu
-from hvisph.pictures.series import columns, series_picture, write_fragments, write_series
+from hvisph.pictures.series import series_picture
 
 DX = 1 * MM
 # what the projectile breaks into: particles along x and their velocity

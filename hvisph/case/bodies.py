@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
 from hvisph.case.dimensions import NUMBER
 from hvisph.case.materials import NamedMaterial
 from hvisph.case.model import StrictModel
-from hvisph.case.shapes import SHAPES, Axis, OptionalRotation, Position, Rotation, Shape
+from hvisph.case.shapes import Axis, OptionalRotation, Position, Rotation, Shape
 from hvisph.case.units import (
     NonNegativeLength,
     NonNegativeSpecificEnergy,
@@ -17,23 +17,14 @@ from hvisph.case.units import (
     Quantity,
 )
 from hvisph.case.velocities import VelocityField, VelocityVector
+from hvisph.core.shapes import ARRANGEMENTS
 
-__all__ = ["SHAPES", "Axis", "Body", "Position", "Rotation", "Shape", "arrangements_of"]
+__all__ = ["Axis", "Body", "Position", "Rotation", "Shape"]
 
-Arrangement = Literal[
-    "even", "square", "cubic", "hexagonal", "hcp", "rings", "lattice_two_rings", "relaxed", "given"
-]
-
-
-def arrangements_of(dim: int, shape: str) -> tuple[Arrangement, ...]:
-    """Return the arrangements that have a meaning for a shape in `dim` dimensions, its default first."""
-    if shape == "particles":
-        return ("given",)
-    if dim == 1:
-        return ("even",)
-    if dim == 2:
-        return ("square", "hexagonal", "relaxed", *(("rings", "lattice_two_rings") if shape == "disc" else ()))
-    return ("cubic", "hcp", "relaxed")
+if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
+    Arrangement = str
+else:
+    Arrangement = Literal[tuple(ARRANGEMENTS)]
 
 
 class Grading(StrictModel):

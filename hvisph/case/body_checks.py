@@ -6,12 +6,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Protocol
 
-from hvisph.case.bodies import Body, arrangements_of
+from hvisph.case.bodies import Body
 from hvisph.case.formulations.options import KernelOptions
 from hvisph.case.model import Path, Problem
 from hvisph.case.regions import SymmetryPlane
 from hvisph.case.shapes import BoxShape, IntervalShape, shape_problems
 from hvisph.case.velocities import LinearField, UniformField
+from hvisph.core.shapes import arrangements_of
 
 FASTEST = 1e5  # [m/s]; ten times any impact in the solar system's inner part is a slip of units
 MOST_PARTICLES = 2**31 - 1  # indices in compiled loops are 32 bits wide

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_serializer, model_validator
 
-from hvisph.case.bodies import SHAPES, Body, arrangements_of
+from hvisph.case.bodies import Body
 from hvisph.case.checks import problems_of
 from hvisph.case.expected import Expectations, MeasureName
 from hvisph.case.formulations import Formulation, RiemannFormulation
@@ -21,6 +21,7 @@ from hvisph.case.units import PositiveLength
 from hvisph.case.watch import Watch
 from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.measures import measures_of
+from hvisph.core.shapes import SHAPES, arrangements_of
 
 if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
     KinematicsName = str

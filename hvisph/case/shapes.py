@@ -9,6 +9,7 @@ from pydantic import Field, ValidationInfo
 
 from hvisph.case.model import SCALAR_AS_LIST, DataFile, Shorthand, StrictModel
 from hvisph.case.units import Angle, Length, NonNegativeLength, Number, PositiveLength
+from hvisph.core.shapes import SHAPES
 
 Axis = Literal["x", "y", "z"]
 Sizes = Annotated[tuple[PositiveLength, ...], SCALAR_AS_LIST, Field(min_length=2, max_length=3)]
@@ -368,16 +369,6 @@ Shape = Annotated[
 
 for _model in (Part, PrismShape, RingShape, UnionShape, IntersectionShape, DifferenceShape, RepeatShape):
     _model.model_rebuild()
-
-_NOSED = ("cone", "frustum", "ogive", "dome", "rounded_cylinder")
-_COMBINED = ("union", "intersection", "difference", "repeat")
-# The shapes of each number of dimensions.
-SHAPES: dict[int, tuple[str, ...]] = {
-    1: ("interval", "particles"),
-    2: ("disc", "box", "annulus", "polygon", *_NOSED, *_COMBINED, "particles"),
-    3: ("sphere", "box", "cylinder", "tube", "hollow_sphere", *_NOSED, "prism", "ring", *_COMBINED, "mesh",
-        "particles"),
-}  # fmt: skip
 
 
 def _along(axis: str, length: float, width: float) -> tuple[float, ...]:

@@ -102,7 +102,8 @@ def _written(found: Any, csv: Path | None, plot: Path | None, fragments: bool) -
     """Write the files that were asked for."""
     if csv is None and plot is None:
         return
-    from hvisph.pictures.series import series_picture, write_fragments, write_series
+    from hvisph.measures.series import write_fragments, write_series
+    from hvisph.pictures.series import series_picture
 
     if csv is not None:
         (write_fragments if fragments else write_series)(found, csv)

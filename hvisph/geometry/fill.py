@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
 from hvisph.core.errors import CaseError, nearest
+from hvisph.core.shapes import arrangements_of
 from hvisph.geometry.arrangements.hcp import fill_hcp
 from hvisph.geometry.arrangements.hexagonal import fill_hexagonal
 from hvisph.geometry.arrangements.lattice import fill_lattice
@@ -17,39 +17,25 @@ from hvisph.geometry.arrangements.relaxed import fill_relaxed
 from hvisph.geometry.arrangements.rings import fill_rings
 from hvisph.geometry.filling import Filling
 from hvisph.geometry.fit import fill_exactly
-from hvisph.geometry.shapes import Disc, Shape
+from hvisph.geometry.shapes import Shape
 
-
-@dataclass(frozen=True)
-class Arrangement:
-    """One way to place particles: the shapes it has a meaning for, and the function that does it."""
-
-    name: str
-    dims: tuple[int, ...]
-    shapes: type
-    function: Callable[..., Filling]
-    paired: bool = False  # lays even numbers of layers where asked to
-
-
-# The first that suits a shape is its default.
-ARRANGEMENTS: dict[str, Arrangement] = {
-    arrangement.name: arrangement
-    for arrangement in (
-        Arrangement("even", (1,), Shape, fill_lattice, paired=True),
-        Arrangement("square", (2,), Shape, fill_lattice, paired=True),
-        Arrangement("cubic", (3,), Shape, fill_lattice, paired=True),
-        Arrangement("hexagonal", (2,), Shape, fill_hexagonal),
-        Arrangement("hcp", (3,), Shape, fill_hcp),
-        Arrangement("relaxed", (2, 3), Shape, fill_relaxed, paired=True),
-        Arrangement("rings", (2,), Disc, fill_rings),
-        Arrangement("lattice_two_rings", (2,), Disc, fill_lattice_two_rings),
-    )
+# How each arrangement of the catalogue is made, and those that lay even numbers of layers where asked to.
+FUNCTIONS: dict[str, Callable[..., Filling]] = {
+    "even": fill_lattice,
+    "square": fill_lattice,
+    "cubic": fill_lattice,
+    "hexagonal": fill_hexagonal,
+    "hcp": fill_hcp,
+    "relaxed": fill_relaxed,
+    "rings": fill_rings,
+    "lattice_two_rings": fill_lattice_two_rings,
 }
+PAIRED = ("even", "square", "cubic", "relaxed")
 
 
 def allowed_arrangements(shape: Shape) -> list[str]:
     """Return the names of the arrangements that have a meaning for `shape`, its default first."""
-    return [a.name for a in ARRANGEMENTS.values() if shape.dim in a.dims and isinstance(shape, a.shapes)]
+    return list(arrangements_of(shape.dim, shape.kind))
 
 
 def fill(
@@ -62,7 +48,7 @@ def fill(
     shape
         One of `hvisph.geometry.shapes`.
     arrangement
-        A name in `ARRANGEMENTS`; None for the shape's default (even, square or cubic).
+        A name in the catalogue; None for the shape's default (even, square or cubic).
     dx
         Particle spacing [m].
     exact
@@ -87,15 +73,15 @@ def fill(
         raise CaseError(f"the particle spacing must be positive and finite, not {dx:g}", where="resolution")
     allowed = allowed_arrangements(shape)
     name = allowed[0] if arrangement is None else arrangement
-    if name not in ARRANGEMENTS:
+    if name not in FUNCTIONS:
         raise CaseError(f"unknown arrangement '{name}'{nearest(name, allowed)}", where="arrangement")
     if name not in allowed:
         raise CaseError(
             f"arrangement '{name}' has no meaning for a {shape.kind} in {shape.dim}D; allowed: {', '.join(allowed)}",
             where="arrangement",
         )
-    chosen = ARRANGEMENTS[name]
-    arrange: Any = partial(chosen.function, even=even) if even and chosen.paired else chosen.function
+    function = FUNCTIONS[name]
+    arrange: Any = partial(function, even=even) if even and name in PAIRED else function
     return fill_exactly(shape, dx, arrange) if exact else arrange(shape, dx)
 
 

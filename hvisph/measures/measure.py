@@ -144,7 +144,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None) -> Me
     Measures
         ``measure(run)["plug_velocity"].value`` is a number in SI, and
         ``[piece.mass for body in measure(run).fragments for piece in body]`` are the masses of all fragments.
-        `hvisph.pictures.series` writes and draws what ``at="all"`` returns.
+        `hvisph.measures.series` writes what ``at="all"`` returns, `hvisph.pictures.series` draws it.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Pictures of snapshots, histories and several runs, and measures over time as files and pictures."""
+"""Pictures of snapshots, histories, measures over time and several runs."""

@@ -1,0 +1,143 @@
+"""Measures and fragments over time: as columns, and as CSV files."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph.measures.measure import Measures
+from hvisph.measures.plug import FEWEST
+from hvisph.output.atomic import write_text
+
+
+@dataclass(frozen=True)
+class Column:
+    """One quantity over time.
+
+    Parameters
+    ----------
+    unit
+        SI unit; empty for plain numbers.
+    values
+        One a moment; NaN where it has none.
+    """
+
+    unit: str
+    values: np.ndarray
+
+
+def moments(found: Measures) -> tuple[Measures, ...]:
+    """Return the series of what was measured: one moment where only one was asked for."""
+    return found.series or (found,)
+
+
+def columns(found: Measures) -> dict[str, Column]:
+    """Return every measure over time by its name, and what the fragments of each body come to.
+
+    Of the fragments: ``fragments.<body>.number`` (of five particles or more), ``.loose_mass_share`` (in smaller ones),
+    ``.largest_mass_share``, ``.largest_velocity_x`` (``_y``, ``_z``) and ``.largest_speed`` [m/s].
+    """
+    rows: list[dict[str, tuple[str, float | None]]] = []
+    for moment in moments(found):
+        row = {name: (result.unit, result.value) for name, result in moment.results.items()}
+        for part in moment.fragments:
+            head, largest = f"fragments.{part.body}.", part.fragments[0]
+            row[head + "number"] = "", part.number()
+            row[head + "loose_mass_share"] = "", part.share(part.counts < FEWEST)
+            row[head + "largest_mass_share"] = "", part.share([0])
+            for axis, speed in zip("xyz", largest.velocity, strict=False):
+                row[f"{head}largest_velocity_{axis}"] = "m/s", float(speed)
+            row[head + "largest_speed"] = "m/s", largest.speed
+        rows.append(row)
+    units = {name: unit for row in rows for name, (unit, _) in row.items()}
+    return {
+        name: Column(unit, np.array([_number(row.get(name, (unit, None))[1]) for row in rows]))
+        for name, unit in units.items()
+    }
+
+
+def write_series(found: Measures, path: str | os.PathLike[str]) -> Path:
+    """Write one row a moment: time, step, and the columns; empty where a measure has no value.
+
+    The header names each column with its SI unit, as in ``crater_diameter [m]``; a case without units has none.
+
+    Raises
+    ------
+    OutputError
+        When it cannot be written; an earlier file of that name is then untouched.
+    """
+    table = columns(found)
+    head = [_headed("time", "s", found), "step", *(_headed(name, table[name].unit, found) for name in table)]
+    body = [
+        [moment.time, moment.step, *(column.values[row] for column in table.values())]
+        for row, moment in enumerate(moments(found))
+    ]
+    return _write(path, head, body)
+
+
+def write_fragments(found: Measures, path: str | os.PathLike[str]) -> Path:
+    """Write one row a fragment, single particles included, of every body and moment.
+
+    Fragments are numbered from 1, the one with most particles. ``number_at_least`` and ``mass_share_at_least`` are
+    the body's cumulative distribution: how many of its fragments have this mass or more, and their share of it.
+
+    Raises
+    ------
+    OutputError
+        When it cannot be written; an earlier file of that name is then untouched.
+    """
+    axes = "xyz"[: found.dimensions]
+    head = [
+        _headed("time", "s", found),
+        "body",
+        "fragment",
+        "role",
+        "particles",
+        _headed("mass", found.mass_unit, found),
+    ]
+    head += ["mass_share", "number_at_least", "mass_share_at_least"]
+    head += [_headed(f"velocity_{axis}", "m/s", found) for axis in axes] + [_headed("speed", "m/s", found)]
+    head += [_headed(f"{name}_{axis}", "m", found) for name in ("centre", "extent") for axis in axes]
+    body: list[list[Any]] = []
+    for moment in moments(found):
+        for part in moment.fragments:
+            for number, (piece, role) in enumerate(zip(part.fragments, part.roles, strict=True), 1):
+                heavier = part.distribution.at(piece.mass) or (None, None)
+                share = piece.mass / part.mass if part.mass > 0.0 else None
+                body.append([moment.time, part.body, number, role, piece.count, piece.mass, share, *heavier,
+                             *piece.velocity, piece.speed, *piece.centre, *piece.extent])  # fmt: skip
+    return _write(path, head, body)
+
+
+def _headed(name: str, unit: str, found: Measures) -> str:
+    return f"{name} [{unit}]" if unit and not found.unitless else name
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def _write(path: str | os.PathLike[str], head: Sequence[str], body: Iterable[Sequence[Any]]) -> Path:
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(head)
+    writer.writerows([_cell(value) for value in row] for row in body)
+    target = Path(path)
+    write_text(target, buffer.getvalue())
+    return target
+
+
+def _cell(value: Any) -> str:
+    """Return a number with the fewest digits that give it back; nothing for what has no value."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if value is None or (isinstance(value, float) and not np.isfinite(value)):
+        return ""
+    return repr(value + 0.0) if isinstance(value, float) else str(value)  # no -0.0
