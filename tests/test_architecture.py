@@ -35,7 +35,19 @@ MAY_IMPORT = {
     "verification": {"core", "case", "casefile", "materials", "simulation", "measures", "pictures", "exact", "output"},
     "report": {"core", "case", "casefile", "measures", "pictures", "output"},
     "sweeps": {"core", "case", "casefile", "simulation", "measures", "output"},
-    "cli": {"core", "case", "casefile", "simulation", "study", "sweeps", "report", "verification", "measures", "pictures", "exact"},
+    "cli": {
+        "core",
+        "case",
+        "casefile",
+        "simulation",
+        "study",
+        "sweeps",
+        "report",
+        "verification",
+        "measures",
+        "pictures",
+        "exact",
+    },
 }
 # `measures` and `pictures` work on files alone: of `output` it may know what reads them, and how a picture is written whole.
 OF_OUTPUT = {"hvisph.output." + name for name in ("names", "reader", "snapshot", "atomic")}

@@ -186,7 +186,9 @@ def test_checks_across_fields_come_at_once(tmp_path):
     message = failure(tmp_path, "bodies:", "symmetry: [{axis: z}]\nbodies:")
     assert "symmetry.0.axis" in message
     path = tmp_path / "case.yaml"
-    path.write_text(GOOD.replace("every: 1 us", "formats: [vtu, vtu]").replace("[3.1 km/s, 0]", "[1 m/s]"), encoding="utf-8")
+    path.write_text(
+        GOOD.replace("every: 1 us", "formats: [vtu, vtu]").replace("[3.1 km/s, 0]", "[1 m/s]"), encoding="utf-8"
+    )
     with pytest.raises(CaseErrors) as caught:
         load_case(path)
     assert [error.line for error in caught.value.errors] == [8, 17]

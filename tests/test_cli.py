@@ -137,7 +137,11 @@ def test_schemas_are_those_of_the_package():
         assert call("schema", name).stdout == text
     assert call("schema").stdout == call("schema", "case").stdout
     assert call("schema", "--write", "here").exit_code == 0
-    assert sorted(path.name for path in Path("here").iterdir()) == ["case.schema.json", "summary.schema.json", "sweep.schema.json"]
+    assert sorted(path.name for path in Path("here").iterdir()) == [
+        "case.schema.json",
+        "summary.schema.json",
+        "sweep.schema.json",
+    ]
     jsonschema.Draft202012Validator.check_schema(json.loads(call("schema", "summary").stdout))
 
 

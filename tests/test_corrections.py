@@ -82,7 +82,9 @@ def twin(cloud, formulation):
             if math.isfinite(formulation.correction.factor):
                 tested = np.abs(x_ab) > LEVEL * r
                 ratios = np.concatenate([(g_ab / grad)[tested], (-g_ba / grad)[tested]])
-                if np.any(ratios >= formulation.correction.factor) or np.any(ratios <= 1.0 / formulation.correction.factor):
+                if np.any(ratios >= formulation.correction.factor) or np.any(
+                    ratios <= 1.0 / formulation.correction.factor
+                ):
                     g_ab, g_ba = grad, -grad
                     fallen[a] += 1
             mu = min(h * u_ab @ x_ab / (r**2 + 0.01 * h**2), 0.0)

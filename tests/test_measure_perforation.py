@@ -213,7 +213,9 @@ def test_an_oval_hole_off_the_shot_line():
     inside = ((position[:, 1] - 3 * MM) / (7 * MM)) ** 2 + ((position[:, 2] + 2 * MM) / (4 * MM)) ** 2 < 1.0
     found = at_layer(start, moment(parts, [500.0, 0.0, 0.0], ~(inside & (body == 1)), time=1e-5))
     assert found["hole_diameter_least"].value == pytest.approx(8 * MM, abs=1.5 * DX)
-    assert found["hole_diameter_greatest"].value == pytest.approx(14 * MM, abs=2 * DX)  # its pointed ends, by sectors of 2 dx
+    assert found["hole_diameter_greatest"].value == pytest.approx(
+        14 * MM, abs=2 * DX
+    )  # its pointed ends, by sectors of 2 dx
     assert found["hole_area"].value == pytest.approx(np.pi * 28 * MM**2, rel=0.08)
 
 
@@ -279,7 +281,11 @@ def test_catalogue_of_layers_knows_every_measure_and_its_unit():
 
 
 def test_what_still_moves_is_not_settled():
-    end = {"velocity": Result(300.0, "m/s", 4.0), "depth": Result(5e-3, "m", 1e-4, spacing=1e-4), "gone": Result(1.0, "")}
+    end = {
+        "velocity": Result(300.0, "m/s", 4.0),
+        "depth": Result(5e-3, "m", 1e-4, spacing=1e-4),
+        "gone": Result(1.0, ""),
+    }
     before = {"velocity": Result(490.0, "m/s", 4.0), "depth": Result(5.05e-3, "m"), "gone": meaningless("", "why")}
     found = swinging(end, 1e-5, [(0.95e-5, before)])
     assert found["velocity"].by_kind == pytest.approx({"swing": 95.0, "scatter": 4.0})

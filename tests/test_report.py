@@ -125,7 +125,9 @@ let hash = 0, inked = 0;
 for (let k = 0; k < d.length; k += 4) { if (d[k + 3]) inked++; hash = (hash * 31 + d[k] + 7 * d[k + 1] + 13 * d[k + 2]) | 0; }
 return [hash, inked];
 """
-CHANGE = "const e = document.getElementById(arguments[0]); e.value = arguments[1]; e.dispatchEvent(new Event(arguments[2]))"
+CHANGE = (
+    "const e = document.getElementById(arguments[0]); e.value = arguments[1]; e.dispatchEvent(new Event(arguments[2]))"
+)
 
 
 @pytest.mark.parametrize("kind", ["plane", "solid"])

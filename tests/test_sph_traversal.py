@@ -108,7 +108,9 @@ def test_a_collapse_is_an_error(monkeypatch):
         pairs.evaluate(h.max())
 
 
-@pytest.mark.parametrize("formulation", [Eulerian(artificial_stress=GrayArtificialStress()), Riemann()], ids=["standard", "contact"])
+@pytest.mark.parametrize(
+    "formulation", [Eulerian(artificial_stress=GrayArtificialStress()), Riemann()], ids=["standard", "contact"]
+)
 def test_half_with_symmetry_planes_is_the_mirrored_whole(formulation):
     cloud = random_cloud(2)
     planes = (Plane(0, cloud.x[:, 0].min() - 0.4e-3), Plane(1, cloud.x[:, 1].min() - 0.3e-3))

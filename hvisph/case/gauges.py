@@ -59,9 +59,9 @@ def gauge_problems(gauges: Mapping[str, Gauge], dim: int) -> Iterator[Problem]:
     for name, gauge in gauges.items():
         path: Path = ("gauges", name)
         if len(gauge.at) != dim:
-            axes = ", ".join("xyz"[: dim])
+            axes = ", ".join("xyz"[:dim])
             yield Problem((*path, "at"), f"has {len(gauge.at)} coordinates, needs {dim} in {dim}D: [{axes}]")
-        if isinstance(gauge, FreeSurfaceGauge) and gauge.direction[1] not in "xyz"[: dim]:
+        if isinstance(gauge, FreeSurfaceGauge) and gauge.direction[1] not in "xyz"[:dim]:
             yield Problem((*path, "direction"), f"there is no axis {gauge.direction[1]} in {dim}D")
         allowed = recordable(dim)
         for number, field in enumerate(gauge.fields):

@@ -12,6 +12,7 @@ from hvisph.core.kinematics import KINEMATICS
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
+
 def check(
     case: CaseArgument,
     resolution: ResolutionOption = None,

@@ -129,8 +129,13 @@ class Eulerian:
         ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}
         return [
             Pass(corrections.corrections, plain, parts | apart, into_rows=True),
-            Pass(standard.accumulate, corrections.pair_layout(plain), ways | apart, density_rate=self.density_rate,
-                 slips=self.parted),
+            Pass(
+                standard.accumulate,
+                corrections.pair_layout(plain),
+                ways | apart,
+                density_rate=self.density_rate,
+                slips=self.parted,
+            ),
         ]
 
     def layout(self, dim: int) -> RowLayout:

@@ -114,9 +114,7 @@ def _between_particles(first: Solid, second: Solid) -> float:
     from scipy.spatial import cKDTree
 
     reach = NEAREST * (first.spacing + second.spacing) / 2
-    skins = [
-        solid.positions[solid.shape.distance(solid.positions) > -1.5 * solid.spacing] for solid in (first, second)
-    ]
+    skins = [solid.positions[solid.shape.distance(solid.positions) > -1.5 * solid.spacing] for solid in (first, second)]
     if len(skins[0]) == 0 or len(skins[1]) == 0:
         return np.inf
     trees = [cKDTree(skin[:, 1:]) for skin in skins]

@@ -311,4 +311,3 @@ def unmeasured(now: Snapshot, reason: str) -> Measures:
     """Return what there is of a moment that cannot be measured: every measure without a value."""
     results = {name: meaningless(CATALOGUE[name].unit, reason) for name in reported(now.dimensions)}
     return Measures("", str(now.metadata.get("title", "")), now.time, now.step, results, now.dimensions)
-

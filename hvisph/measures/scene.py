@@ -286,4 +286,3 @@ class Scene:
     def _main(self, chosen: np.ndarray) -> np.ndarray:
         members = np.flatnonzero(chosen)
         return members[main_body(self.position[members], self.spacing)]
-

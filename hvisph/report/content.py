@@ -119,10 +119,7 @@ class Told:
         return " ".join(parts), "bad" if bad else "good" if status == "done" else ""
 
     def _rows(self) -> list[Row]:
-        found: dict[str, Any] = {
-            name: Result.from_dict(one)
-            for name, one in self.measures.items()
-        }
+        found: dict[str, Any] = {name: Result.from_dict(one) for name, one in self.measures.items()}
         return rows(found, self.summary.get("expected", []), self.unitless)
 
     def _layers(self) -> list[dict[str, Any]]:

@@ -104,9 +104,7 @@ def placed_bodies(case: Any) -> list[PlacedBody]:
     return bodies
 
 
-def _filled(
-    case: Any, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mirror]
-) -> tuple[Shape | None, Filling]:
+def _filled(case: Any, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mirror]) -> tuple[Shape | None, Filling]:
     """Return a body's shape and its particles about its origin."""
     dx = model.resolution or case.resolution
     if model.shape.type == "particles":

@@ -118,9 +118,7 @@ class Observer:
         """Whether a gauge asks for a record after `step` steps, whatever the history's own cadence."""
         return self._setup.gauges.due(step)
 
-    def record(
-        self, step: int, time: float, dt: float, criterion: str, particle: int, budget: Budget
-    ) -> list[Any]:
+    def record(self, step: int, time: float, dt: float, criterion: str, particle: int, budget: Budget) -> list[Any]:
         """Return the record of a step."""
         sums, pressures = self._setup.stepper.sums, self._setup.stepper.pressures
         drift = budget.energy_drift(sums)

@@ -121,7 +121,9 @@ class SweepFolder:
                 rows = list(csv.DictReader(file))
             return [
                 Member(
-                    int(row.pop("number")), row.pop("hash"), cost=float(row.pop("cost")),
+                    int(row.pop("number")),
+                    row.pop("hash"),
+                    cost=float(row.pop("cost")),
                     values={path: plain_or_json(cell) for path, cell in row.items() if cell},
                 )
                 for row in rows

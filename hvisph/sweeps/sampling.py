@@ -19,9 +19,7 @@ def sampled(vary: models.Sample, base: Mapping[str, Any]) -> list[Values]:
     """
     draws = {path: _distribution(path, one, base) for path, one in vary.values.items()}
     cube = _unit_cube(vary.method, len(draws), vary.count, vary.seed)
-    return [
-        {path: draw(float(u)) for (path, draw), u in zip(draws.items(), row, strict=True)} for row in cube
-    ]
+    return [{path: draw(float(u)) for (path, draw), u in zip(draws.items(), row, strict=True)} for row in cube]
 
 
 def _unit_cube(method: str, dimensions: int, count: int, seed: int) -> np.ndarray:

@@ -30,9 +30,7 @@ def verdict(vary: Any, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str
     elif isinstance(vary, models.Sample):
         said["sample"] = _sample(vary, base, done)
     elif isinstance(vary, models.Bisect):
-        said["limits"] = [
-            _limit(vary, base, fixed, group) for fixed, group in _groups(vary, done)
-        ]
+        said["limits"] = [_limit(vary, base, fixed, group) for fixed, group in _groups(vary, done)]
     return said
 
 

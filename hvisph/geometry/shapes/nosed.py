@@ -222,9 +222,7 @@ class RoundedCylinder(Profile):
     ends: str = "both"
 
     def __post_init__(self) -> None:
-        require_sizes(
-            "rounded cylinder", diameter=self.diameter, length=self.length, edge_radius=self.edge_radius
-        )
+        require_sizes("rounded cylinder", diameter=self.diameter, length=self.length, edge_radius=self.edge_radius)
         room = min(self.diameter / 2, self.length / (2 if self.ends == "both" else 1))
         if self.edge_radius > room * (1 + 1e-12):
             raise CaseError(f"the edge radius of {self.edge_radius:g} must be at most {room:g}", where="edge_radius")

@@ -52,7 +52,8 @@ def _trial(name: str, dx: float) -> Trial:
         "time": {"end": END},
         "gauges": {
             gauge: {"type": "material", "at": [at], "fields": ["stress_xx", "velocity"]} for gauge, at in GAUGES.items()
-        } | {"surface": {"type": "free_surface", "at": [LENGTH], "fields": ["velocity"]}},
+        }
+        | {"surface": {"type": "free_surface", "at": [LENGTH], "fields": ["velocity"]}},
     }
     return Trial(name, [Start(case)], _figures, _curves, across="time")
 

@@ -1,0 +1,79 @@
+"""The documentation: pages made from the code are up to date, examples load and run, links lead somewhere."""
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from hvisph.casefile.loader import load_case
+from hvisph.sweeps.plan import load_plan
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
+LINK = re.compile(r"\]\((?!https?:|#)([^)#\s]+)")
+BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
+
+
+def blocks(page, language):
+    """The code blocks of a page in a language."""
+    return [text for kind, text in BLOCK.findall((DOCS / page).read_text(encoding="utf-8")) if kind == language]
+
+
+@pytest.mark.parametrize("page", PAGES)
+def test_links_lead_somewhere(page):
+    text = (DOCS / page).read_text(encoding="utf-8")
+    assert not [link for link in LINK.findall(text) if not (DOCS / page).parent.joinpath(link).exists()]
+
+
+def test_every_page_is_in_the_site():
+    site = (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+    assert not [page for page in PAGES if page not in site]
+
+
+def test_the_page_of_commands_is_up_to_date():
+    spec = importlib.util.spec_from_file_location("commands", DOCS / "commands.py")
+    commands = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(commands)
+    assert commands.PAGE.read_text(encoding="utf-8") == commands.text(), "run: python docs/commands.py --write"
+
+
+def test_commands_of_the_pages_exist():
+    known = set(re.findall(r"^## hvisph (\S+)", (DOCS / "commands.md").read_text(encoding="utf-8"), re.MULTILINE))
+    named = {
+        word
+        for page in PAGES
+        if page.startswith(("start/", "howto/"))
+        for text in blocks(page, "sh")
+        for word in re.findall(r"^hvisph (\w+)", text, re.MULTILINE)
+    }
+    assert named
+    assert named <= known
+
+
+def examples():
+    """Page and number of every YAML example of the pages for users."""
+    return [(page, k) for page in PAGES if page.startswith("howto/") for k in range(len(blocks(page, "yaml")))]
+
+
+@pytest.mark.parametrize(("page", "number"), examples())
+def test_examples_load(page, number, tmp_path):
+    content = yaml.safe_load(blocks(page, "yaml")[number])
+    if "vary" in content:
+        content["case"] = "quickstart"
+        load_plan(content | {"vary": content["vary"] | {"for": {"bodies.target.shape.size.0": ["2 mm"]}}})
+        return
+    if not {"bodies", "resolution", "time"} <= content.keys():  # a part of a case: laid over the quickstart
+        content = {"base": "quickstart", **content}
+    load_case(content)
+
+
+def test_the_notebook_page_runs(tmp_path, monkeypatch):
+    pytest.importorskip("pandas")
+    monkeypatch.chdir(tmp_path)
+    space = {}
+    for text in blocks("howto/notebook.md", "python"):
+        exec(text, space)
+    assert space["figure"].axes
