@@ -222,6 +222,9 @@ class ProjectionStepper:
         self.lengths[...] = self.particles["smoothing_length"]
         if not self._stale():
             crossed = self._crossed
+            apart = np.abs(history["listed_at"] - self.particles["position"]).max()
+            if not apart <= MARGIN * self.lengths.max():
+                raise ValueError("its neighbours were listed elsewhere")
             self._make_list(history["listed_at"])
             self._crossed = crossed
         self._averaged.restore(history)

@@ -87,6 +87,8 @@ def read_checkpoint(path: str | Path) -> Checkpoint:
     """
     with reading(path, "a checkpoint") as h5:
         header = json.loads(h5[_HEADER][...].tobytes())
+        if not isinstance(header, dict) or not isinstance(header["step"], int):
+            raise ValueError("its header is none")
         for what, here in (("code_version", __version__), ("format_version", FORMAT_VERSION)):
             if header[what] != here:
                 raise CaseError(

@@ -16,6 +16,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.output.checkpoint import Checkpoint
 from hvisph.simulation.build import Setup
 from hvisph.simulation.clock import Clock, Step
+from hvisph.simulation.fitting import refuse_misfit
 from hvisph.simulation.monitors import Budget
 from hvisph.simulation.watch import Watch
 
@@ -100,14 +101,13 @@ class Keeper:
         header = checkpoint.header
         refuse_changed(checkpoint, self.case)
         try:
+            refuse_misfit(checkpoint, self.capture(Step(1.0, "")), self.setup.particles)
             return self._restore(header, checkpoint.arrays)
-        except (KeyError, ValueError, TypeError) as error:
+        except (LookupError, ValueError, TypeError, AttributeError, OverflowError) as error:
             raise OutputError(f"the checkpoint of step {checkpoint.step} does not fit this run: {error}") from error
 
     def _restore(self, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Step:
         clock, budget, particles = self.clock, self.budget, self.setup.particles
-        if tuple(header["fields"]) != particles.names or arrays["state"].shape != particles.data.shape:
-            raise ValueError("it has other fields or another number of particles")
         particles.data[...], particles.tags[...] = arrays["state"], arrays["tags"]
         prefix = "history/"
         stepper = self.setup.stepper
@@ -161,7 +161,12 @@ def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
 
     A new end is no change, but it must not be behind the checkpoint.
     """
-    before, now = checkpoint.header["case"], case.model_dump(mode="json")
+    before, now = checkpoint.header.get("case"), case.model_dump(mode="json")
+    try:
+        reached, end = float(checkpoint.header["clock"]["time"]), before["time"]["end"]  # type: ignore[index]
+    except (LookupError, ValueError, TypeError) as error:
+        what = f"the checkpoint of step {checkpoint.step} does not fit this run"
+        raise OutputError(f"{what}: it lacks {error}") from error
     found = [
         f"{path} was {_short(old)} and is {_short(new)}"
         for path, old, new in _differences(before, now, "")
@@ -172,8 +177,7 @@ def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
             f"the case has changed since the checkpoint: {'; '.join(found[:5])}"
             f"{f' and {len(found) - 5} more' if len(found) > 5 else ''}; put it back, or begin a new run"
         )
-    reached = checkpoint.header["clock"]["time"]
-    if case.time.end < reached and case.time.end != before["time"]["end"]:
+    if case.time.end < reached and case.time.end != end:
         raise CaseError(f"the run is at {reached:.6g} already, beyond {case.time.end:.6g}", where="time.end")
 
 

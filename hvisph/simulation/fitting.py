@@ -1,0 +1,115 @@
+"""Whether a checkpoint fits the run that it is to go on with: kinds, shapes, and all that compiled loops go by.
+
+A checkpoint that is whole may still be forged, or made of something else. Loops trust indices, so what is used as
+one - bodies, materials, flags, the grid, places in lists - must be what this run has. Values that are only
+computed with are not judged: nonsense there ends in a watcher's message.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.particles import BODY, FLAGS, ID, MATERIAL, RETIRED, Particles
+from hvisph.output.checkpoint import Checkpoint
+from hvisph.sph.traversal import MOST_NEIGHBOURS
+
+# Arrays whose number of rows follows the state; their columns are fixed.
+VARYING = ("history/listed_at",)
+
+
+def refuse_misfit(found: Checkpoint, own: Checkpoint, particles: Particles) -> None:
+    """Raise `ValueError` unless `found` is made like `own`, a checkpoint of this run at its start.
+
+    Parameters
+    ----------
+    found, own
+        The checkpoint to go on from, and one of this run as it was built.
+    particles
+        The run's particles as built.
+    """
+    for name, value in own.header.items():
+        if name != "case":
+            _refuse_other_kind(value, found.header[name], name)
+    if found.header["fields"] != own.header["fields"]:
+        raise ValueError("it has other fields")
+    if not (found.header["clock"]["time"] >= 0.0 and found.header["step"]["length"] > 0.0):
+        raise ValueError("its time or its step is not positive")
+    if found.arrays.keys() != own.arrays.keys():
+        raise ValueError(f"it differs in {', '.join(sorted(found.arrays.keys() ^ own.arrays.keys()))}")
+    for name, values in own.arrays.items():
+        other, skip = found.arrays[name], int(name in VARYING)
+        if other.dtype != values.dtype or other.shape[skip:] != values.shape[skip:]:
+            raise ValueError(f"'{name}' has another shape or kind: {other.shape}, not {values.shape}")
+    _refuse_other_particles(found.arrays["state"], found.arrays["tags"], particles)
+    _refuse_other_grid(found.arrays, own.arrays)
+
+
+def _refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Particles) -> None:
+    """Raise `ValueError` unless these are the run's particles, in any order, with what never changes as it was."""
+    count = particles.count
+    if not np.array_equal(np.sort(tags[:, ID]), np.arange(count)):
+        raise ValueError("its particles are not numbered, each once")
+    built = np.empty(count, np.int64)
+    built[particles.id] = np.arange(count)
+    order = built[tags[:, ID]]  # row of each in the run as built
+    fixed = np.array([BODY, MATERIAL])
+    flags = tags[:, FLAGS] & ~np.uint32(RETIRED)
+    if (tags[:, fixed] != particles.tags[order][:, fixed]).any() or (flags != particles.tags[order, FLAGS]).any():
+        raise ValueError("its particles are of other bodies or materials, or others are held")
+    moved = Particles(particles.dim, 0, particles.names[len(Particles(particles.dim, 0).names) :])
+    moved.data = state
+    kept = (tags[:, FLAGS] & RETIRED) == 0
+    if (moved["mass"] != np.where(kept, particles["mass"][order], 0.0)).any():
+        raise ValueError("its particles have other masses")
+    if not (moved["smoothing_length"] > 0.0).all() or not np.isfinite(moved["position"]).all():
+        raise ValueError("its particles have no places or no smoothing lengths")
+    if "kernel_type" in moved.offsets and not np.isin(moved["kernel_type"], (0.0, 1.0)).all():
+        raise ValueError("its particles have no kind of kernel")
+    if "reference_position" in moved.offsets and (
+        (moved["reference_position"] != particles["reference_position"][order]).any()
+    ):
+        raise ValueError("its particles have other places in the reference configuration")
+
+
+def _refuse_other_grid(found: dict[str, np.ndarray], own: dict[str, np.ndarray]) -> None:
+    name = "history/grid_shape"
+    if name in own and (found[name] != own[name]).any():
+        raise ValueError("its grid of cells is another")
+    name = "history/capacity"
+    if name in own and not 0 < int(found[name][0]) <= 4 * MOST_NEIGHBOURS:
+        raise ValueError("its room for neighbours is none that a run has")
+
+
+def _refuse_other_kind(own: Any, found: Any, path: str) -> None:
+    """Raise `ValueError` unless plain values are of the same kinds, nothing being as good as a number."""
+    if isinstance(own, dict):
+        if not isinstance(found, dict) or own.keys() != found.keys():
+            raise ValueError(f"its {path} has other keys")
+        for name, value in own.items():
+            _refuse_other_kind(value, found[name], f"{path}.{name}")
+    elif path == "series":
+        if not isinstance(found, list) or not all(_is_entry(entry) for entry in found):
+            raise ValueError(f"its {path} is no list of times and files")
+    elif isinstance(own, list):
+        if not isinstance(found, list) or len(found) != len(own):
+            raise ValueError(f"its {path} has another length")
+        for number, (one, other) in enumerate(zip(own, found, strict=True)):
+            _refuse_other_kind(one, other, f"{path}.{number}")
+    elif isinstance(own, str) != isinstance(found, str) or not (
+        found is None or isinstance(found, str) or _is_number(found)
+    ):
+        raise ValueError(f"its {path} is of another kind")
+    elif isinstance(own, int) and not isinstance(own, bool) and not (isinstance(found, int) and abs(found) < 2**62):
+        raise ValueError(f"its {path} is no whole number")
+    elif own is not None and found is None:
+        raise ValueError(f"its {path} is missing")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
+
+
+def _is_entry(entry: Any) -> bool:
+    return isinstance(entry, list) and len(entry) == 2 and _is_number(entry[0]) and isinstance(entry[1], str)
