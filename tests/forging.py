@@ -69,8 +69,8 @@ def values(h5, name, rng, elsewhere):
 
 
 def shape(h5, name, rng, elsewhere):
-    old = h5[name][...]
-    new = rng.choice([old[:0], old.ravel(), np.zeros((3, 3, 3)), np.atleast_1d(old)[:1], np.float64(3.0)])
+    old = np.atleast_1d(h5[name][...])
+    new = rng.choice([old[:0], old.ravel(), np.zeros((3, 3, 3)), old[:1], np.float64(3.0)])
     replaced(h5, name, lambda: h5.create_dataset(name, data=new))
 
 

@@ -1,6 +1,7 @@
 """Mistakes that people make in case files, and damage that files come by."""
 
 import random
+import re
 
 # Each is a whole case file, or bytes that pretend to be one.
 GOOD = """\
@@ -111,6 +112,21 @@ def damaged(content, rng):
         return bytes(content[: rng.randrange(len(content))])
     content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
     return bytes(content)
+
+
+NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:[eE][-+]?\d+)?(?![\w.])")
+EXTREMES = ("0", "-1", "1e-300", "1e300", "5e-324", "1.7e308", "1e-29", "1e29", "1e-15", "1e15", "1e9", "1e-9", "3", "0.5",
+            "1e6", "-0.0", "1e-3", "1e20", "1e-20")  # fmt: skip
+
+
+def extreme(text, rng):
+    """A case file with some of its numbers far too large or too small."""
+    for _ in range(rng.randint(1, 3)):
+        found = list(NUMBER.finditer(text))
+        if found:
+            one = rng.choice(found)
+            text = text[: one.start()] + rng.choice(EXTREMES) + text[one.end() :]
+    return text
 
 
 def mutated(text, rng):

@@ -34,17 +34,21 @@ def cache_folder() -> Path | None:
     """Folder of the compiled loops, made if need be; None where there is none to write or to read from."""
     from platformdirs import user_cache_path
 
-    named = Path(os.environ.get("HVISPH_CACHE_DIR") or user_cache_path("hvisph", appauthor=False)) / "loops"
-    if _writable(named):
-        return named
-    if named.is_dir() and any(named.glob(f"*{_SUFFIX}")):
-        return named
+    asked = os.environ.get("HVISPH_CACHE_DIR")
+    named = Path(asked or user_cache_path("hvisph", appauthor=False)) / "loops"
+    # the home may be somebody else's, as under sudo: what lies there is not run
+    if asked or not named.is_dir() or _is_own(named, 0o022):
+        if _writable(named):
+            return named
+        if named.is_dir() and any(named.glob(f"*{_SUFFIX}")):
+            return named
     return _private_folder()
 
 
 def _writable(folder: Path) -> bool:
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             return True
     except OSError:
@@ -60,17 +64,19 @@ def _private_folder() -> Path | None:
     try:
         folder.mkdir(mode=0o700)
     except FileExistsError:
-        if not _is_private(folder):
+        if not _is_own(folder, 0o077):
             return None
     except OSError:
         return None
     return folder if _writable(folder) else None
 
 
-def _is_private(folder: Path) -> bool:
+def _is_own(folder: Path, closed: int) -> bool:
+    """Tell whether a folder is the user's, no link, and has none of the permissions `closed`; Windows has its own."""
     found = folder.lstat()
-    mine = not hasattr(os, "getuid") or found.st_uid == os.getuid()
-    return stat.S_ISDIR(found.st_mode) and mine and not found.st_mode & 0o077
+    if not hasattr(os, "getuid"):
+        return stat.S_ISDIR(found.st_mode)
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & closed
 
 
 class LoopCache(_Cache):

@@ -43,8 +43,9 @@ def misfit(summary: Any) -> str:
     if found:
         return found
     failure, measures, drifts, expected = (summary.get(k) for k in ("failure", "measures", "conservation", "expected"))
-    if not (failure is None or (isinstance(failure, dict) and _text(failure.get("message")))):
-        return "its failure has no message"
+    told = failure is None or (isinstance(failure, dict) and _text(failure.get("message")))
+    if "failure" not in summary or not told:
+        return "its failure is missing or has no message"
     if not isinstance(measures, dict) or not isinstance(drifts, dict) or not isinstance(expected, list):
         return "it lacks measures, conservation or expected"
     for name, entry in measures.items():
