@@ -181,6 +181,11 @@ def test_killed_workers_lose_nothing(tmp_path):
     assert "penetration [m]" in table[0]
     assert "crater_diameter [m]" not in table[0]
     members = folder.members()
+    from hvisph.report.sweep import sweep_report
+
+    page = sweep_report(folder.path).read_text(encoding="utf-8")
+    assert "4 of 4 cases are done" in page
+    assert page.count("data-sort") >= 4 * 4
     assert same(folder.run_folder(members[3]), alone(folder, members[3], tmp_path))
     assert list(sweep(folder.path)) == []  # nothing is left, and nothing is computed again
 

@@ -12,7 +12,7 @@ from hvisph.cli.say import say
 
 
 def report(
-    runs: Annotated[list[str], typer.Argument(metavar="RUN...", help="Folders of runs, side by side.")],
+    runs: Annotated[list[str], typer.Argument(metavar="RUN...", help="Folders of runs; or one sweep's.")],
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="FILE", help="Page to write; report.html in the run's folder."),
@@ -21,7 +21,8 @@ def report(
 ) -> None:
     """Write one self-contained page: verdict, player, measures, health, set-up. It needs no network."""
     from hvisph.report.build import report as build
+    from hvisph.report.sweep import is_sweep, sweep_report
 
-    path = build(runs, out)
+    path = sweep_report(runs[0], out) if len(runs) == 1 and is_sweep(runs[0]) else build(runs, out)
     if not quiet:
         say(str(path))

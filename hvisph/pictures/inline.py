@@ -6,8 +6,12 @@ import base64
 import io
 import re
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MOST_POINTS = 400  # of a line
 COLOURS = 256  # of a colour map
@@ -32,7 +36,7 @@ def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption:
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "hvisph", "font.size": 9}):
+    with rc_context({"font.size": 9}):
         figure = Figure(figsize=(4.2, 2.5), layout="constrained")
         axes = figure.add_subplot()
         thin = np.unique(np.linspace(0, len(time) - 1, min(len(time), MOST_POINTS)).astype(int))
@@ -45,13 +49,17 @@ def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption:
         axes.grid(alpha=0.3)
         if len(lines) > 1:
             axes.legend(fontsize=7, frameon=False)
-        text = io.StringIO()
+    return {"svg": embedded(figure, caption), "caption": caption}
+
+
+def embedded(figure: Figure, caption: str) -> str:
+    """Return a figure as an element of a page: SVG without prologue and metadata, with a name for readers."""
+    from matplotlib import rc_context
+
+    text = io.StringIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "hvisph"}):
         figure.savefig(text, format="svg", transparent=True, metadata={"Date": None})
-    return {"svg": _embedded(text.getvalue(), caption), "caption": caption}
-
-
-def _embedded(svg: str, caption: str) -> str:
-    """Return an SVG file as an element of a page: without prologue and metadata, with a name for readers."""
+    svg = text.getvalue()
     body = svg[svg.index("<svg") :]
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     label = caption.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")

@@ -41,16 +41,20 @@ def sweep_picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], pa
     CaseError
         When there is nothing to draw.
     """
-    if "converge" in said:
-        figure = _panels(said["converge"], _convergence)
-    elif "limits" in said:
-        figure = _limits(said["limits"])
-    elif "sample" in said:
-        figure = _panels(said["sample"], _tornado)
-    else:
-        figure = _measures(rows)
+    figure = sweep_figure(said, rows)
     figure.suptitle(title)
     return store(figure, path)
+
+
+def sweep_figure(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> Figure:
+    """Return the figure of what a sweep says; raises `CaseError` when there is nothing to draw."""
+    if "converge" in said:
+        return _panels(said["converge"], _convergence)
+    if "limits" in said:
+        return _limits(said["limits"])
+    if "sample" in said:
+        return _panels(said["sample"], _tornado)
+    return _measures(rows)
 
 
 def _figure(count: int) -> tuple[Figure, list[Axes]]:

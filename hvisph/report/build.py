@@ -5,15 +5,14 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 from hvisph.output.atomic import write_text
 from hvisph.pictures.inline import colour_tables
 from hvisph.report.content import Told
+from hvisph.report.template import PAGE, template
 
-PAGE = Path(__file__).with_name("page")
 SECTIONS = [("verdict", "Verdict"), ("player", "Player"), ("measures-0", "Measures"), ("health-0", "Health"),
             ("setup-0", "Set-up")]  # fmt: skip
 
@@ -45,7 +44,7 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     tables = colour_tables([field["colours"] for one in contents for field in one["frames"]["fields"]])
     packed = {"colours": tables, "runs": [one["frames"] for one in contents]}
     title = contents[0]["frames"]["title"] if len(contents) == 1 else " / ".join(one["name"] for one in contents)
-    text = _template().render(
+    text = template("report.html.j2").render(
         title=title or contents[0]["name"], sections=SECTIONS, runs=contents, differences=_differences(told),
         # a closing tag inside a script would end it
         packed=json.dumps(packed).replace("<", "\\u003c"),
@@ -54,14 +53,6 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     target = Path(path) if path is not None else told[0].folder / "report.html"
     write_text(target, text)
     return target
-
-
-@cache
-def _template() -> Any:
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
-    return environment.from_string((PAGE / "report.html.j2").read_text(encoding="utf-8"))
 
 
 def _distinct(told: Sequence[Told]) -> None:
