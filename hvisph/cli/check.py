@@ -149,7 +149,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     return "\n".join([*lines, table(facts)])
 
 
-def _filling(body: Any, case: Any, number: Any) -> str:
+def _filling(body: Any, case: Case, number: Any) -> str:
     """Return mass and volume of a body, and what was adjusted to make them exact."""
     depth = {1: "/m^2", 2: "/m", 3: ""}[case.dim]
     mass, volume = number(body.mass, "kg"), number(body.volume, f"m^{case.dim}" if case.dim > 1 else "m")

@@ -200,7 +200,7 @@ def rough_count(case: Case) -> float:
     return sum(_rough(body, case) for body in case.bodies.values())
 
 
-def _rough(body: Any, case: Any) -> float:
+def _rough(body: Any, case: Case) -> float:
     """Return the number of a body's particles by volume; a graded body is taken to be fine throughout."""
     if body.shape.type == "particles":
         return 0.0
