@@ -43,7 +43,10 @@ class Grading(StrictModel):
 class Body(StrictModel):
     """One piece of one material, moving as a whole at the start."""
 
-    material: NamedMaterial = Field(description="Name of a material of the library, or a material written out")
+    material: NamedMaterial = Field(
+        description="Name of a material of the library, `{base: NAME, ...}` with what differs from it, or a material "
+        "written out"
+    )
     shape: Shape = Field(description="Shape, about the body's centre")
     arrangement: Arrangement | None = Field(
         default=None,

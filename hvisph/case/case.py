@@ -45,6 +45,12 @@ class Case(StrictModel):
         "`plane_stress` are 2D, `three_d` is 3D"
     )
     resolution: PositiveLength = Field(description="Initial particle spacing dx [m], above 0")
+    materials: tuple[str, ...] = Field(
+        default=(),
+        exclude=True,
+        description="Files of your own materials, or folders of them, beside the case; what they hold has a name",
+        max_length=100,
+    )
     bodies: dict[BodyName, Body] = Field(
         description="Bodies by name, in their order along x: projectile first, then target",
         min_length=1,

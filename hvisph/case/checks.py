@@ -11,6 +11,7 @@ from hvisph.case.formulations.options import KernelOptions
 from hvisph.case.gauges import Gauge, gauge_problems
 from hvisph.case.model import Path, Problem
 from hvisph.case.output import Output
+from hvisph.case.plausible import implausible
 from hvisph.case.regions import Clamp, SymmetryPlane, box_problems, region_problems
 from hvisph.case.surroundings import Surroundings
 from hvisph.core.measures import CATALOGUE, measures_of
@@ -71,7 +72,7 @@ def problems_of(case: Case) -> list[Problem]:
 
 def warnings_of(case: Case) -> list[str]:
     """Return what a user should know about a valid `case` before it runs."""
-    return [*case.formulation.warnings(case), *_unused(case), *_mirrored(case)]
+    return [*case.formulation.warnings(case), *_unused(case), *_mirrored(case), *implausible(case)]
 
 
 def _unused(case: Case) -> Iterator[str]:

@@ -94,4 +94,5 @@ def _by_name(value: Any, info: ValidationInfo) -> Any:
         raise ValueError(error.message) from None
 
 
-NamedMaterial = Annotated[Material, Shorthand(_by_name, ("string",))]
+_VARIED = {"type": "object", "properties": {"base": {"type": "string"}}, "required": ["base"]}
+NamedMaterial = Annotated[Material, Shorthand(_by_name, ("string",), (_VARIED,))]

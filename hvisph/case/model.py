@@ -56,17 +56,20 @@ class Shorthand:
     expand
         Returns the long form of a short one, and anything else unchanged.
     forms
-        JSON schemas of the short forms.
+        Kinds of JSON values of the short forms.
+    schemas
+        JSON schemas of further forms.
     """
 
     expand: Callable[[Any, ValidationInfo], Any]
     forms: tuple[str, ...] = ("number", "string")
+    schemas: tuple[JsonSchemaValue, ...] = ()
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_before_validator_function(self.expand, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return {"anyOf": [handler(schema), *({"type": form} for form in self.forms)]}
+        return {"anyOf": [handler(schema), *({"type": form} for form in self.forms), *self.schemas]}
 
 
 def _listed(value: Any, info: ValidationInfo) -> Any:

@@ -14,8 +14,8 @@ from pydantic import ValidationError
 from hvisph.case.case import Case
 from hvisph.case.model import Path
 from hvisph.casefile.data import bundled_cases
-from hvisph.casefile.material_library import library, load_material, material_names
-from hvisph.casefile.merge import merged, overridden
+from hvisph.casefile.material_library import Library, library, library_of, load_material, material_names
+from hvisph.casefile.merge import merged, overridden, with_bases
 from hvisph.casefile.plain import plain_document
 from hvisph.casefile.problems import raise_all, translate
 from hvisph.casefile.reading import read_yaml
@@ -52,7 +52,7 @@ def load_case(source: Source, overrides: Iterable[str] = (), resolution: str | f
     if isinstance(overrides, str):
         overrides = [overrides]
     for override in overrides:
-        document = overridden(document, override)
+        document = overridden(document, override, materials_of(document).values)
     if resolution is not None:
         places: dict[Path, Place] = {("resolution",): Place(f"--resolution {str(resolution)[:80]}")}
         document = merged(document, Document({"resolution": resolution}, places))
@@ -61,14 +61,39 @@ def load_case(source: Source, overrides: Iterable[str] = (), resolution: str | f
 
 def validated(document: Document) -> Case:
     """Return the case that `document` holds, or raise all that is wrong with it."""
-    units = document.value.get("units")
+    units, known = document.value.get("units"), materials_of(document)
+    document = with_bases(document, known.values)
     folders = dict.fromkeys(str(pathlib.Path(place.file).parent) for place in document.places.values() if place.file)
-    context = {"units": units, "library": load_material, "folders": tuple(folders)}
+    context = {"units": units, "library": known.load, "folders": tuple(folders)}
     try:
         return Case.model_validate(document.value, context=context)
     except ValidationError as error:
         raise_all(translate(error, Case, document.value, document.places))
         raise
+
+
+def materials_of(document: Document) -> Library:
+    """Return the materials that a case may name: the package's, and those of the files that its `materials` lists."""
+    listed = document.value.get("materials") or ()
+    found = []
+    for index, name in enumerate(listed if isinstance(listed, list | tuple) else ()):
+        place = document.places.get(("materials", index)) or document.places.get(("materials",), Place(""))
+        if isinstance(name, str):
+            found.append(_beside(name, place, ("materials", str(index))))
+    return library_of(tuple(found))
+
+
+def _beside(name: str, place: Place, path: Path) -> pathlib.Path:
+    """Return the file or folder `name` beside the case that names it, or in the working folder."""
+    try:
+        beside = pathlib.Path(place.file).parent / name if place.file else pathlib.Path(name)
+        for candidate in (beside, pathlib.Path(name)):
+            if candidate.exists():
+                return candidate.resolve()
+    except (OSError, ValueError):
+        pass
+    message = f"there is no file or folder '{name[:200]}'"
+    raise CaseError(message, where=".".join(map(str, path)), file=place.file, line=place.line)
 
 
 def dump_case(case: Case) -> str:

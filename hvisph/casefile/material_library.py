@@ -1,59 +1,196 @@
-"""The material library: one YAML file a material, every number with its source."""
+"""Materials by name: the package's library, and a user's own files beside it.
+
+A file holds one material, called as the file is, or several by name. A material is what a case may write out, and may
+start from another one, `base: NAME`, with only what differs. Beside it stand `aliases`, `note`, the `sources` of its
+numbers and, where they are known, points of its Hugoniot.
+"""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from pydantic import ValidationError
+from pydantic import Field, ValidationError
 
 from hvisph.case.materials import Material
+from hvisph.case.model import StrictModel
+from hvisph.case.units import PositiveVelocity
+from hvisph.casefile.merge import laid_over
 from hvisph.casefile.problems import raise_all, translate
 from hvisph.casefile.reading import read_yaml
 from hvisph.casefile.yaml_text import Document
 from hvisph.core.errors import CaseError, nearest
 
 _FOLDER = Path(__file__).resolve().parents[1] / "case" / "library"
+_ENDINGS = (".yaml", ".yml")
+MOST_BASES = 8
+
+Confidence = Literal["opened", "derived", "memory", "memory-low"]
+CONFIDENCE = {
+    "opened": "",
+    "derived": "derived",
+    "memory": "not checked against the source",
+    "memory-low": "not checked, and the range in the literature is wide",
+}
 
 
-def material_names() -> list[str]:
-    """Return the names of all materials of the library, sorted."""
-    return sorted(path.stem for path in _FOLDER.glob("*.yaml"))
+class Source(StrictModel):
+    """Where numbers come from, and how sure they are."""
+
+    of: tuple[str, ...] = Field(description="What it says: `density`, `eos`, `strength.a` and so on")
+    text: str = Field(description="Author, year, report, and where it was read")
+    confidence: Confidence = Field(default="opened", description="Whether the source was opened to check the number")
 
 
-@lru_cache(maxsize=256)
-def load_material(name: str) -> Material:
-    """Return the library's material called `name`.
+class Notes(StrictModel):
+    """What a library file says of a material beside the material itself."""
+
+    aliases: tuple[str, ...] = Field(default=(), description="Other names")
+    note: str = Field(default="", description="What a user should know")
+    sources: tuple[Source, ...] = Field(default=(), description="Sources of the numbers")
+    hugoniot: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = Field(
+        default=(), description="Measured points [up, Us] [m/s]"
+    )
+
+
+class Library:
+    """Materials by name.
+
+    Parameters
+    ----------
+    own
+        Files and folders of the user's; their materials stand before the package's of the same name.
 
     Raises
     ------
     CaseError
-        If the library has none of that name.
+        Where one of them cannot be read.
     """
-    document = _document(name)
+
+    def __init__(self, own: Sequence[Path] = ()):
+        self.documents: dict[str, Document] = {}
+        self.files = {path.stem: path for path in sorted(_FOLDER.glob("*.yaml"))}
+        for path in own:
+            for file in _files(path):
+                self.documents |= _materials_of(file)
+
+    def names(self) -> list[str]:
+        """Return all names, sorted."""
+        return sorted({*self.files, *self.documents})
+
+    def name_of(self, name: str) -> str:
+        """Return the proper name of what is called `name`: that itself, or the one that has it as an alias.
+
+        Raises
+        ------
+        CaseError
+            If there is none.
+        """
+        names = self.names()
+        if name in names:
+            return name
+        wanted = _letters(name)
+        for candidate in names if wanted else ():
+            if wanted in {_letters(candidate), *map(_letters, self.notes(candidate).aliases)}:
+                return candidate
+        shown = name if len(name) <= 64 else f"{name[:64]}..."
+        raise CaseError(f"unknown '{shown}'{nearest(name[:64], names)}")
+
+    def _document(self, name: str) -> Document:
+        if name not in self.documents:
+            self.documents[name] = read_yaml(self.files[name])
+        return self.documents[name]
+
+    def notes(self, name: str) -> Notes:
+        """Return aliases, sources and points of the material `name`, its proper name."""
+        document = self._document(name)
+        given = {key: value for key, value in document.value.items() if key in Notes.model_fields}
+        return _valid(Notes, given, document)
+
+    def values(self, name: str) -> dict[str, Any]:
+        """Return the material called `name` as plain values, those of its base included."""
+        return self._values(self.name_of(name), ())
+
+    def _values(self, name: str, seen: tuple[str, ...]) -> dict[str, Any]:
+        given = self._document(name).value
+        own = {key: value for key, value in given.items() if key not in {*Notes.model_fields, "base"}}
+        if "base" in given:
+            if len(seen) > MOST_BASES:
+                raise CaseError("leads back to itself, or over too many others", where=f"{name}.base")
+            below = self._values(self.name_of(str(given["base"])), (*seen, name))
+            own = laid_over({key: value for key, value in below.items() if key != "source"}, own)
+        source = "; ".join(dict.fromkeys(source.text for source in self.notes(name).sources))
+        return {"name": name} | ({"source": source} if source else {}) | own
+
+    def load(self, name: str) -> Material:
+        """Return the material called `name`.
+
+        Raises
+        ------
+        CaseError
+            If there is none of that name, or it is no material.
+        """
+        name = self.name_of(name)
+        return _valid(Material, self.values(name), self._document(name))
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def _files(path: Path) -> list[Path]:
+    if not path.is_dir():
+        return [path]
+    return sorted(file for file in path.iterdir() if file.suffix in _ENDINGS and not file.name.startswith("."))
+
+
+def _materials_of(file: Path) -> dict[str, Document]:
+    """Return the documents of the materials in a file, by name."""
+    document = read_yaml(file)
+    if {"density", "base"} & set(document.value):
+        return {file.stem: document}
+    found = {}
+    for name, value in document.value.items():
+        if not isinstance(value, dict):
+            raise CaseError("expected a material: a mapping with `density` or `base`", where=name, file=str(file))
+        places = {path[1:]: place for path, place in document.places.items() if path[:1] == (name,)}
+        found[name] = Document(value, places)
+    return found
+
+
+def _valid(model: Any, values: dict[str, Any], document: Document) -> Any:
     try:
-        return Material.model_validate(document.value)
+        return model.model_validate(values)
     except ValidationError as error:
-        raise_all(translate(error, Material, document.value, document.places))
+        raise_all(translate(error, model, values, document.places))
         raise
 
 
-def library() -> dict[str, Material]:
-    """Return all materials of the library by name."""
-    return {name: load_material(name) for name in material_names()}
+@lru_cache(maxsize=8)
+def library_of(own: tuple[Path, ...] = ()) -> Library:
+    """Return the library with a user's own files, read once."""
+    return Library(own)
+
+
+def material_names() -> list[str]:
+    """Return the names of all materials of the package's library, sorted."""
+    return library_of().names()
+
+
+@lru_cache(maxsize=256)
+def load_material(name: str) -> Material:
+    """Return the package's material called `name`; `CaseError` if there is none."""
+    return library_of().load(name)
 
 
 def library_values(name: str) -> dict[str, Any]:
-    """Return the library's material called `name` as plain values, for settings that change it."""
-    return _document(name).value
+    """Return the package's material called `name` as plain values, those of its base included."""
+    return library_of().values(name)
 
 
-def _document(name: str) -> Document:
-    names = material_names()
-    if name not in names:
-        shown = name if len(name) <= 64 else f"{name[:64]}..."
-        raise CaseError(f"unknown '{shown}'{nearest(name[:64], names)}")
-    document = read_yaml(_FOLDER / f"{name}.yaml")
-    document.value = {"name": name} | document.value
-    return document
+def library() -> dict[str, Material]:
+    """Return all materials of the package's library by name."""
+    return {name: load_material(name) for name in material_names()}

@@ -7,13 +7,13 @@ and stands where no key can is kept, so that validation names it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from hvisph.case.case import Case
 from hvisph.case.model import Path
 from hvisph.case.units import kind_of
 from hvisph.casefile.describe import walk
-from hvisph.casefile.material_library import library_values
 from hvisph.casefile.yaml_text import MOST_DEEP, Document, Place, parse
 from hvisph.core.errors import CaseError
 
@@ -70,7 +70,49 @@ def _replace_places(path: Path, places: dict[Path, Place], new_places: dict[Path
     places.update({p: place for p, place in new_places.items() if p[:depth] == path})
 
 
-def overridden(document: Document, override: str) -> Document:
+def laid_over(material: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """Return a material's plain values with `changes` laid over them, by the rules of a case and its base."""
+    return dict(_merge(material, changes, ("bodies", "", "material"), {}, {}))
+
+
+def with_bases(document: Document, values_of: Callable[[str], dict[str, Any]]) -> Document:
+    """Return `document` with every body's `material: {base: NAME, ...}` written out.
+
+    Parameters
+    ----------
+    document
+        The case as read.
+    values_of
+        Plain values of the material of a name.
+
+    Raises
+    ------
+    CaseError
+        If there is none of a name.
+    """
+    bodies = document.value.get("bodies")
+    if not isinstance(bodies, dict):
+        return document
+    result = dict(bodies)
+    for name, body in bodies.items():
+        material = body.get("material") if isinstance(body, dict) else None
+        if not isinstance(material, dict) or "base" not in material:
+            continue
+        path = ("bodies", name, "material", "base")
+        place = next((document.places[path[:n]] for n in (4, 3, 2, 1) if path[:n] in document.places), Place(""))
+        try:
+            if not isinstance(material["base"], str):
+                raise CaseError("expected the name of a material")
+            base = values_of(material["base"])
+        except CaseError as error:
+            raise CaseError(error.message, where=".".join(path), file=place.file, line=place.line) from None
+        changes = {key: value for key, value in material.items() if key != "base"}
+        varied = {"name": f"{base['name']}, varied"} if changes else {}
+        result[name] = {**body, "material": laid_over(base | varied, changes)}
+    return Document({**document.value, "bodies": result}, document.places)
+
+
+def overridden(document: Document, override: str, values_of: Callable[[str], dict[str, Any]]) -> Document:
     """Return `document` with one setting `path.to.key=value` applied.
 
     Parameters
@@ -80,6 +122,8 @@ def overridden(document: Document, override: str) -> Document:
     override
         Keys joined by dots, numbers for entries of lists, then the value in YAML. A setting may
         reach into a material that the case names, and into a block that the case leaves to its default.
+    values_of
+        Plain values of the material of a name.
 
     Raises
     ------
@@ -87,7 +131,7 @@ def overridden(document: Document, override: str) -> Document:
         If it is no setting, or something that has no keys stands in its way.
     """
     keys, new, name = _parsed(override)
-    setting = _Setting(dict(document.places), Place(name), document.value)
+    setting = _Setting(dict(document.places), Place(name), document.value, values_of)
     return Document(setting.apply(document.value, (), keys, new), setting.places)
 
 
@@ -108,8 +152,8 @@ def _parsed(override: str) -> tuple[list[str], Any, str]:
 class _Setting:
     """One setting on its way down to the value that it changes."""
 
-    def __init__(self, places: dict[Path, Place], place: Place, root: Any):
-        self.places, self.place, self.root = places, place, root
+    def __init__(self, places: dict[Path, Place], place: Place, root: Any, values_of: Callable[[str], dict[str, Any]]):
+        self.places, self.place, self.root, self.values_of = places, place, root, values_of
 
     def apply(self, value: Any, path: Path, keys: list[str], new: Any) -> Any:
         """Return `value`, which stands at `path`, with what lies at `keys` below it set to `new`."""
@@ -122,7 +166,7 @@ class _Setting:
             value = self.default_block(path)
             self.mark(path)
         elif isinstance(value, str) and _takes_material(path):
-            value = library_values(value)
+            value = self.values_of(value)
         if not isinstance(value, dict):
             raise self.fail(path, f"has no keys, so '{keys[0]}' cannot be set in it; it is {kind_of(value)}")
         return self.apply_in_mapping(value, path, keys, new)

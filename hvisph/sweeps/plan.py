@@ -12,7 +12,7 @@ from typing import Any
 
 from hvisph.case.case import Case
 from hvisph.case.sweep import Sweep
-from hvisph.casefile.loader import validated
+from hvisph.casefile.loader import materials_of, validated
 from hvisph.casefile.merge import overridden
 from hvisph.casefile.problems import located
 from hvisph.casefile.sweep_file import load_sweep
@@ -108,7 +108,7 @@ class Plan:
 
 def setting(document: Document, path: str, value: Any) -> Document:
     """Return the case with one setting applied, as of `--set`."""
-    return overridden(document, f"{path}={json.dumps(value)}")
+    return overridden(document, f"{path}={json.dumps(value)}", materials_of(document).values)
 
 
 def digest(case: Case) -> str:

@@ -1,0 +1,76 @@
+"""Slips of units and digits are noticed, and nothing that is meant is."""
+
+import pytest
+
+from hvisph.case.checks import warnings_of
+from hvisph.case.plausible import of_material
+from hvisph.casefile.loader import bundled_cases, library, load_case
+
+ALUMINIUM = {
+    "density": "2703 kg/m^3",
+    "eos": {"type": "mie_gruneisen", "sound_speed": "5.24 km/s", "s1": 1.4, "gamma": 1.97},
+    "strength": {"type": "von_mises", "shear_modulus": "26 GPa", "yield_stress": "0.3 GPa"},
+}
+
+
+def case(key="", value=None):
+    material = {name: dict(part) if isinstance(part, dict) else part for name, part in ALUMINIUM.items()}
+    found = {
+        "kinematics": "plane_strain",
+        "resolution": "0.1 mm",
+        "bodies": {
+            "ball": {"material": material, "shape": {"type": "disc", "diameter": "10 mm"}, "velocity": ["3.1 km/s", 0]},
+            "plate": {"material": material, "shape": {"type": "box", "size": ["2 mm", "50 mm"]}},
+        },
+        "time": {"end": "20 us"},
+    }
+    if key == "time.end":
+        found["time"]["end"] = value
+    elif key:
+        block, _, last = key.rpartition(".")
+        (material[block] if block else material)[last] = value
+    return load_case(found)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "meant"),
+    [
+        ("density", "2.71 g/mm^3", "2710 kg/m^3"),
+        ("density", 2.71e-3, "2710 kg/m^3"),
+        ("eos.sound_speed", "5.24 m/s", "5240 m/s"),
+        ("eos.sound_speed", "5.24 km/us", "5240 m/s"),
+        ("eos.s1", 14, "1.4"),
+        ("strength.shear_modulus", "26 TPa", "26 GPa"),
+        ("strength.yield_stress", "300 kPa", "300 MPa"),
+        ("time.end", "20 s", "20 us"),
+    ],
+)
+def test_a_slip_is_named_with_what_was_meant(key, value, meant):
+    found = [text for text in warnings_of(case(key, value)) if key in text]
+    assert found
+    assert meant in found[0]
+
+
+def test_what_is_meant_is_not_flagged():
+    assert warnings_of(case()) == []
+
+
+def test_no_material_of_the_library_is_flagged():
+    for name, material in library().items():
+        assert list(of_material(material)) == [], name
+
+
+def test_no_bundled_case_is_flagged():
+    for path in bundled_cases().values():
+        if path.stem == "base":
+            continue
+        loaded = load_case(path)
+        assert [text for text in warnings_of(loaded) if "usual" in text or "meant" in text] == [], path
+
+
+def test_an_equation_of_state_beyond_its_range_is_named():
+    linear = case()
+    material = {"density": 2703, "eos": {"type": "linear", "bulk_modulus": "74 GPa"}}
+    loaded = load_case({"base": "al_al", "bodies": {name: {"material": material} for name in ("projectile", "target")}})
+    assert any("linear" in text and "0.1" in text for text in warnings_of(loaded))
+    assert not any("linear" in text for text in warnings_of(linear))
