@@ -14,6 +14,7 @@ from hvisph.case.units import (
     NonNegativeLength,
     NonNegativeSpecificEnergy,
     PositiveLength,
+    PositiveTemperature,
     Quantity,
 )
 from hvisph.case.velocities import VelocityField, VelocityVector
@@ -97,4 +98,8 @@ class Body(StrictModel):
     )
     internal_energy: NonNegativeSpecificEnergy = Field(
         default=0.0, description="Initial specific internal energy [J/kg], at least 0"
+    )
+    temperature: PositiveTemperature | None = Field(
+        default=None,
+        description="Initial temperature, at the density that has no pressure then [K]; that at rest unless given",
     )

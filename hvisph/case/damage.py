@@ -6,8 +6,20 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from hvisph.case.dimensions import TOUGHNESS
 from hvisph.case.model import StrictModel
-from hvisph.case.units import NegativePressure, Number, PositiveRate
+from hvisph.case.units import (
+    NegativePressure,
+    NonNegativeNumber,
+    NonNegativePressure,
+    Number,
+    PositiveNumber,
+    PositivePressure,
+    PositiveRate,
+    Quantity,
+)
+
+PositiveToughness = Annotated[float, Quantity(TOUGHNESS, above=0)]
 
 
 class NoDamage(StrictModel):
@@ -16,18 +28,30 @@ class NoDamage(StrictModel):
     type: Literal["none"] = "none"
 
 
-class PressureCutoff(StrictModel):
-    """Tension is limited: p >= pressure."""
+class _Failing(StrictModel):
+    """What all models have in common that let a material fail."""
+
+    failed: Literal["fluid", "rubble", "keeps_stress"] = Field(
+        default="fluid",
+        description="What has failed: `fluid` bears pressure alone, `rubble` also friction, `keeps_stress` is only "
+        "marked: in AdapTLE it turns Eulerian, and the crack is what opens between Eulerian particles",
+    )
+    friction: NonNegativeNumber = Field(default=0.6, description="Friction of rubble, Y = friction p [-], at least 0")
+
+
+class PressureCutoff(_Failing):
+    """Tension is limited: p >= pressure. With `fails` what reaches the limit has spalled; otherwise it holds on."""
 
     type: Literal["pressure_cutoff"] = "pressure_cutoff"
     pressure: NegativePressure = Field(description="Lowest pressure that the material bears [Pa]; negative, tension")
+    fails: bool = Field(default=False, description="Whether it fails there for good; without, scabs heal")
 
 
-class JohnsonCookDamage(StrictModel):
+class JohnsonCookDamage(_Failing):
     """Strain to failure eps_f = (D1 + D2 exp(D3 s*)) (1 + D4 ln(rate/reference)) (1 + D5 T*).
 
     s* is the mean stress (tension positive) over the von Mises stress; damage grows by
-    d(eps_p)/eps_f, and at 1 the deviator and all tension vanish.
+    d(eps_p)/eps_f, and at 1 the material has failed.
     """
 
     type: Literal["johnson_cook"] = "johnson_cook"
@@ -37,14 +61,68 @@ class JohnsonCookDamage(StrictModel):
     d4: Number = Field(default=0.0, description="Rate coefficient D4 [-]")
     d5: Number = Field(default=0.0, description="Temperature coefficient D5 [-]; needs `johnson_cook` strength")
     reference_rate: PositiveRate = Field(default=1.0, description="Reference plastic strain rate [1/s]")
-    failed: Literal["loses_stress", "keeps_stress"] = Field(
-        default="loses_stress",
-        description="Whether a failed particle loses deviator and tension, or is only marked: in AdapTLE it turns "
-        "Eulerian, and the crack is what opens between Eulerian particles",
-    )
     pressure_cutoff: NegativePressure | None = Field(
         default=None, description="Lowest pressure that the intact material bears [Pa]; negative"
     )
 
 
-Damage = Annotated[NoDamage | PressureCutoff | JohnsonCookDamage, Field(discriminator="type")]
+class GradyKippDamage(_Failing):
+    """Brittle fracture from Weibull flaws, N(<eps) = k eps^m per m^3, that cracks grow from at 0.4 c_l."""
+
+    type: Literal["grady_kipp"] = "grady_kipp"
+    weibull_k: PositiveNumber = Field(description="Weibull's k [1/m^3], above 0; a set per cm^3 is 1e6 times smaller")
+    weibull_m: PositiveNumber = Field(description="Weibull's m [-], above 0")
+    seed: int = Field(default=0, ge=0, le=2**31, description="Seed of the random flaws; another one, other fragments")
+
+
+class GradySpallDamage(_Failing):
+    """Spall by Grady's energies: the smaller of (3 rho c^2 Kc^2 rate)^(1/3) and (2 rho c^2 Y eps_c)^(1/2)."""
+
+    type: Literal["grady_spall"] = "grady_spall"
+    toughness: PositiveToughness = Field(description="Fracture toughness K_c [Pa m^0.5], above 0")
+    yield_stress: NonNegativePressure = Field(
+        default=0.0, description="Y of ductile spall [Pa], at least 0; 0: brittle alone"
+    )
+    critical_strain: PositiveNumber = Field(default=0.15, description="eps_c of ductile spall [-], above 0")
+
+
+class PrincipalStressDamage(_Failing):
+    """Fails for good where the greatest principal stress reaches a limit."""
+
+    type: Literal["principal_stress"] = "principal_stress"
+    tensile_strength: PositivePressure = Field(description="sigma_f, limit of the greatest principal stress [Pa]")
+    shear_strength: PositivePressure | None = Field(
+        default=None,
+        description="tau_f, limit of half the difference of the principal stresses [Pa]; none unless given",
+    )
+
+
+class CockcroftLathamDamage(_Failing):
+    """Damage is plastic work of the greatest principal stress in tension, sum max(sigma_1, 0) d(eps_p), over W_cr."""
+
+    type: Literal["cockcroft_latham"] = "cockcroft_latham"
+    critical_work: PositivePressure = Field(description="W_cr [J/m^3 = Pa]")
+
+
+class JohnsonHolmquistDamage(StrictModel):
+    """JH-2: D = sum d(eps_p)/(D1 x^D2), x = (p + T)/P_HEL, with bulking; goes with the strength of that name."""
+
+    type: Literal["johnson_holmquist"] = "johnson_holmquist"
+    d1: PositiveNumber = Field(description="D1 [-]")
+    d2: NonNegativeNumber = Field(description="D2 [-]")
+    beta: NonNegativeNumber = Field(
+        default=1.0, description="Share of the elastic energy lost that becomes bulking [-]"
+    )
+
+
+Damage = Annotated[
+    NoDamage
+    | PressureCutoff
+    | JohnsonCookDamage
+    | GradyKippDamage
+    | GradySpallDamage
+    | PrincipalStressDamage
+    | CockcroftLathamDamage
+    | JohnsonHolmquistDamage,
+    Field(discriminator="type"),
+]

@@ -36,6 +36,10 @@ HEAT_CAPACITY = Dimension("a specific heat capacity", "J/(kg K)", "875 J/(kg K)"
 TEMPERATURE = Dimension("a temperature", "K", "300 K")
 RATE = Dimension("a rate", "1/s", "1 1/s")
 ANGLE = Dimension("an angle", "deg", "30 deg")
+TOUGHNESS = Dimension("a fracture toughness", "Pa m^0.5", "29e6 Pa m^0.5")
+INVERSE_PRESSURE = Dimension("an inverse pressure", "1/Pa", "65.2e-12 1/Pa")
+INVERSE_TEMPERATURE = Dimension("an inverse temperature", "1/K", "0.616e-3 1/K")
+VISCOSITY = Dimension("a viscosity", "Pa s", "0.012 MPa s")
 NUMBER = Dimension("a number", "", "0.3")
 
 DIMENSIONS = (
@@ -50,6 +54,10 @@ DIMENSIONS = (
     TEMPERATURE,
     RATE,
     ANGLE,
+    TOUGHNESS,
+    INVERSE_PRESSURE,
+    INVERSE_TEMPERATURE,
+    VISCOSITY,
     NUMBER,
 )
 
@@ -67,6 +75,10 @@ _SPELLINGS: dict[Dimension, str] = {
     HEAT_CAPACITY: "J/(kg_K)=1 J/(kg*K)=1 J/kg/K=1 kJ/(kg_K)=1e3",
     TEMPERATURE: "K=1",
     RATE: "1/s=1 1/us=1e6 1/ms=1e3",
+    TOUGHNESS: "Pa_m^0.5=1 MPa_m^0.5=1e6",
+    INVERSE_PRESSURE: "1/Pa=1 1/GPa=1e-9 1/Mbar=1e-11",
+    INVERSE_TEMPERATURE: "1/K=1",
+    VISCOSITY: "Pa_s=1 MPa_s=1e6",
     ANGLE: "deg=1 degree=1 degrees=1",
 }
 

@@ -9,8 +9,10 @@ from pydantic import Field, ValidationInfo, model_validator
 from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import Problem, StrictModel, refuse
 from hvisph.case.units import (
+    Length,
     NonNegativeNumber,
     NonNegativePressure,
+    NonNegativeTime,
     Number,
     PositiveNumber,
     PositivePressure,
@@ -202,6 +204,16 @@ class MurnaghanEos(StrictModel):
     )
 
 
+class Detonation(StrictModel):
+    """A detonation front that runs from given points at a given speed."""
+
+    points: tuple[tuple[Length, ...], ...] = Field(
+        description="Where it starts, a list of points [m]", min_length=1, max_length=1000
+    )
+    speed: PositiveVelocity = Field(description="Detonation speed D [m/s]")
+    time: NonNegativeTime = Field(default=0.0, description="When it starts [s], at least 0")
+
+
 class JwlEos(StrictModel):
     """Detonation products: p = A (1 - w/(R1 V)) exp(-R1 V) + B (1 - w/(R2 V)) exp(-R2 V) + w rho e, V = rho0/rho."""
 
@@ -212,6 +224,9 @@ class JwlEos(StrictModel):
     r2: PositiveNumber = Field(description="R2 [-]")
     omega: PositiveNumber = Field(description="w, the Grueneisen coefficient of the products [-]")
     energy_density: PositivePressure = Field(description="Chemical energy per volume E0 [J/m^3 = Pa], such as 7 GPa")
+    detonation: Detonation | None = Field(
+        default=None, description="Front of the detonation; unless given, all has burnt at the start"
+    )
 
 
 class TableEos(StrictModel):

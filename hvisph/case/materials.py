@@ -7,10 +7,18 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from hvisph.case.damage import Damage, JohnsonCookDamage, NoDamage
-from hvisph.case.eos import ElasticEos, Eos, IdealGasEos
+from hvisph.case.damage import Damage, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage
+from hvisph.case.eos import ElasticEos, Eos, IdealGasEos, PolynomialEos
 from hvisph.case.model import Problem, Shorthand, StrictModel, refuse
-from hvisph.case.strength import JohnsonCookStrength, NoStrength, Strength
+from hvisph.case.strength import (
+    JohnsonCookStrength,
+    JohnsonHolmquistStrength,
+    NoStrength,
+    RockStrength,
+    SteinbergGuinanStrength,
+    Strength,
+)
+from hvisph.case.thermal import IsentropeTemperature, Melting, Porosity, Temperature
 from hvisph.case.units import PositiveDensity
 from hvisph.core.errors import CaseError
 
@@ -30,6 +38,13 @@ class Material(StrictModel):
         default=NoStrength(), description="Strength: limits and history of the deviatoric stress"
     )
     damage: Damage = Field(default=NoDamage(), description="Damage and spall")
+    temperature: Temperature = Field(
+        default=IsentropeTemperature(), description="How the temperature follows from density and energy"
+    )
+    melting: Melting | None = Field(
+        default=None, description="Melting point under pressure; that of the strength model unless given"
+    )
+    porosity: Porosity | None = Field(default=None, description="Pores; none unless given")
 
     @model_validator(mode="after")
     def _consistent(self) -> Material:
@@ -65,8 +80,39 @@ class Material(StrictModel):
                     "johnson_cook damage grows with plastic strain, which "
                     f"`strength: {{type: {self.strength.type}}}` never has; use a plastic strength",
                 )
-            elif self.damage.d5 != 0.0 and jc is None:
-                yield Problem(("damage", "d5"), "needs a temperature; use the `johnson_cook` strength, or set d5 to 0")
+            elif self.damage.d5 != 0.0 and jc is None and self.melting is None:
+                yield Problem(
+                    ("damage", "d5"), "needs a melting point; use the `johnson_cook` strength, or set d5 to 0"
+                )
+        yield from self._ceramic()
+        yield from self._thermal()
+
+    def _ceramic(self) -> Iterator[Problem]:
+        """Yield what is wrong with a JH-2 set: its parts belong together, and it checks itself."""
+        strength = self.strength if isinstance(self.strength, JohnsonHolmquistStrength) else None
+        if isinstance(self.damage, JohnsonHolmquistDamage) and (
+            strength is None or not isinstance(self.eos, PolynomialEos)
+        ):
+            message = "goes with `strength: {type: johnson_holmquist}` and `eos: {type: polynomial}`"
+            yield Problem(("damage", "type"), message)
+        if strength is not None and strength.hel_pressure >= strength.hugoniot_elastic_limit:
+            yield Problem(("strength", "hel_pressure"), "must be below the hugoniot_elastic_limit")
+
+    def _thermal(self) -> Iterator[Problem]:
+        strength = self.strength
+        if isinstance(strength, SteinbergGuinanStrength) and strength.yield_limit < strength.yield_stress:
+            yield Problem(("strength", "yield_limit"), "must not be below the yield_stress")
+        if isinstance(strength, RockStrength) and strength.limit is not None and strength.limit <= strength.cohesion:
+            yield Problem(("strength", "limit"), "must be above the cohesion")
+        needs = strength.type in ("steinberg_guinan", "steinberg_lund", "zerilli_armstrong")
+        needs |= isinstance(strength, RockStrength) and strength.melt_temperature is not None
+        if needs and self.temperature.heat_capacity is None:
+            message = f"missing: `{strength.type}` strength depends on the temperature; give c_v, such as 885 J/(kg K)"
+            yield Problem(("temperature", "heat_capacity"), message)
+        if self.porosity is not None and self.porosity.solid_pressure <= self.porosity.elastic_pressure:
+            yield Problem(("porosity", "solid_pressure"), "must be above the elastic_pressure")
+        if self.porosity is not None and self.eos.type in ("jwl", "ideal_gas"):
+            yield Problem(("porosity",), f"a `{self.eos.type}` equation of state has no solid to hold pores")
 
     @property
     def shear_modulus(self) -> float:

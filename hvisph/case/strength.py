@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from hvisph.case.dimensions import INVERSE_PRESSURE, INVERSE_TEMPERATURE, VISCOSITY
 from hvisph.case.model import StrictModel
 from hvisph.case.units import (
     NonNegativeNumber,
@@ -14,8 +15,13 @@ from hvisph.case.units import (
     PositiveNumber,
     PositivePressure,
     PositiveRate,
+    PositiveSpecificEnergy,
     PositiveTemperature,
+    Quantity,
 )
+
+InversePressure = Annotated[float, Quantity(INVERSE_PRESSURE, minimum=0)]
+InverseTemperature = Annotated[float, Quantity(INVERSE_TEMPERATURE, minimum=0)]
 
 _SHEAR = "Shear modulus G [Pa]; left out where the equation of state is `elastic`, which implies it"
 
@@ -70,7 +76,107 @@ class JohnsonCookStrength(StrictModel):
     )
 
 
+class SteinbergGuinanStrength(StrictModel):
+    """Y = min(Y0 (1 + beta (eps_p + eps_i))^n, Ymax) f, G = G0 f, f = 1 + A p/eta^(1/3) - B (T - 300 K)."""
+
+    type: Literal["steinberg_guinan"] = "steinberg_guinan"
+    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
+    yield_stress: PositivePressure = Field(description="Y0 [Pa]")
+    yield_limit: PositivePressure = Field(description="Ymax, limit of work hardening [Pa], not below Y0")
+    beta: NonNegativeNumber = Field(description="beta of work hardening [-], at least 0")
+    n: NonNegativeNumber = Field(description="n of work hardening [-], at least 0")
+    pressure_coefficient: InversePressure = Field(description="A [1/Pa]")
+    heat_coefficient: InverseTemperature = Field(description="B [1/K]")
+    melt_temperature: PositiveTemperature = Field(description="T_m0 of his melting law [K], not the ambient one")
+    melt_gamma: NonNegativeNumber = Field(description="Grueneisen coefficient of his melting law [-]")
+    melt_a: NonNegativeNumber = Field(description="a of his melting law [-], not that of the equation of state")
+    initial_strain: NonNegativeNumber = Field(default=0.0, description="eps_i [-], at least 0")
+
+
+class SteinbergLundStrength(SteinbergGuinanStrength):
+    """Y = (Y_T(rate, T) + min(Y_A (1 + beta (eps_p + eps_i))^n, Ymax)) f: Steinberg-Guinan with a rate."""
+
+    type: Literal["steinberg_lund"] = "steinberg_lund"  # type: ignore[assignment]
+    yield_stress: PositivePressure = Field(description="Y_A [Pa]")
+    c1: PositiveRate = Field(description="C1 [1/s]")
+    c2: Annotated[float, Quantity(VISCOSITY, above=0)] = Field(description="C2, drag [Pa s]")
+    activation_energy: PositiveNumber = Field(description="U [eV]")
+    peierls_stress: PositivePressure = Field(description="Y_P, limit of Y_T [Pa]")
+
+
+class ZerilliArmstrongStrength(StrictModel):
+    """fcc: Y = C0 + C2 eps_p^(1/2) E; bcc: Y = C0 + C1 E + C5 eps_p^n; E = exp(-C3 T + C4 T ln rate)."""
+
+    type: Literal["zerilli_armstrong"] = "zerilli_armstrong"
+    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
+    lattice: Literal["fcc", "bcc"] = Field(description="Which of the two forms")
+    c0: NonNegativePressure = Field(description="C0 [Pa]")
+    c1: NonNegativePressure = Field(default=0.0, description="C1 of bcc [Pa]")
+    c2: NonNegativePressure = Field(default=0.0, description="C2 of fcc [Pa]")
+    c3: InverseTemperature = Field(description="C3 [1/K]")
+    c4: InverseTemperature = Field(description="C4 [1/K]")
+    c5: NonNegativePressure = Field(default=0.0, description="C5 of bcc [Pa]")
+    n: PositiveNumber = Field(default=0.5, description="n of bcc [-], above 0")
+    melt_temperature: PositiveTemperature | None = Field(default=None, description="Above it no strength is left [K]")
+
+
+class CowperSymondsStrength(StrictModel):
+    """Y = (Y0 + H eps_p) (1 + (rate/D)^(1/q))."""
+
+    type: Literal["cowper_symonds"] = "cowper_symonds"
+    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
+    yield_stress: PositivePressure = Field(description="Y0 [Pa]")
+    hardening_modulus: NonNegativePressure = Field(default=0.0, description="H [Pa], at least 0")
+    reference_rate: PositiveRate = Field(description="D [1/s]; mild steel 40.4, aluminium 6500, stainless steel 100")
+    exponent: PositiveNumber = Field(description="q [-]; mild steel 5, aluminium 4, stainless steel 10")
+
+
+class RockStrength(StrictModel):
+    """Intact Y = Y0 + mu p/(1 + mu p/(Y_M - Y0)) (Lundborg), broken min(mu_b p, Y), weaker near the melt."""
+
+    type: Literal["rock"] = "rock"
+    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
+    cohesion: NonNegativePressure = Field(description="Y0, yield stress without pressure [Pa]")
+    friction: NonNegativeNumber = Field(description="mu_i, internal friction of the intact rock [-]")
+    limit: PositivePressure | None = Field(
+        default=None, description="Y_M, limit under pressure [Pa]; without it Drucker-Prager's straight line"
+    )
+    broken_friction: NonNegativeNumber = Field(default=0.6, description="mu_b, friction of broken rock [-]")
+    melt_energy: PositiveSpecificEnergy | None = Field(
+        default=None, description="e_melt: Y falls as 1 - e/e_melt [J/kg]; not unless given"
+    )
+    melt_temperature: PositiveTemperature | None = Field(
+        default=None, description="T_m: Y falls as tanh(1.2 (T_m/T - 1)) [K]; not unless given"
+    )
+
+
+class JohnsonHolmquistStrength(StrictModel):
+    """JH-2 of glass and ceramics: q_i = s_H A x^N f, q_f = s_H B (p/P_HEL)^M f, Y = q_i - D (q_i - q_f)."""
+
+    type: Literal["johnson_holmquist"] = "johnson_holmquist"
+    shear_modulus: PositivePressure | None = Field(default=None, description=_SHEAR)
+    hugoniot_elastic_limit: PositivePressure = Field(description="HEL [Pa]")
+    hel_pressure: PositivePressure = Field(description="P_HEL, pressure at the HEL [Pa], below HEL")
+    tension: NonNegativePressure = Field(description="T, greatest hydrostatic tension [Pa], at least 0")
+    a: PositiveNumber = Field(description="A of the intact surface [-]")
+    n: PositiveNumber = Field(description="N of the intact surface [-]")
+    b: NonNegativeNumber = Field(description="B of the fractured surface [-]")
+    m: PositiveNumber = Field(description="M of the fractured surface [-]")
+    c: NonNegativeNumber = Field(default=0.0, description="C of the rate [-]")
+    fractured_limit: PositiveNumber | None = Field(default=None, description="SFMAX, limit of q_f/s_H [-]")
+
+
 Strength = Annotated[
-    NoStrength | ElasticStrength | VonMisesStrength | LinearHardeningStrength | JohnsonCookStrength,
+    NoStrength
+    | ElasticStrength
+    | VonMisesStrength
+    | LinearHardeningStrength
+    | JohnsonCookStrength
+    | SteinbergGuinanStrength
+    | SteinbergLundStrength
+    | ZerilliArmstrongStrength
+    | CowperSymondsStrength
+    | RockStrength
+    | JohnsonHolmquistStrength,
     Field(discriminator="type"),
 ]

@@ -223,6 +223,7 @@ def kind_of(value: Any) -> str:
 Length = Annotated[float, Quantity(LENGTH)]
 PositiveLength = Annotated[float, Quantity(LENGTH, above=0)]
 NonNegativeLength = Annotated[float, Quantity(LENGTH, minimum=0)]
+NonNegativeTime = Annotated[float, Quantity(TIME, minimum=0)]
 PositiveTime = Annotated[float, Quantity(TIME, above=0)]
 Velocity = Annotated[float, Quantity(VELOCITY)]
 PositiveVelocity = Annotated[float, Quantity(VELOCITY, above=0)]

@@ -69,6 +69,10 @@ CATALOGUE: dict[str, Field] = {
         Field("previous_density_rate", "scalar", "1/s", "rate of ln(rho) by dissipation at the last evaluation"),
         Field("viscosity_share", "scalar", "", "own share of the viscosity by Morris and Monaghan's switch", 0.1),
         Field("thickness", "scalar", "", "thickness over that at the start, in plane stress", 1.0),
+        Field("memory", "scalar", "", "distension of pores; time since ignition [s]; pressure of bulking [Pa]"),
+        Field("flaw_strain", "scalar", "", "strain of the weakest flaw; or Grady's limit to tension [Pa]"),
+        Field("flaw_exponent", "scalar", "", "exponent of the number of active flaws"),
+        Field("flaws", "scalar", "", "number of flaws"),
     )
 }
 
@@ -91,7 +95,7 @@ def recordable(dim: int) -> list[str]:
     """Return the names of all fields, and components of fields, that a gauge can record in `dim` dimensions."""
     found = []
     for name in CATALOGUE:
-        if not name.startswith("previous_") and name != "temperature":
+        if not name.startswith("previous_"):
             columns = component_names(name, dim)
             found += [name, *columns] if columns != [name] else columns
     return found

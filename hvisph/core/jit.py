@@ -10,10 +10,11 @@ cached on disk under the fingerprint of all that it is made of.
 
 from __future__ import annotations
 
+import dis
 import hashlib
 import os
 import types
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from typing import Any
@@ -34,6 +35,8 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "boundscheck": False}
 
 # Left to itself the compiler calls larger functions, such as the stress update, at three times the cost.
 compiled = numba.njit(forceinline=True, **_OPTIONS)
+# What few materials need stays a function of its own, so that the loops of all others are short and soon compiled.
+called = numba.njit(**_OPTIONS)
 prange = numba.prange
 
 
@@ -42,22 +45,19 @@ def plain(function: Any) -> Any:
     """Return the plain Python twin of a compiled scalar function, those that it calls included: nothing is compiled."""
     source = function.py_func
     twin = types.FunctionType(source.__code__, {}, source.__name__, source.__defaults__)
-    names, done = list(source.__code__.co_names), set()
-    for name in names:
-        if name in source.__globals__ and name not in done:
-            done.add(name)
-            twin.__globals__[name] = _plain_value(source.__globals__[name], names)
     twin.__globals__["__builtins__"] = source.__globals__["__builtins__"]
+    held, name = None, ""
+    for step in dis.get_instructions(source.__code__):
+        if step.opname == "LOAD_GLOBAL" and step.argval in source.__globals__:
+            name, held = step.argval, source.__globals__[step.argval]
+            if not isinstance(held, types.ModuleType):
+                twin.__globals__[name] = plain(held) if isinstance(held, Dispatcher) else held
+        elif step.opname in ("LOAD_ATTR", "LOAD_METHOD") and isinstance(held, types.ModuleType):
+            found = getattr(held, step.argval)
+            module = twin.__globals__.setdefault(name, types.SimpleNamespace())
+            setattr(module, step.argval, plain(found) if isinstance(found, Dispatcher) else found)
+            held = None
     return twin
-
-
-def _plain_value(value: Any, names: Sequence[str]) -> Any:
-    if isinstance(value, Dispatcher):
-        return plain(value)
-    if isinstance(value, types.ModuleType) and value.__name__.startswith(__package__.partition(".")[0]):
-        wanted = {name: _plain_value(vars(value)[name], ()) for name in names if name in vars(value)}
-        return types.SimpleNamespace(**wanted)
-    return value
 
 
 def _key(value: Any) -> str:

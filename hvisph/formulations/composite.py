@@ -118,6 +118,7 @@ class CompositeStepper(Stepper):
             "DIM": dim, "MIXED": int(formulation.correction == "mixed"), "PRINTED": int(formulation.printed_viscosity),
             "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": self._read, "PLACES": 3 * dim,
             "equilibrium_state": response.equilibrium_state, "longitudinal_speed": response.longitudinal_speed,
+            "shear_modulus": response.shear_modulus,
             "S_DENSITY": self.particles.bindings()["S_DENSITY"], "slope": kernel.slope,
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }  # fmt: skip

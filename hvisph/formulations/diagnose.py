@@ -1,4 +1,4 @@
-"""What snapshots show beside the state: pressure, sound speed and von Mises stress of every particle."""
+"""What snapshots show beside the state: pressure, sound speed, von Mises stress and temperature of every particle."""
 
 from __future__ import annotations
 
@@ -9,21 +9,18 @@ from hvisph.core.particles import Particles
 from hvisph.materials import response
 
 CHUNK = 1024
+NAMES = ("pressure", "sound_speed", "von_mises_stress", "temperature")
 
 
-def _diagnose(state, tags, table, models, pressure, sound_speed, von_mises):
+def _diagnose(state, tags, table, models, pressure, sound_speed, von_mises, temperature):
     count = np.uint64(state.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for s in range(first, min(first + np.uint64(CHUNK), count)):
-            p, c = equilibrium_state(
-                table,
-                models,
-                np.uint64(tags[s, 2]),
-                state[s, S_DENSITY],
-                state[s, S_INTERNAL_ENERGY],
-                state[s, S_DAMAGE],
-            )
+            m, rho, e = np.uint64(tags[s, 2]), state[s, S_DENSITY], state[s, S_INTERNAL_ENERGY]
+            memory = state[s, S_MEMORY] if REMEMBERS else 1.0
+            p, c = remembered_state(table, models, m, rho, e, state[s, S_DAMAGE], memory)
+            temperature[s] = temperature_of(table, m, rho, e)
             pressure[s] = p
             sound_speed[s] = c
             squares = 0.0
@@ -35,15 +32,20 @@ def _diagnose(state, tags, table, models, pressure, sound_speed, von_mises):
 
 
 def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dict[str, np.ndarray]:
-    """Return pressure [Pa], sound speed [m/s] and von Mises stress [Pa] of the state as it stands, each (n,).
+    """Return pressure [Pa], sound speed [m/s], von Mises stress [Pa] and temperature [K] of the state, each (n,).
 
-    The pressure is that of the state where it carries one, otherwise that of the equation of state.
+    The pressure is that of the state where it carries one, otherwise that of the equation of state. The temperature is
+    not a number in a material without a heat capacity, and left out where none has one.
     """
-    found = {name: np.zeros(particles.count) for name in ("pressure", "sound_speed", "von_mises_stress")}
+    found = {name: np.zeros(particles.count) for name in NAMES}
     columns = {k: v for k, v in particles.bindings().items() if k in _diagnose.__code__.co_names}
-    loop = specialise(_diagnose, parallel=True, equilibrium_state=response.equilibrium_state,
-                      COMPONENTS=particles["deviator"].shape[1], **columns)  # fmt: skip
+    remembers = int("memory" in particles.offsets)
+    loop = specialise(_diagnose, parallel=True, remembered_state=response.remembered_state,
+                      temperature_of=response.temperature_of, REMEMBERS=remembers,
+                      COMPONENTS=particles["deviator"].shape[1], **{"S_MEMORY": 0} | columns)  # fmt: skip
     loop(particles.data, particles.tags, table, models, *found.values())
     if "pressure" in particles.offsets:  # a scheme whose pressure is no function of the state
         found["pressure"] = particles["pressure"].copy()
+    if np.isnan(found["temperature"]).all():
+        del found["temperature"]
     return found

@@ -85,11 +85,13 @@ class Stepper:
             "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
             "PLANE_STRESS": int(particles.kinematics.thins),
             "SWITCH": single.SWITCHES[self.formulation.switch],
-            "respond": response.respond, "thinning": plane_stress.thinning,
+            "recall": response.recall, "NOTHING": response.NOTHING, "REMEMBERS": int("memory" in particles.offsets),
+            "thinning": plane_stress.thinning,
             "longitudinal_speed": response.longitudinal_speed, "shear_speed": response.shear_speed,
             "bearable_tension": bearing.bearable_tension, "bearable_shear": bearing.bearable_shear,
             "failed": bearing.failed, "orderly": bearing.orderly,
             "SLIPS": int(self.formulation.slips),
+            "shear_modulus": response.shear_modulus,
         }  # fmt: skip
         packer, options = self.formulation.pack(dim)
         parts = {part.__name__: bind(part, {}, offered) for part in single.PARTS}

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections import namedtuple
 
 # The state of a particle: position, velocity, density, specific internal energy, smoothing length, deviator
-# (six components), plastic strain and damage; what it stands for is in `hvisph.core.fields`.
-State = namedtuple("State", "x u rho e h s plastic_strain damage")
+# (six components), plastic strain, damage and memory (four numbers, see `materials.response`); what it stands for is
+# in `hvisph.core.fields`.
+State = namedtuple("State", "x u rho e h s plastic_strain damage memory")
 
 # The rates of a particle: acceleration, power, velocity gradient in the plane, rate of ln(rho) beside it.
 Rates = namedtuple("Rates", "a power l density")

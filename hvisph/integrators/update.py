@@ -44,8 +44,9 @@ def loaded(state, i):
     """Return particle `i` of the state."""
     return State(own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM), state[i, S_DENSITY],
                  state[i, S_INTERNAL_ENERGY], state[i, S_SMOOTHING_LENGTH],
-                 own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN],
-                 state[i, S_DAMAGE])  # fmt: skip
+                 own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
+                 (state[i, S_MEMORY], state[i, S_FLAW_STRAIN], state[i, S_FLAW_EXPONENT], state[i, S_FLAWS])
+                 if REMEMBERS else NOTHING)  # fmt: skip
 
 
 def store(state, i, now):
@@ -58,6 +59,8 @@ def store(state, i, now):
     put_full_symmetric(state, i, S_DEVIATOR, now.s, DIM)
     state[i, S_PLASTIC_STRAIN] = now.plastic_strain
     state[i, S_DAMAGE] = now.damage
+    if REMEMBERS:
+        state[i, S_MEMORY], state[i, S_FLAW_STRAIN] = now.memory[0], now.memory[1]
 
 
 def measured(rates, k):
@@ -96,7 +99,8 @@ def moved(state, i, now, rate, u, step):
     if PREVIOUS:
         missing = 0.5 * (missing + dot(before, minus(mean, own_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
     after = State(plus(now.x, times(step, mean)), plus(now.u, times(step, a)), now.rho,
-                  now.e + step * (power - missing), now.h, now.s, now.plastic_strain, now.damage)  # fmt: skip
+                  now.e + step * (power - missing), now.h, now.s, now.plastic_strain, now.damage,
+                  now.memory)  # fmt: skip
     return after, l, divergence(l) - density
 
 
@@ -113,9 +117,9 @@ def strained(now, dt, l, swelling, table, models, m, h_low, h_high):
     else:
         rho *= grown(-dt * swelling)
     h = min(max(now.h * grown(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
-    s, plastic_strain, damage, p, c = respond(
-        table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, full)  # fmt: skip
-    return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage), p, c, full, thicker
+    s, plastic_strain, damage, p, c, memory = recall(
+        table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip
+    return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, memory), p, c, full, thicker
 
 
 def viscous_share(share, l, c, h, dt, coefficients):
@@ -131,7 +135,8 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
 
     Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
     DENSITY_RATE (1 where the rates hold one of ln(rho)), DRIFT (share of the acceleration in the stage's
-    position), PLANE_STRESS, SWITCH (share of the viscosity), columns of the state (S_...) and of the rates (R_...),
+    position), PLANE_STRESS, SWITCH (share of the viscosity), REMEMBERS (1 where
+    particles have a memory), NOTHING (else), columns of the state (S_...) and of the rates (R_...),
     slots of the row (U, SHARE), the templates above, and functions of `hvisph.materials` and `pack`.
 
     Parameters
@@ -192,11 +197,12 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
             # The stage: where the rates are evaluated next.
             x = plus(now.x, times(stage, plus(now.u, times(DRIFT * stage, rate.a))))
             ahead = State(x, plus(now.u, times(stage, rate.a)), now.rho, now.e + stage * rate.power, now.h, now.s,
-                          now.plastic_strain, now.damage)  # fmt: skip
+                          now.plastic_strain, now.damage, now.memory)  # fmt: skip
             swelling = divergence(rate.l) - rate.density
             ahead, p, c, l, thicker = strained(ahead, stage, rate.l, swelling, table, models, m, h_low, h_high)
             pressures[s], lengths[s], longest = p, ahead.h, max(longest, ahead.h)
-            c_l, c_t = longitudinal_speed(c, ahead.rho, table, m), shear_speed(ahead.rho, table, m)
+            shear = shear_modulus(table, models, m, ahead.rho, ahead.e, p)
+            c_l, c_t = longitudinal_speed(c, ahead.rho, shear), shear_speed(ahead.rho, shear)
             # In plane stress a membrane: its forces and its density are those of its thickness.
             thickness = state[s, S_THICKNESS] * thicker if PLANE_STRESS else 1.0
             signals[s] = pack(rows, s, coefficients, Shown(
@@ -205,8 +211,9 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
             if LIMITED:
                 signals[s] = show_limits(rows, s, coefficients, signals[s], ahead.rho, c, Limits(
                     thickness * bearable_tension(table, models, m, ahead.s, ahead.damage),
-                    thickness * bearable_shear(table, models, m, ahead.e, ahead.plastic_strain, ahead.damage, l),
-                    failed(models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
+                    thickness * bearable_shear(
+                        table, models, m, ahead.rho, ahead.e, p, ahead.plastic_strain, ahead.damage, l),
+                    failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
                     h_low < ahead.h < h_high))  # fmt: skip
             if SWITCH:
                 share = state[s, S_VISCOSITY_SHARE] if SWITCH == MORRIS_MONAGHAN else 1.0

@@ -10,16 +10,15 @@ from math import sqrt
 
 from ..core.jit import compiled
 from ..core.tensors import divergence, double_dot, plus_identity, stretching
-from .damage import FailureMark
 from .eos.ideal_gas import IdealGas
-from .slots import DAMAGE_TAG, EOS_TAG, PRESSURE_MINIMUM, STRENGTH_TAG, parameters
-from .strength import ElasticStrength, JohnsonCook, NoStrength, homologous_temperature, johnson_cook, yield_stress
+from .eos.jwl import JonesWilkinsLee
+from .response import flow_stress
+from .slots import EOS_TAG, FAILED_FRICTION, PRESSURE_MINIMUM, STRENGTH_TAG
+from .strength import JohnsonHolmquist, NoStrength, Rock
 
-_GAS = IdealGas.tag
+_GAS, _PRODUCTS = IdealGas.tag, JonesWilkinsLee.tag
 _NO_STRENGTH = NoStrength.tag
-_ELASTIC = ElasticStrength.tag
-_JOHNSON_COOK = JohnsonCook.tag
-_FAILURE_MARK = FailureMark.tag
+_ROCK, _JOHNSON_HOLMQUIST = Rock.tag, JohnsonHolmquist.tag
 
 # Stands for no limit [Pa].
 UNLIMITED = 1e300
@@ -28,37 +27,29 @@ DISORDER = 0.2
 
 
 @compiled
-def failed(models, m, damage):
+def failed(table, models, m, damage):
     """Whether `damage` has left the material without stress but pressure."""
-    return damage >= 1.0 and models[m, DAMAGE_TAG] != _FAILURE_MARK
+    if damage < 1.0 or table[m, FAILED_FRICTION] != 0.0:
+        return False
+    return models[m, STRENGTH_TAG] != _ROCK and models[m, STRENGTH_TAG] != _JOHNSON_HOLMQUIST
 
 
 @compiled
 def bearable_tension(table, models, m, s, damage):
     """Return the largest normal traction [Pa] at the deviator `s`, six components [Pa]."""
-    if models[m, EOS_TAG] == _GAS or failed(models, m, damage):
+    if models[m, EOS_TAG] in (_GAS, _PRODUCTS) or failed(table, models, m, damage):
         return sqrt(double_dot(s, s))
     least = table[m, PRESSURE_MINIMUM]
     return sqrt(double_dot(s, s)) - least if least > -UNLIMITED else UNLIMITED
 
 
 @compiled
-def bearable_shear(table, models, m, e, plastic_strain, damage, l):
-    """Return the largest shear traction [Pa] at energy `e` [J/kg] and the full velocity gradient `l` [1/s]."""
-    if failed(models, m, damage):
-        return 0.0
-    strength = models[m, STRENGTH_TAG]
-    if strength == _NO_STRENGTH:
-        return UNLIMITED
-    if strength == _ELASTIC:
-        return UNLIMITED
-    row = parameters(table, m)
-    factor = 1.0
-    if strength == _JOHNSON_COOK:
-        d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
-        rate = sqrt((2.0 / 3.0) * double_dot(d, d))
-        factor = johnson_cook.rate_and_heat_factor(rate, homologous_temperature(e, row), row)
-    return yield_stress(strength, plastic_strain, factor, row) / sqrt(3.0)
+def bearable_shear(table, models, m, rho, e, p, plastic_strain, damage, l):
+    """Return the largest shear traction [Pa] of the state at the full velocity gradient `l` [1/s]."""
+    d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
+    rate = sqrt((2.0 / 3.0) * double_dot(d, d))
+    flow = flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate)[0]
+    return flow / sqrt(3.0) if flow < UNLIMITED else UNLIMITED
 
 
 @compiled

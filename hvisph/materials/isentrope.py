@@ -22,7 +22,7 @@ from ..core.jit import compiled
 from ..core.memory import number_at
 from .slots import ADDRESS, CURVE, INVERSE_HEAT_CAPACITY, INVERSE_RHO0, ROOM_TEMPERATURE, TOTAL_ENERGY
 
-POINTS = 512
+POINTS = 511  # one of them is rho0 itself
 LOWEST, HIGHEST = 0.5, 3.0  # of rho0
 LENGTH = 2 * POINTS  # numbers in the row: e_s and T_s of each density in turn
 _PER_SHARE = (POINTS - 1) / (HIGHEST - LOWEST)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from ..core.growth import grown
 from ..core.jit import compiled
 from ..core.tensors import with_zz
-from .response import equilibrium_state, longitudinal_speed, respond
+from .response import equilibrium_state, longitudinal_speed, respond, shear_modulus
 
 # Secant steps at most, and the share of the longitudinal modulus that counts as no stress.
 _STEPS = 12
@@ -39,7 +39,7 @@ def thinning(table, models, m, dt, rho, swelling, e, s, plastic_strain, damage, 
     if dt == 0.0:
         return 0.0
     p, c = equilibrium_state(table, models, m, rho, e, damage)
-    speed = longitudinal_speed(c, rho, table, m)
+    speed = longitudinal_speed(c, rho, shear_modulus(table, models, m, rho, e, p))
     modulus = rho * speed * speed
     slope = modulus * dt
     rate = -(s[2] - p) / slope - swelling * (1.5 * c * c / (speed * speed) - 0.5)

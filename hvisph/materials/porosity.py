@@ -24,7 +24,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..core.errors import CaseError
-from ..core.jit import compiled
+from ..core.jit import called, compiled
 from . import slots
 from .eos import pressure_and_sound_speed
 from .slots import DISTENSION, ELASTIC_PRESSURE, SOLID_PRESSURE
@@ -65,7 +65,7 @@ def crush_curve(p, row):
     return 1.0 + (row[DISTENSION] - 1.0) * left * left
 
 
-@compiled
+@called
 def crushed(tag, rho, e, alpha, row):
     """Distension after loading to density `rho` and energy `e` from the distension `alpha`."""
     if alpha <= 1.0:
@@ -86,11 +86,12 @@ def crushed(tag, rho, e, alpha, row):
     return 0.5 * (low + high)
 
 
-@compiled
-def pressure_and_solid_speed(tag, rho, e, alpha, row):
-    """Pressure [Pa] at the distension `alpha`, and sound speed of the solid [m/s]."""
+@called
+def loaded(tag, rho, e, alpha, row):
+    """Return pressure [Pa], sound speed of the solid [m/s] and distension after loading from the distension `alpha`."""
+    alpha = crushed(tag, rho, e, alpha, row)
     p, c = pressure_and_sound_speed(tag, alpha * rho, e, row)
-    return p / alpha, c
+    return p / alpha, c, alpha
 
 
 def slopes(p: float, rho: float, alpha: float, of_solid: tuple[float, float], row: np.ndarray) -> tuple[float, float]:

@@ -1,12 +1,13 @@
 """The stress update: rotation, elasticity, yield, damage, pressure. The only one.
 
-    S* = R S R^T + 2 G dt (D - tr D / 3 I),    D = (L + L^T)/2,  W = (L - L^T)/2,  L_ij = du_i/dx_j
+    S* = R (S + G dt dev D) R^T + G dt dev D
     S  = S* (q - 3 G d eps_p) / q   where  q = sqrt(3/2 S*:S*) > Y
+    D = (L + L^T)/2,  W = (L - L^T)/2,  L_ij = du_i/dx_j
 
-R = (1 - dt W/2)^-1 (1 + dt W/2) of Hughes & Winget 1980 is the Jaumann rate
-dS/dt = 2 G dev D + W.S + S.W^T taken over a finite step: an exact rotation, second-order in
-the angle, so that a spinning body keeps the size of its stress whatever the step. The axial
-vector of W gives it in closed form with one division; a flow in the plane needs only its z part.
+R = exp(dt W) is the Jaumann rate dS/dt = 2 G dev D + W.S + S.W^T taken over a finite step: an exact rotation, so that a
+spinning body keeps its stress whatever the step. Half of the increment turns with the body, which makes the update
+second order in the step. The axial vector of W gives R in closed form (Cayley's, with the tangent of half the angle); a
+flow in the plane needs only its z part. G is the modulus at the end of the step.
 
 Yield returns radially (von Mises with the full deviator: S:S <= 2/3 Y^2). The plastic strain
 increment solves q - 3 G x = Y(eps_p + x) by one secant from the increment without hardening:
@@ -20,13 +21,15 @@ plastic work needs no term of its own.
 
 from __future__ import annotations
 
-from math import sqrt
+from math import inf, nan, sqrt, tan
 
-from ..core.jit import compiled
+from ..core.jit import called, compiled
 from ..core.tensors import (
     curl,
+    determinant,
     divergence,
     double_dot,
+    matrix,
     no_symmetric,
     plus,
     plus_identity,
@@ -36,45 +39,133 @@ from ..core.tensors import (
     turned,
     turned_in_plane,
 )
-from .damage import FailureMark, JohnsonCookDamage
+from .damage import (
+    CockcroftLatham,
+    GradyKipp,
+    GradySpall,
+    JohnsonCookDamage,
+    JohnsonHolmquistDamage,
+    PrincipalStress,
+    grady_kipp,
+    johnson_holmquist,
+    tensile,
+)
 from .damage import johnson_cook as damage_model
 from .damage.pressure_cutoff import limited_pressure
-from .eos import pressure_and_sound_speed
-from .slots import DAMAGE_TAG, EOS_TAG, SHEAR_MODULUS, STRENGTH_TAG, parameters
+from .eos import JonesWilkinsLee, pressure_and_sound_speed
+from .eos.jwl import BURN_RATE
+from .isentrope import temperature
+from .melting import melt_temperature
+from .porosity import loaded
+from .slots import (
+    DAMAGE_TAG,
+    DISTENSION,
+    EOS_TAG,
+    FAILED_FRICTION,
+    FAILS_IN_TENSION,
+    INVERSE_HEAT_CAPACITY,
+    KEEPS_STRESS,
+    PRESSURE_MINIMUM,
+    SHEAR_MODULUS,
+    STRENGTH_TAG,
+    parameters,
+)
 from .strength import (
     ElasticStrength,
     JohnsonCook,
+    JohnsonHolmquist,
     NoStrength,
+    Rock,
+    SteinbergGuinan,
+    SteinbergLund,
+    conditions,
     homologous_temperature,
-    johnson_cook,
     yield_stress,
 )
+from .strength import johnson_holmquist as ceramic
+from .strength.johnson_holmquist import TENSION
 
 _NO_STRENGTH = NoStrength.tag
 _ELASTIC = ElasticStrength.tag
 _JOHNSON_COOK = JohnsonCook.tag
+_ROCK, _JOHNSON_HOLMQUIST = Rock.tag, JohnsonHolmquist.tag
+_STEINBERG_GUINAN, _STEINBERG_LUND = SteinbergGuinan.tag, SteinbergLund.tag
 _JOHNSON_COOK_DAMAGE = JohnsonCookDamage.tag
-_FAILURE_MARK = FailureMark.tag
+_GRADY_KIPP = GradyKipp.tag
+_GRADY_SPALL = GradySpall.tag
+_PRINCIPAL_STRESS = PrincipalStress.tag
+_COCKCROFT_LATHAM = CockcroftLatham.tag
+_CRUSHING = JohnsonHolmquistDamage.tag
+_JWL = JonesWilkinsLee.tag
 
 # A deviator this close above the yield surface is on it: a return is not repeated for rounding.
 _ON_THE_SURFACE = 1.0 + 1e-13
+# A half-angle whose tangent the series gives to rounding.
+_SMALL_ANGLE_SQUARED = 2.5e-3
+# What a particle remembers beside plastic strain and damage: of porous material the distension, of an explosive the
+# time since its ignition [s], of JH-2 the pressure of bulking [Pa]; then flaws, or Grady's limit. This is none of it.
+NOTHING = (1.0, 0.0, 1.0, 0.0)
+
+
+@compiled
+def _half_tangent(a):
+    """Return the axis with the tangent of its length: what Cayley's rotation takes for an exact angle."""
+    square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+    if square < _SMALL_ANGLE_SQUARED:
+        series = 1.0 + square * (1.0 / 3.0 + square * (2.0 / 15.0 + square * (17.0 / 315.0 + square * 62.0 / 2835.0)))
+        return times(series, a)
+    angle = sqrt(square)
+    return times(tan(angle) / angle, a)
 
 
 @compiled
 def rotated(s, a):
-    """Rotate six components by Cayley's rotation of the half-angle vector `a` (dt/2 times the spin)."""
+    """Rotate six components by the half-angle vector `a` (dt/2 times the spin)."""
+    a = _half_tangent(a)
     if a[0] == 0.0 and a[1] == 0.0:
         return turned_in_plane(s, a[2])
     return turned(s, rotation(a))
 
 
 @compiled
-def _equilibrium(tag, rho, e, damage, row):
-    p, c = pressure_and_sound_speed(tag, rho, e, row)
+def _felt(damage, row):
+    """Damage as far as the stress feels it: none where a failed particle keeps its stress."""
+    return 0.0 if row[FAILED_FRICTION] == KEEPS_STRESS else damage
+
+
+@compiled
+def _borne(damage_tag, p, felt, row):
+    """Pressure [Pa] that the material bears: limited in tension, and less or none where it is damaged."""
     p = limited_pressure(p, row)
-    if damage >= 1.0 and p < 0.0:
-        p = 0.0
-    return p, c
+    if p < 0.0:
+        if felt >= 1.0:
+            return 0.0
+        if damage_tag == _GRADY_KIPP:
+            return (1.0 - felt) * p
+        if damage_tag == _CRUSHING:
+            return max(p, -row[TENSION] * (1.0 - felt))
+    return p
+
+
+@compiled
+def _pressure(tag, rho, e, memory, row):
+    """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first number remembered."""
+    if row[DISTENSION] > 1.0:
+        return loaded(tag, rho, e, memory, row)
+    p, c = pressure_and_sound_speed(tag, rho, e, row)
+    if tag == _JWL and row[BURN_RATE] > 0.0:
+        p *= min(max(memory * row[BURN_RATE], 0.0), 1.0)
+    return p, c, memory
+
+
+@compiled
+def remembered_state(table, models, m, rho, e, damage, memory):
+    """Pressure [Pa] and bulk sound speed [m/s] of a particle with the first number of its memory."""
+    row, damage_tag = parameters(table, m), models[m, DAMAGE_TAG]
+    p, c, _ = _pressure(models[m, EOS_TAG], rho, e, memory, row)
+    if damage_tag == _CRUSHING:
+        p += memory
+    return _borne(damage_tag, p, _felt(damage, row), row), c
 
 
 @compiled
@@ -84,24 +175,72 @@ def equilibrium_state(table, models, m, rho, e, damage):
     The sound speed is that of the equation of state before any cut: the stiffer one, so
     that time steps stay on the safe side.
     """
-    felt = 0.0 if models[m, DAMAGE_TAG] == _FAILURE_MARK else damage
-    return _equilibrium(models[m, EOS_TAG], rho, e, felt, parameters(table, m))
+    row = parameters(table, m)
+    p, c = pressure_and_sound_speed(models[m, EOS_TAG], rho, e, row)
+    return _borne(models[m, DAMAGE_TAG], p, _felt(damage, row), row), c
 
 
 @compiled
-def longitudinal_speed(c, rho, table, m):
-    """Speed of longitudinal waves sqrt(c^2 + 4G/(3 rho)) [m/s] at bulk sound speed `c`."""
-    return sqrt(c * c + (4.0 / 3.0) * table[m, SHEAR_MODULUS] / rho)
+def temperature_of(table, m, rho, e):
+    """Temperature [K] of a particle; not a number where no heat capacity is known."""
+    row = parameters(table, m)
+    return temperature(rho, e, row) if row[INVERSE_HEAT_CAPACITY] > 0.0 else nan
 
 
 @compiled
-def shear_speed(rho, table, m):
+def shear_modulus(table, models, m, rho, e, p):
+    """Shear modulus [Pa] of the current state; that at rest for all but Steinberg's strength."""
+    strength = models[m, STRENGTH_TAG]
+    if strength != _STEINBERG_GUINAN and strength != _STEINBERG_LUND:
+        return table[m, SHEAR_MODULUS]
+    row = parameters(table, m)
+    melt = melt_temperature(rho, p, row)
+    return row[SHEAR_MODULUS] * conditions(strength, rho, e, p, temperature(rho, e, row), melt, 0.0, 0.0, 0.0, row)[2]
+
+
+@compiled
+def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
+    """Yield stress [Pa] of the current state at the equivalent strain rate `rate` [1/s], and shear modulus [Pa].
+
+    The yield stress is infinite for an elastic solid and for a fluid, zero for what has failed and flows.
+    """
+    row, strength = parameters(table, m), models[m, STRENGTH_TAG]
+    felt = _felt(damage, row)
+    shear = row[SHEAR_MODULUS]
+    owns = strength in (_ROCK, _JOHNSON_HOLMQUIST)
+    if strength != _NO_STRENGTH and felt >= 1.0 and not owns:
+        return row[FAILED_FRICTION] * max(p, 0.0), shear
+    if strength in (_NO_STRENGTH, _ELASTIC):
+        return inf, shear
+    t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
+    homologous = homologous_temperature(e, t, melt, row)
+    factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, felt, row)
+    flow = yield_stress(strength, plastic_strain, factor, offset, row)
+    cracked = models[m, DAMAGE_TAG] == _GRADY_KIPP and not owns
+    return (flow * (1.0 - felt) if cracked else flow), shear * share
+
+
+@compiled
+def longitudinal_speed(c, rho, shear):
+    """Speed of longitudinal waves sqrt(c^2 + 4G/(3 rho)) [m/s] at bulk sound speed `c` and shear modulus G."""
+    return sqrt(c * c + (4.0 / 3.0) * shear / rho)
+
+
+@compiled
+def shear_speed(rho, shear):
     """Speed of shear waves sqrt(G/rho) [m/s]."""
-    return sqrt(table[m, SHEAR_MODULUS] / rho)
+    return sqrt(shear / rho)
 
 
 @compiled
 def respond(table, models, m, dt, rho, e, s, plastic_strain, damage, l):
+    """Advance the stress of a particle that remembers nothing else: see `recall`, whose memory is left out."""
+    s, plastic_strain, damage, p, c, _ = recall(table, models, m, dt, rho, e, s, plastic_strain, damage, NOTHING, l)
+    return s, plastic_strain, damage, p, c
+
+
+@compiled
+def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     """Advance a particle's stress by `dt`.
 
     Parameters
@@ -116,54 +255,133 @@ def respond(table, models, m, dt, rho, e, s, plastic_strain, damage, l):
         Deviator [Pa] at its start: xx, yy, zz, xy, xz, yz.
     plastic_strain, damage
         Equivalent plastic strain and damage at its start.
+    memory
+        Four more numbers, see `NOTHING`.
     l
         Velocity gradient [1/s], best at the middle of the step: nine components row by row, xy = du_x/dy.
 
     Returns
     -------
-    The deviator [Pa], plastic strain, damage, pressure [Pa] and bulk sound speed [m/s].
+    The deviator [Pa], plastic strain, damage, pressure [Pa], bulk sound speed [m/s] and memory.
     """
     row = parameters(table, m)
     strength, damage_tag = models[m, STRENGTH_TAG], models[m, DAMAGE_TAG]
-    felt = 0.0 if damage_tag == _FAILURE_MARK else damage
-    p, c = _equilibrium(models[m, EOS_TAG], rho, e, felt, row)
-    if strength == _NO_STRENGTH or felt >= 1.0:
-        return no_symmetric(3), plastic_strain, damage, p, c
+    first = memory[0]
+    if models[m, EOS_TAG] == _JWL:
+        first += dt
+    solid, c, first = _pressure(models[m, EOS_TAG], rho, e, first, row)
+    if damage_tag == _CRUSHING:
+        solid += first
+    if row[DISTENSION] > 1.0 and damage_tag == _GRADY_KIPP:  # crushing breaks
+        damage = max(damage, (row[DISTENSION] - first) / (row[DISTENSION] - 1.0))
+    if row[FAILS_IN_TENSION] > 0.0 and solid < row[PRESSURE_MINIMUM]:
+        damage = 1.0
+    limit = memory[1]
+    if damage_tag == _GRADY_SPALL and damage < 1.0:
+        damage, limit = _spalled(solid, rho, c, divergence(l), limit, row)
+    memory = (first, limit, memory[2], memory[3])
+    felt = _felt(damage, row)
+    p = _borne(damage_tag, solid, felt, row)
+    friction = row[FAILED_FRICTION]
+    owns = strength in (_ROCK, _JOHNSON_HOLMQUIST)  # its own strength when broken
+    if strength == _NO_STRENGTH or (felt >= 1.0 and friction <= 0.0 and not owns):
+        if (
+            strength == _NO_STRENGTH
+            and damage < 1.0
+            and damage_tag == _PRINCIPAL_STRESS
+            and -solid >= row[tensile.TENSILE_STRENGTH]
+        ):
+            damage, p = 1.0, max(p, 0.0)
+        return no_symmetric(3), plastic_strain, damage, p, c, memory
 
     shear = row[SHEAR_MODULUS]
     d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
-    # Half of the increment turns with the body, half follows: second order where strain and spin go together.
+    factor, offset = 1.0, 0.0
+    strain_rate = homologous = t = melt = 0.0
+    fails = damage_tag == _JOHNSON_COOK_DAMAGE and damage < 1.0
+    if fails or strength >= _JOHNSON_COOK:
+        strain_rate = sqrt((2.0 / 3.0) * double_dot(d, d))
+        t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
+        homologous = homologous_temperature(e, t, melt, row)
+        if strength >= _JOHNSON_COOK:
+            factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, strain_rate, felt, row)
+            shear *= share
+    if damage_tag == _GRADY_KIPP and felt < 1.0 and not owns:
+        s = times(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
     half = times(shear * dt, d)
     s = plus(rotated(plus(s, half), times(0.25 * dt, curl(l))), half)
-    if strength == _ELASTIC:
-        return s, plastic_strain, damage, p, c
+    if shear == 0.0:
+        s = no_symmetric(3)
+    flow, increment = inf, 0.0
+    if strength != _ELASTIC:
+        rubble = felt >= 1.0 and not owns
+        flow = friction * max(p, 0.0) if rubble else yield_stress(strength, plastic_strain, factor, offset, row)
+        trial_squared = 1.5 * double_dot(s, s)
+        if trial_squared > flow * flow * _ON_THE_SURFACE:
+            trial = sqrt(trial_squared)
+            excess = trial - flow
+            increment = excess / (3.0 * shear)
+            hardening = 0.0
+            if not rubble:
+                hardening = yield_stress(strength, plastic_strain + increment, factor, offset, row) - flow
+            increment *= excess / (excess + hardening)
+            reached = trial - 3.0 * shear * increment
+            s = times(reached / trial, s)
+            plastic_strain += increment
+            if fails:
+                damage += increment / damage_model.fracture_strain(p, reached, strain_rate, homologous, row)
+                damage = min(damage, 1.0)
+    if damage_tag > _JOHNSON_COOK_DAMAGE and damage < 1.0:
+        s, damage, p, first = _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, increment, flow,
+                                      strain_rate, row)  # fmt: skip
+        memory = (first, memory[1], memory[2], memory[3])
+    if _felt(damage, row) >= 1.0 and damage_tag != _CRUSHING:
+        p = max(p, 0.0)
+        if friction == 0.0 and not owns:
+            s = no_symmetric(3)
+    return s, plastic_strain, damage, p, c, memory
 
-    factor = 1.0
-    strain_rate = 0.0
-    homologous = 0.0
-    fails = damage_tag == _JOHNSON_COOK_DAMAGE or (damage_tag == _FAILURE_MARK and damage < 1.0)
-    if fails or strength == _JOHNSON_COOK:
-        strain_rate = sqrt((2.0 / 3.0) * double_dot(d, d))
-        homologous = homologous_temperature(e, row)
-        if strength == _JOHNSON_COOK:
-            factor = johnson_cook.rate_and_heat_factor(strain_rate, homologous, row)
-    flow = yield_stress(strength, plastic_strain, factor, row)
-    trial_squared = 1.5 * double_dot(s, s)
-    if trial_squared > flow * flow * _ON_THE_SURFACE:
-        trial = sqrt(trial_squared)
-        excess = trial - flow
-        increment = excess / (3.0 * shear)
-        hardening = yield_stress(strength, plastic_strain + increment, factor, row) - flow
-        increment *= excess / (excess + hardening)
-        reached = trial - 3.0 * shear * increment
-        s = times(reached / trial, s)
-        plastic_strain += increment
-        if fails:
-            damage += increment / damage_model.fracture_strain(p, reached, strain_rate, homologous, row)
-            if damage >= 1.0:
-                damage = 1.0
-            if damage >= 1.0 and damage_tag == _JOHNSON_COOK_DAMAGE:
-                s = no_symmetric(3)
-                if p < 0.0:
-                    p = 0.0
-    return s, plastic_strain, damage, p, c
+
+@called
+def _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, increment, flow, rate, row):
+    """Return deviator, damage, pressure and first of the memory with the damage of a step, of the models by stress."""
+    first = memory[0]
+    if damage_tag == _CRUSHING:
+        if increment > 0.0:
+            damage = min(damage + increment / johnson_holmquist.fracture_strain(p, row), 1.0)
+            after = ceramic.yield_stress(p, rate, damage, row)
+            first = johnson_holmquist.bulking(rho, first, flow, after, row)
+        return s, damage, p, first
+    greatest, least = _principal(s)
+    if damage_tag == _COCKCROFT_LATHAM:
+        damage = min(damage + max(greatest - p, 0.0) * increment * row[tensile.INVERSE_WORK], 1.0)
+    elif damage_tag == _PRINCIPAL_STRESS:
+        torn = greatest - solid >= row[tensile.TENSILE_STRENGTH]
+        if torn or 0.5 * (greatest - least) >= row[tensile.SHEAR_STRENGTH]:
+            damage = 1.0
+    elif damage_tag == _GRADY_KIPP:
+        strain = (greatest - solid) * row[grady_kipp.INVERSE_YOUNG]
+        damage = grady_kipp.grown(damage, strain, dt, memory[1], memory[2], memory[3], row)
+        if strength not in (_ROCK, _JOHNSON_HOLMQUIST):
+            s = times(1.0 - damage, s)
+        p = _borne(damage_tag, solid, damage, row)
+    return s, damage, p, first
+
+
+@compiled
+def _principal(s):
+    """Greatest and least eigenvalue [Pa] of the deviator `s`."""
+    return tensile.principal_deviators(sqrt(1.5 * double_dot(s, s)), determinant(matrix(s)))
+
+
+@compiled
+def _spalled(p, rho, c, rate, limit, row):
+    """Damage 1 or 0, and Grady's limit [Pa], which is fixed when tension first passes half of it."""
+    if p >= 0.0:
+        return 0.0, limit
+    if limit == 0.0:
+        free = tensile.spall_strength(rho, c, rate, row)
+        if -p < 0.5 * free:
+            return 0.0, 0.0
+        limit = free
+    return (1.0 if -p >= limit else 0.0), limit

@@ -38,7 +38,7 @@ MELT_LAW = 12  # 0 constant, 1 Lindemann, 2 Simon
 MELT_TEMPERATURE = 13  # at no pressure [K]; infinite where unknown
 MELT_FIRST = 14  # Lindemann: Gamma0; Simon: 1/a [1/Pa]
 MELT_SECOND = 15  # Lindemann: a; Simon: 1/c
-FAILED_FRICTION = 16  # of failed material [-]; 0 where it flows, below 0 where it keeps its stress
+FAILED_FRICTION = 16  # of failed material [-]; 0 where it flows, KEEPS_STRESS where failing takes nothing
 FAILS_IN_TENSION = 17  # above 0: material fails for good at the pressure cut-off
 
 _COMMON = 18
@@ -52,6 +52,8 @@ SLOT_COUNT = DAMAGE[-1] + 1
 # state: read by the address of the row, which is what the tuple of `parameters` ends with.
 ADDRESS = SLOT_COUNT
 CURVE = SLOT_COUNT
+
+KEEPS_STRESS = -1.0  # in FAILED_FRICTION
 
 # Columns of `models`.
 EOS_TAG = 0

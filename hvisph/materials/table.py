@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import sqrt
+from typing import Any, cast
 
 import numpy as np
 
 from ..core.errors import CaseError
 from ..core.jit import plain
 from . import isentrope, slots
-from .damage import JohnsonCookDamage, NoDamage
-from .eos import MODULES
+from .damage import GradyKipp, GradySpall, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage
+from .eos import MODULES, JonesWilkinsLee
+from .melting import Lindemann, Simon
 from .porosity import Porosity
 from .slots import EquationOfState, Model
 from .strength import JohnsonCook, NoStrength
@@ -37,6 +39,10 @@ class Material:
         c_v [J/(kg K)] and temperature at rest [K]; those of a strength model that has them, unless given.
     total_energy
         Whether all energy counts as heat, see `isentrope`.
+    melting
+        Law of the melting point, where it is not the strength's own.
+    failed_friction
+        Friction of failed material [-], 0 where it flows.
     """
 
     name: str
@@ -48,6 +54,8 @@ class Material:
     heat_capacity: float = 0.0  # c_v [J/(kg K)]; that of the strength unless given
     room_temperature: float = 0.0  # [K]; likewise
     total_energy: bool = False  # temperature from the whole energy, see `isentrope`
+    melting: Lindemann | Simon | None = None  # law of the melting point; constant or the strength's own unless given
+    failed_friction: float = 0.0  # of failed material [-]; `slots.KEEPS_STRESS` where failing takes nothing
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "density")
@@ -55,8 +63,8 @@ class Material:
         if isinstance(self.damage, JohnsonCookDamage):
             if isinstance(self.strength, NoStrength):
                 raise CaseError("damage grows with plastic strain, but the material has no strength", where=self.name)
-            if self.damage.d5 != 0.0 and not isinstance(self.strength, JohnsonCook):
-                raise CaseError("d5 needs a temperature, which only johnson_cook strength gives", where=self.name)
+            if self.damage.d5 != 0.0 and not isinstance(self.strength, JohnsonCook) and self.melting is None:
+                raise CaseError("d5 needs a melting point, which this strength does not give", where=self.name)
 
     @property
     def shear_modulus(self) -> float:
@@ -73,6 +81,43 @@ class Material:
         """Speed of longitudinal elastic waves at rest, sqrt(c^2 + 4G/(3 rho0)) [m/s]."""
         return sqrt(self.bulk_sound_speed**2 + 4.0 * self.shear_modulus / (3.0 * self.density))
 
+    @property
+    def remembers(self) -> bool:
+        """Whether its particles carry more than density, energy, stress, plastic strain and damage."""
+        burns = isinstance(self.eos, JonesWilkinsLee) and self.eos.burn_rate > 0.0
+        remembering = (GradyKipp, GradySpall, JohnsonHolmquistDamage)
+        return burns or self.porosity is not None or isinstance(self.damage, remembering)
+
+    def at_temperature(self, temperature: float) -> tuple[float, float]:
+        """Return density [kg/m^3] and energy [J/kg] of the material at no pressure and `temperature` [K].
+
+        Raises
+        ------
+        CaseError
+            Where it has no heat capacity, or bears no such temperature without pressure.
+        """
+        row = self.whole_row
+        if not row[slots.INVERSE_HEAT_CAPACITY] > 0.0:
+            raise CaseError("needs a heat capacity: give the material `temperature: {heat_capacity: ...}`")
+        capacity = 1.0 / row[slots.INVERSE_HEAT_CAPACITY]
+        pressure = self.pressure_function()
+
+        def energy(rho: float) -> float:
+            return (temperature - self.temperature(rho, 0.0)) * capacity
+
+        low, high = 0.6 * self.density, 1.1 * self.density
+        if self.total_energy:
+
+            def energy(rho: float) -> float:
+                return (temperature - float(row[slots.ROOM_TEMPERATURE])) * capacity
+
+        if not pressure(low, energy(low)) < 0.0 < pressure(high, energy(high)):
+            raise CaseError(f"the equation of state has no state of {temperature:g} K without pressure")
+        for _ in range(100):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if pressure(middle, energy(middle)) < 0.0 else (low, middle)
+        return high, energy(high)
+
     def row(self) -> np.ndarray:
         """Return the slots of the material's row of the table."""
         row = np.zeros(slots.SLOT_COUNT)
@@ -82,6 +127,8 @@ class Material:
         row[slots.PRESSURE_MINIMUM] = -np.inf
         row[slots.ROOM_TEMPERATURE] = ROOM_TEMPERATURE
         row[slots.DISTENSION] = 1.0
+        row[slots.MELT_TEMPERATURE] = np.inf
+        row[slots.FAILED_FRICTION] = self.failed_friction
         for model in (self.eos, self.strength, self.damage):
             model.pack(row, self.density)
         if self.heat_capacity > 0.0:
@@ -89,6 +136,8 @@ class Material:
         if self.room_temperature > 0.0:
             row[slots.ROOM_TEMPERATURE] = self.room_temperature
         row[slots.TOTAL_ENERGY] = float(self.total_energy)
+        if self.melting is not None:
+            self.melting.pack(row)
         if self.porosity is not None:
             self.porosity.pack(row)
         return row
@@ -102,9 +151,8 @@ class Material:
     def whole_row(self) -> np.ndarray:
         """The material's row of the table: slots, isentrope, and the grid of a tabulated equation of state."""
         row = self._without_isentrope.copy()
-        row[slots.CURVE : slots.CURVE + isentrope.LENGTH] = isentrope.tabulated(
-            self.pressure_function(), self.density, self.eos.ambient_energy, row[slots.ROOM_TEMPERATURE]
-        )
+        curve = _isentrope(cast("Hashable", self.eos), self.density, float(row[slots.ROOM_TEMPERATURE]))
+        row[slots.CURVE : slots.CURVE + isentrope.LENGTH] = curve
         return row
 
     def _state(self) -> Callable[[float, float], tuple[float, float, float]]:
@@ -138,6 +186,11 @@ class Material:
     def temperature(self, rho: float, e: float) -> float:
         """Temperature [K], in plain Python."""
         return float(plain(isentrope.temperature)(rho, e, slots.values(self.whole_row)))
+
+
+@lru_cache(maxsize=64)
+def _isentrope(eos: Any, density: float, room: float) -> np.ndarray:
+    return isentrope.tabulated(Material("", density, eos).pressure_function(), density, eos.ambient_energy, room)
 
 
 def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hvisph.core.errors import CaseError
 from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
 from hvisph.formulations.protocol import AnyStepper
@@ -18,7 +19,7 @@ from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.formulations import formulation_of
 from hvisph.simulation.gauges import Gauges
 from hvisph.simulation.kernel_types import filled_region, set_kernel_types, set_loads
-from hvisph.simulation.materials import material_of
+from hvisph.simulation.starting import MEMORY, body_material, remembered, start_of
 from hvisph.simulation.velocities import initial_velocity
 from hvisph.sph.symmetry import Plane
 
@@ -82,19 +83,26 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
     scheme = SCHEMES[case.time.integrator]
     h = formulation.h_over_dx * dx
     extra = (*formulation.fields, *scheme.extra_fields())
+    made = [body_material(body, dim, dx) for body in placed]
+    if any(material.remembers for material in made):
+        _refuse_memory(case, made)
+        extra = (*extra, *MEMORY)
     particles = Particles(dim, sum(len(b.positions) for b in placed), extra, KINEMATICS[case.kinematics])
     materials, first = [], 0
-    for number, body in enumerate(placed):
-        material = material_of(body.model.material, body.model.internal_energy)
+    for number, (body, material) in enumerate(zip(placed, made, strict=True)):
         if material not in materials:
             materials.append(material)
         part = slice(first, first + len(body.positions))
         first = part.stop
         particles["position"][part] = body.positions
         particles["velocity"][part] = initial_velocity(body.model, body.positions, body.volumes)
-        particles["mass"][part] = material.density * body.volumes
-        particles["density"][part] = material.density
-        particles["internal_energy"][part] = body.model.internal_energy or material.eos.ambient_energy
+        density, energy = start_of(body, material)
+        particles["mass"][part] = density * body.volumes
+        particles["density"][part] = density
+        particles["internal_energy"][part] = energy
+        if material.remembers:
+            for name, values in zip(MEMORY, remembered(body, material, dim, dx).T, strict=True):
+                particles[name][part] = values
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
     lengths = np.full(particles.count, h)
@@ -122,6 +130,18 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
     notes = tuple(f"{body.name}: {body.filling.note}" for body in placed if body.filling.note)
     limits = np.array([_largest_density(material) for material in materials])
     return Setup(stepper, criteria, names, [material.name for material in materials], planes, gauges, limits, notes)
+
+
+def _refuse_memory(case: Case, made: list[Material]) -> None:
+    """Refuse materials with a memory where a formulation's pressure has none."""
+    if case.formulation.type in ("eulerian", "riemann") and case.kinematics != "plane_stress":
+        return
+    name, _ = next((n, m) for n, m in zip(case.bodies, made, strict=True) if m.remembers)
+    raise CaseError(
+        "pores, programmed burn, grady_kipp, grady_spall and johnson_holmquist damage need the formulation eulerian or "
+        "riemann, in 1D, plane strain or 3D",
+        where=f"bodies.{name}.material",
+    )
 
 
 def _largest_density(material: Material) -> float:

@@ -21,7 +21,7 @@ from hvisph.core.errors import CaseError
 from hvisph.core.fields import SYMMETRIC_COMPONENTS, component_names, field_of
 from hvisph.core.jit import specialise
 from hvisph.core.particles import FLAGS, RETIRED
-from hvisph.formulations.diagnose import diagnose
+from hvisph.formulations.diagnose import NAMES, diagnose
 from hvisph.formulations.protocol import AnyStepper
 from hvisph.simulation.bodies import PlacedBody
 from hvisph.sph.interpolation import weigh
@@ -91,7 +91,7 @@ class Gauges:
         self.columns = tuple(
             f"gauge.{name}.{column}" for name, g in zip(models, self._gauges, strict=True) for column in g.columns
         )
-        present = {*stepper.particles.names, "pressure", "sound_speed", "von_mises_stress", "stress"}
+        present = {*stepper.particles.names, *NAMES, "stress"}
         for name, gauge in zip(models, self._gauges, strict=True):
             for column in gauge.columns:
                 if field_of(column).name not in present:
@@ -162,8 +162,8 @@ class _Values:
         if name == "stress":
             number = SYMMETRIC_COMPONENTS.index(column.rpartition("_")[2])
             return self._particles["deviator"][:, number] - (self._found["pressure"] if number < 3 else 0.0)
-        if name in self._found:
-            return self._found[name]
+        if name in NAMES:
+            return self._found.get(name, np.full(self._particles.count, np.nan))
         values = self._particles[name]
         return values if values.ndim == 1 else values[:, component_names(name, dim).index(column)]
 

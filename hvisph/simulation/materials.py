@@ -6,7 +6,16 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from hvisph.materials.damage import FailureMark, JohnsonCookDamage, NoDamage, PressureCutoff
+from hvisph.materials.damage import (
+    CockcroftLatham,
+    GradyKipp,
+    GradySpall,
+    JohnsonCookDamage,
+    JohnsonHolmquistDamage,
+    NoDamage,
+    PressureCutoff,
+    PrincipalStress,
+)
 from hvisph.materials.eos import (
     Elastic,
     IdealGas,
@@ -20,7 +29,22 @@ from hvisph.materials.eos import (
     Tillotson,
     read_grid,
 )
-from hvisph.materials.strength import ElasticStrength, JohnsonCook, LinearHardening, NoStrength, VonMises
+from hvisph.materials.melting import Lindemann, Simon
+from hvisph.materials.porosity import Porosity
+from hvisph.materials.slots import KEEPS_STRESS
+from hvisph.materials.strength import (
+    CowperSymonds,
+    ElasticStrength,
+    JohnsonCook,
+    JohnsonHolmquist,
+    LinearHardening,
+    NoStrength,
+    Rock,
+    SteinbergGuinan,
+    SteinbergLund,
+    VonMises,
+    ZerilliArmstrong,
+)
 from hvisph.materials.table import Material
 
 
@@ -34,14 +58,33 @@ def material_of(model: Any, internal_energy: float = 0.0) -> Material:
     internal_energy
         Specific internal energy that its body starts with [J/kg]: an ideal gas at rest is known by it.
     """
-    shear = model.shear_modulus
+    shear, heat, pores = model.shear_modulus, model.temperature, model.porosity
     return Material(
         model.name,
         model.density,
         _eos(model.eos, model.density, internal_energy),
         _strength(model.strength, shear),
         _damage(model.damage),
+        None if pores is None else Porosity(pores.distension, pores.elastic_pressure, pores.solid_pressure),
+        heat.heat_capacity or 0.0,
+        heat.room_temperature or 0.0,
+        heat.type == "total_energy",
+        _melting(model.melting),
+        _failed_friction(model.damage),
     )
+
+
+def _melting(melting: Any) -> Lindemann | Simon | None:
+    if melting is None:
+        return None
+    if melting.type == "lindemann":
+        return Lindemann(melting.temperature, melting.gamma, melting.a)
+    return Simon(melting.temperature, melting.a, melting.c)
+
+
+def _failed_friction(damage: Any) -> float:
+    failed = getattr(damage, "failed", "fluid")
+    return KEEPS_STRESS if failed == "keeps_stress" else damage.friction if failed == "rubble" else 0.0
 
 
 def _eos(eos: Any, density: float, internal_energy: float) -> Any:
@@ -86,6 +129,26 @@ def _strength(strength: Any, shear: float) -> Any:
             return JohnsonCook(shear, strength.a, strength.b, strength.n, strength.c, strength.m,
                                strength.melt_temperature, strength.heat_capacity, strength.room_temperature,
                                strength.reference_rate)  # fmt: skip
+        case "steinberg_guinan" | "steinberg_lund":
+            shared = (shear, strength.yield_stress, strength.yield_limit, strength.beta, strength.n,
+                      strength.pressure_coefficient, strength.heat_coefficient, strength.melt_temperature,
+                      strength.melt_gamma, strength.melt_a, strength.initial_strain)  # fmt: skip
+            if strength.type == "steinberg_guinan":
+                return SteinbergGuinan(*shared)
+            return SteinbergLund(*shared, strength.c1, strength.activation_energy, strength.peierls_stress, strength.c2)
+        case "zerilli_armstrong":
+            return ZerilliArmstrong(shear, strength.lattice, strength.c0, strength.c3, strength.c4, strength.c1,
+                                    strength.c2, strength.c5, strength.n, strength.melt_temperature or inf)  # fmt: skip
+        case "cowper_symonds":
+            return CowperSymonds(shear, strength.yield_stress, strength.reference_rate, strength.exponent,
+                                 strength.hardening_modulus)  # fmt: skip
+        case "rock":
+            return Rock(shear, strength.cohesion, strength.friction, strength.limit or inf, strength.broken_friction,
+                        strength.melt_energy or inf, strength.melt_temperature or inf)  # fmt: skip
+        case "johnson_holmquist":
+            return JohnsonHolmquist(shear, strength.hugoniot_elastic_limit, strength.hel_pressure, strength.tension,
+                                    strength.a, strength.n, strength.b, strength.m, strength.c,
+                                    strength.fractured_limit or inf)  # fmt: skip
     raise ValueError(strength.type)
 
 
@@ -94,9 +157,20 @@ def _damage(damage: Any) -> Any:
         case "none":
             return NoDamage()
         case "pressure_cutoff":
-            return PressureCutoff(damage.pressure)
+            return PressureCutoff(damage.pressure, damage.fails)
+        case "grady_kipp":
+            return GradyKipp(damage.weibull_k, damage.weibull_m, damage.seed)
+        case "grady_spall":
+            return GradySpall(damage.toughness, damage.yield_stress, damage.critical_strain)
+        case "principal_stress":
+            return PrincipalStress(damage.tensile_strength, damage.shear_strength or inf)
+        case "cockcroft_latham":
+            return CockcroftLatham(damage.critical_work)
+        case "johnson_holmquist":
+            return JohnsonHolmquistDamage(damage.d1, damage.d2, damage.beta)
         case "johnson_cook":
             cutoff = -inf if damage.pressure_cutoff is None else damage.pressure_cutoff
-            model = FailureMark if damage.failed == "keeps_stress" else JohnsonCookDamage
-            return model(damage.d1, damage.d2, damage.d3, damage.d4, damage.d5, damage.reference_rate, cutoff)
+            return JohnsonCookDamage(
+                damage.d1, damage.d2, damage.d3, damage.d4, damage.d5, damage.reference_rate, cutoff
+            )
     raise ValueError(damage.type)

@@ -3,10 +3,29 @@
 from __future__ import annotations
 
 from ..slots import Model
-from .johnson_cook import FailureMark, JohnsonCookDamage
+from .grady_kipp import GradyKipp
+from .johnson_cook import JohnsonCookDamage
+from .johnson_holmquist import JohnsonHolmquistDamage
 from .none import NoDamage
 from .pressure_cutoff import PressureCutoff
+from .tensile import CockcroftLatham, GradySpall, PrincipalStress
 
-REGISTRY: dict[str, type[Model]] = {model.name: model for model in (NoDamage, PressureCutoff, JohnsonCookDamage)}
+REGISTRY: dict[str, type[Model]] = {
+    model.name: model
+    for model in (
+        *(NoDamage, PressureCutoff, JohnsonCookDamage, GradyKipp),
+        *(GradySpall, PrincipalStress, CockcroftLatham, JohnsonHolmquistDamage),
+    )
+}
 
-__all__ = ["REGISTRY", "FailureMark", "JohnsonCookDamage", "NoDamage", "PressureCutoff"]
+__all__ = [
+    "REGISTRY",
+    "CockcroftLatham",
+    "GradyKipp",
+    "GradySpall",
+    "JohnsonCookDamage",
+    "JohnsonHolmquistDamage",
+    "NoDamage",
+    "PressureCutoff",
+    "PrincipalStress",
+]

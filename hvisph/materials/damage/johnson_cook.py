@@ -66,17 +66,6 @@ class JohnsonCookDamage:
         row[INVERSE_REFERENCE_RATE] = 1.0 / self.reference_rate
 
 
-@dataclass(frozen=True)
-class FailureMark(JohnsonCookDamage):
-    """Johnson-Cook damage that marks failure and takes nothing from the stress.
-
-    Young 2021's AdapTLE wants this: a failed particle turns Eulerian, and the crack is what opens
-    between Eulerian particles.
-    """
-
-    tag: ClassVar[int] = 3
-
-
 @compiled
 def fracture_strain(p, von_mises_stress, strain_rate, homologous, row):
     """Equivalent plastic strain at which the material fails in the given state."""

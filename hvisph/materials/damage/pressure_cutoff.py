@@ -2,7 +2,8 @@
 
     p >= p_min,    p_min <= 0
 
-The material keeps no memory of it: once compressed again it is as before.
+By itself the material keeps no memory of it: it goes on pulling with p_min however far it opens, and once compressed
+again it is as before, so that scabs heal. With `fails` it spalls: the first state below p_min fails for good.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from ..slots import PRESSURE_MINIMUM
+from ..slots import FAILS_IN_TENSION, PRESSURE_MINIMUM
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,7 @@ class PressureCutoff:
     """Parameters of the pressure cut-off."""
 
     pressure_minimum: float  # p_min [Pa], not above zero
+    fails: bool = False  # for good, at the first state below
 
     name: ClassVar[str] = "pressure_cutoff"
     tag: ClassVar[int] = 1
@@ -32,6 +34,7 @@ class PressureCutoff:
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
         row[PRESSURE_MINIMUM] = self.pressure_minimum
+        row[FAILS_IN_TENSION] = float(self.fails)
 
 
 def require_tension(pressure_minimum: float, where: str) -> None:

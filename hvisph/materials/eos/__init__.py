@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import sqrt
 from types import ModuleType
 
-from ...core.jit import compiled
+from ...core.jit import called, compiled
 from ..slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
 from . import elastic, ideal_gas, jwl, linear, mie_gruneisen, murnaghan, polynomial, stiffened_gas, table, tillotson
 from .elastic import Elastic
@@ -49,7 +49,20 @@ _TILLOTSON = Tillotson.tag
 _POLYNOMIAL = Polynomial.tag
 _MURNAGHAN = Murnaghan.tag
 _JWL = JonesWilkinsLee.tag
-_TABLE = Table.tag
+
+
+@called
+def _further(tag, rho, e, row):
+    """Pressure [Pa] and square of the sound speed [m^2/s^2] of the models that are seldom in the same loop."""
+    if tag == _POLYNOMIAL:
+        p, p_rho, p_e = polynomial.state(rho, e, row)
+    elif tag == _MURNAGHAN:
+        p, p_rho, p_e = murnaghan.state(rho, e, row)
+    elif tag == _JWL:
+        p, p_rho, p_e = jwl.state(rho, e, row)
+    else:
+        p, p_rho, p_e = table.state(rho, e, row)
+    return p, p_rho + p * p_e / (rho * rho)
 
 
 @compiled
@@ -72,18 +85,8 @@ def pressure_and_sound_speed(tag, rho, e, row):
     elif tag == _TILLOTSON:
         p, p_rho, p_e = tillotson.state(rho, e, row)
         c_squared = p_rho + p * p_e / (rho * rho)
-    elif tag == _POLYNOMIAL:
-        p, p_rho, p_e = polynomial.state(rho, e, row)
-        c_squared = p_rho + p * p_e / (rho * rho)
-    elif tag == _MURNAGHAN:
-        p, p_rho, p_e = murnaghan.state(rho, e, row)
-        c_squared = p_rho + p * p_e / (rho * rho)
-    elif tag == _JWL:
-        p, p_rho, p_e = jwl.state(rho, e, row)
-        c_squared = p_rho + p * p_e / (rho * rho)
-    elif tag == _TABLE:
-        p, p_rho, p_e = table.state(rho, e, row)
-        c_squared = p_rho + p * p_e / (rho * rho)
+    elif tag >= _POLYNOMIAL:
+        p, c_squared = _further(tag, rho, e, row)
     else:  # linear and elastic are one law
         p = linear.pressure(rho, e, row)
         c_squared = linear.sound_speed_squared(rho, e, p, row)

@@ -2,40 +2,124 @@
 
 from __future__ import annotations
 
-from ...core.jit import compiled
-from ..slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE, ROOM_TEMPERATURE, Model
-from . import johnson_cook, linear_hardening, von_mises
+from math import inf
+
+from ...core.jit import called, compiled
+from ..slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE, MELT_LAW, ROOM_TEMPERATURE, TOTAL_ENERGY, Model
+from . import (
+    cowper_symonds,
+    johnson_cook,
+    johnson_holmquist,
+    linear_hardening,
+    rock,
+    steinberg,
+    von_mises,
+    zerilli_armstrong,
+)
+from .cowper_symonds import CowperSymonds
 from .elastic import ElasticStrength
 from .johnson_cook import JohnsonCook
+from .johnson_holmquist import JohnsonHolmquist
 from .linear_hardening import LinearHardening
 from .none import NoStrength
+from .rock import Rock
+from .steinberg import SteinbergGuinan, SteinbergLund
 from .von_mises import VonMises
+from .zerilli_armstrong import ZerilliArmstrong
 
 REGISTRY: dict[str, type[Model]] = {
-    model.name: model for model in (NoStrength, ElasticStrength, VonMises, LinearHardening, JohnsonCook)
+    model.name: model
+    for model in (
+        *(NoStrength, ElasticStrength, VonMises, LinearHardening, JohnsonCook),
+        *(SteinbergGuinan, SteinbergLund, ZerilliArmstrong, CowperSymonds, Rock, JohnsonHolmquist),
+    )
 }
 
 _VON_MISES = VonMises.tag
 _LINEAR_HARDENING = LinearHardening.tag
+_JOHNSON_COOK = JohnsonCook.tag
+_STEINBERG_GUINAN = SteinbergGuinan.tag
+_STEINBERG_LUND = SteinbergLund.tag
+_ZERILLI_ARMSTRONG = ZerilliArmstrong.tag
+_COWPER_SYMONDS = CowperSymonds.tag
+_ROCK = Rock.tag
 
 
 @compiled
-def temperature(e, row):
-    """Temperature [K] from the specific internal energy; the room's where no heat capacity is known."""
-    return row[ROOM_TEMPERATURE] + max(e, 0.0) * row[INVERSE_HEAT_CAPACITY]
+def homologous_temperature(e, temperature, melt, row):
+    """Homologous temperature (T - T_room)/(T_melt - T_room), held in [0, 1]; 0 where no melting point is known."""
+    if row[MELT_LAW] == 0.0:
+        if row[TOTAL_ENERGY] > 0.0:
+            return min(max(e, 0.0) * row[INVERSE_HEAT_CAPACITY] * row[INVERSE_MELT_RANGE], 1.0)
+        return min(max(temperature - row[ROOM_TEMPERATURE], 0.0) * row[INVERSE_MELT_RANGE], 1.0)
+    if melt == inf:
+        return 0.0
+    return min(max((temperature - row[ROOM_TEMPERATURE]) / (melt - row[ROOM_TEMPERATURE]), 0.0), 1.0)
+
+
+@called
+def _further(tag, rho, e, p, temperature, melt, rate, damage, row):
+    """Return what `conditions` does, of the models that are seldom in the same loop."""
+    if tag in (_STEINBERG_GUINAN, _STEINBERG_LUND):
+        share = steinberg.shear_share(rho, p, temperature, melt, row)
+        thermal = 0.0
+        if tag == _STEINBERG_LUND:
+            thermal = share * steinberg.thermal_stress(rate, temperature, row)
+        return share, thermal, share
+    if tag == _ZERILLI_ARMSTRONG:
+        return zerilli_armstrong.heat(rate, temperature, melt, row)
+    if tag == _COWPER_SYMONDS:
+        return cowper_symonds.rate_factor(rate, row), 0.0, 1.0
+    if tag == _ROCK:
+        return 0.0, rock.yield_stress(p, e, temperature, melt, damage, row), 1.0
+    return 0.0, johnson_holmquist.yield_stress(p, rate, damage, row), 1.0
 
 
 @compiled
-def homologous_temperature(e, row):
-    """Homologous temperature (T - T_room)/(T_melt - T_room), held in [0, 1]."""
-    return min(max(e, 0.0) * row[INVERSE_HEAT_CAPACITY] * row[INVERSE_MELT_RANGE], 1.0)
+def conditions(tag, rho, e, p, temperature, melt, homologous, rate, damage, row):
+    """Return what a return leaves of the yield stress: Y = hardened(eps_p) factor + offset.
+
+    Parameters
+    ----------
+    tag
+        Of the strength model.
+    rho, e, p, temperature, melt, homologous
+        State: density, energy, pressure, temperature, melting and homologous temperature.
+    rate, damage
+        Equivalent strain rate [1/s] and damage.
+    row
+        The material's parameters.
+
+    Returns
+    -------
+    Factor [-], offset [Pa], and the shear modulus over that at rest [-].
+    """
+    if tag == _JOHNSON_COOK:
+        return johnson_cook.rate_and_heat_factor(rate, homologous, row), 0.0, 1.0
+    if tag > _JOHNSON_COOK:
+        return _further(tag, rho, e, p, temperature, melt, rate, damage, row)
+    return 1.0, 0.0, 1.0
+
+
+@called
+def _further_yield(tag, plastic_strain, factor, offset, row):
+    """Return what `yield_stress` does, of the models that are seldom in the same loop."""
+    if tag in (_STEINBERG_GUINAN, _STEINBERG_LUND):
+        return steinberg.work_hardened(plastic_strain, row) * factor + offset
+    if tag == _ZERILLI_ARMSTRONG:
+        return zerilli_armstrong.yield_stress(plastic_strain, factor, offset, row)
+    if tag == _COWPER_SYMONDS:
+        return linear_hardening.yield_stress(plastic_strain, row) * factor
+    return offset
 
 
 @compiled
-def yield_stress(tag, plastic_strain, factor, row):
-    """Yield stress [Pa] of a model that has one; `factor` is Johnson-Cook's for rate and heat."""
+def yield_stress(tag, plastic_strain, factor, offset, row):
+    """Yield stress [Pa] of a model that has one, with what `conditions` found."""
     if tag == _VON_MISES:
         return von_mises.yield_stress(row)
     if tag == _LINEAR_HARDENING:
         return linear_hardening.yield_stress(plastic_strain, row)
-    return johnson_cook.yield_stress(plastic_strain, factor, row)
+    if tag == _JOHNSON_COOK:
+        return johnson_cook.yield_stress(plastic_strain, factor, row)
+    return _further_yield(tag, plastic_strain, factor, offset, row)

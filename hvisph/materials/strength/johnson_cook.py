@@ -2,12 +2,10 @@
 
     Y = (A + B eps_p^n) (1 + C ln rate*) (1 - T*^m)
     rate* = max(rate / rate0, 1),    T* = (T - T_room) / (T_melt - T_room) held in [0, 1]
-    T = T_room + max(e, 0) / c_v
 
 Johnson & Cook 1983. Slower than the reference rate the material is as at the reference
-rate; molten (T* = 1) it has no strength. The temperature takes the whole specific internal
-energy as heat: the cold part of a compression is in it, so that it is somewhat high under
-strong shocks. Plastic heat is in the energy already.
+rate; molten (T* = 1) it has no strength. The temperature is that of `isentrope`; plastic heat is
+in the energy already. T_melt is that without pressure, unless the material has a melting law.
 """
 
 from __future__ import annotations
@@ -21,7 +19,7 @@ import numpy as np
 from ...core.errors import CaseError
 from ...core.jit import compiled
 from .. import slots
-from ..slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE, ROOM_TEMPERATURE, SHEAR_MODULUS
+from ..slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE, MELT_TEMPERATURE, ROOM_TEMPERATURE, SHEAR_MODULUS
 
 YIELD_STRESS = slots.STRENGTH[0]
 HARDENING_COEFFICIENT = slots.STRENGTH[1]
@@ -65,6 +63,7 @@ class JohnsonCook:
         row[SHEAR_MODULUS] = self.shear_modulus
         row[ROOM_TEMPERATURE] = self.room_temperature
         row[INVERSE_HEAT_CAPACITY] = 1.0 / self.specific_heat
+        row[MELT_TEMPERATURE] = self.melt_temperature
         row[INVERSE_MELT_RANGE] = 1.0 / (self.melt_temperature - self.room_temperature)
         row[YIELD_STRESS] = self.yield_stress
         row[HARDENING_COEFFICIENT] = self.hardening_coefficient

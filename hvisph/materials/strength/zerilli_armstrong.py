@@ -59,9 +59,14 @@ class ZerilliArmstrong:
 
 
 @compiled
-def activated(rate, temperature, row):
-    """Return the thermal factor exp(-C3 T + C4 T ln r)."""
-    return exp(temperature * (row[C4] * log(max(rate, 1.0)) - row[C3]))
+def heat(rate, temperature, melt, row):
+    """Return factor, offset [Pa] and share of the shear modulus: see `yield_stress`."""
+    if temperature >= melt:
+        return 0.0, 0.0, 1.0
+    activated = exp(temperature * (row[C4] * log(max(rate, 1.0)) - row[C3]))
+    if row[BODY_CENTRED] > 0.0:
+        return 1.0, row[C0] + row[C1] * activated, 1.0
+    return activated, row[C0], 1.0
 
 
 @compiled

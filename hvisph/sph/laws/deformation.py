@@ -143,7 +143,8 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
                 put(rates, i, R_GRADIENT, l)
                 m, rho = np.uint64(tags[i, 2]), rows[i, M] / (volume[i] * j)
                 p, c = equilibrium_state(table, models, m, rho, rows[i, E], rows[i, DAMAGE])
-                signals[i] = longitudinal_speed(c, rho, table, m) + signal_alpha * c
+                shear = shear_modulus(table, models, m, rho, rows[i, E], p)
+                signals[i] = longitudinal_speed(c, rho, shear) + signal_alpha * c
                 pressures[i] = p
                 rows[i, RHO], rows[i, C] = rho, c
                 state[i, S_DENSITY] = rho * grown(stage * divergence(l))

@@ -1,0 +1,75 @@
+"""What a body's particles start with: their material, density, energy, and what they remember."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.materials.damage import GradyKipp
+from hvisph.materials.eos import JonesWilkinsLee
+from hvisph.materials.eos.jwl import BURN_SPACINGS
+from hvisph.materials.response import NOTHING
+from hvisph.materials.table import Material
+from hvisph.simulation.bodies import PlacedBody
+from hvisph.simulation.materials import material_of
+
+# Fields that hold a particle's memory, in the order of `materials.response.NOTHING`.
+MEMORY = ("memory", "flaw_strain", "flaw_exponent", "flaws")
+
+
+def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
+    """Return the material of a body, with what hangs on its particles: growth of cracks, width of the burn."""
+    material = material_of(body.model.material, body.model.internal_energy)
+    if isinstance(material.damage, GradyKipp):
+        volume = float(body.volumes.mean()) * dx ** (3 - dim)
+        bulk, shear = material.density * material.bulk_sound_speed**2, material.shear_modulus
+        young = 9.0 * bulk * shear / (3.0 * bulk + shear)
+        speed = GradyKipp.speed_share * material.longitudinal_sound_speed
+        damage = replace(material.damage, crack_speed=speed, young_modulus=young, particle_volume=volume)
+        material = replace(material, damage=damage)
+    detonation = getattr(body.model.material.eos, "detonation", None)
+    if isinstance(material.eos, JonesWilkinsLee) and detonation is not None:
+        eos = replace(material.eos, burn_rate=detonation.speed / (BURN_SPACINGS * dx))
+        material = replace(material, eos=eos)
+    return material
+
+
+def start_of(body: PlacedBody, material: Material) -> tuple[float, float]:
+    """Return density [kg/m^3] and specific internal energy [J/kg] that a body starts with.
+
+    Raises
+    ------
+    CaseError
+        For a temperature that the material cannot have at no pressure.
+    """
+    model = body.model
+    rest = material.density if material.porosity is None else material.density / material.porosity.distension
+    if model.temperature is None:
+        return rest, model.internal_energy or material.eos.ambient_energy
+    try:
+        density, energy = material.at_temperature(model.temperature)
+    except CaseError as error:
+        raise CaseError(error.message, where=f"bodies.{body.name}.temperature") from None
+    return density * rest / material.density, energy
+
+
+def remembered(body: PlacedBody, material: Material, dim: int, dx: float) -> np.ndarray:
+    """Return the memory that the particles of a body start with, of shape (count, 4)."""
+    found = np.tile(np.array(NOTHING), (len(body.positions), 1))
+    found[:, 0] = 0.0 if material.porosity is None else material.porosity.distension
+    detonation = getattr(body.model.material.eos, "detonation", None)
+    if isinstance(material.eos, JonesWilkinsLee):
+        found[:, 0] = 0.0
+        if detonation is not None:
+            points = np.array(detonation.points, dtype=float)
+            if points.shape[1] != dim:
+                message = f"a point has {points.shape[1]} components, needs {dim} in {dim}D"
+                raise CaseError(message, where=f"bodies.{body.name}.material.eos.detonation.points")
+            distance = np.sqrt(((body.positions[:, None] - points) ** 2).sum(axis=2)).min(axis=1)
+            found[:, 0] = -detonation.time - distance / detonation.speed
+    if isinstance(material.damage, GradyKipp):
+        volume = float(body.volumes.sum()) * dx ** (3 - dim)
+        found[:, 1:] = material.damage.flaws(body.name, len(body.positions), volume)
+    return found
