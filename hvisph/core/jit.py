@@ -22,6 +22,7 @@ from typing import Any
 import numba
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
+from numba.core.registry import CPUDispatcher
 
 from .loop_cache import LoopCache, cache_folder
 
@@ -33,10 +34,39 @@ os.environ.setdefault("GOMP_SPINCOUNT", "20000")
 # differently. The vectors of `core.lanes`, where the time goes, carry flags of their own.
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "boundscheck": False}
 
-# Left to itself the compiler calls larger functions, such as the stress update, at three times the cost.
-compiled = numba.njit(forceinline=True, **_OPTIONS)
-# What few materials need stays a function of its own, so that the loops of all others are short and soon compiled.
-called = numba.njit(**_OPTIONS)
+# Scalar functions are called by loops: what would let Python call them takes half of their compilation.
+_LEAN = _OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+class _Scalar(CPUDispatcher):
+    """A compiled scalar function that Python calls through another one, made when it does."""
+
+    def __call__(self, *arguments: Any) -> Any:
+        return _entry(self)(*arguments)
+
+
+@cache
+def _entry(function: _Scalar) -> Any:
+    return numba.njit(**_OPTIONS)(lambda *arguments: function(*arguments))
+
+
+def compiled(function: Callable[..., Any]) -> Any:
+    """Mark a scalar function, which is compiled into its caller.
+
+    Left to itself the compiler calls larger functions, such as the stress update, at three times the cost.
+    """
+    made = numba.njit(forceinline=True, **_LEAN)(function)
+    made.__class__ = _Scalar
+    return made
+
+
+def called(function: Callable[..., Any]) -> Any:
+    """Mark a scalar function that few materials need: it stays one, so that other loops are short and soon compiled."""
+    made = numba.njit(**_LEAN)(function)
+    made.__class__ = _Scalar
+    return made
+
+
 prange = numba.prange
 
 
