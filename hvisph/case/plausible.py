@@ -82,7 +82,7 @@ def of_material(material: Material) -> Iterator[str]:
     if stiffness and SPEED.low <= (speed or 0.0) <= SPEED.high and DENSITY.low <= material.density <= DENSITY.high:
         if material.shear_modulus:
             yield from _share("strength.shear_modulus", material.shear_modulus, stiffness, MODULUS)
-        for key in ("yield_stress", "a"):
+        for key in ("yield_stress", *(("a",) if strength.type == "johnson_cook" else ())):
             value = getattr(strength, key, None)
             if value:
                 yield from _share(f"strength.{key}", value, stiffness, YIELD)

@@ -121,9 +121,11 @@ class Library:
             if len(seen) > MOST_BASES:
                 raise CaseError("leads back to itself, or over too many others", where=f"{name}.base")
             below = self._values(self.name_of(str(given["base"])), (*seen, name))
-            own = laid_over({key: value for key, value in below.items() if key != "source"}, own)
+            own = laid_over(below, own)
         source = "; ".join(dict.fromkeys(source.text for source in self.notes(name).sources))
-        return {"name": name} | ({"source": source} if source else {}) | own
+        if source and "base" in given and own.get("source"):
+            source += f"; all else as {given['base']}: {own['source']}"
+        return own | {"name": name} | ({"source": source} if source else {})
 
     def load(self, name: str) -> Material:
         """Return the material called `name`.

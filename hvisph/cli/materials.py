@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
@@ -14,27 +15,90 @@ def materials(
     name: Annotated[
         str | None, typer.Argument(metavar="NAME", help="Material to print; all are listed unless given.")
     ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw Hugoniot, release and strength of NAME into FILE.")
+    ] = None,
+    compare: Annotated[
+        list[str] | None, typer.Option(metavar="OTHER", help="Put another material beside NAME; may be repeated.")
+    ] = None,
+    own: Annotated[
+        list[Path] | None, typer.Option("--file", metavar="FILE", help="File or folder of your own materials.")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List the material library, or print one material."""
-    from hvisph.casefile.loader import library, load_material
-    from hvisph.casefile.yaml_text import dump
+    """List the material library, or print one material: numbers, sources, what follows from them."""
+    from hvisph.casefile.material_library import library_of
     from hvisph.cli.words import echo_json, table
+    from hvisph.core.errors import CaseError
 
-    if name is not None:
-        found = load_material(name).model_dump(mode="json")
+    known = library_of(tuple(own or ()))
+    if name is None:
+        if plot or compare:
+            raise CaseError("--plot and --compare need the name of a material")
+        found = {key: known.load(key) for key in known.names()}
         if as_json:
-            echo_json(found)
-        else:
-            say("# SI units")
-            say(dump(found), nl=False)
+            echo_json([material.model_dump(mode="json") for material in found.values()])
+            return
+        rows = [("name", "kg/m^3", "equation of state", "strength", "damage")]
+        for key, material in found.items():
+            rows.append((key, f"{material.density:g}", material.eos.type, material.strength.type, material.damage.type))
+        say(table(rows, indent=0))
         return
-    known = library()
+    names = [known.name_of(each) for each in (name, *(compare or ()))]
+    models = [known.load(each) for each in names]
     if as_json:
-        echo_json([material.model_dump(mode="json") for material in known.values()])
-        return
-    rows = [("name", "kg/m^3", "equation of state", "strength", "damage")]
-    for key, material in known.items():
-        models = (material.eos.type, material.strength.type, material.damage.type)
-        rows.append((key, f"{material.density:g}", *models))
-    say(table(rows, indent=0))
+        shown = [model.model_dump(mode="json") for model in models]
+        echo_json(shown[0] if len(shown) == 1 else shown)
+    elif compare:
+        say(_beside(models))
+    else:
+        say(_sheet(known, names[0], models[0]))
+    if plot is not None:
+        from hvisph.study.material_sheet import picture
+
+        say(f"wrote {picture(models, plot, known.notes(names[0]).hugoniot)}", err=True)
+
+
+def _sheet(known: Any, name: str, model: Any) -> str:
+    """Return numbers, sources and what follows, as text."""
+    from hvisph.casefile.material_library import CONFIDENCE
+    from hvisph.casefile.yaml_text import dump
+    from hvisph.cli.words import quantity, table
+    from hvisph.study.material_sheet import derived, hugoniot
+
+    lines = ["# SI units", dump(model.model_dump(mode="json", exclude={"name"})).rstrip()]
+    notes = known.notes(name)
+    if notes.aliases:
+        lines.append(f"# also called {', '.join(notes.aliases)}")
+    if notes.note:
+        lines.append(f"# {notes.note}")
+    if notes.sources:
+        lines += ["", "sources of the numbers"]
+        for source in notes.sources:
+            doubt = CONFIDENCE[source.confidence]
+            lines.append(f"  {', '.join(source.of)}: {source.text}{f' [{doubt}]' if doubt else ''}")
+    lines += ["", "what follows from them"]
+    lines.append(table([(key, quantity(value, unit)) for key, (value, unit) in derived(model).items()]))
+    rows = hugoniot(model)
+    if rows:
+        lines += ["", "behind shocks, without strength"]
+        shown = [("up", "Us", "pressure", "density", "temperature")]
+        for u, speed, pressure, density, heat in rows:
+            kelvin = f"{heat:.0f} K" if heat == heat else "unknown"
+            shown.append((f"{u:g} m/s", f"{speed:.0f} m/s", quantity(pressure, "Pa"), f"{density:.0f} kg/m^3", kelvin))
+        lines.append(table(shown))
+    return "\n".join(lines)
+
+
+def _beside(models: list[Any]) -> str:
+    """Return materials in columns: models, then what follows from their numbers."""
+    from hvisph.cli.words import quantity, table
+    from hvisph.study.material_sheet import derived
+
+    found = [derived(model) for model in models]
+    rows = [("", *(model.name for model in models))]
+    rows.append(("density", *(f"{model.density:g} kg/m^3" for model in models)))
+    rows += [(part, *(getattr(model, part).type for model in models)) for part in ("eos", "strength", "damage")]
+    keys = dict.fromkeys(key for each in found for key in each)
+    rows += [(key, *(quantity(*each[key]) if key in each else "" for each in found)) for key in keys]
+    return table(rows, indent=0)

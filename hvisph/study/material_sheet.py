@@ -1,0 +1,144 @@
+"""What follows from a material's numbers: speeds, impedance, elastic limit, Hugoniot, and curves to look at."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import HvisphError
+from hvisph.exact.hugoniot import shock
+from hvisph.pictures.panels import Panel, panels_picture
+from hvisph.simulation.material_point import drive, flow_at, knows_heat
+from hvisph.simulation.materials import material_of
+
+SHOCKS = (250.0, 500.0, 1000.0, 2000.0, 3000.0, 4000.0)  # particle velocities [m/s]
+RATES = (1.0, 1e3, 1e6)  # [1/s]
+
+
+def derived(model: Any) -> dict[str, tuple[float, str]]:
+    """Return what follows from a case's material: name to value and SI unit."""
+    material = material_of(model)
+    rho, c, g = material.density, material.bulk_sound_speed, material.shear_modulus
+    bulk, c_l = rho * c * c, material.longitudinal_sound_speed
+    found = {
+        "bulk modulus": (bulk, "Pa"),
+        "bulk sound speed": (c, "m/s"),
+        "longitudinal sound speed": (c_l, "m/s"),
+        "shock impedance rho c": (rho * c, "kg/(m^2 s)"),
+    }
+    if g > 0.0:
+        found["shear sound speed"] = (float(np.sqrt(g / rho)), "m/s")
+        found["Young's modulus"] = (9.0 * bulk * g / (3.0 * bulk + g), "Pa")
+        found["Poisson's ratio"] = ((3.0 * bulk - 2.0 * g) / (2.0 * (3.0 * bulk + g)), "")
+    y = next((getattr(model.strength, key) for key in ("yield_stress", "a") if hasattr(model.strength, key)), 0.0)
+    if model.strength.type == "johnson_holmquist":
+        found["Hugoniot elastic limit"] = (model.strength.hugoniot_elastic_limit, "Pa")
+    elif y and g > 0.0:
+        found["Hugoniot elastic limit"] = (y * (bulk / (2.0 * g) + 2.0 / 3.0), "Pa")
+    largest = getattr(material.eos, "largest_density", None)
+    if largest is not None and np.isfinite(largest(rho)):
+        found["greatest density of the equation of state"] = (largest(rho), "kg/m^3")
+    return found
+
+
+def hugoniot(model: Any) -> list[tuple[float, float, float, float, float]]:
+    """Return particle velocity, shock speed, pressure, density and temperature behind shocks, where there are any."""
+    material = material_of(model)
+    known = knows_heat(material)
+    rows = []
+    for u in SHOCKS:
+        try:
+            state = shock(material, u)
+        except HvisphError:
+            break
+        t = material.temperature(state.density, state.energy) if known else float("nan")
+        rows.append((u, state.shock_speed, state.pressure, state.density, t))
+    return rows
+
+
+def picture(models: Sequence[Any], path: str | os.PathLike[str], points: Sequence[tuple[float, float]] = ()) -> Path:
+    """Draw Hugoniot, strength against strain, rate and temperature of materials, and store it.
+
+    Parameters
+    ----------
+    models
+        Materials of cases.
+    path
+        The picture.
+    points
+        Measured points [up, Us] of the first [m/s].
+    """
+    up = "particle velocity [km/s]"
+    speeds, pressures = Panel(up, "shock speed [km/s]"), Panel(up, "pressure [GPa]")
+    heats = Panel(up, "temperature behind a shock [K]")
+    releases = Panel("density [kg/m^3]", "pressure [GPa] behind shocks and released")
+    strains = Panel("strain, uniaxial stress, adiabatic", "von Mises stress [MPa]")
+    warm = Panel("temperature at the start [K]", "yield stress at a strain of 0.05 [MPa]")
+    for model in models:
+        material, label = material_of(model), model.name or "material"
+        rows = np.array(hugoniot(model))
+        if len(rows):
+            u = rows[:, 0] * 1e-3
+            speeds.curves.append((label, u, rows[:, 1] * 1e-3))
+            pressures.curves.append((label, u, rows[:, 2] * 1e-9))
+            if np.isfinite(rows[:, 4]).all():
+                heats.curves.append((label, u, rows[:, 4]))
+            releases.curves += _released(label, model, rows)
+        if material.strength.name not in ("none", "elastic"):
+            for rate in RATES:
+                record = drive(material, "uniaxial_stress", rate, 0.2, 60)
+                strains.curves.append((f"{label}, {rate:g} 1/s", record.strain, record["von_mises_stress"] * 1e-6))
+            if knows_heat(material):
+                warm.curves += _softened(label, material)
+    if points:
+        speeds.points = np.array(points) * 1e-3
+    panels = [speeds, pressures, heats, releases, strains, warm]
+    return panels_picture(panels, path, title=", ".join(model.name for model in models))
+
+
+def _released(label: str, model: Any, rows: np.ndarray) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Return the Hugoniot and three release isentropes, pressure [GPa] over density."""
+    pressure = material_of(model).pressure_function()
+    found = [(f"{label}, Hugoniot", rows[:, 3], rows[:, 2] * 1e-9)]
+    for u, _, _, rho, _ in rows[1::2]:
+        e, densities = 0.5 * u * u, np.linspace(rho, 0.8 * rho, 200)
+        curve = []
+        for r, after in pairwise(densities):
+            p = pressure(r, e)
+            if p < 0.0:
+                break
+            curve.append((r, p * 1e-9))
+            half = e + 0.5 * (after - r) * p / r**2
+            middle = 0.5 * (r + after)
+            e += (after - r) * pressure(middle, half) / middle**2
+        points = np.array(curve)
+        found.append((f"{label}, released from {u:g} m/s", points[:, 0], points[:, 1]))
+    return found
+
+
+def _softened(label: str, material: Any) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Return the flow stress [MPa] over the temperature at two rates."""
+    found = []
+    temperatures = np.linspace(200.0, 1600.0, 29)
+    for rate in (1.0, 1e4):
+        stress = np.array([flow_at(material, float(t), 0.05, rate) for t in temperatures])
+        found.append((f"{label}, {rate:g} 1/s", temperatures, stress * 1e-6))
+    return found
+
+
+def point_picture(record: Any, path: str | os.PathLike[str], title: str) -> Path:
+    """Draw what a material point went through, and store it."""
+    strain = record.strain
+    stresses = Panel("strain", "stress [MPa]")
+    for name in ("xx", "yy", "xy", "von_mises_stress"):
+        stresses.curves.append((name.replace("_", " "), strain, record[name] * 1e-6))
+    panels = [stresses, Panel("strain", "pressure [MPa]", [("pressure", strain, record["pressure"] * 1e-6)])]
+    shares = [(name.replace("_", " "), strain, record[name]) for name in ("plastic_strain", "damage")]
+    panels.append(Panel("strain", "plastic strain, damage", shares))
+    panels.append(Panel("strain", "temperature [K]", [("temperature", strain, record["temperature"])]))
+    return panels_picture(panels, path, title)
