@@ -140,9 +140,10 @@ def test_library():
     for name, material in materials.items():
         assert material.name == name
         assert material.source
-        # metals: what a slip of units or a swapped pair of constants would leave
-        assert 1e3 < material.density < 2.5e4
-        assert 1e10 < material.shear_modulus < 5e11
+        # what a slip of units or a swapped pair of constants would leave
+        assert 9e2 < material.density < 2.5e4
+        if material.strength.type != "none":
+            assert 2e9 < material.shear_modulus < 5e11
 
 
 def test_library_numbers_of_the_papers():

@@ -43,7 +43,7 @@ STEINBERG = (G, 0.29e9, 0.68e9, 125.0, 0.10, 65.2e-12, 0.616e-3, 1220.0, 1.97, 1
 LATER_STRENGTHS = [
     SteinbergGuinan(*STEINBERG),
     SteinbergLund(*STEINBERG, rate_c1=0.71e6, activation_energy=0.31, peierls_stress=0.82e9, drag=0.012e6),
-    ZerilliArmstrong(G, "fcc", 65e6, 0.0028, 1.15e-4, c2=890e6, melt_temperature=1356.0),
+    ZerilliArmstrong(G, "bcc", 65e6, 0.00698, 4.15e-4, c1=1033e6, c5=266e6, exponent=0.289, melt_temperature=1800.0),
     CowperSymonds(G, Y, 6500.0, 4.0, 0.5e9),
     Rock(G, 10e6, 1.5, 3.5e9, melt_energy=3.4e6, melt_temperature=1400.0),
     JohnsonHolmquist(G, 5.95e9, 2.92e9, 0.15e9, 0.93, 0.77, 0.088, 0.35, 0.003, 0.5),

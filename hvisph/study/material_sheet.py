@@ -46,12 +46,12 @@ def derived(model: Any) -> dict[str, tuple[float, str]]:
     return found
 
 
-def hugoniot(model: Any) -> list[tuple[float, float, float, float, float]]:
+def hugoniot(model: Any, velocities: Sequence[float] = SHOCKS) -> list[tuple[float, float, float, float, float]]:
     """Return particle velocity, shock speed, pressure, density and temperature behind shocks, where there are any."""
     material = material_of(model)
     known = knows_heat(material)
     rows = []
-    for u in SHOCKS:
+    for u in velocities:
         try:
             state = shock(material, u)
         except HvisphError:
@@ -81,7 +81,7 @@ def picture(models: Sequence[Any], path: str | os.PathLike[str], points: Sequenc
     warm = Panel("temperature at the start [K]", "yield stress at a strain of 0.05 [MPa]")
     for model in models:
         material, label = material_of(model), model.name or "material"
-        rows = np.array(hugoniot(model))
+        rows = np.array(hugoniot(model, np.linspace(100.0, SHOCKS[-1], 40)))
         if len(rows):
             u = rows[:, 0] * 1e-3
             speeds.curves.append((label, u, rows[:, 1] * 1e-3))
@@ -105,8 +105,8 @@ def _released(label: str, model: Any, rows: np.ndarray) -> list[tuple[str, np.nd
     """Return the Hugoniot and three release isentropes, pressure [GPa] over density."""
     pressure = material_of(model).pressure_function()
     found = [(f"{label}, Hugoniot", rows[:, 3], rows[:, 2] * 1e-9)]
-    for u, _, _, rho, _ in rows[1::2]:
-        e, densities = 0.5 * u * u, np.linspace(rho, 0.8 * rho, 200)
+    for u, _, _, rho, _ in rows[9::15]:
+        e, densities = 0.5 * u * u, np.linspace(rho, 0.5 * model.density, 400)
         curve = []
         for r, after in pairwise(densities):
             p = pressure(r, e)
@@ -117,7 +117,7 @@ def _released(label: str, model: Any, rows: np.ndarray) -> list[tuple[str, np.nd
             middle = 0.5 * (r + after)
             e += (after - r) * pressure(middle, half) / middle**2
         points = np.array(curve)
-        found.append((f"{label}, released from {u:g} m/s", points[:, 0], points[:, 1]))
+        found.append((f"{label}, released from {u:.0f} m/s", points[:, 0], points[:, 1]))
     return found
 
 
