@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.case.dimensions import TOUGHNESS
+from hvisph.case.dimensions import NUMBER, TOUGHNESS
 from hvisph.case.model import StrictModel
 from hvisph.case.units import (
     NegativePressure,
@@ -70,7 +70,9 @@ class GradyKippDamage(_Failing):
     """Brittle fracture from Weibull flaws, N(<eps) = k eps^m per m^3, that cracks grow from at 0.4 c_l."""
 
     type: Literal["grady_kipp"] = "grady_kipp"
-    weibull_k: PositiveNumber = Field(description="Weibull's k [1/m^3], above 0; a set per cm^3 is 1e6 times smaller")
+    weibull_k: Annotated[float, Quantity(NUMBER, above=0, maximum=1e60)] = Field(
+        description="Weibull's k [1/m^3], above 0; a set per cm^3 is 1e6 times smaller"
+    )
     weibull_m: PositiveNumber = Field(description="Weibull's m [-], above 0")
     seed: int = Field(default=0, ge=0, le=2**31, description="Seed of the random flaws; another one, other fragments")
 

@@ -158,7 +158,7 @@ class Quantity:
         result = self._number(value, info)
         if not math.isfinite(result):
             raise ValueError(f"{value!r} is not a finite number")
-        if abs(result) > LARGEST or (self.above == 0 and 0.0 < result < 1.0 / LARGEST):
+        if abs(result) > max(LARGEST, self.maximum or 0.0) or (self.above == 0 and 0.0 < result < 1.0 / LARGEST):
             raise ValueError(
                 f"{value} is beyond what is computed with: sizes go from {1.0 / LARGEST:g} to {LARGEST:g} in "
                 f"{self.dimension.unit or 'plain numbers'}"

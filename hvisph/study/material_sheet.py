@@ -81,7 +81,7 @@ def picture(models: Sequence[Any], path: str | os.PathLike[str], points: Sequenc
     warm = Panel("temperature at the start [K]", "yield stress at a strain of 0.05 [MPa]")
     for model in models:
         material, label = material_of(model), model.name or "material"
-        rows = np.array(hugoniot(model, np.linspace(100.0, SHOCKS[-1], 40)))
+        rows = np.array(hugoniot(model, np.linspace(100.0, SHOCKS[-1], 40).tolist()), dtype=float)
         if len(rows):
             u = rows[:, 0] * 1e-3
             speeds.curves.append((label, u, rows[:, 1] * 1e-3))
