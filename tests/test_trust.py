@@ -51,6 +51,7 @@ def elsewhere(tmp_path):
     return path
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # measures of forged numbers
 @pytest.mark.parametrize("seed", range(25))
 def test_a_forged_snapshot_is_measured_or_refused(seed, finished, elsewhere, tmp_path):
     before = elsewhere.read_bytes()
@@ -71,6 +72,7 @@ def test_a_forged_snapshot_is_measured_or_refused(seed, finished, elsewhere, tmp
     assert elsewhere.read_bytes() == before
 
 
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")  # measures of forged numbers
 @pytest.mark.parametrize("seed", range(12))
 def test_a_forged_checkpoint_is_gone_on_from_or_refused(seed, finished, elsewhere, tmp_path):
     folder = shutil.copytree(finished, tmp_path / "run")
