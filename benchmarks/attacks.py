@@ -84,9 +84,8 @@ def forged(count, work):
             shutil.move(work / "lie.h5", path)
             action = lambda folder=folder: hvisph.measure(folder).as_dict()  # noqa: E731
         else:
-            found = list_checkpoints(folder / names.CHECKPOINT)
-            for path in found:
-                forge(found[0], work / "lie.h5", rng, elsewhere)
+            for path in list_checkpoints(folder / names.CHECKPOINT):
+                forge(path, work / "lie.h5", rng, elsewhere)
                 shutil.move(work / "lie.h5", path)
             action = lambda folder=folder: hvisph.resume(folder, threads=1).exit_code  # noqa: E731
         code, said = in_child(action)
