@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from hvisph.cli.loading import load, placed
 from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption, ThreadsOption
@@ -19,6 +19,9 @@ def check(
     settings: SetOption = None,
     threads: ThreadsOption = None,
     as_json: JsonOption = False,
+    picture: Annotated[
+        str | None, typer.Option("--picture", metavar="FILE", help="Draw the set-up into this file: setup.png.")
+    ] = None,
 ) -> None:
     """Explain a case and what it will take, without running it."""
     from hvisph.case.checks import warnings_of
@@ -33,6 +36,11 @@ def check(
         say(f"warning: {warning}", err=True)
     with placed(case), computable():
         taken = estimate(loaded, threads)
+        if picture is not None:
+            from hvisph.cli.setup_picture import draw_setup
+
+            drawn = draw_setup(loaded, picture)
+            typer.echo(f"set-up drawn into {drawn}", err=True)
     shock, reason = plane_shock(loaded)
     if as_json:
         from hvisph.cli.words import echo_json
@@ -108,7 +116,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
         f"dx = {number(case.resolution, 'm')}, h = {number(case.smoothing_length, 'm')}",
         "",
         table(rows),
-        *(f"  {body.name}: {_filling(body, case, number)}" for body in taken.bodies),
+        *(f"  {body.name}: {_filling(body, case)}" for body in taken.bodies),
         "",
     ]
     facts = [("particles", f"{about}{taken.particles}")]
@@ -149,11 +157,15 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     return "\n".join([*lines, table(facts)])
 
 
-def _filling(body: Any, case: Case, number: Any) -> str:
+def _filling(body: Any, case: Case) -> str:
     """Return mass and volume of a body, and what was adjusted to make them exact."""
-    depth = {1: "/m^2", 2: "/m", 3: ""}[case.dim]
-    mass, volume = number(body.mass, "kg"), number(body.volume, f"m^{case.dim}" if case.dim > 1 else "m")
-    words = f"mass {mass}{depth if case.units == 'si' else ''}, volume of the shape {volume}"
+    if case.units == "si":
+        depth = {1: "/m^2", 2: "/m", 3: ""}[case.dim]
+        millimetres = {1: "mm", 2: "mm^2", 3: "mm^3"}[case.dim]
+        volume = f"{1e3**case.dim * body.volume:.5g} {millimetres}"
+        words = f"mass {1e3 * body.mass:.5g} g{depth}, volume of the shape {volume}"
+    else:
+        words = f"mass {body.mass:.5g}, volume of the shape {body.volume:.5g}"
     error = body.exactness - 1
     words += "" if abs(error) < 1e-6 else f"; its particles weigh {100 * error:+.2g} % of it"
     return f"{words}; {body.note}" if body.note else words

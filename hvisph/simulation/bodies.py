@@ -19,6 +19,7 @@ from hvisph.geometry.particle_file import read_particles
 from hvisph.geometry.place import rotated, rotation_matrix, row
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
 from hvisph.simulation.shapes import shape_of
+from hvisph.simulation.velocities import initial_velocity
 
 # Shapes that touch others on the shot line at their outermost particles, unless they are turned.
 FACED = (Interval, Disc, Sphere, Box, Cylinder)
@@ -53,6 +54,12 @@ class PlacedBody:
     volumes: np.ndarray
     spacing: np.ndarray
     surface: Shape | None = None
+
+    @property
+    def mean_velocity(self) -> np.ndarray:
+        """Velocity of the middle of its mass at the start, (dim,) [m/s]."""
+        velocity = initial_velocity(self.model, self.positions, self.volumes)
+        return np.asarray(self.volumes @ velocity / self.volumes.sum())
 
     @property
     def asked(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,24 +12,38 @@ from hvisph.core.particles import Particles
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
-    from hvisph.case.regions import Region
+    from hvisph.case.regions import BoxRegion, Region
 
 EULERIAN = "eulerian"
 
 
 def in_region(particles: Particles, region: Region, names: list[str]) -> np.ndarray:
     """Return which particles stand in a case's region, a `box` and `bodies` (n,)."""
-    position = particles["position"]
-    inside = np.ones(particles.count, bool)
-    for axis, corner in enumerate(region.box.min):
-        if corner is not None:
-            inside &= position[:, axis] >= corner
-    for axis, corner in enumerate(region.box.max):
-        if corner is not None:
-            inside &= position[:, axis] <= corner
+    inside = in_box(region.box, particles["position"])
     if region.bodies:
         inside &= np.isin(particles.body, [names.index(name) for name in region.bodies])
     return inside
+
+
+def in_box(box: BoxRegion, positions: np.ndarray) -> np.ndarray:
+    """Return which positions (n, dim) lie in a case's box (n,)."""
+    inside = np.ones(len(positions), bool)
+    for axis, corner in enumerate(box.min):
+        if corner is not None:
+            inside &= positions[:, axis] >= corner
+    for axis, corner in enumerate(box.max):
+        if corner is not None:
+            inside &= positions[:, axis] <= corner
+    return inside
+
+
+def held_particles(clamps: Sequence[Region], name: str, positions: np.ndarray) -> np.ndarray:
+    """Return which particles of the body `name` a case's clamps hold (n,)."""
+    held = np.zeros(len(positions), bool)
+    for clamp in clamps:
+        if not clamp.bodies or name in clamp.bodies:
+            held |= in_box(clamp.box, positions)
+    return held
 
 
 def filled_region(particles: Particles, region: Region, names: list[str], where: str) -> np.ndarray:

@@ -1,0 +1,32 @@
+"""From a case and its placed bodies to the picture of its set-up."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+
+def draw_setup(case: Any, path: str) -> Path:
+    """Draw the set-up of `case` into the file `path`."""
+    from hvisph.pictures.setup import DrawnBody, Setup, setup_picture
+    from hvisph.simulation.bodies import placed_bodies
+    from hvisph.simulation.first_contact import first_contact
+    from hvisph.simulation.kernel_types import held_particles
+
+    placed = placed_bodies(case)
+    bodies = []
+    for body in placed:
+        model, held = body.model, held_particles(case.clamped, body.name, body.positions)
+        label = f"{body.name}: {model.material.name or 'own material'}, {model.shape.type}"
+        bodies.append(DrawnBody(body.name, label, body.positions, body.spacing, body.mean_velocity, held))
+    notes = []
+    contact = first_contact(placed)
+    if contact is not None:
+        time, one, other = contact
+        shown = f"{time * 1e6:.4g} us" if case.units == "si" else f"{time:.4g}"
+        notes.append(f"first contact: {one} and {other} at {shown}")
+    planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
+    gauges = {name: gauge.at for name, gauge in case.gauges.items()}
+    return setup_picture(
+        Setup(case.title or "untitled case", bodies, planes, gauges, notes, case.units == "si"), path
+    )

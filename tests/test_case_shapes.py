@@ -1,0 +1,150 @@
+"""Cases of shapes: planes that keep mass, contact where surfaces touch, velocities, spacings, pictures, the bundled ones."""
+
+import math
+
+import numpy as np
+import pytest
+
+from hvisph.casefile.loader import bundled_cases, load_case
+from hvisph.core.errors import CaseError
+from hvisph.pictures.setup import DrawnBody, Setup, setup_picture
+from hvisph.simulation.bodies import placed_bodies
+from hvisph.simulation.build import build
+from hvisph.simulation.first_contact import first_contact
+
+METAL = "aluminium-howell-ball"
+BASE = {"kinematics": "three_d", "resolution": "0.5 mm", "time": {"end": "1 us"}}
+PLANE = {"kinematics": "plane_strain", "resolution": "0.25 mm", "time": {"end": "1 us"}}
+PLATE = {"material": METAL, "shape": {"type": "box", "size": ["2 mm", "20 mm"]}}
+
+
+def body(shape, **more):
+    return {"material": METAL, "shape": shape} | more
+
+
+def disc(**more):
+    return body({"type": "disc", "diameter": "5 mm"}, **more)
+
+
+def masses(data):
+    return np.array([b.volumes.sum() for b in placed_bodies(load_case(data))])
+
+
+@pytest.mark.parametrize("resolution", ["0.5 mm", "0.47 mm", "0.62 mm"])
+def test_halves_and_quarters_equal_the_whole(resolution):
+    bodies = {
+        "a": body({"type": "sphere", "diameter": "6 mm"}),
+        "b": body({"type": "box", "size": ["2 mm", "15 mm", "16 mm"]}),
+        "c": body({"type": "difference", "whole": {"type": "cylinder", "diameter": "14 mm", "length": "3 mm"},
+                   "removed": [{"shape": {"type": "cylinder", "diameter": "5 mm", "length": "9 mm"}}]}, gap="2 mm"),
+    }  # fmt: skip
+    data = BASE | {"bodies": bodies, "resolution": resolution}
+    whole = masses(data)
+    exact = np.array([math.pi / 6 * 216, 480.0, math.pi / 4 * (196 - 25) * 3]) * 1e-9
+    assert whole == pytest.approx(exact, rel=2e-4)
+    for planes in ([{"axis": "y"}], [{"axis": "y"}, {"axis": "z", "keep": "below"}]):
+        assert masses(data | {"symmetry": planes}) * 2 ** len(planes) == pytest.approx(whole, rel=1e-9)
+
+
+def test_a_wall_is_a_plane_along_a_face():
+    bar = body({"type": "cylinder", "diameter": "6 mm", "length": "12 mm"}, position=["6 mm", 0, 0])
+    planes = [{"axis": "x"}, {"axis": "y"}, {"axis": "z"}]
+    assert masses(BASE | {"bodies": {"bar": bar}, "symmetry": planes})[0] == pytest.approx(math.pi * 27e-9, rel=1e-9)
+
+
+@pytest.mark.parametrize(("shape", "more"), [
+    ({"type": "box", "size": ["2 mm", "20 mm"]}, {"rotation": 30}),
+    ({"type": "box", "size": ["2 mm", "20 mm"]}, {"position": [0, "1 mm"]}),
+    ({"type": "polygon", "points": [[0, "-3 mm"], ["4 mm", "-3 mm"], [0, "5 mm"]]}, {}),
+])  # fmt: skip
+def test_bodies_that_are_not_symmetric_are_refused_with_the_remedy(shape, more):
+    with pytest.raises(CaseError, match=r"bodies.b: .*leave the plane out"):
+        placed_bodies(load_case(PLANE | {"bodies": {"b": body(shape, **more)}, "symmetry": [{"axis": "y"}]}))
+
+
+@pytest.mark.parametrize("angle", [0.0, 20.0, 45.0, 60.0])
+def test_contact_with_a_turned_plate_is_where_the_surfaces_touch(angle):
+    """Its box would have it 5 mm farther away at 45 degrees: 1.6 us at 3.1 km/s."""
+    bodies = {"a": disc(velocity=["3.1 km/s", 0]), "b": PLATE | {"rotation": angle, "gap": "3.1 mm"}}
+    placed = placed_bodies(load_case(PLANE | {"bodies": bodies}))
+    time, one, other = first_contact(placed)
+    assert (one, other) == ("a", "b")
+    # particles that stand in each other's way cost a third of a spacing
+    assert time == pytest.approx(1e-6, abs=0.35 * 0.25e-3 / 3100 + 1e-12)
+
+
+def test_a_speed_and_an_angle_become_components():
+    for angle, direction in ((0, (1, 0)), ("30 deg", (math.sqrt(0.75), 0.5)), (-90, (0, -1))):
+        case = load_case(PLANE | {"bodies": {"a": disc(velocity={"speed": "2 km/s", "angle": angle})}})
+        assert case.bodies["a"].velocity == pytest.approx([2000 * c for c in direction], abs=1e-9)
+    ball = body({"type": "sphere", "diameter": "5 mm"}, velocity={"speed": 100, "angle": 90})
+    assert load_case(BASE | {"bodies": {"a": ball}}).bodies["a"].velocity == pytest.approx((0, 100, 0), abs=1e-9)
+    with pytest.raises(CaseError, match="velocity"):
+        load_case(PLANE | {"bodies": {"a": disc(velocity={"speed": "2 mm"})}})
+    with pytest.raises(CaseError, match="a speed and an angle"):
+        load_case(PLANE | {"bodies": {"a": disc(velocity={"angle": 3})}})
+
+
+def test_fields_of_velocity(tmp_path):
+    (tmp_path / "v.csv").write_text("x,y,u,v\n-1,-1,0,-1\n1,-1,2,-1\n-1,1,0,1\n1,1,2,1\n")
+    fields = [
+        {"type": "uniform", "velocity": [1, 0]},
+        {"type": "spin", "rate": 100},
+        {"type": "linear", "gradient": [[50, 0], [0, -50]]},
+        {"type": "radial", "speed": 4, "radius": "1 mm", "power": 1},
+        {"type": "table", "file": str(tmp_path / "v.csv")},
+    ]
+    case = load_case(PLANE | {"bodies": {"a": disc(initial_velocity=fields, position=["2 mm", "1 mm"])}})
+    particles = build(case).particles
+    x, y = (particles["position"] - [2e-3, 1e-3]).T
+    px, py = particles["position"].T
+    expected = np.stack([1 - 100 * y + 50 * x + 4e3 * x + 1 + px, 100 * x - 50 * y + 4e3 * y + py], axis=1)
+    assert particles["velocity"] == pytest.approx(expected, abs=1e-12)
+
+
+def test_spacings_of_their_own_carry_their_own_lengths():
+    bodies = {"a": disc(), "b": PLATE | {"resolution": "0.5 mm"}}
+    particles = build(load_case(PLANE | {"bodies": bodies})).particles
+    h, volume = particles["smoothing_length"], particles["mass"] / particles["density"]
+    assert h / np.sqrt(volume) == pytest.approx(1.2, rel=0.01)  # the default h over dx, and masses by 1 %
+    assert h[particles.body == 1].min() > 1.9 * h[particles.body == 0].max() > 0
+    with pytest.raises(CaseError, match="spacings of a body's own need the formulation eulerian or riemann"):
+        load_case(PLANE | {"bodies": bodies, "formulation": {"type": "total_lagrangian"}})
+
+
+def test_two_planes_on_one_axis():
+    planes = [{"axis": "y", "at": "-5 mm"}, {"axis": "y", "at": "5 mm", "keep": "below"}]
+    plate = body({"type": "box", "size": ["3 mm", "10 mm"]})
+    assert masses(PLANE | {"bodies": {"a": plate}, "symmetry": planes}) == pytest.approx([30e-6])
+    with pytest.raises(CaseError, match="closer than twice the kernel's support"):
+        load_case(PLANE | {"bodies": {"a": plate}, "symmetry": [planes[0], planes[1] | {"at": "-4.5 mm"}]})
+
+
+def test_particles_from_a_file(tmp_path):
+    (tmp_path / "p.csv").write_text("x,y,mass\n0,0,2\n1,0,3\n0,1,5\n")
+    shape = {"type": "particles", "file": str(tmp_path / "p.csv"), "unit": "1 mm"}
+    (placed,) = placed_bodies(load_case(PLANE | {"bodies": {"a": body(shape, position=[0, 0])}}))
+    assert placed.volumes * 2785 == pytest.approx([2, 3, 5])
+    assert placed.positions.tolist() == [[0, 0], [1e-3, 0], [0, 1e-3]]
+    (tmp_path / "p.csv").write_text("x,y\n0,0\n")
+    with pytest.raises(CaseError, match="no column mass; it has x, y"):
+        placed_bodies(load_case(PLANE | {"bodies": {"a": body(shape)}}))
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+def test_a_picture_of_the_set_up(dim, tmp_path):
+    points = np.stack(np.meshgrid(*[np.arange(4.0)] * dim, indexing="ij"), axis=-1).reshape(-1, dim) * 1e-3
+    bodies = [
+        DrawnBody("a", "a: copper", points, np.full(len(points), 1e-3), np.full(dim, 100.0), points[:, 0] > 2e-3),
+        DrawnBody("b", "b: steel", points + 5e-3, np.full(len(points), 1e-3), np.zeros(dim), points[:, 0] < 0),
+    ]
+    setup = Setup("set-up", bodies, [(0, 0.0)], {"gauge": [1e-3] * dim}, ["first contact at 3 us"])
+    path = setup_picture(setup, tmp_path / "setup.png")
+    assert path.stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("name", [name for name in bundled_cases() if name.startswith("shapes/")])
+def test_bundled_cases_of_shapes_weigh_what_their_shapes_do(name):
+    pytest.importorskip("trimesh")
+    for placed in placed_bodies(load_case(name)):
+        assert placed.volumes.sum() == pytest.approx(placed.asked, rel=1e-9)
