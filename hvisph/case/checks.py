@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Protocol
 
-from hvisph.case.body_checks import body_problems
+from hvisph.case.body_checks import body_problems, spacing_warnings
 from hvisph.case.expected import Expectations
 from hvisph.case.formulations.options import KernelOptions
 from hvisph.case.gauges import Gauge, gauge_problems
@@ -72,7 +72,8 @@ def problems_of(case: Case) -> list[Problem]:
 
 def warnings_of(case: Case) -> list[str]:
     """Return what a user should know about a valid `case` before it runs."""
-    return [*case.formulation.warnings(case), *_unused(case), *_mirrored(case), *implausible(case)]
+    found = [*spacing_warnings(case), *case.formulation.warnings(case), *_unused(case), *_mirrored(case)]
+    return [*found, *implausible(case)]
 
 
 def _unused(case: Case) -> Iterator[str]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 from hvisph.cli.loading import load, placed
-from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption, ThreadsOption
+from hvisph.cli.options import CaseArgument, JsonOption, PictureOption, ResolutionOption, SetOption, ThreadsOption
 from hvisph.cli.say import say
 from hvisph.core.kinematics import KINEMATICS
 
@@ -19,9 +19,7 @@ def check(
     settings: SetOption = None,
     threads: ThreadsOption = None,
     as_json: JsonOption = False,
-    picture: Annotated[
-        str | None, typer.Option("--picture", metavar="FILE", help="Draw the set-up into this file: setup.png.")
-    ] = None,
+    picture: PictureOption = None,
 ) -> None:
     """Explain a case and what it will take, without running it."""
     from hvisph.case.checks import warnings_of
@@ -40,7 +38,7 @@ def check(
             from hvisph.cli.setup_picture import draw_setup
 
             drawn = draw_setup(loaded, picture)
-            typer.echo(f"set-up drawn into {drawn}", err=True)
+            say(f"set-up drawn into {drawn}", err=True)
     shock, reason = plane_shock(loaded)
     if as_json:
         from hvisph.cli.words import echo_json

@@ -21,6 +21,9 @@ SetOption = Annotated[
 ThreadsOption = Annotated[
     int | None, typer.Option("--threads", min=1, metavar="N", help="Number of threads; all unless given.")
 ]
+PictureOption = Annotated[
+    str | None, typer.Option("--picture", metavar="FILE", help="Draw the set-up into this file: setup.png.")
+]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for programs, SI units, nothing else.")]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
 OutOption = Annotated[

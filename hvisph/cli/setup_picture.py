@@ -27,6 +27,4 @@ def draw_setup(case: Any, path: str) -> Path:
         notes.append(f"first contact: {one} and {other} at {shown}")
     planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
     gauges = {name: gauge.at for name, gauge in case.gauges.items()}
-    return setup_picture(
-        Setup(case.title or "untitled case", bodies, planes, gauges, notes, case.units == "si"), path
-    )
+    return setup_picture(Setup(case.title or "untitled case", bodies, planes, gauges, notes, case.units == "si"), path)

@@ -127,7 +127,11 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
     set_loads(stepper, case, names)
     criteria = Criteria(dim, particles.count, case.time.cfl, formulation.viscous_factor)
     gauges = Gauges(case.gauges, placed, dx, stepper)
-    notes = tuple(f"{body.name}: {body.filling.note}" for body in placed if body.filling.note)
+    notes = tuple(
+        f"{body.name}: mass {body.model.material.density * body.volumes.sum():.6g}; {body.filling.note}"
+        for body in placed
+        if body.filling.note
+    )
     limits = np.array([_largest_density(material) for material in materials])
     return Setup(stepper, criteria, names, [material.name for material in materials], planes, gauges, limits, notes)
 
