@@ -8,6 +8,8 @@ need is packed into the particle's row. See `integrators.scheme` for the scheme 
 
 from __future__ import annotations
 
+from math import sqrt
+
 import numpy as np
 
 from hvisph.core.growth import grown
@@ -15,6 +17,7 @@ from hvisph.core.jit import prange
 from hvisph.core.tensors import (
     divergence,
     dot,
+    double_dot,
     full_gradient,
     minus,
     no_vector,
@@ -24,6 +27,7 @@ from hvisph.core.tensors import (
     plus,
     put,
     put_full_symmetric,
+    stretching,
     times,
     with_zz,
 )
@@ -37,7 +41,9 @@ WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 SWITCHES = {"none": WHOLE, "balsara": BALSARA, "morris_monaghan": MORRIS_MONAGHAN}
 # Columns of the sums that the completed states give: see `Budget`.
 KINETIC, INTERNAL, MOMENTUM, SUPPORT, FASTEST, LONGEST, SLIPPING = 0, 1, 2, 5, 8, 9, 10
-SUMS = 11
+# Of the last step, not the state: work of plastic flow; energy dissipated by viscosity, Riemann fluxes and friction.
+PLASTIC, HEATING = 11, 12
+SUMS = 13
 
 
 def loaded(state, i):
@@ -122,6 +128,20 @@ def strained(now, dt, l, swelling, table, models, m, h_low, h_high):
     return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, memory), p, c, full, thicker
 
 
+def works(before, now, l, p, step):
+    """Return what a step did to a particle, per mass [J/kg]: plastic work, and what was dissipated beside it.
+
+    The energy that its own pressure `p` and deviator did not do, at its strain, came from viscosity, from the fluxes
+    of Riemann problems or from friction. `l` is the full velocity gradient, `p` the pressure of the evaluation.
+    """
+    volume = 2.0 / (before.rho + now.rho)
+    strain = now.plastic_strain - before.plastic_strain
+    plastic = volume * strain * sqrt(1.5 * double_dot(now.s, now.s)) if strain > 0.0 else 0.0
+    pressed = p * (1.0 / before.rho - 1.0 / now.rho)
+    sheared = volume * step * double_dot(times(0.5, plus(before.s, now.s)), stretching(l))
+    return plastic, now.e - before.e - pressed - sheared
+
+
 def viscous_share(share, l, c, h, dt, coefficients):
     """Return the share of the viscosity that a particle takes, from its full velocity gradient."""
     if SWITCH == MORRIS_MONAGHAN:
@@ -167,7 +187,7 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
     lengths, signals, pressures = found
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
-        kinetic = internal = fastest = longest = slipping = 0.0
+        kinetic = internal = fastest = longest = slipping = plastic = heating = 0.0
         momentum = support = no_vector(DIM)
         for s in range(first, min(first + np.uint64(CHUNK), count)):
             k, m = np.uint64(place[s]), np.uint64(tags[s, 2])
@@ -176,10 +196,13 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                 support = plus(support, times(mass, rate.a))
                 rate = Rates(no_vector(DIM), rate.power, rate.l, rate.density)
             if complete:
-                u = own_vector(sorted_rows, k, U, DIM)
+                u, before = own_vector(sorted_rows, k, U, DIM), now
                 now, l, swelling = moved(state, s, now, rate, u, step)
                 now, p, c, l, thicker = strained(now, step, l, swelling, table, models, m, h_low, h_high)
                 store(state, s, now)
+                flowed, dissipated = works(before, now, l, pressures[s], step)
+                plastic += mass * flowed
+                heating += mass * dissipated
                 if PLANE_STRESS:
                     state[s, S_THICKNESS] *= thicker
                 if SWITCH == MORRIS_MONAGHAN:
@@ -223,9 +246,9 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                 signals[s] += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
         i = np.uint64(chunk)
         sums[i, KINETIC], sums[i, INTERNAL], sums[i, FASTEST], sums[i, LONGEST] = kinetic, internal, fastest, longest
-        sums[i, SLIPPING] = slipping
+        sums[i, SLIPPING], sums[i, PLASTIC], sums[i, HEATING] = slipping, plastic, heating
         put(sums, i, MOMENTUM, momentum)
         put(sums, i, SUPPORT, support)
 
 
-PARTS = (loaded, store, measured, remember, moved, strained, viscous_share)
+PARTS = (loaded, store, measured, remember, moved, strained, works, viscous_share)

@@ -15,6 +15,8 @@ from hvisph.simulation.build import Setup
 FALLBACKS_COLUMN = "correction_fallbacks"
 # Work of friction between bodies up to the record [J], which is heat in their internal energy.
 SLIP_COLUMN = "slip_work"
+# Work of plastic flow, and what viscosity, Riemann fluxes and friction dissipated, up to the record [J].
+WORK_COLUMNS = ("plastic_work", "shock_heating")
 
 
 class Budget:
@@ -27,6 +29,8 @@ class Budget:
 
     Attributes
     ----------
+    plastic_work, shock_heating
+        Work of plastic flow; what viscosity, Riemann fluxes and friction dissipated [J].
     slip_work
         Work of the friction between bodies, which is heat in their internal energy [J].
     impulse
@@ -45,7 +49,7 @@ class Budget:
         self.momentum = sums[update.MOMENTUM : update.MOMENTUM + 3].copy()
         speed = np.sqrt((particles["velocity"] ** 2).sum(axis=1))
         self.size = float((particles["mass"] * speed).sum())
-        self.slip_work = 0.0
+        self.slip_work = self.plastic_work = self.shock_heating = 0.0
         self.impulse = np.zeros(3)
         self.retired = np.zeros(6)
         self.pending = np.zeros(4)
@@ -54,11 +58,22 @@ class Budget:
         self._free = free
 
     def record(self, sums: np.ndarray, step: float) -> None:
-        """Take account of the forces on clamped particles during a step [s], of slip and of what is pending."""
+        """Take account of a step [s]: of forces on clamped particles, of works, slip and of what is pending."""
         self.slip_work += step * float(sums[update.SLIPPING])
+        self.plastic_work += float(sums[update.PLASTIC])
+        self.shock_heating += float(sums[update.HEATING])
         self.impulse += step * sums[update.SUPPORT : update.SUPPORT + 3]
         self.retired[2:] += step * self.pending
         self.pending[:] = 0.0
+
+    def energies(self, sums: np.ndarray) -> dict[str, float | None]:
+        """Return the energies by kind [J; per metre in 2D] of what is computed; None for what is not known."""
+        kept = self._has_energy
+        found = {"initial": self.energy, "kinetic": float(sums[update.KINETIC]),
+                 "internal": float(sums[update.INTERNAL]) if kept else None,
+                 "plastic_work": self.plastic_work if kept else None,
+                 "shock_heating": self.shock_heating if kept else None, "slip_work": self.slip_work}  # fmt: skip
+        return {name: value if value is not None and np.isfinite(value) else None for name, value in found.items()}
 
     def energy_drift(self, sums: np.ndarray) -> float | None:
         """Return the change of total energy over that at the start; None where it began with none or is not kept."""
@@ -103,6 +118,8 @@ class Observer:
         self.corrected, self._slips = formulation.corrects, formulation.slips
         counted = (FALLBACKS_COLUMN,) if self.corrected else ()
         counted = (*counted, SLIP_COLUMN) if self._slips else counted
+        self._works = setup.stepper.has_energy
+        counted = (*counted, *WORK_COLUMNS) if self._works else counted
         self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
         self.locate()
 
@@ -129,6 +146,7 @@ class Observer:
             float(pressures[self._at[CENTRE_COLUMN]].mean()), float(pressures[self._at[AXIS_COLUMN]].min()),
             *((fallbacks(self._setup.stepper),) if self.corrected else ()),
             *((budget.slip_work,) if self._slips else ()),
+            *((budget.plastic_work, budget.shock_heating) if self._works else ()),
             *self._setup.gauges.record(step, self._where),
         ]  # fmt: skip
 

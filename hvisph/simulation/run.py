@@ -286,6 +286,7 @@ class Run:
             failure=self.failure.as_dict() if self.failure else None, particles=self.setup.particles.count,
             steps=self.clock.steps, threads=numba.get_num_threads(), wall_seconds=seconds,
             conservation=self.budget.as_dict(self.setup.stepper.sums),
+            energies=self.budget.energies(self.setup.stepper.sums),
             start=self.start, now=now, history=read_history(self.folder.path),
             snapshots=list_snapshots(self.folder.path),
         )  # fmt: skip

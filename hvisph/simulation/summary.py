@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,7 +28,8 @@ def case_hash(text: str) -> str:
 def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[str, Any] | None, particles: int,
               steps: int, threads: int, wall_seconds: float, conservation: dict[str, float | None],
               start: Snapshot, now: Snapshot, history: dict[str, Any],
-              snapshots: Sequence[Path] = ()) -> dict[str, Any]:  # fmt: skip
+              snapshots: Sequence[Path] = (), energies: Mapping[str, float | None] | None = None,
+              ) -> dict[str, Any]:  # fmt: skip
     """Return the content of ``summary.json``, as ``schemas/summary.schema.json`` describes it.
 
     Parameters
@@ -45,6 +46,8 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         First and last snapshot, and the columns of the history.
     snapshots
         Files of all snapshots, in order of time: they tell when layers were perforated.
+    energies
+        By kind, of what was computed [J; per metre in 2D].
     """
     try:
         measured = in_time(measure_snapshot(now, start, history), snapshots, start)
@@ -73,6 +76,9 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         **{name: plain[name] for name in ("measures", "layers", "projectile", "cloud", "whole")},
         "remarks": remarks(now, start, list(case.bodies), whole, case.resolution),
         "correlations": _correlations(case),
+        "energies": {
+            name: None if value is None else value * measured.whole.factor for name, value in (energies or {}).items()
+        },
         "conservation": conservation,
         "expected": compare({**measured.results, **conservation}, case.expected),
     }

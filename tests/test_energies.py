@@ -1,0 +1,65 @@
+"""Energies by kind: plastic work and heat of shocks, against the structure of a steady shock."""
+
+import json
+
+import numpy as np
+import pytest
+
+from hvisph.casefile.loader import load_case
+from hvisph.exact.plate_impact import impact
+from hvisph.output.reader import read_history
+from hvisph.simulation.materials import material_of
+from hvisph.simulation.run import run
+
+CASE = """
+title: plates
+kinematics: uniaxial_strain
+resolution: 0.02 mm
+bodies:
+  projectile: {material: aluminium-howell-ball, shape: {type: interval, length: 5 mm}, velocity: [3.1 km/s]}
+  target: {material: aluminium-howell-ball, shape: {type: interval, length: 5 mm}}
+formulation: {type: eulerian, viscosity: {type: monaghan, alpha: 1, beta: 2}}
+time: {end: 0.5 us}
+output: {every: 0.5 us, formats: [hdf5]}
+"""
+
+
+def heat_of_a_front(front, points=400):
+    """Return what a steady front dissipates per mass beside its plastic work, and that work [J/kg].
+
+    Within it stress follows the Rayleigh line; what the material's own pressure and deviator do not bear is
+    viscous, and its work is the heat.
+    """
+    a, b = front.ahead, front.behind
+    v = np.linspace(a.volume, b.volume, points + 1)
+    stress = a.stress + (b.stress - a.stress) * (a.volume - v) / (a.volume - b.volume)
+    energy = a.energy + np.concatenate([[0.0], np.cumsum(0.5 * (stress[1:] + stress[:-1]) * -np.diff(v))])
+    pressure = a.law.material.pressure_function()
+    p = np.array([pressure(1.0 / volume, e) for volume, e in zip(v, energy, strict=True)])
+    deviator = np.array([a.law._deviator(a, volume) for volume in v])
+    viscous = stress - p + deviator
+    flow = 1.5 * a.law.limit  # Y
+    strain = 2.0 / 3.0 * np.log(a.volume / b.volume) - flow / (3.0 * a.law.shear)
+    return float((0.5 * (viscous[1:] + viscous[:-1]) * -np.diff(v)).sum()), flow * strain * b.volume
+
+
+def test_heat_of_a_shock_and_plastic_work_behind_it(tmp_path):
+    path = tmp_path / "plates.yaml"
+    path.write_text(CASE)
+    case = load_case(path)
+    outcome = run(case, tmp_path / "run")
+    material = material_of(case.bodies["target"].material, 0.0)
+    (front,) = impact(material, material, 3100.0).target_fronts
+    heat, plastic = heat_of_a_front(front)
+    history = read_history(outcome.folder)
+    late = history["time"] > 0.25e-6  # the front has its shape by then
+    time = history["time"][late]
+    flux = 2.0 * front.ahead.density * front.velocity  # both plates [kg/(m^2 s)]
+    found = {name: np.polyfit(time, history[name][late], 1)[0] / flux for name in ("shock_heating", "plastic_work")}
+    # 7 % too much where the front has run 1.5 mm: it is still growing to its own width, steeper than it will be
+    assert found["shock_heating"] == pytest.approx(heat, rel=0.1)
+    assert found["plastic_work"] == pytest.approx(plastic, rel=0.05)  # volume changes by 20 % as it flows
+    energies = json.loads((outcome.folder / "summary.json").read_text())["energies"]
+    assert energies["kinetic"] + energies["internal"] == pytest.approx(energies["initial"], rel=1e-12)
+    assert energies["shock_heating"] == pytest.approx(history["shock_heating"][-1])
+    assert 0.0 < energies["plastic_work"] < energies["shock_heating"] < energies["internal"]
