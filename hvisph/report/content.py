@@ -168,6 +168,7 @@ class Told:
         limits = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in criteria(self.history)[:4])
         if limits:
             found.append((True, f"the step was limited by: {limits}"))
+        found += [(False, str(text)) for text in self.summary.get("remarks", [])]
         lines = self._text(names.LOG).splitlines()
         warnings = [line.partition("warning: ")[2] for line in lines if "warning: " in line]
         return found + [(False, text) for text in dict.fromkeys(warnings)]
