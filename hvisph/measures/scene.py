@@ -77,6 +77,7 @@ class Scene:
     start: Snapshot | None = None
     shot: Shot = field(default_factory=lambda: Shot(()))
     _fragments: dict[tuple[int, ...], list[Fragment]] = field(default_factory=dict, init=False, repr=False)
+    _rims: dict[int, np.ndarray] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not self.shot.roles:
@@ -265,6 +266,11 @@ class Scene:
         else what is there now, between the edges of the main bodies: debris may have flown further. In 1D
         there is none.
         """
+        if body not in self._rims:
+            self._rims[body] = self._rim(body)
+        return self._rims[body]
+
+    def _rim(self, body: int) -> np.ndarray:
         found = np.zeros(self.now.count, dtype=bool)
         if self.now.dimensions == 1:
             return found
