@@ -21,7 +21,7 @@ EXACT = Cantilever(LENGTH, HEIGHT, RHO, YOUNGS_MODULUS, POISSON_RATIO)
 
 
 def _trials(options: Options) -> Iterator[Trial]:
-    dx = options.dx(0.25e-3, 0.5e-3)
+    dx = options.dx(0.4e-3, 0.5e-3)
     periods = 1.0 if options.quick else PERIODS
     case = {
         "title": "cantilever",
@@ -42,7 +42,7 @@ def _trials(options: Options) -> Iterator[Trial]:
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         time, speed = runs[0].history["time"], runs[0].history["gauge.tip.velocity_y"]
         period, left = swing(time, speed, EXACT.period, periods)
-        yield Figure("period", period, EXACT.period, 0.05, "s", why="16 particles across")
+        yield Figure("period", period, EXACT.period, 0.05, "s", why="10 particles across")
         yield limit("loss of the swing a period", 1.0 - left ** (1.0 / periods), 1.0 - 0.9 ** (1.0 / PERIODS),
                     why="a tenth of the tip's speed in five periods")  # fmt: skip
 
