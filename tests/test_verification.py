@@ -182,10 +182,10 @@ def test_what_cannot_run_is_refused_and_what_stops_fails():
 
 
 def test_trials_are_chosen_by_their_names(tmp_path):
-    found = list(verdicts(PROBLEMS["bars"], ["eulerian", "projection"], Options(quick=True), only="1d gap 0",
+    found = list(verdicts(PROBLEMS["bars"], ["eulerian", "projection"], Options(quick=True), only="1d gap dx",
                           keep=tmp_path, threads=1))  # fmt: skip
-    assert [(v.trial, v.formulation) for v in found] == [("1D gap 0", "eulerian")]
-    assert (tmp_path / "bars/eulerian/1D_gap_0/0/summary.json").is_file()
+    assert [(v.trial, v.formulation) for v in found] == [("1D gap dx", "eulerian")]
+    assert (tmp_path / "bars/eulerian/1D_gap_dx/0/summary.json").is_file()
 
 
 def test_command_lists_runs_and_refuses(tmp_path):
