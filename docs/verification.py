@@ -79,13 +79,18 @@ def main() -> None:
     parser.add_argument("--page", action="store_true", help="only write the page from the results")
     asked = parser.parse_args()
     FOLDER.mkdir(exist_ok=True)
+    failed: list[BaseException] = []
     if not asked.page:
         with ProcessPoolExecutor(asked.jobs) as pool:
             names, chosen = asked.names or PROBLEMS, asked.formulation or ALL
             jobs = [pool.submit(_run, name, chosen, asked.spacing) for name in names]
             for job in as_completed(jobs):
-                _store(job.result())
+                if job.exception() is None:
+                    _store(job.result())
+            failed = [error for job in jobs if (error := job.exception()) is not None]
     _write_page(json.loads(RESULTS.read_text(encoding="utf-8")))
+    if failed:  # what the others found is kept
+        raise failed[0]
 
 
 def _run(name: str, formulations: list[str], spacing: float | None) -> list[dict[str, Any]]:

@@ -55,7 +55,7 @@ def _case(dim: int, dx: float, speed: float, gap: float, end: float) -> dict[str
             "bar": {"material": ELASTIC, "shape": shape, "gap": gap},
         },
         "time": {"end": end},
-        "output": {"every": end / 8.0},
+        "output": {"every": end / 16.0},
     }
 
 
@@ -70,7 +70,7 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
             yield Figure(f"velocity of the {what}", found, exact, TOLERANCE[dim], "m/s", SPEED, WHY[dim])
         before = float(ran.mean_velocity(1, ran.snapshots[-2])[0])
         changing = abs(float(ran.mean_velocity(1)[0]) - before)
-        yield limit("velocity still changing", changing, 0.01 * SPEED, "m/s", "over the last eighth: they have parted")
+        yield limit("velocity still changing", changing, 0.01 * SPEED, "m/s", "they have parted before")
         energy = ran.history["kinetic_energy"] + ran.history["internal_energy"]
         yield limit("drift of total energy", float(np.abs(energy / energy[0] - 1.0).max()), 1e-3,
                     why="energy of contact that is booked in neither is missing here")  # fmt: skip

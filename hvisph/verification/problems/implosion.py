@@ -53,9 +53,10 @@ def _trial(name: str, shell: Shell, dx: float) -> Trial:
         (body,) = placed
         if dim == 2:
             positions, volumes = rings(shell.inner, shell.outer, dx)
-            return [replace(body, positions=positions, volumes=volumes)]
-        r = np.linalg.norm(body.positions, axis=1)
-        return [replace(body, positions=body.positions[r > shell.inner], volumes=body.volumes[r > shell.inner])]
+            return [replace(body, positions=positions, volumes=volumes, spacing=np.full(len(volumes), dx))]
+        kept = np.linalg.norm(body.positions, axis=1) > shell.inner
+        parts = {name: getattr(body, name)[kept] for name in ("positions", "volumes", "spacing")}
+        return [replace(body, **parts)]
 
     def inwards(particles: Particles) -> None:
         x = particles["position"]
