@@ -3,7 +3,7 @@
 import numpy as np
 
 from hvisph.sph.laws.interface import MIXED_UP, OPEN
-from hvisph.sph.laws.riemann import HOLDING, SHOCK_SLOPE
+from hvisph.sph.laws.riemann import HOLDING, NO_SHEAR, SHOCK_SLOPE
 
 
 def limited(name, d, other):
@@ -113,6 +113,8 @@ def contact(pairs, grad_u, grad_s, a, b):
                 most = min(most, formulation.friction * push)
             size = np.linalg.norm(t)
             t = t * min(1.0, most / size) if size > 0.0 else t
+        if name == "tangential":  # what bears no shear has no say
+            za, zb = ((z * z + (NO_SHEAR * cloud.rho[i] * cloud.c_l[i]) ** 2) / z for z, i in ((za, a), (zb, b)))
         own, its = (ua + (t - ta) / za, ub - (t - tb) / zb) if parted else (common, common)
         u_own, u_its, traction = u_own + own, u_its + its, traction + t
         slipped = 0.5 * t @ (its - own)  # of the last, tangential part

@@ -81,7 +81,8 @@ def test_all_eulerian_without_contact_is_the_eulerian_formulation(correction):
 
     one = flying({"type": "total_lagrangian", "contact": {"type": "welded"}, "spatial_correction": corrected},
                  "eulerian")  # fmt: skip
-    other = flying({"type": "eulerian", "momentum_form": "product", "correction": corrected})
+    other = flying({"type": "eulerian", "momentum_form": "product", "contact": {"type": "welded"},
+                    "correction": corrected})  # fmt: skip
     for setup in (one, other):
         advance(setup, 1.0, steps=30)
     a = one.particles["position"][np.argsort(one.particles.id)]

@@ -24,14 +24,13 @@ def check(
     """Explain a case and what it will take, without running it."""
     from hvisph.case.checks import warnings_of
     from hvisph.core.errors import computable
+    from hvisph.simulation.advice import advice, sparse
     from hvisph.simulation.contact_warnings import contact_warnings
     from hvisph.simulation.estimate import estimate
 
     loaded = load(case, settings, resolution)
     with computable():
-        warnings = [*warnings_of(loaded), *contact_warnings(loaded)]
-    for warning in warnings:
-        say(f"warning: {warning}", err=True)
+        warnings = [*warnings_of(loaded), *contact_warnings(loaded), *advice(loaded)]
     with placed(case), computable():
         taken = estimate(loaded, threads)
         if picture is not None:
@@ -39,6 +38,9 @@ def check(
 
             drawn = draw_setup(loaded, picture)
             say(f"set-up drawn into {drawn}", err=True)
+    warnings += sparse({body.name: body.across for body in taken.bodies})
+    for warning in warnings:
+        say(f"warning: {warning}", err=True)
     shock, reason = plane_shock(loaded)
     if as_json:
         from hvisph.cli.words import echo_json
@@ -80,6 +82,8 @@ def plane_shock(case: Case) -> tuple[Any, str]:
 def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
     from dataclasses import asdict
 
+    from hvisph.simulation.advice import regime
+
     found = {
         "title": case.title,
         "kinematics": case.kinematics,
@@ -89,12 +93,14 @@ def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
         "particles": taken.particles,
     }
     found |= asdict(taken)
+    found["regime"] = asdict(regime(case)) | {"words": regime(case).words}
     found["plane_shock"] = {"reason": reason} if shock is None else asdict(shock)
     return found
 
 
 def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     from hvisph.cli.words import duration, quantity, rounded, size, table
+    from hvisph.simulation.advice import regime, tears
 
     si = case.units == "si"
 
@@ -118,6 +124,8 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
         "",
     ]
     facts = [("particles", f"{about}{taken.particles}")]
+    found = regime(case)
+    facts += [("regime", found.words), *([("", text)] if (text := tears(case, found)) else [])]
     if shock is None:
         facts.append(("plane shock", f"none: {reason}"))
     else:

@@ -25,6 +25,7 @@ from hvisph.output.checkpoint import Checkpoint
 from hvisph.output.folder import RunFolder
 from hvisph.output.reader import list_snapshots, read_history
 from hvisph.output.snapshot import Snapshot
+from hvisph.simulation.advice import advice
 from hvisph.simulation.between import between
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import Setup, build
@@ -164,7 +165,8 @@ class Run:
             f"{f'; goes on from step {self.clock.steps}' if self.checkpoint else ''}"
         )
         self.listener.started(self.folder.path, count, self.clock.end)
-        said = [f"warning: {warning}" for warning in (*warnings_of(self.case), *contact_warnings(self.case))]
+        warnings = [*warnings_of(self.case), *contact_warnings(self.case), *advice(self.case)]
+        said = [f"warning: {warning}" for warning in warnings]
         for line in (*said, *(f"note: {note}" for note in self.setup.notes)):
             self.folder.log.write(line)
             self.listener.message(line)

@@ -98,6 +98,8 @@ NOTHING = 1e-12
 UNLIMITED = 1e300
 # Shear impedance over the normal one of what bears no shear.
 SLIPPERY = 1e-8
+# What has less than this is taken to bear none.
+NO_SHEAR = 1e-4
 
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
@@ -158,6 +160,13 @@ def drawn_nearer(a, b, slope_a, slope_b, limited, half):
     towards = times(half * limited(d2, 2.0 * dot(slope_a, d) - d2), d)
     back = times(half * limited(d2, 2.0 * dot(slope_b, d) - d2), d)
     return plus(a, towards), minus(b, back)
+
+
+@compiled
+def yielding(zt, zn):
+    """Return 1/Z_t, but 0 of what bears no shear: there is nothing but rounding to divide by next to nothing."""
+    least = NO_SHEAR * zn
+    return zt / (zt * zt + least * least + TINY)
 
 
 def accumulate(near, n, rows, i, constants, out):
@@ -239,8 +248,8 @@ def accumulate(near, n, rows, i, constants, out):
                     most = min(most, UNLIMITED * same - other * (constants[1] * t_n))
                 t_t = times(min(most / (np.sqrt(dot(t_t, t_t)) + TINY), 1.0), t_t)
             if PARTED:
-                own_t = plus(ua_t, times(1.0 / zt, minus(t_t, ta_t)))
-                its_t = minus(ub_t, times(1.0 / (zb + TINY), minus(t_t, tb_t)))
+                own_t = plus(ua_t, times(yielding(zt, zn), minus(t_t, ta_t)))
+                its_t = minus(ub_t, times(yielding(zb, b[ZN]), minus(t_t, tb_t)))
                 rubbed = vg * ((0.5 * other) * dot(t_t, minus(its_t, own_t)))
                 power += rubbed
                 slip += rubbed

@@ -1,0 +1,183 @@
+"""The regime of a case, and advice where what it has chosen is outside what the verification shows to hold.
+
+The impact pressure of the first two bodies against their strength tells whether waves stay elastic, plastic strains
+decide, or a shock does; `docs/verification.md` has the figures that the advice leans on.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+    from hvisph.materials.table import Material
+
+# Pressure over strength below which a body stays elastic, and above which its strength matters little to the waves.
+ELASTIC, SHOCK = 1.0, 10.0
+# Of the speed of sound: what moves slower than this, and for many crossings, swings rather than rings.
+SLOW, CROSSINGS = 0.01, 20.0
+# Particle velocity over the speed of sound beyond which density that does not keep to the spacing is off by 2 %.
+STRONG = 0.3
+# Particles across a body below which its waves and its bending are not resolved.
+FEWEST_ACROSS = 5
+
+
+@dataclass(frozen=True)
+class Regime:
+    """What the first two bodies do to each other.
+
+    Parameters
+    ----------
+    velocity
+        Closing velocity along x [m/s]; 0 where nothing closes.
+    pressure
+        Impact pressure, acoustic: a shock's is higher [Pa].
+    strength
+        Least yield stress of the bodies that have one [Pa]; None without one, infinite where all are elastic.
+    """
+
+    velocity: float
+    pressure: float
+    strength: float | None
+
+    @property
+    def words(self) -> str:
+        """The regime in a few words."""
+        if self.velocity <= 0.0:
+            return "nothing closes along x: no impact"
+        if self.strength is None:
+            return "shock in materials without strength"
+        over = self.pressure / self.strength if self.strength > 0.0 else math.inf
+        if over < ELASTIC:
+            return "elastic: the impact pressure is below the strength"
+        if over < SHOCK:
+            return f"ballistic: the impact pressure is about {over:.2g} times the strength, plastic flow decides"
+        return f"shock: the impact pressure is about {over:.2g} times the strength"
+
+
+def regime(case: Case) -> Regime:
+    """Return the regime of a case."""
+    materials = _materials(case)
+    known = [y for y in map(_strength, materials) if y is not None]
+    strength = min(known, default=None)
+    bodies = list(case.bodies.values())
+    velocity = bodies[0].velocity[0] - bodies[1].velocity[0] if len(bodies) > 1 else 0.0
+    if velocity <= 0.0:
+        return Regime(0.0, 0.0, strength)
+    first, second = (m.density * m.bulk_sound_speed for m in materials[:2])
+    return Regime(velocity, velocity * first * second / (first + second), strength)
+
+
+def advice(case: Case) -> list[str]:
+    """Return what a user should consider of formulation, contact, smoothing length and damage."""
+    found = regime(case)
+    return [*_slow(case, found), *_strong(case, found), *_gas(case), *_loaded(case)]
+
+
+def sparse(across: dict[str, int]) -> list[str]:
+    """Return which bodies have too few particles across to be resolved, from the numbers by name."""
+    return [
+        f"bodies.{name}: {count} particles across do not resolve its waves and its bending; {FEWEST_ACROSS} are few, "
+        "10 show what matters: give a finer resolution"
+        for name, count in across.items()
+        if count < FEWEST_ACROSS
+    ]
+
+
+def tears(case: Case, found: Regime) -> str:
+    """Return what becomes of solids without damage in the tension that follows an impact; empty where none comes."""
+    if found.velocity <= 0.0 or found.strength is None or found.pressure < found.strength:
+        return ""
+    names = [
+        name
+        for name, body in case.bodies.items()
+        if body.material.strength.type != "none" and body.material.damage.type == "none"
+    ]
+    if not names:
+        return ""
+    what = "it has" if len(names) == 1 else "they have"
+    return (
+        f"releases bring tension of up to the impact pressure to {', '.join(names)}: {what} no model of damage, and "
+        "may tear where the lattice lets go"
+    )
+
+
+def _materials(case: Case) -> list[Material]:
+    from hvisph.simulation.materials import material_of
+
+    return [material_of(body.material, body.internal_energy) for body in case.bodies.values()]
+
+
+def _strength(material: Material) -> float | None:
+    name = material.strength.name
+    if name == "none":
+        return None
+    return math.inf if name == "elastic" else float(getattr(material.strength, "yield_stress", math.inf))
+
+
+def _slow(case: Case, found: Regime) -> Iterator[str]:
+    """Bodies that swing, bend or spin: kernels in the current configuration damp that away."""
+    model: Any = case.formulation
+    if model.type not in ("riemann", "eulerian") or found.strength is None:
+        return
+    materials = _materials(case)
+    fastest = max(math.dist(body.velocity, (0.0,) * case.dim) for body in case.bodies.values())
+    slowest = min(material.bulk_sound_speed for material in materials)
+    size = max(max(body.shape.extent()) for body in case.bodies.values())
+    elastic = found.pressure < ELASTIC * found.strength
+    if elastic and fastest < SLOW * slowest and case.time.end > CROSSINGS * size / slowest:
+        yield (
+            f"formulation: the bodies stay elastic and move slowly over {case.time.end * slowest / size:.3g} crossings "
+            f"of their waves, and '{model.type}' damps swinging and loses spin within a few; take total_lagrangian"
+        )
+
+
+def _strong(case: Case, found: Regime) -> Iterator[str]:
+    """Shocks stronger than a scheme keeps its figures in."""
+    model: Any = case.formulation
+    if found.velocity <= 0.0:
+        return
+    material = _materials(case)[1]
+    share = 0.5 * found.velocity / material.bulk_sound_speed
+    if model.type == "riemann" and model.form == "printed" and share > STRONG / 2:
+        yield (
+            "formulation.form: 'printed' loses stress behind strong shocks, 2 % at 3 km/s and 37 % at 24 in aluminium; "
+            "take 'consistent'"
+        )
+    if model.type == "eulerian" and getattr(model, "density_form", "mass") == "volume" and share > 1.5 * STRONG:
+        yield (
+            "formulation.density_form: 'volume' drifts from the particles' spacing in shocks this strong, by up to 6 % "
+            "of the stress at 24 km/s in aluminium; take 'mass', or the formulation riemann"
+        )
+    if model.type == "total_lagrangian" and found.strength is not None and found.pressure > SHOCK * found.strength:
+        yield (
+            "formulation: an impact pressure of more than ten times the strength brings strains that reference kernels "
+            "do not survive; take riemann, or adaptive, which lets such particles go"
+        )
+
+
+def _gas(case: Case) -> Iterator[str]:
+    model: Any = case.formulation
+    gases = [name for name, body in case.bodies.items() if body.material.eos.type == "ideal_gas"]
+    if gases and model.type in ("riemann", "eulerian") and model.smoothing_length.type == "fixed":
+        yield (
+            f"formulation.smoothing_length: fixed, and {', '.join(gases)} is a gas, whose particles part by more than "
+            "a fixed kernel reaches; give {type: variable, min_over_initial: 0.2, max_over_initial: 4}"
+        )
+
+
+def _loaded(case: Case) -> Iterator[str]:
+    """Repulsion between bodies that are placed nearer than a spacing begins with energy of its own."""
+    contact = getattr(case.formulation, "contact", None)
+    if contact is None or contact.type != "repulsive" or case.formulation.type != "eulerian":
+        return
+    for name, body in list(case.bodies.items())[1:]:
+        if body.position is None and body.gap < 0.5 * case.resolution:
+            yield (
+                f"formulation.contact: 'repulsive' starts loaded where bodies touch: bodies.{name} is pushed off at "
+                f"rest; give it a gap of {case.resolution:g}, or take 'separating'"
+            )
+            return

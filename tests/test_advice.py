@@ -1,0 +1,57 @@
+"""What `check` says of the regime of a case, and where it advises another choice."""
+
+import pytest
+from small_runs import GAS, LIQUID, METAL, SPRING, row_of
+
+from hvisph.simulation.advice import advice, regime, sparse, tears
+
+EULERIAN = {"formulation": {"type": "eulerian"}}
+
+
+@pytest.mark.parametrize(
+    ("materials", "speed", "words"),
+    [
+        ([SPRING, SPRING], 50.0, "elastic"),
+        ([METAL, METAL], 30.0, "elastic"),  # 0.22 GPa against 0.3
+        ([METAL, METAL], 300.0, "ballistic"),
+        ([METAL, METAL], 3100.0, "shock"),
+        ([LIQUID, LIQUID], 300.0, "without strength"),
+        ([METAL], 300.0, "no impact"),
+    ],
+)
+def test_the_regime_is_that_of_pressure_over_strength(materials, speed, words):
+    assert words in regime(row_of(materials, speed=speed)).words
+
+
+def test_a_sound_case_needs_no_advice():
+    assert advice(row_of([METAL, METAL], speed=3100.0)) == []
+
+
+@pytest.mark.parametrize(
+    ("case", "key"),
+    [
+        (row_of([METAL, METAL], speed=3100.0, formulation={"type": "riemann", "form": "printed", "tension": "plain"}), "form"),
+        (row_of([METAL, METAL], speed=12e3, formulation={"type": "eulerian"}), "density_form"),
+        (row_of([METAL, METAL], speed=3100.0, formulation={"type": "total_lagrangian"}), "reference kernels"),
+        (row_of([SPRING], speed=1.0, time={"end": 1e-3}), "total_lagrangian"),
+        (row_of([GAS, GAS], speed=100.0, formulation={"type": "eulerian"}), "smoothing_length"),
+        (row_of([METAL, METAL], formulation={"type": "eulerian", "contact": {"type": "repulsive"}}), "contact"),
+    ],
+    ids=["printed", "volume", "reference", "slow", "gas", "loaded"],
+)  # fmt: skip
+def test_what_is_outside_the_verification_is_named(case, key):
+    (text,) = advice(case)
+    assert key in text
+    assert "take" in text or "give" in text
+
+
+def test_solids_without_damage_are_named_where_tension_follows():
+    hard = row_of([METAL, METAL], speed=3100.0)
+    assert "body_0, body_1" in tears(hard, regime(hard))
+    quiet = row_of([METAL, METAL], speed=1.0)
+    assert tears(quiet, regime(quiet)) == ""
+
+
+def test_few_particles_across():
+    (text,) = sparse({"plate": 3, "core": 12})
+    assert text.startswith("bodies.plate: 3 particles across")
