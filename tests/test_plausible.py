@@ -57,7 +57,12 @@ def test_what_is_meant_is_not_flagged():
 
 def test_no_material_of_the_library_is_flagged():
     for name, material in library().items():
-        assert list(of_material(material)) == [], name
+        found = list(of_material(material))
+        if name == "silicon-carbide":  # its published set fails its own check, and the library says so
+            assert len(found) == 1
+            assert "6.76" in found[0] or "6.75" in found[0]
+        else:
+            assert found == [], name
 
 
 def test_no_bundled_case_is_flagged():

@@ -42,6 +42,7 @@ YIELD = Range(2e-5, 0.2)  # Y over rho c0^2
 HARDENING = Range(0.0, 1.5)
 SOFTENING = Range(0.3, 4.0)
 MELTING = Range(150.0, 4600.0, "K")
+HEL = 0.05  # share by which P_HEL may miss what a JH-2 set implies
 HEAT = Range(50.0, 6000.0, "J/(kg K)")
 # Ends of a run over the time that the slowest crossing takes, by sound or by flight.
 END = Range(1e-3, 1e4)
@@ -86,10 +87,29 @@ def of_material(material: Material) -> Iterator[str]:
             value = getattr(strength, key, None)
             if value:
                 yield from _share(f"strength.{key}", value, stiffness, YIELD)
+    yield from _ceramic(material)
     for key, usual in (("n", HARDENING), ("m", SOFTENING), ("melt_temperature", MELTING), ("heat_capacity", HEAT)):
         value = getattr(strength, key, None)
         if value is not None:
             yield from _one(f"strength.{key}", value, usual)
+
+
+def _ceramic(material: Material) -> Iterator[str]:
+    """Yield a warning where a JH-2 set fails its own check: the pressure at the Hugoniot elastic limit."""
+    strength, eos = material.strength, material.eos
+    if strength.type != "johnson_holmquist" or eos.type != "polynomial":
+        return
+    low, high = 0.0, 1.0
+    for _ in range(60):
+        mu = 0.5 * (low + high)
+        pressure = mu * (eos.a1 + mu * (eos.a2 + mu * eos.a3))
+        stress = pressure + 4.0 / 3.0 * material.shear_modulus * mu / (1.0 + mu)
+        low, high = (mu, high) if stress < strength.hugoniot_elastic_limit else (low, mu)
+    if abs(pressure / strength.hel_pressure - 1.0) > HEL:
+        yield (
+            f"strength.hel_pressure: {_pressure_text(strength.hel_pressure)}, but with K1 to K3 and G the pressure at "
+            f"the Hugoniot elastic limit is {_pressure_text(pressure)}; was that meant?"
+        )
 
 
 def bulk_speed(material: Material) -> float | None:
