@@ -19,7 +19,7 @@ BRITTLE: dict[str, Any] = {
                  "m": 1.0, "melt_temperature": 775.0, "heat_capacity": 875.0, "room_temperature": 294.0},
     "damage": {"type": "johnson_cook", "d1": 0.13, "d2": 0.13, "d3": -1.5, "d4": 0.011},
 }  # fmt: skip
-END = 16e-6
+END = 24e-6
 
 
 def _trials(options: Options) -> Iterator[Trial]:
@@ -46,7 +46,7 @@ def _case(seed: int, dx: float) -> dict[str, Any]:
     count, bodies = int(rng.integers(2, 5)), {}
     for k in range(count):
         angle = 2.0 * np.pi * (k + 0.3 * rng.random()) / count
-        size, far = rng.uniform(10e-3, 16e-3), 17e-3
+        size, far = rng.uniform(10e-3, 16e-3), 22e-3
         away = np.array([np.cos(angle), np.sin(angle)])
         aim = rng.uniform(-5e-3, 5e-3) * np.array([-away[1], away[0]])
         disc = {"type": "disc", "diameter": float(size)}
