@@ -32,10 +32,15 @@ from hvisph.sph.symmetry import Plane, mirror, with_images
 from hvisph.sph.traversal import FAR
 
 from . import composite_passes
+from .reference_changes import ReferenceChanges, sides_of, stop_at_planes
 from .stepper import Stepper
 
+# What a checkpoint holds beside the particles, of what every particle has one row.
+KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings",
+        "sides")  # fmt: skip
 
-class CompositeStepper(Stepper):
+
+class CompositeStepper(ReferenceChanges, Stepper):
     """Moves Total Lagrangian and Eulerian particles, and bodies in contact.
 
     Parameters as those of `Stepper`; the particles carry `kernel_type`, `reference_position` is set here.
@@ -44,6 +49,10 @@ class CompositeStepper(Stepper):
     ----------
     jacobians, strains
         J and equivalent strain of every particle whose deformation gradient is known, at the stage (n,).
+    latest
+        Equivalent strain since the reference was renewed (n,), where it is.
+    swellings
+        chi, what J has beside the determinant of F since lists were cut (n,).
     loads
         Pressure [Pa] that is added to every particle's own until the first step is done (n,).
     """
@@ -76,31 +85,24 @@ class CompositeStepper(Stepper):
 
     def _set_up(self) -> None:
         """Build all that follows from state and reference positions."""
-        particles, formulation, slots, dim = self.particles, self.formulation, self.slots, self.particles.dim
-        count, kernel, h = particles.count, formulation.kernel, self.h
+        particles, formulation, dim = self.particles, self.formulation, self.particles.dim
+        count = particles.count
         at, body = particles["reference_position"], particles.body
-        reach = kernel.reach * h
+        reach = formulation.kernel.reach * self.h
         density = np.array([material.density for material in self.materials])[particles.material]
-        head = np.column_stack([at, np.arange(count)])
-        extended, self._images = with_images(head, self.planes, _plain(dim), reach)
-        origin = extended[:, dim].astype(np.int64)
-        self._origin = origin[count:]
-        volume = (particles["mass"] / density)[origin]
-        self.rows_ = aligned_zeros(len(extended) + 1, self.layout.width)
-        x0 = slots["X0"]
-        self.rows_[:-1, x0 : x0 + dim] = extended[:, :dim]
-        self.rows_[-1, :dim] = self.rows_[-1, x0 : x0 + dim] = FAR
-        self.rows_[-1, slots["RHO"]] = 1.0
-        if "EM" in slots:
-            moduli = np.array([_young_modulus(material) for material in self.materials])[particles.material]
-            self.rows_[:-1, slots["EM"]] = moduli[origin]
-        self.reference = Reference(extended[:, :dim], volume, body[origin], count, kernel, h, formulation.correction)
+        self._moduli = np.array([(_young_modulus(one), 1.0 / one.first_yield) for one in self.materials])
         self._rates = np.zeros((count, rate_slots.width(dim)))
         self._place = np.arange(count, dtype=np.uint32)
-        self.jacobians, self.strains = np.ones(count), np.zeros(count)
+        self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)
+        self.swellings, self.volume = np.ones(count), particles["mass"] / density
+        self.before = np.tile(np.eye(dim).ravel(), (count if formulation.renew_strain else 1, 1))
         self._omega = np.zeros(count)
         self._stage, self._chosen = 0.0, 0
+        self.sides = sides_of(at, self.planes)
         self.loose = np.zeros(count, bool)
+        self.alone = self.loose.copy()
+        self.rows_ = aligned_zeros(count, self.layout.width)
+        self._build_reference()
         turning = formulation.conversion.bodies
         self._convertible = np.ones(count, bool) if turning is None else np.isin(body, turning)
         self._selection = Selection(at, body, reach, with_neighbours=formulation.spatial_correction.acts)
@@ -111,15 +113,40 @@ class CompositeStepper(Stepper):
         self._specialise()
         self._classify()
 
+    def _build_reference(self) -> None:
+        """Build lists, images and rows of the present reference: places, `volume` and who is `alone`."""
+        particles, formulation, slots, dim = self.particles, self.formulation, self.slots, self.particles.dim
+        count, kernel = particles.count, formulation.kernel
+        head = np.column_stack([particles["reference_position"], np.arange(count)])
+        extended, self._images = with_images(head, self.planes, _plain(dim), kernel.reach * self.h)
+        origin = extended[:, dim].astype(np.int64)
+        self._origin = origin[count:]
+        rows, x0 = aligned_zeros(len(extended) + 1, self.layout.width), slots["X0"]
+        rows[:count] = self.rows_[:count]
+        rows[:-1, x0 : x0 + dim] = extended[:, :dim]
+        rows[-1, :dim] = rows[-1, x0 : x0 + dim] = FAR
+        rows[-1, slots["RHO"]] = 1.0
+        if "EM" in slots:
+            rows[:-1, slots["EM"]] = self._moduli[particles.material[origin], 0]
+        self.rows_ = rows
+        bodies = particles.body.astype(np.int64)
+        bodies[self.alone] = bodies.max() + 1 + np.flatnonzero(self.alone)
+        self.reference = Reference(
+            extended[:, :dim], self.volume[origin], bodies[origin], count, kernel, self.h, formulation.correction
+        )
+
     def _specialise(self) -> None:
         formulation, slots, dim = self.formulation, self.slots, self.particles.dim
         kernel = formulation.kernel
         options = {
             "DIM": dim, "MIXED": int(formulation.correction == "mixed"), "PRINTED": int(formulation.printed_viscosity),
             "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": self._read, "PLACES": 3 * dim,
+            "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
+            "RENEWS": int(formulation.renew_strain is not None),
             "equilibrium_state": response.equilibrium_state, "longitudinal_speed": response.longitudinal_speed,
             "shear_modulus": response.shear_modulus,
-            "S_DENSITY": self.particles.bindings()["S_DENSITY"], "slope": kernel.slope,
+            **{name: self.particles.bindings()[name] for name in ("S_DENSITY", "S_PLASTIC_STRAIN")},
+            "slope": kernel.slope,
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }  # fmt: skip
 
@@ -130,6 +157,7 @@ class CompositeStepper(Stepper):
 
         parts = {part.__name__: bind(part, {}, offered) for part in deformation.PARTS}
         self._deform = bound(deformation.deform, **parts)
+        self._map = bound(deformation.map_particles, gradients=parts["gradients"])
         self._sums = {coupled: bound(reference.accumulate, COUPLED=coupled) for coupled in (0, 1)}
         euler = formulation.eulerian
         layout = RowLayout(dim, (*euler.layout(dim).fields, *coupling.FIELDS))
@@ -222,9 +250,12 @@ class CompositeStepper(Stepper):
             self._mirror()
             if self._can_fail:
                 self.rows_[: self.particles.count, self.slots["DAMAGE"]] = self.particles["damage"]
-            self._deform(self.rows_, self._active, (self.particles.data, self.particles.tags, ref.volume, self.loads),
-                         ref.lists, ref.corrections, (self.table, self.models), self._stage, 1.2 * formulation.alpha,
-                         (self.jacobians, self.strains, self.pressures, self.signals), self._rates)  # fmt: skip
+            self._deform(self.rows_, self._active, (self.particles.data, self.particles.tags, ref.volume, self.loads,
+                                                    self.swellings, self.before),
+                         ref.lists, ref.corrections, (self.table, self.models, self._moduli), self._stage,
+                         1.2 * formulation.alpha,
+                         (self.jacobians, self.strains, self.latest, self.pressures, self.signals),
+                         self._rates)  # fmt: skip
             self._mirror()
             for coupled in range(1 + self._any_eulerian):
                 self._sums[coupled](self.rows_, self._active, 1 + coupled, ref.volume, ref.lists, ref.sums,
@@ -287,7 +318,13 @@ class CompositeStepper(Stepper):
         super().complete(step, following)
         if step > 0.0:
             self.loads[:] = 0.0
+            if stop_at_planes(self.particles, self.planes, self.sides, self.h):
+                self.predict(following)
         self._turn()
+        limit = self.formulation.renew_strain
+        if limit is not None and len(self._tied) and self.latest[self._tied].max() > limit:
+            self._renew()
+            self._classify()
 
     def _turn(self) -> None:
         """Let particles turn Eulerian, or leave the lists."""
@@ -300,8 +337,7 @@ class CompositeStepper(Stepper):
                                                self.strains, damage, self.reference, self._origin)  # fmt: skip
         leaves = lagrangian & ~turns & (damage >= 1.0) if formulation.failed_leave else self._none
         if leaves.any():
-            self.reference.remove(np.concatenate([leaves, leaves[self._origin]]))
-            self.loose |= leaves
+            self._leave(leaves)
         if turns.any():
             particles["kernel_type"][turns] = 0.0
         if turns.any() or leaves.any():
@@ -324,22 +360,23 @@ class CompositeStepper(Stepper):
 
     def history(self) -> dict[str, np.ndarray]:
         """Return all that the next step needs beside the particles, between steps, by name."""
-        return {
-            "rows": self.rows_, "rates": self._rates, "lengths": self.lengths, "signals": self.signals,
-            "pressures": self.pressures, "partial_sums": self._partial, "jacobians": self.jacobians,
-            "strains": self.strains, "loads": self.loads, "loose": self.loose, "stage": np.array([self._stage]),
+        return {name: getattr(self, name) for name in KEPT} | {
+            "rows": self.rows_, "rates": self._rates, "partial_sums": self._partial, "before": self.before,
+            "volume": self.volume, "alone": self.alone, "stage": np.array([self._stage]),
         }  # fmt: skip
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
         """Go back to where `history` was taken; the particles must be those of that moment, in their order."""
         self._set_up()
+        self.volume[:], self.alone[:] = history["volume"], history["alone"]
+        self._build_reference()
         loose = np.asarray(history["loose"], bool)
         if loose.any():
             self.reference.remove(np.concatenate([loose, loose[self._origin]]))
-        for name, own in (("rows", self.rows_), ("rates", self._rates), ("lengths", self.lengths),
-                          ("signals", self.signals), ("pressures", self.pressures), ("partial_sums", self._partial),
-                          ("jacobians", self.jacobians), ("strains", self.strains), ("loads", self.loads),
-                          ("loose", self.loose)):  # fmt: skip
+        for name in KEPT:
+            getattr(self, name)[...] = history[name]
+        for own, name in ((self.rows_, "rows"), (self._rates, "rates"), (self._partial, "partial_sums"),
+                          (self.before, "before")):  # fmt: skip
             own[...] = history[name]
         self._stage = float(history["stage"][0])
         self._classify()

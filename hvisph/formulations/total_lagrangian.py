@@ -51,8 +51,16 @@ class TotalLagrangian:
         Whether the viscosity of Total Lagrangian pairs is the printed one in reference gradients.
     hourglass
         Coefficient of the hourglass control, 0 for none.
-    failed_leave
-        Whether a failed Total Lagrangian particle that does not turn leaves its neighbours' lists.
+    secant
+        Whether its stiffness falls with plastic strain and damage.
+    shears
+        Whether a particle in plastic flow takes a share of the linear viscosity alone.
+    failed_leave, keeps_volume
+        Whether a failed Total Lagrangian particle that does not turn leaves its neighbours' lists, and whether
+        these keep their volume then.
+    renew_strain
+        Equivalent strain since the last renewal at which all take their present places as the reference; None
+        for never.
     contact
         Contact between bodies; None where they meet through the spatial sums.
     conversion
@@ -69,7 +77,11 @@ class TotalLagrangian:
     spatial_correction: KernelCorrection = field(default_factory=NoCorrection)
     printed_viscosity: bool = False
     hourglass: float = 0.0
+    secant: bool = False
+    shears: bool = False
     failed_leave: bool = True
+    keeps_volume: bool = True
+    renew_strain: float | None = None
     contact: Contact | None = field(default_factory=Contact)
     conversion: Conversion = field(default_factory=Conversion)
 

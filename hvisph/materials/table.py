@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from math import sqrt
+from math import inf, sqrt
 from typing import Any, cast
 
 import numpy as np
@@ -70,6 +70,11 @@ class Material:
     def shear_modulus(self) -> float:
         """G [Pa], zero without strength."""
         return float(getattr(self.strength, "shear_modulus", 0.0))
+
+    @property
+    def first_yield(self) -> float:
+        """Yield stress at rest [Pa] of a strength that has one number for it; infinite without."""
+        return float(getattr(self.strength, "yield_stress", inf))
 
     @property
     def bulk_sound_speed(self) -> float:

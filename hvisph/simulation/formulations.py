@@ -130,7 +130,11 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         spatial_correction=_correction(model.spatial_correction),
         printed_viscosity=model.viscosity_gradient == "reference",
         hourglass=model.hourglass,
-        failed_leave=model.failed_particles == "leave",
+        secant=model.hourglass_stiffness == "secant",
+        shears=model.viscosity_in_shear == "reduced",
+        failed_leave=model.failed_particles != "stay",
+        keeps_volume=model.failed_particles != "leave_with_jump",
+        renew_strain=model.renew_reference,
         conversion=Conversion()
         if limits is None
         else Conversion(

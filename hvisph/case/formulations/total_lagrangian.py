@@ -27,7 +27,7 @@ from hvisph.case.formulations.viscosity import (
 from hvisph.case.model import Problem
 from hvisph.case.regions import EulerianRegion, region_problems
 from hvisph.case.surroundings import Surroundings
-from hvisph.case.units import NonNegativeNumber
+from hvisph.case.units import NonNegativeNumber, PositiveNumber
 
 # What a composite pair law knows.
 PlainViscosity = Annotated[NoViscosity | MonaghanViscosity, Field(discriminator="type")]
@@ -56,14 +56,30 @@ class TotalLagrangianFormulation(KernelOptions):
         default=NoCorrection(),
         description="Correction of the kernel in the current configuration, for Eulerian particles and those near them",
     )
-    hourglass: NonNegativeNumber = Field(
-        default=0.0,
-        description="Coefficient of the control of zero-energy modes (Ganzenmueller 2015) [-], at least 0, 0 is "
-        "off; 10 to 50 is usual in elastic bodies, and a body that flows takes less than 1: more hardens it",
+    viscosity_in_shear: Literal["reduced", "whole"] = Field(
+        default="reduced",
+        description="Linear viscosity of Total Lagrangian particles that flow: `reduced` by the share of the change of "
+        "volume in the rate of strain (to 0.88 in a plane shock, 0.1 in shear), or `whole`, which hardens plastic flow",
     )
-    failed_particles: Literal["leave", "stay"] = Field(
+    hourglass: NonNegativeNumber = Field(
+        default=10.0,
+        description="Coefficient of the control of zero-energy modes (Ganzenmueller 2015) [-], at least 0, 0 is off",
+    )
+    hourglass_stiffness: Literal["secant", "elastic"] = Field(
+        default="secant",
+        description="Stiffness that it goes with: the secant modulus E Y/(Y + E eps_p) (1 - D), or E, as printed, which "
+        "hardens a body that flows (coefficients below 1 then)",
+    )
+    failed_particles: Literal["leave", "leave_with_jump", "stay"] = Field(
         default="leave",
-        description="Whether a failed Total Lagrangian particle leaves its neighbours' lists; it bears no stress",
+        description="Whether a failed Total Lagrangian particle leaves its neighbours' lists, which keep their volume, "
+        "or `leave_with_jump`: it jumps to that of what is left, which makes energy; it bears no stress",
+    )
+    renew_reference: PositiveNumber | None = Field(
+        default=None,
+        description="Equivalent strain since the last renewal at which all Total Lagrangian particles take their "
+        "present places as the reference [-], above 0; 0.3 for distortions beyond what fixed kernels bear. Surfaces "
+        "of one body that meet bond. Never unless given",
     )
     artificial_stress: ArtificialStress = Field(
         default=NoArtificialStress(), description="Artificial stress of the Eulerian particles"
@@ -92,6 +108,11 @@ class TotalLagrangianFormulation(KernelOptions):
         yield from super().problems(case)
         if isinstance(self.contact, SeparatingContact):
             yield from unavailable(self.contact, self.type)
+        if self.renew_reference is not None and self.viscosity_gradient == "reference":
+            yield Problem(
+                ("formulation", "renew_reference"),
+                "the printed viscosity is for one reference density; leave out viscosity_gradient",
+            )
         yield from parted_problems(case, self.smoothing_length.type, "reference kernels are")
         if self.spatial_correction.type != "none" and not self.parted and len(case.bodies) > 1:
             yield Problem(

@@ -1,10 +1,17 @@
 """Deformation gradients and stress of Total Lagrangian particles, from their reference neighbours.
 
-    F_a = F0_a + sum_b (x_b - x_a) (x) V0_b g_ab,   J = det F,   L = Fdot F^-1,   rho = rho0 / J
+    F_a = F0_a + sum_b (x_b - x_a) (x) V0_b g_ab,   J = chi det F,   L = Fdot F^-1,   rho = rho0 / J
     P = J sigma F^-T,      Q = P A,  q = P B        (A, B: the corrections, see `sph.reference`)
 
 Eulerian particles with Total Lagrangian neighbours have F, too, and carry their own sigma to P (Young 2021
 eq. 13); density and velocity gradient are their own. Row i is written by i alone.
+
+chi is 1 until neighbours leave a list. What is left is fitted by another linear map: chi takes the ratio of both
+determinants, so that volume, density and pressure go on without a jump (P, power and strain follow F as it is).
+
+In plastic flow the linear viscosity would bear as much shear as the metal. With SHEARS a particle takes of alpha
+only the share max(0.1, |tr L|/(|tr L| + 0.2 D')), D' = sqrt(2/3 dev D : dev D): 0.88 in a plane shock.
+Hourglass control follows the secant modulus with SECANT: E/(1 + E eps_p/Y) (1 - D), Y the first yield stress.
 """
 
 from __future__ import annotations
@@ -56,6 +63,22 @@ def equivalent_strain(f):
     return np.sqrt((2.0 / 3.0) * double_dot(e, e))
 
 
+@compiled
+def viscous_share(l):
+    """Return the share of the linear viscosity that a particle with the velocity gradient `l` [1/s] takes."""
+    d = stretching(full_gradient(l))
+    swelling = d[0] + d[1] + d[2]
+    d = plus_identity(d, (-1.0 / 3.0) * swelling)
+    volume = abs(swelling) + 1e-30  # at rest all of it
+    return max(volume / (volume + 0.2 * np.sqrt((2.0 / 3.0) * double_dot(d, d))), 0.1)
+
+
+@compiled
+def secant_modulus(modulus, inverse_yield, plastic_strain, damage):
+    """Return the stiffness [Pa] that is left of Young's modulus E after plastic flow: sigma over strain."""
+    return modulus / (1.0 + modulus * inverse_yield * plastic_strain) * (1.0 - min(damage, 1.0))
+
+
 def gradients(rows, i, lists, corrections):
     """Return the deformation gradient of particle `i` and its rate: a template."""
     starts, near, slopes, shapes = lists
@@ -77,8 +100,8 @@ def gradients(rows, i, lists, corrections):
     return plus(f, outer(totals(of_shape), shift)), plus(rate, outer(totals(rate_of_shape), shift))
 
 
-def show(rows, i, stress, f, inverse, corrections):
-    """Write what neighbours read of the first Piola-Kirchhoff `stress` and of F into row `i`: a template."""
+def show(rows, i, stress, f, j, inverse, corrections):
+    """Write what neighbours read of the first Piola-Kirchhoff `stress`, F and J into row `i`: a template."""
     a, b = own_gradient(corrections[0], i, 0, DIM), own_vector(corrections[1], i, 0, DIM)
     put(rows, i, Q, product(stress, a))
     if MIXED:
@@ -87,7 +110,7 @@ def show(rows, i, stress, f, inverse, corrections):
         turned = transposed(inverse)
         put(rows, i, N, product(turned, a))
         put(rows, i, NW, on_rows(turned, b))
-        rows[i, IJ] = 1.0 / determinant(f)
+        rows[i, IJ] = 1.0 / j
     if HOURGLASS:
         put(rows, i, FG, f)
 
@@ -95,7 +118,7 @@ def show(rows, i, stress, f, inverse, corrections):
 def deform(rows, active, particles, lists, corrections, materials, stage, signal_alpha, found, rates):
     """Compute the deformation of all particles that are `active`: the template.
 
-    Bound names: DIM, MIXED, PRINTED, HOURGLASS, PLACES, slots of the row, columns of the rates (R_...), S_DENSITY,
+    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, PLACES, slots of the row, columns of the rates (R_...), S_DENSITY,
     the templates above, and functions of `hvisph.materials`.
 
     Parameters
@@ -107,38 +130,47 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
         (n,) uint8: not 0 where F is needed, 2 where Total Lagrangian and Eulerian particles meet.
     particles
         State, whose density is set to one from which continuity over a step ends on rho0/J; tags; reference
-        volumes; pressures added to the particles' own [Pa] (n,).
+        volumes; pressures added to the particles' own [Pa] (n,); chi (n,); and, for references that are renewed, the
+        deformation gradients of the reference itself (n, dim^2).
     lists
         Of the reference neighbours: starts, near, slopes, shapes.
     corrections
         Theirs, a row a particle: A, B, F0.
     materials
-        Table and models.
+        Table, models, and a row of E [Pa] and 1/Y [1/Pa] for each material.
     stage
         How far the stage is ahead of the state [s].
     signal_alpha
         1.2 alpha of the viscosity.
     found
-        Arrays (n,) that receive J, equivalent strain, and of Total Lagrangian particles pressure [Pa] and signal
-        speed [m/s].
+        Arrays (n,) that receive J, equivalent strain since the start and since the reference, and of Total
+        Lagrangian particles pressure [Pa] and signal speed [m/s].
     rates
         (n, width of rates): receives the velocity gradient of Total Lagrangian particles, and of those that
         meet no Eulerian ones the power of their own stress.
     """
     count = np.uint64(active.shape[0])
-    state, tags, volume, loads = particles
-    table, models = materials
-    jacobians, strains, pressures, signals = found
+    state, tags, volume, loads, swellings, before = particles
+    table, models, moduli = materials
+    jacobians, strains, latest, pressures, signals = found
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for i in range(first, min(first + np.uint64(CHUNK), count)):
             if active[i] == 0:
                 continue
             f, rate = gradients(rows, i, lists, corrections)
-            j = determinant(f)
-            inverse = times(1.0 / j, adjugate(f))
+            of_list = determinant(f)
+            j = swellings[i] * of_list
+            inverse = times(1.0 / of_list, adjugate(f))
             jacobians[i], strains[i] = j, equivalent_strain(f)
+            if RENEWS:
+                latest[i] = strains[i]
+            if SECANT:
+                rows[i, EM] = secant_modulus(
+                    moduli[tags[i, 2], 0], moduli[tags[i, 2], 1], state[i, S_PLASTIC_STRAIN], rows[i, DAMAGE])  # fmt: skip
             if rows[i, KIND] == 1.0:
+                if RENEWS:
+                    strains[i] = equivalent_strain(product(f, own_gradient(before, i, 0, DIM)))
                 l = product(rate, inverse)
                 put(rates, i, R_GRADIENT, l)
                 m, rho = np.uint64(tags[i, 2]), rows[i, M] / (volume[i] * j)
@@ -146,12 +178,22 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
                 shear = shear_modulus(table, models, m, rho, rows[i, E], p)
                 signals[i] = longitudinal_speed(c, rho, shear) + signal_alpha * c
                 pressures[i] = p
-                rows[i, RHO], rows[i, C] = rho, c
+                rows[i, RHO], rows[i, C] = rho, viscous_share(l) * c if SHEARS else c
                 state[i, S_DENSITY] = rho * grown(stage * divergence(l))
             sigma = plus_identity(own_symmetric(rows, i, S, DIM), -(pressures[i] + loads[i]))
             stress = times(j, product(matrix(sigma), transposed(inverse)))
-            show(rows, i, stress, f, inverse, corrections)
+            show(rows, i, stress, f, j, inverse, corrections)
             rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
+
+
+def map_particles(chosen, rows, lists, corrections, found):
+    """Compute F of the particles `chosen` as their lists are now into the rows of `found`: a template."""
+    count = np.uint64(chosen.shape[0])
+    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        first = np.uint64(chunk) * np.uint64(CHUNK)
+        for k in range(first, min(first + np.uint64(CHUNK), count)):
+            f, _ = gradients(rows, np.uint64(chosen[k]), lists, corrections)
+            put(found, k, 0, f)
 
 
 PARTS = (gradients, show)

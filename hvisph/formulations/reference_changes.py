@@ -1,0 +1,131 @@
+"""What changes the reference of Total Lagrangian particles: some leave the lists, or all take their present places.
+
+    leave   the list of a particle is cut. Its chi takes det F(list before)/det F(list after) at the same places, so that
+            J = chi det F goes on without a jump. A neighbour whose remaining list spans no volume leaves, too.
+    renew   V0 = V0 J, X0 = x, lists and corrections anew, chi = 1: density and stress go on, no energy is made.
+            Particles that have left stay alone. The strain up to then is kept as a deformation gradient of the
+            reference, so that conversion by strain counts from the start of the run.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.particles import Particles
+from hvisph.sph.reference import Reference
+from hvisph.sph.symmetry import Plane
+
+from .conversion import with_images
+
+# A particle whose volume a cut list would change by more than this factor has no list that spans a volume.
+LARGEST_JUMP = 5.0
+# Particles stop so far before a plane of symmetry [h].
+STAND_OFF = 1e-6
+
+
+class ReferenceChanges:
+    """Part of `CompositeStepper`: lists that are cut, references that are renewed."""
+
+    particles: Particles
+    formulation: Any
+    reference: Reference
+    rows_: np.ndarray
+    slots: dict[str, int]
+    h: float
+    loose: np.ndarray
+    swellings: np.ndarray
+    before: np.ndarray
+    volume: np.ndarray
+    alone: np.ndarray
+    latest: np.ndarray
+    _map: Any
+    _origin: np.ndarray
+    _lagrangian: np.ndarray
+    _tied: np.ndarray
+
+    def _mirror(self) -> None:
+        raise NotImplementedError
+
+    def _build_reference(self) -> None:
+        raise NotImplementedError
+
+    def _maps(self, chosen: np.ndarray) -> np.ndarray:
+        """Return F of the particles `chosen` at the places of the rows, by the lists as they are, (k, dim, dim)."""
+        dim = self.particles.dim
+        found = np.zeros((len(chosen), dim * dim))
+        self._map(chosen.astype(np.uint64), self.rows_, self.reference.lists, self.reference.corrections, found)
+        return found.reshape(-1, dim, dim)
+
+    def _leave(self, leaves: np.ndarray) -> None:
+        """Take the particles `leaves` (n,), bool, out of all lists, and those that are left without a list, too."""
+        ref = self.reference
+        if not self.formulation.keeps_volume:
+            ref.remove(with_images(leaves, self._origin))
+            self.loose |= leaves
+            return
+        self._mirror()
+        while leaves.any():
+            gone = with_images(leaves, self._origin)
+            beside = np.flatnonzero(ref.neighbours_of(gone) & ~leaves & ~self.loose)
+            with_them = np.linalg.det(self._maps(beside))
+            ref.remove(gone)
+            self.loose |= leaves
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratio = with_them / np.linalg.det(self._maps(beside))
+            sound = (ratio > 1.0 / LARGEST_JUMP) & (ratio < LARGEST_JUMP)
+            self.swellings[beside[sound]] *= ratio[sound]
+            leaves = np.zeros_like(leaves)
+            leaves[beside[~sound & self._lagrangian[beside]]] = True  # Eulerian ones have the guard
+
+    def _renew(self) -> None:
+        """Take the places of the rows as the reference."""
+        particles, count = self.particles, self.particles.count
+        self._mirror()
+        tied = np.zeros(count, bool)
+        tied[self._tied] = True
+        f = self._maps(np.flatnonzero(tied))
+        density = self.rows_[:count, self.slots["RHO"]]
+        self.volume = particles["mass"] / density
+        self.volume[tied] = self.reference.volume[:count][tied] * np.linalg.det(f) * self.swellings[tied]
+        dim = particles.dim
+        self.before[tied] = (f @ self.before[tied].reshape(-1, dim, dim)).reshape(-1, dim * dim)
+        particles["reference_position"] = self.rows_[:count, :dim]
+        self.swellings[:], self.latest[:] = 1.0, 0.0
+        self.alone = self.loose.copy()
+        self._build_reference()
+
+
+def sides_of(position: np.ndarray, planes: tuple[Plane, ...]) -> np.ndarray:
+    """Return the side of each plane on which particles stand, 1, -1, or 0 on it, (n, planes)."""
+    return np.stack([np.sign(position[:, plane.axis] - plane.at) for plane in planes] or [np.zeros(len(position))], 1)
+
+
+def stop_at_planes(particles: Particles, planes: tuple[Plane, ...], sides: np.ndarray, h: float) -> bool:
+    """Put particles that passed a plane of symmetry back before it; return whether any had.
+
+    What they had of velocity into the plane becomes their heat, so energy is kept to round-off.
+
+    Parameters
+    ----------
+    particles
+        The state.
+    planes, sides
+        The planes, and on which side of each every particle belongs, see `sides_of`.
+    h
+        Smoothing length [m].
+    """
+    passed = False
+    x, u = particles["position"], particles["velocity"]
+    for plane, side in zip(planes, sides.T, strict=False):
+        a = plane.axis
+        over = (x[:, a] - plane.at) * side < 0.0
+        if not over.any():
+            continue
+        passed = True
+        inward = over & (u[:, a] * side < 0.0)
+        particles["internal_energy"][inward] += 0.5 * u[inward, a] ** 2
+        u[inward, a] = 0.0
+        x[over, a] = plane.at + side[over] * STAND_OFF * h
+    return passed
