@@ -29,7 +29,7 @@ MAY_IMPORT = {
     "exact": {"core", "materials"},
     "simulation": {
         *("core", "case", "casefile", "geometry", "materials", "sph", "formulations", "integrators", "output"),
-        "measures",
+        *("measures", "exact"),
     },
     "study": {"core", "case", "casefile", "simulation", "measures", "pictures", "report", "exact", "output"},
     "verification": {"core", "case", "casefile", "materials", "simulation", "measures", "pictures", "exact", "output"},

@@ -16,29 +16,31 @@ SPRING = {"density": 2785.0, "eos": {"type": "elastic", "youngs_modulus": 70e9, 
           "strength": {"type": "elastic"}}  # fmt: skip
 
 
-def rates_of(position, body, dim, h=1.4, velocity=None):
-    """Rates of unit masses and volumes with unit stiffness, in the order of the particles."""
+def rates_of(position, body, dim, h=1.4, velocity=None, starts=None):
+    """Rates of unit masses and volumes with unit stiffness, in the order of the particles; unloaded with `starts`."""
     layout = contact.row_layout(dim)
     constants = Contact().coefficients(CUBIC_SPLINE, 1.4)
-    pairs = Pairs(layout, CUBIC_SPLINE, [Pass(contact.accumulate, layout, {"EXPONENT": 4})], constants, position, h)
+    options = {"EXPONENT": 4, "UNLOADED": 0} if starts is None else {"EXPONENT": 2, "UNLOADED": 1}
+    pairs = Pairs(layout, CUBIC_SPLINE, [Pass(contact.accumulate, layout, options)], constants, position, h)
     to = layout.slots()
     pairs.rows[:, :dim] = position
     if velocity is not None:
         pairs.rows[:, to["U"] : to["U"] + dim] = velocity
-    for name, value in (("H", h), ("M", 1.0), ("V", 1.0), ("K", 1.0), ("BODY", body)):
-        pairs.rows[:, to[name]] = value
+    for name, value in (("H", h), ("M", 1.0), ("V", 1.0), ("K", 1.0), ("BODY", body), ("START", starts)):
+        pairs.rows[:, to[name]] = 0.0 if value is None else value
     pairs.evaluate(h)
     return pairs.rates[pairs.place[: len(position)]]
 
 
-def energy(position, body, h=1.4):
-    """E = sum over pairs of different bodies of w^4, straight from the definition."""
+def energy(position, body, h=1.4, starts=None):
+    """E = sum over pairs of different bodies of w^4, or of max(w - w0, 0)^2, straight from the definition."""
     total = 0.0
     for i in range(len(position)):
         for j in range(i):
             if body[i] != body[j]:
                 r = np.linalg.norm(position[i] - position[j])
-                total += (CUBIC_SPLINE.shape.py_func(r / h) / CUBIC_SPLINE.shape.py_func(1 / h)) ** 4
+                w = CUBIC_SPLINE.shape.py_func(r / h) / CUBIC_SPLINE.shape.py_func(1 / h)
+                total += w**4 if starts is None else max(w - min(starts[i], starts[j]), 0.0) ** 2
     return total
 
 
@@ -61,6 +63,24 @@ def test_force_is_the_gradient_of_the_energy_and_balances(dim):
     assert not rates_of(position, np.zeros(12), dim)[:, : dim + 2].any()  # one body: nothing
 
 
+def test_unloaded_force_is_the_gradient_of_its_energy():
+    random = np.random.default_rng(5)
+    position, body, starts = random.uniform(0.0, 2.2, (12, 2)), np.arange(12) % 3, random.uniform(1.0, 1.3, 12)
+    found, step = rates_of(position, body, 2, starts=starts), 1e-6
+    for i, f in ((0, 0), (7, 1), (4, 0)):
+        ahead, back = position.copy(), position.copy()
+        ahead[i, f], back[i, f] = ahead[i, f] + step, back[i, f] - step
+        slope = (energy(ahead, body, starts=starts) - energy(back, body, starts=starts)) / (2 * step)
+        assert found[i, f] == pytest.approx(-slope, rel=1e-6, abs=1e-7)  # differences of 1e-6
+    assert np.abs(found[:, :2].sum(axis=0)).max() < 1e-14 * np.abs(found[:, :2]).sum()
+    apart = np.array([[0.0, 0.0], [1.0, 0.0]])
+    assert not rates_of(apart, np.array([0, 1]), 2, starts=np.full(2, 1.0 + 1e-12)).any()  # a spacing: nothing
+    # two free masses: omega^2 = 2 k_ab, at least the curvature of the energy along the line
+    near, ones, step = np.array([[0.0], [0.8]]), np.ones(2), 1e-4
+    at = [energy(near + np.array([[0.0], [d * step]]), [0, 1], starts=ones) for d in (1, 0, -1)]
+    assert rates_of(near, np.array([0, 1]), 1, starts=ones)[0, 2] >= 2.0 * (at[0] - 2 * at[1] + at[2]) / step**2 > 0.0
+
+
 def test_work_goes_half_to_each_side():
     position, body = np.array([[0.0, 0.0], [0.9, 0.3]]), np.array([0.0, 1.0])
     velocity = np.array([[1.0, 0.5], [-2.0, 0.1]])
@@ -78,12 +98,13 @@ def test_frequency_is_that_of_the_pair():
     assert rates_of(position, body, 1, h)[0, 2] >= 2.0 * curvature / step**2 > 0.0
 
 
-def bars(formulation, speed=20.0, end="20 us"):
+def bars(formulation, speed=20.0, end="20 us", gap=0.5e-3, turned=0.0, material=SPRING):
     return load_case({
         "kinematics": "plane_strain", "resolution": 0.5e-3,
         "bodies": {
-            "left": {"material": SPRING, "shape": {"type": "box", "size": [4e-3, 3e-3]}, "velocity": [speed, 0.0]},
-            "right": {"material": SPRING, "shape": {"type": "box", "size": [4e-3, 3e-3]}, "gap": 0.5e-3},
+            "left": {"material": material, "shape": {"type": "box", "size": [4e-3, 3e-3]}, "velocity": [speed, 0.0]},
+            "right": {"material": material, "shape": {"type": "box", "size": [4e-3, 3e-3]}, "gap": gap,
+                      "rotation": turned},
         },
         "formulation": formulation, "time": {"end": end},
     })  # fmt: skip
@@ -129,7 +150,52 @@ def test_doubtful_stiffness_is_said():
     assert "limits the step" in contact_warnings(case(stiffness=10.0))[0]
 
 
+@pytest.mark.parametrize(("speed", "turned"), [(20.0, 0.0), (0.0, 0.0), (0.0, 30.0)])
+def test_unloaded_bodies_meet_part_and_keep_their_account(speed, turned):
+    setup = build(bars({"type": "total_lagrangian"}, speed=speed, gap=0.0, turned=turned))
+    particles, stepper, held = setup.particles, setup.stepper, []
+    mass = particles["mass"].sum()
+    drift, _ = advance(setup, 6e-6, watch=lambda one: held.append(one.stepper.stored_energy))
+    if speed == 0.0:  # at rest nothing pushes, wherever the lattices of bodies that touch stand
+        assert np.abs(particles["velocity"]).max() < 1e-9
+        return
+    velocity = [np.average(particles["velocity"][particles.body == b, 0]) for b in (0, 1)]
+    assert velocity[1] > 16.0 > 4.0 > velocity[0]  # what vibrates in short bars stays in them
+    before = 0.25 * mass * speed**2
+    assert max(held) > 1e-3 * before  # in mid-bounce the contact holds some, none of it as heat
+    assert abs(held[-1]) < 2e-3 * before  # and has given it back, but for the error of the steps
+    assert abs(drift + stepper.stored_energy) < 1e-12 * before
+    assert (particles["mass"] * particles["velocity"][:, 0]).sum() == pytest.approx(0.5 * mass * speed, rel=1e-12)
+
+
+def test_stiffness_follows_the_pressure_to_come():
+    metal = {"density": 2785.0, "eos": {"type": "mie_gruneisen", "sound_speed": 5328.0, "gamma": 2.0, "s1": 1.338}}
+    slow, fast = (build(bars({"type": "total_lagrangian"}, speed=v, material=metal)) for v in (100.0, 12000.0))
+    carried = [s.stepper.formulation.contact.carried_over_stiffness(CUBIC_SPLINE, 1.4, 2) for s in (slow, fast)]
+    k = [s.stepper.formulation.contact.of_material(2785.0, 5328.0, 1.0, 2, carried[0]) for s in (slow, fast)]
+    assert carried[0] == pytest.approx(1.47, rel=0.01)
+    assert k[0] == 0.25 * 2785.0 * 5328.0**2
+    assert carried[1] * k[1] > 2.0 * 190e9  # impedance matching: 191 GPa
+
+
+def test_bodies_that_pass_through_each_other_stop_the_run():
+    setup = build(bars({"type": "total_lagrangian", "contact": {"type": "separating", "stiffness": 1e-6}}, speed=1000.0,
+                       gap=0.0))  # fmt: skip
+    seen = []
+    advance(setup, 3e-6, watch=lambda one: seen.append([name for _, name, _ in one.stepper.limits()]), steps=300)
+    assert ["passed_through"] in seen
+    first = seen.index(["passed_through"])
+    assert 3 < first < 200
+    sound = build(bars({"type": "total_lagrangian"}, speed=1000.0, gap=0.0))
+    advance(sound, 2e-6, watch=lambda one: seen.append([name for _, name, _ in one.stepper.limits()]))
+    assert ["passed_through"] not in seen[300:]
+
+
 def test_refused():
+    with pytest.raises(CaseError, match="slide freely"):
+        bars({"type": "total_lagrangian", "contact": {"type": "separating", "friction": 0.3}})
+    with pytest.raises(CaseError, match="Total Lagrangian bodies"):
+        bars({"type": "riemann", "contact": {"type": "separating", "stiffness": 0.3}})
     with pytest.raises(CaseError, match="only one body"):
         load_case({
             "kinematics": "plane_strain", "resolution": 0.5e-3,

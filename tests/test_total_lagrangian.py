@@ -306,17 +306,18 @@ def test_volume_goes_on_where_neighbours_leave():
     assert stepper.jacobians[stays] == pytest.approx(before[stays], rel=1e-12)
 
 
-def test_a_particle_without_a_list_leaves_too():
+def test_a_particle_whose_list_makes_no_sense_leaves_too():
     stepper = (setup := build(body())).stepper
     stepper.start()
-    stretched(setup, np.diag([1.2, 1.0]))
-    x = setup.particles["reference_position"]
+    particles, dx = setup.particles, 0.5e-3
+    x = particles["reference_position"]
     corner = int(np.lexsort(x.T)[0])
-    far = np.linalg.norm(x - x[corner], axis=1) > 1.01 * 0.5e-3
-    far[corner] = True
-    gone = ~far  # but one row of the corner's neighbours: what it still has lies on a line or is nothing
-    gone |= (np.abs(x[:, 1] - x[corner, 1]) > 1e-5) & (np.linalg.norm(x - x[corner], axis=1) < 1.6e-3)
-    gone[corner] = False
+    offset = x - x[corner]
+    east, north = (int(np.argmin(np.linalg.norm(offset - one, axis=1))) for one in ([dx, 0.0], [0.0, dx]))
+    particles["position"][east, 0] -= 2.0 * dx  # what the two alone say of the corner is turned inside out
+    stepper.predict(0.0)
+    gone = np.linalg.norm(offset, axis=1) < 4.0 * dx
+    gone[[corner, east, north]] = False
     stepper._leave(gone)
     assert stepper.loose[corner]
 

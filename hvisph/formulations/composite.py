@@ -23,8 +23,8 @@ from hvisph.materials import response
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates as rate_slots
 from hvisph.sph.kernels.kernel import scale
-from hvisph.sph.laws import contact, coupling, deformation, reference
-from hvisph.sph.pairs import Pairs, Pass
+from hvisph.sph.laws import coupling, deformation, reference
+from hvisph.sph.pairs import Pairs
 from hvisph.sph.reference import Reference
 from hvisph.sph.rows import RowLayout, aligned_zeros
 from hvisph.sph.selection import Selection
@@ -32,12 +32,12 @@ from hvisph.sph.symmetry import Plane, mirror, with_images
 from hvisph.sph.traversal import FAR
 
 from . import composite_passes
-from .reference_changes import ReferenceChanges, sides_of, stop_at_planes
+from .body_contact import BodyContact
+from .reference_changes import ReferenceChanges, stop_at_planes
 from .stepper import Stepper
 
 # What a checkpoint holds beside the particles, of what every particle has one row.
-KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings",
-        "sides")  # fmt: skip
+KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings")
 
 
 class CompositeStepper(ReferenceChanges, Stepper):
@@ -65,6 +65,8 @@ class CompositeStepper(ReferenceChanges, Stepper):
         dim, count = particles.dim, particles.count
         self.particles, self.formulation, self.stage_share = particles, formulation, stage
         self.materials, self.planes, self.h = materials, planes, h
+        self.contact: BodyContact | None = None
+        self._averages = previous != 0.0
         self.table, self.models = pack(materials)
         self.coefficients = formulation.coefficients()
         self.h_low = self.h_high = self.h_max = h
@@ -76,6 +78,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         self._update = self._specialised_update(self.layout, previous, drift)
         self._sort()
         particles["reference_position"] = particles["position"]
+        self._at_start = particles["position"].copy()
 
     def _sort(self) -> None:
         """Put the particles into the order of cells, body by body."""
@@ -87,7 +90,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         """Build all that follows from state and reference positions."""
         particles, formulation, dim = self.particles, self.formulation, self.particles.dim
         count = particles.count
-        at, body = particles["reference_position"], particles.body
+        at, body = self._at_start, particles.body
         reach = formulation.kernel.reach * self.h
         density = np.array([material.density for material in self.materials])[particles.material]
         self._moduli = np.array([(_young_modulus(one), 1.0 / one.first_yield) for one in self.materials])
@@ -96,9 +99,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)
         self.swellings, self.volume = np.ones(count), particles["mass"] / density
         self.before = np.tile(np.eye(dim).ravel(), (count if formulation.renew_strain else 1, 1))
-        self._omega = np.zeros(count)
         self._stage, self._chosen = 0.0, 0
-        self.sides = sides_of(at, self.planes)
         self.loose = np.zeros(count, bool)
         self.alone = self.loose.copy()
         self.rows_ = aligned_zeros(count, self.layout.width)
@@ -168,25 +169,19 @@ class CompositeStepper(ReferenceChanges, Stepper):
                             STRESS_AT_INTERFACE=float(formulation.stress_at_interface))  # fmt: skip
         coupled = {"COUPLED": 1, "shares": shares}
         passes = [replace(one, reads=layout, options=one.options | coupled) for one in euler.passes(dim)]
-        position = self.particles["position"]
         constants = np.append(euler.coefficients(), (kernel.reach * self.h) ** 2)
-        self.pairs = self.spatial = Pairs(layout, kernel, passes, constants, position, self.h, self.planes)
+        self.pairs = self.spatial = Pairs(layout, kernel, passes, constants, self._at_start, self.h,
+                                          self.planes)  # fmt: skip
         packer, more = euler.pack(dim)
         write = bind(packer, more, {"DIM": dim} | to)
         self._add_rates = bound(composite_passes.add_rates)
         self._spatial_rows = bound(composite_passes.spatial_rows, TO_D=to["D"], TO_KIND=to["KIND"],
                                    TO_BODY=to["BODY"], write=write)  # fmt: skip
-        if not parted:
-            return
-        constants = formulation.contact.coefficients(kernel, formulation.h_over_dx)
-        spacing = self.h / formulation.h_over_dx
-        stiffness = [
-            formulation.contact.of_material(m.density, m.bulk_sound_speed, spacing, dim) for m in self.materials
-        ]
-        self._stiffness = np.array(stiffness)[self.particles.material]
-        layout = contact.row_layout(dim)
-        law = Pass(contact.accumulate, layout, {"EXPONENT": formulation.contact.exponent})
-        self.contact = Pairs(layout, kernel, [law], constants, position, self.h, self.planes)
+        if parted and not self._one_body:
+            self.contact = BodyContact(
+                self.particles, formulation, self.materials, self._at_start, self.h, self.planes,
+                self.reference.zeroth_sums,
+            )
 
     @property
     def rows(self) -> np.ndarray:
@@ -212,6 +207,16 @@ class CompositeStepper(ReferenceChanges, Stepper):
     def paired(self) -> np.ndarray:
         """Rows of `pairs`, sorted, of the particles of the last spatial pass, without images."""
         return self.spatial.place[: self._chosen]
+
+    @property
+    def contact_energy(self) -> float:
+        """Work against the contact between bodies since the start [J]."""
+        return self.contact.energy if self.contact is not None else 0.0
+
+    @property
+    def stored_energy(self) -> float:
+        """Energy that is in no particle [J]: that of a contact which keeps it."""
+        return self.contact.stored if self.contact is not None else 0.0
 
     @property
     def lagrangian(self) -> np.ndarray:
@@ -240,6 +245,9 @@ class CompositeStepper(ReferenceChanges, Stepper):
         """Evaluate the forces of the state as it stands, without a step."""
         self._set_up()  # not before: lists and their corrections take time and compiled loops
         self._turn()
+        self.predict(0.0)
+        if self.contact is not None:
+            self.contact.begin(self.rows_, self.slots)
         super().start()
 
     def evaluate(self) -> None:
@@ -270,10 +278,8 @@ class CompositeStepper(ReferenceChanges, Stepper):
             near_spatial = np.union1d(near_body, near_spatial)
         if len(near_spatial) and (self._any_eulerian or not parted):
             self._add_spatial(near_spatial[~self.loose[near_spatial]])
-        if parted and len(near_body):
-            self._add_contact(near_body)
-        else:
-            self._omega[:] = 0.0
+        if self.contact is not None:
+            self.contact.add(near_body, self.rows_, self.slots, self.loose, self._rates)
 
     def _mirror(self) -> None:
         for images in self._images:
@@ -292,23 +298,6 @@ class CompositeStepper(ReferenceChanges, Stepper):
         self.spatial.evaluate(self.h)
         self._add_rates(self.spatial.rates, self.paired, chosen, self._eulerian, self._rates)
 
-    def _add_contact(self, chosen: np.ndarray) -> None:
-        dim, slots, to = self.particles.dim, self.slots, self.contact.slots
-        rows, packed = self.rows_[chosen], np.zeros((len(chosen), self.contact.layout.width))
-        packed[:, :dim] = rows[:, :dim]
-        packed[:, to["U"] : to["U"] + dim] = rows[:, slots["U"] : slots["U"] + dim]
-        packed[:, to["H"]] = self.h
-        packed[:, to["M"]] = rows[:, slots["M"]]
-        packed[:, to["V"]] = rows[:, slots["M"]] / rows[:, slots["RHO"]]
-        packed[:, to["BODY"]] = self._bodies[chosen]
-        packed[:, to["K"]] = self._stiffness[chosen]
-        self.contact.rows = packed
-        self.contact.evaluate(self.h)
-        found = self.contact.rates[self.contact.place[: len(chosen)]]
-        self._rates[chosen, : dim + 1] += found[:, : dim + 1]
-        self._omega[:] = 0.0
-        self._omega[chosen] = found[:, dim + 1]
-
     def _carry(self, step: float, stage: float, complete: bool) -> None:
         super()._carry(step, stage, complete)
         self._stage = stage
@@ -316,9 +305,11 @@ class CompositeStepper(ReferenceChanges, Stepper):
     def complete(self, step: float, following: float) -> None:
         """Carry the state over `step` [s], predict the next stage, and turn the particles that must."""
         super().complete(step, following)
+        if self.contact is not None:
+            self.contact.complete(step, self._averages)
         if step > 0.0:
             self.loads[:] = 0.0
-            if stop_at_planes(self.particles, self.planes, self.sides, self.h):
+            if stop_at_planes(self.particles, self.planes, self.h):
                 self.predict(following)
         self._turn()
         limit = self.formulation.renew_strain
@@ -349,9 +340,13 @@ class CompositeStepper(ReferenceChanges, Stepper):
             worst = int(self._tied[self.jacobians[self._tied].argmin()])
             if not self.jacobians[worst] > 0.0:
                 return [(0.0, "inverted", worst)]
-        stiffest = int(self._omega.argmax())
-        if self._omega[stiffest] > 0.0:
-            return [(2.0 / float(np.sqrt(self._omega[stiffest])), "contact", stiffest)]
+        if self.contact is None:
+            return []
+        if self.contact.passed is not None:
+            return [(0.0, "passed_through", self.contact.passed)]
+        stiffest = int(self.contact.omega.argmax())
+        if self.contact.omega[stiffest] > 0.0:
+            return [(2.0 / float(np.sqrt(self.contact.omega[stiffest])), "contact", stiffest)]
         return []
 
     def permute(self) -> np.ndarray:
@@ -363,7 +358,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         return {name: getattr(self, name) for name in KEPT} | {
             "rows": self.rows_, "rates": self._rates, "partial_sums": self._partial, "before": self.before,
             "volume": self.volume, "alone": self.alone, "stage": np.array([self._stage]),
-        }  # fmt: skip
+        } | (self.contact.history() if self.contact is not None else {})  # fmt: skip
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
         """Go back to where `history` was taken; the particles must be those of that moment, in their order."""
@@ -378,6 +373,8 @@ class CompositeStepper(ReferenceChanges, Stepper):
         for own, name in ((self.rows_, "rows"), (self._rates, "rates"), (self._partial, "partial_sums"),
                           (self.before, "before")):  # fmt: skip
             own[...] = history[name]
+        if self.contact is not None:
+            self.contact.restore(history)
         self._stage = float(history["stage"][0])
         self._classify()
         self._sum_up()

@@ -97,12 +97,7 @@ class ReferenceChanges:
         self._build_reference()
 
 
-def sides_of(position: np.ndarray, planes: tuple[Plane, ...]) -> np.ndarray:
-    """Return the side of each plane on which particles stand, 1, -1, or 0 on it, (n, planes)."""
-    return np.stack([np.sign(position[:, plane.axis] - plane.at) for plane in planes] or [np.zeros(len(position))], 1)
-
-
-def stop_at_planes(particles: Particles, planes: tuple[Plane, ...], sides: np.ndarray, h: float) -> bool:
+def stop_at_planes(particles: Particles, planes: tuple[Plane, ...], h: float) -> bool:
     """Put particles that passed a plane of symmetry back before it; return whether any had.
 
     What they had of velocity into the plane becomes their heat, so energy is kept to round-off.
@@ -111,21 +106,19 @@ def stop_at_planes(particles: Particles, planes: tuple[Plane, ...], sides: np.nd
     ----------
     particles
         The state.
-    planes, sides
-        The planes, and on which side of each every particle belongs, see `sides_of`.
-    h
-        Smoothing length [m].
+    planes, h
+        The planes, and the smoothing length [m].
     """
     passed = False
     x, u = particles["position"], particles["velocity"]
-    for plane, side in zip(planes, sides.T, strict=False):
-        a = plane.axis
-        over = (x[:, a] - plane.at) * side < 0.0
+    for plane in planes:
+        over = plane.beyond(x) > 0.0
         if not over.any():
             continue
         passed = True
-        inward = over & (u[:, a] * side < 0.0)
+        a = plane.axis
+        inward = over & (plane.side * u[:, a] < 0.0)
         particles["internal_energy"][inward] += 0.5 * u[inward, a] ** 2
         u[inward, a] = 0.0
-        x[over, a] = plane.at + side[over] * STAND_OFF * h
+        x[over, a] = plane.at + plane.side * STAND_OFF * h
     return passed

@@ -53,6 +53,7 @@ class Stepper:
     """
 
     has_energy = True
+    stored_energy = 0.0  # that is in no particle [J]
     turns_back = True  # whether particles that pass a plane of symmetry are put back
 
     def __init__(self, particles: Particles, formulation: Formulation, materials: list[Material], stage: float,

@@ -18,6 +18,7 @@ from hvisph.materials.table import Material
 from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.formulations import formulation_of
 from hvisph.simulation.gauges import Gauges
+from hvisph.simulation.impact_pressure import stiff_enough
 from hvisph.simulation.kernel_types import filled_region, set_kernel_types, set_loads
 from hvisph.simulation.starting import MEMORY, body_material, remembered, start_of
 from hvisph.simulation.velocities import initial_velocity
@@ -109,6 +110,9 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
     if formulation.stepper is Stepper:  # the others have one smoothing length for all
         lengths = formulation.h_over_dx * np.concatenate([body.spacing for body in placed])
     particles["smoothing_length"] = lengths
+    means = [particles["velocity"][particles.body == number].mean(axis=0) for number in range(len(placed))]
+    own = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]
+    formulation = stiff_enough(formulation, getattr(case.formulation, "contact", None), own, means)
     particles.tags[:, ID] = np.arange(particles.count)
     names = [body.name for body in placed]
     for number, clamp in enumerate(case.clamped):

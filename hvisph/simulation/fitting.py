@@ -15,8 +15,9 @@ from hvisph.core.particles import BODY, FLAGS, ID, MATERIAL, RETIRED, Particles
 from hvisph.output.checkpoint import Checkpoint
 from hvisph.sph.traversal import MOST_NEIGHBOURS
 
-# Arrays whose number of rows follows the state; their columns are fixed.
-VARYING = ("history/listed_at",)
+# Arrays whose number of rows follows the state; their columns are fixed. Rows of a Total Lagrangian body hold the
+# images of its reference, which may be renewed.
+VARYING = ("history/listed_at", "history/rows")
 
 
 def refuse_misfit(found: Checkpoint, own: Checkpoint, particles: Particles) -> None:
@@ -42,11 +43,12 @@ def refuse_misfit(found: Checkpoint, own: Checkpoint, particles: Particles) -> N
         other, skip = found.arrays[name], int(name in VARYING)
         if other.dtype != values.dtype or other.shape[skip:] != values.shape[skip:]:
             raise ValueError(f"'{name}' has another shape or kind: {other.shape}, not {values.shape}")
-    _refuse_other_particles(found.arrays["state"], found.arrays["tags"], particles)
+    renews = own.header["case"]["formulation"].get("renew_reference") is not None
+    _refuse_other_particles(found.arrays["state"], found.arrays["tags"], particles, renews)
     _refuse_other_grid(found.arrays, own.arrays)
 
 
-def _refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Particles) -> None:
+def _refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Particles, renews: bool) -> None:
     """Raise `ValueError` unless these are the run's particles, in any order, with what never changes as it was."""
     count = particles.count
     if not np.array_equal(np.sort(tags[:, ID]), np.arange(count)):
@@ -67,9 +69,10 @@ def _refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Part
         raise ValueError("its particles have no places or no smoothing lengths")
     if "kernel_type" in moved.offsets and not np.isin(moved["kernel_type"], (0.0, 1.0)).all():
         raise ValueError("its particles have no kind of kernel")
-    if "reference_position" in moved.offsets and (
-        (moved["reference_position"] != particles["reference_position"][order]).any()
-    ):
+    if "reference_position" not in moved.offsets:
+        return
+    at = moved["reference_position"]
+    if not np.isfinite(at).all() or (not renews and (at != particles["reference_position"][order]).any()):
         raise ValueError("its particles have other places in the reference configuration")
 
 

@@ -24,7 +24,7 @@ from hvisph.formulations.protocol import AnyFormulation
 from hvisph.formulations.riemann import Riemann
 from hvisph.formulations.total_lagrangian import TotalLagrangian
 from hvisph.sph.kernels import KERNELS
-from hvisph.sph.laws.contact import Contact
+from hvisph.sph.laws.contact import UNLOADED_STIFFNESS, Contact
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -108,6 +108,12 @@ def _viscosity(model: Any) -> MonaghanViscosity:
     raise ValueError(model.type)
 
 
+def _contact(model: Any) -> Contact:
+    if model.type == "separating":
+        return Contact(model.stiffness or UNLOADED_STIFFNESS, 2, unloaded=True)
+    return Contact(model.stiffness, model.exponent, model.absolute_stiffness)
+
+
 def _composite(model: Any, case: Case) -> TotalLagrangian:
     """Return the scheme of bodies that meet: Total Lagrangian, adaptive, or Eulerian ones in contact."""
     shared: dict[str, Any] = {
@@ -115,9 +121,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         "h_over_dx": model.h_over_dx,
         "viscosity": _viscosity(model.viscosity),
         "artificial_stress": _artificial_stress(model.artificial_stress),
-        "contact": Contact(model.contact.stiffness, model.contact.exponent, model.contact.absolute_stiffness)
-        if model.parted
-        else None,
+        "contact": _contact(model.contact) if model.parted else None,
     }
     if model.type == "eulerian":
         return TotalLagrangian(**shared, product=model.momentum_form == "product")

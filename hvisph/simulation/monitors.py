@@ -17,6 +17,8 @@ FALLBACKS_COLUMN = "correction_fallbacks"
 SLIP_COLUMN = "slip_work"
 # Work of plastic flow, and what viscosity, Riemann fluxes and friction dissipated, up to the record [J].
 WORK_COLUMNS = ("plastic_work", "shock_heating")
+# Work against a contact algorithm since the start [J]: a separating contact keeps it, a repulsive one has made it heat.
+CONTACT_COLUMN = "contact_energy"
 
 
 class Budget:
@@ -45,7 +47,7 @@ class Budget:
         particles, sums = setup.particles, setup.stepper.sums
         self.energy = float(sums[update.KINETIC] + sums[update.INTERNAL])
         self.kinetic = float(sums[update.KINETIC])
-        self._has_energy = setup.stepper.has_energy
+        self._has_energy, self._stepper = setup.stepper.has_energy, setup.stepper
         self.momentum = sums[update.MOMENTUM : update.MOMENTUM + 3].copy()
         speed = np.sqrt((particles["velocity"] ** 2).sum(axis=1))
         self.size = float((particles["mass"] * speed).sum())
@@ -79,7 +81,8 @@ class Budget:
         """Return the change of total energy over that at the start; None where it began with none or is not kept."""
         if not self._has_energy:
             return None
-        total = float(sums[update.KINETIC] + sums[update.INTERNAL] + self.retired[5])
+        stored = float(getattr(self._stepper, "stored_energy", 0.0))
+        total = float(sums[update.KINETIC] + sums[update.INTERNAL] + self.retired[5]) + stored
         return (total - self.energy) / self.energy if self.energy > 0.0 else None
 
     def momentum_drift(self, sums: np.ndarray) -> float | None:
@@ -120,6 +123,8 @@ class Observer:
         counted = (*counted, SLIP_COLUMN) if self._slips else counted
         self._works = setup.stepper.has_energy
         counted = (*counted, *WORK_COLUMNS) if self._works else counted
+        self._repels = getattr(formulation, "contact", None) is not None
+        counted = (*counted, CONTACT_COLUMN) if self._repels else counted
         self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
         self.locate()
 
@@ -147,6 +152,7 @@ class Observer:
             *((fallbacks(self._setup.stepper),) if self.corrected else ()),
             *((budget.slip_work,) if self._slips else ()),
             *((budget.plastic_work, budget.shock_heating) if self._works else ()),
+            *((self._setup.stepper.contact_energy,) if self._repels else ()),
             *self._setup.gauges.record(step, self._where),
         ]  # fmt: skip
 

@@ -77,6 +77,12 @@ class Watch:
                 "a deformation gradient is inverted (J <= 0): the distortion is more than Total Lagrangian kernels "
                 "bear; let particles turn Eulerian (formulation adaptive)",
             )  # fmt: skip
+        if limit.criterion == "passed_through":
+            raise self._failure(
+                "passed_through", limit.particle, time, step,
+                "bodies pass through each other: particles from within one stand in the midst of another, because "
+                "the impact outgrows the contact; give formulation.contact more stiffness, or take riemann",
+            )  # fmt: skip
         if self.first is None:
             self.first = limit.dt
         smallest = self._limits.step_over_initial

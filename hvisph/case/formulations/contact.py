@@ -14,14 +14,20 @@ from hvisph.case.units import PositiveNumber, Quantity
 
 
 class SeparatingContact(StrictModel):
-    """Bodies press on each other and slide with Coulomb's friction, and part freely: the Riemann problem of each pair.
+    """Bodies press on each other and slide with Coulomb's friction, and part freely; those that touch at rest stay so.
 
-    Nothing is stored: bodies that touch at rest stay so, and contact takes no energy but that of slip.
+    The Riemann problem of each pair, which takes no energy but that of slip. Total Lagrangian bodies: a repulsion that
+    starts unloaded, without friction; what it holds is an account of its own and comes back.
     """
 
     type: Literal["separating"] = "separating"
     friction: Annotated[float, Quantity(NUMBER, minimum=0, maximum=10)] = Field(
         default=0.0, description="Coefficient of friction mu [-], 0 to 10"
+    )
+    stiffness: PositiveNumber | None = Field(
+        default=None,
+        description="Of Total Lagrangian bodies alone: k, stiffness K over rho0 c0^2/dx^d of each material [-], above 0; "
+        "unless given 0.25, and more where the impact needs it",
     )
 
 
@@ -53,6 +59,15 @@ class RepulsiveContact(StrictModel):
 
 
 Contact = Annotated[SeparatingContact | WeldedContact | RepulsiveContact, Field(discriminator="type")]
+
+
+def stiffness_problems(contact: Any, formulation: str) -> Iterator[Problem]:
+    """Yield that separating bodies of `formulation` have no stiffness to choose."""
+    if isinstance(contact, SeparatingContact) and contact.stiffness is not None:
+        yield Problem(
+            ("formulation", "contact", "stiffness"),
+            f"is of Total Lagrangian bodies; '{formulation}' solves the Riemann problem of each pair; leave it out",
+        )
 
 
 def unavailable(contact: Any, formulation: str) -> Iterator[Problem]:

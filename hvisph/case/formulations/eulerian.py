@@ -12,6 +12,7 @@ from hvisph.case.formulations.contact import (
     RepulsiveContact,
     SeparatingContact,
     parted_problems,
+    stiffness_problems,
 )
 from hvisph.case.formulations.correction import Correction, NoCorrection, fill_correction
 from hvisph.case.formulations.options import NO_CONVERSION, KernelOptions
@@ -74,6 +75,7 @@ class EulerianFormulation(KernelOptions):
     def problems(self, case: Surroundings) -> Iterator[Problem]:
         """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
         yield from super().problems(case)
+        yield from stiffness_problems(self.contact, self.type)
         if not self.parted:
             return
         if len(case.bodies) < 2:

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from hvisph.case.dimensions import NUMBER
-from hvisph.case.formulations.contact import Contact, RepulsiveContact, SeparatingContact, unavailable
+from hvisph.case.formulations.contact import Contact, RepulsiveContact, SeparatingContact, stiffness_problems, unavailable
 from hvisph.case.formulations.options import NO_CONVERSION, Kernel, KernelOptions
 from hvisph.case.model import Problem, refuse
 from hvisph.case.surroundings import Surroundings
@@ -103,5 +103,6 @@ class RiemannFormulation(KernelOptions):
     def problems(self, case: Surroundings) -> Iterator[Problem]:
         """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
         yield from super().problems(case)
+        yield from stiffness_problems(self.contact, self.type)
         if isinstance(self.contact, RepulsiveContact):
             yield from unavailable(self.contact, self.type)

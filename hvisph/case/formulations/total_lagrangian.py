@@ -12,7 +12,6 @@ from hvisph.case.formulations.contact import (
     RepulsiveContact,
     SeparatingContact,
     parted_problems,
-    unavailable,
 )
 from hvisph.case.formulations.conversion import ConversionLimits
 from hvisph.case.formulations.correction import Correction, NoCorrection, fill_factor
@@ -88,7 +87,7 @@ class TotalLagrangianFormulation(KernelOptions):
         default="both",
         description="Whether it acts between Eulerian and Total Lagrangian particles, on both sides or on neither",
     )
-    contact: Contact = Field(default=RepulsiveContact(), description="How bodies meet")
+    contact: Contact = Field(default=SeparatingContact(), description="How bodies meet")
     eulerian_regions: tuple[EulerianRegion, ...] = Field(
         default=(), description="Regions that are Eulerian from the start", max_length=100
     )
@@ -101,13 +100,16 @@ class TotalLagrangianFormulation(KernelOptions):
     @property
     def parted(self) -> bool:
         """Whether a contact algorithm, and no kernel sum, acts between bodies."""
-        return isinstance(self.contact, RepulsiveContact)
+        return isinstance(self.contact, RepulsiveContact | SeparatingContact)
 
     def problems(self, case: Surroundings) -> Iterator[Problem]:
         """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
         yield from super().problems(case)
-        if isinstance(self.contact, SeparatingContact):
-            yield from unavailable(self.contact, self.type)
+        if isinstance(self.contact, SeparatingContact) and self.contact.friction > 0.0:
+            yield Problem(
+                ("formulation", "contact", "friction"),
+                f"bodies of '{self.type}' slide freely; leave it out, or take riemann or eulerian",
+            )
         if self.renew_reference is not None and self.viscosity_gradient == "reference":
             yield Problem(
                 ("formulation", "renew_reference"),
@@ -117,7 +119,7 @@ class TotalLagrangianFormulation(KernelOptions):
         if self.spatial_correction.type != "none" and not self.parted and len(case.bodies) > 1:
             yield Problem(
                 ("formulation", "spatial_correction"),
-                "where bodies meet through the kernel their corrections would mix; give contact: {type: repulsive}",
+                "where bodies meet through the kernel their corrections would mix; leave contact out",
             )
         for number, region in enumerate(self.eulerian_regions):
             path = ("formulation", "eulerian_regions", number)

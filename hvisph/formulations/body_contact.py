@@ -1,0 +1,152 @@
+"""The contact pass of bodies in pieces: forces, energy of its own, and whether bodies pass through each other."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.particles import Particles
+from hvisph.materials.table import Material
+from hvisph.sph.laws import contact as laws
+from hvisph.sph.pairs import Pairs, Pass
+from hvisph.sph.symmetry import Plane
+
+# Evaluations between two looks at whether bodies pass through each other.
+LOOK_EVERY = 16
+# A particle from within its body is inside another one where that fills more than this share of what is around it;
+# behind a sound contact it is below 0.3, in two lattices that mix 1 and more.
+INSIDE = 0.7
+# So much of the inner particles of a body, and no fewer, means that the bodies pass through each other.
+SHARE, FEWEST = 0.1, 3
+# Particles are from within whose list at the start holds so much of what the fullest of their body holds.
+FULL = 0.9
+
+
+class BodyContact:
+    """Contact forces between bodies.
+
+    Parameters
+    ----------
+    particles, formulation, materials, h, planes
+        As those of the stepper.
+    at
+        Positions at the start (n, dim) [m].
+    fullness
+        Kernel sums of the reference lists at the start (n,), which show who stands within a body.
+
+    Attributes
+    ----------
+    energy
+        What the contact holds [J]: work against it since the start. A repulsion that starts unloaded keeps it apart
+        from the bodies' heat, any other has put it there.
+    starts
+        Largest W/W(dx) of each particle with another body at the start, at least 1 (n,); beyond it pairs repel.
+    omega
+        Square of the frequency of each particle's contacts [1/s^2] (n,).
+    passed
+        A particle that stands inside a body that its own passes through; None as long as none does.
+    """
+
+    def __init__(self, particles: Particles, formulation: Any, materials: list[Material], at: np.ndarray, h: float,
+                 planes: tuple[Plane, ...], fullness: np.ndarray):  # fmt: skip
+        self.particles, self.law, self.h = particles, formulation.contact, h
+        dim, kernel = particles.dim, formulation.kernel
+        spacing = h / formulation.h_over_dx
+        carried = self.law.carried_over_stiffness(kernel, formulation.h_over_dx, dim)
+        stiffness = [self.law.of_material(m.density, m.bulk_sound_speed, spacing, dim, carried) for m in materials]
+        self._stiffness = np.array(stiffness)[particles.material]
+        self._volume = particles["mass"] / np.array([m.density for m in materials])[particles.material]
+        self._bodies = particles.body.astype(np.float64)
+        self._inner = fullness >= FULL * _of_body(fullness, particles.body)
+        layout, constants = laws.row_layout(dim), self.law.coefficients(kernel, formulation.h_over_dx)
+        options = {"EXPONENT": self.law.exponent, "UNLOADED": int(self.law.unloaded)}
+        self.pairs, self._meeting = (
+            Pairs(layout, kernel, [one], constants, at, h, planes)
+            for one in (Pass(laws.accumulate, layout, options), Pass(laws.meet, layout, {}))
+        )
+        self.starts, self.omega = np.ones(particles.count), np.zeros(particles.count)
+        self.energy = self._power = self._power_before = 0.0
+        self.passed: int | None = None
+        self._evaluations = 0
+
+    @property
+    def stored(self) -> float:
+        """Energy [J] that is in no particle."""
+        return self.energy if self.law.unloaded else 0.0
+
+    def begin(self, rows: np.ndarray, slots: dict[str, int]) -> None:
+        """Take the state of `rows` as the unloaded one."""
+        if self.law.unloaded:
+            everyone = np.arange(self.particles.count)
+            nearest = self._met(self._packed(everyone, rows, slots))[:, self.particles.dim + 1]
+            # round-off must not load what touches
+            self.starts = np.maximum(1.0, nearest * (1.0 + 1e-12))
+
+    def add(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray,
+            rates: np.ndarray) -> None:  # fmt: skip
+        """Add the contact's accelerations, and power where it is heat, of the `chosen` particles to `rates`."""
+        dim, mass = self.particles.dim, self.particles["mass"]
+        self.omega[:], self._power = 0.0, 0.0
+        if not len(chosen):
+            return
+        packed = self._packed(chosen, rows, slots)
+        self.pairs.rows = packed
+        self.pairs.evaluate(self.h)
+        found = self.pairs.rates[self.pairs.place[: len(chosen)]]
+        rates[chosen, : dim + (not self.law.unloaded)] += found[:, : dim + (not self.law.unloaded)]
+        self._power = float((mass[chosen] * found[:, dim]).sum())
+        self.omega[chosen] = found[:, dim + 1]
+        if self._evaluations % LOOK_EVERY == 0:
+            self._look(chosen, packed, loose)
+        self._evaluations += 1
+
+    def _look(self, chosen: np.ndarray, packed: np.ndarray, loose: np.ndarray) -> None:
+        filled = self._met(packed)[:, self.particles.dim]
+        inside = chosen[(filled > INSIDE) & self._inner[chosen] & ~loose[chosen]]
+        for body in np.unique(self.particles.body[inside]):
+            own = inside[self.particles.body[inside] == body]
+            if len(own) >= max(FEWEST, SHARE * self._inner[self.particles.body == body].sum()):
+                self.passed = int(own[0])
+
+    def _met(self, packed: np.ndarray) -> np.ndarray:
+        self._meeting.rows = packed
+        self._meeting.evaluate(self.h)
+        return self._meeting.rates[self._meeting.place[: len(packed)]]
+
+    def _packed(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> np.ndarray:
+        dim, to = self.particles.dim, self.pairs.slots
+        own, packed = rows[chosen], np.zeros((len(chosen), self.pairs.layout.width))
+        packed[:, :dim] = own[:, :dim]
+        packed[:, to["U"] : to["U"] + dim] = own[:, slots["U"] : slots["U"] + dim]
+        packed[:, to["H"]] = self.h
+        packed[:, to["M"]] = own[:, slots["M"]]
+        # an energy of the places alone gives back all that it took: with volumes that stay
+        packed[:, to["V"]] = self._volume[chosen] if self.law.unloaded else own[:, slots["M"]] / own[:, slots["RHO"]]
+        packed[:, to["BODY"]] = self._bodies[chosen]
+        packed[:, to["K"]] = self._stiffness[chosen]
+        packed[:, to["START"]] = self.starts[chosen]
+        return packed
+
+    def complete(self, step: float, averaged: bool) -> None:
+        """Take account of a step [s] with the last forces, or with the mean of them and of those before."""
+        self.energy += step * (0.5 * (self._power + self._power_before) if averaged else self._power)
+        self._power_before = self._power
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return what the next step needs, by name."""
+        return {"contact": np.array([self.energy, self._power, self._power_before, float(self._evaluations)]),
+                "contact_starts": self.starts, "contact_omega": self.omega}  # fmt: skip
+
+    def restore(self, history: dict[str, np.ndarray]) -> None:
+        """Go back to where `history` was taken."""
+        self.energy, self._power, self._power_before, evaluations = (float(one) for one in history["contact"])
+        self._evaluations = int(evaluations)
+        self.starts[:], self.omega[:] = history["contact_starts"], history["contact_omega"]
+
+
+def _of_body(values: np.ndarray, bodies: np.ndarray) -> np.ndarray:
+    """Return for each particle the largest value of its body."""
+    largest = np.zeros(int(bodies.max()) + 1)
+    np.maximum.at(largest, bodies.astype(np.int64), values)
+    return np.asarray(largest[bodies.astype(np.int64)])
