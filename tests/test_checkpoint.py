@@ -81,7 +81,14 @@ def test_a_resumed_run_has_the_same_bits(formulation, integrator, tmp_path):
         (2, {"domain": {"max": [None, 3.2e-3], "min": [None, -3.2e-3]}, "time": {"end": 2e-6}}),
         (3, {"time": {"end": 5e-7, "step": 6e-9}, "clamped": [{"box": {"min": [2e-3, None, None]}}]}),
     ],
-    ids=["1d_variable_h", "2d_mirror", "2d_mirror_adaptive_corrected", "2d_renewed", "2d_retiring", "3d_clamped_fixed_step"],
+    ids=[
+        "1d_variable_h",
+        "2d_mirror",
+        "2d_mirror_adaptive_corrected",
+        "2d_renewed",
+        "2d_retiring",
+        "3d_clamped_fixed_step",
+    ],
 )
 def test_options_resume_with_the_same_bits(dim, further, tmp_path):
     settings = {"formulation": {"type": "eulerian"}, "output": {"every": 2e-7, "history_every": 3}} | further

@@ -179,7 +179,12 @@ class CompositeStepper(ReferenceChanges, Stepper):
                                    TO_BODY=to["BODY"], write=write)  # fmt: skip
         if parted and not self._one_body:
             self.contact = BodyContact(
-                self.particles, formulation, self.materials, self._at_start, self.h, self.planes,
+                self.particles,
+                formulation,
+                self.materials,
+                self._at_start,
+                self.h,
+                self.planes,
                 self.reference.zeroth_sums,
             )
 

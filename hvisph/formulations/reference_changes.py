@@ -1,10 +1,10 @@
 """What changes the reference of Total Lagrangian particles: some leave the lists, or all take their present places.
 
-    leave   the list of a particle is cut. Its chi takes det F(list before)/det F(list after) at the same places, so that
-            J = chi det F goes on without a jump. A neighbour whose remaining list spans no volume leaves, too.
-    renew   V0 = V0 J, X0 = x, lists and corrections anew, chi = 1: density and stress go on, no energy is made.
-            Particles that have left stay alone. The strain up to then is kept as a deformation gradient of the
-            reference, so that conversion by strain counts from the start of the run.
+leave   the list of a particle is cut. Its chi takes det F(list before)/det F(list after) at the same places, so that
+J = chi det F goes on without a jump. A neighbour whose remaining list spans no volume leaves, too.
+renew   V0 = V0 J, X0 = x, lists and corrections anew, chi = 1: density and stress go on, no energy is made.
+Particles that have left stay alone. The strain up to then is kept as a deformation gradient of the
+reference, so that conversion by strain counts from the start of the run.
 """
 
 from __future__ import annotations

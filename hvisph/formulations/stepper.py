@@ -53,7 +53,17 @@ class Stepper:
     """
 
     has_energy = True
-    stored_energy = 0.0  # that is in no particle [J]
+
+    @property
+    def stored_energy(self) -> float:
+        """Energy that is in no particle [J]."""
+        return 0.0
+
+    @property
+    def contact_energy(self) -> float:
+        """Work against a contact algorithm since the start [J]."""
+        return 0.0
+
     turns_back = True  # whether particles that pass a plane of symmetry are put back
 
     def __init__(self, particles: Particles, formulation: Formulation, materials: list[Material], stage: float,

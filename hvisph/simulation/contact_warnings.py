@@ -19,17 +19,19 @@ SHARE = 0.5
 def contact_warnings(case: Case) -> list[str]:
     """Return what is doubtful about the contact of a case's first two bodies; nothing where there is none."""
     model = getattr(case.formulation, "contact", None)
-    if not isinstance(model, RepulsiveContact) or len(case.bodies) < 2:
+    chosen = isinstance(model, RepulsiveContact) or getattr(model, "stiffness", None) is not None
+    if not chosen or len(case.bodies) < 2:
         return []
+    from hvisph.simulation.formulations import contact_of
     from hvisph.simulation.materials import material_of
     from hvisph.sph.kernels import KERNELS
-    from hvisph.sph.laws.contact import Contact
 
-    contact = Contact(model.stiffness, model.exponent, model.absolute_stiffness)
+    contact, kernel = contact_of(model), KERNELS[case.formulation.kernel]
     bodies = list(case.bodies.values())[:2]
     materials = [material_of(body.material, body.internal_energy) for body in bodies]
     dx, dim = case.resolution, case.dim
-    pressure = min(contact.carried_pressure(m.density, m.bulk_sound_speed, dx, dim) for m in materials)
+    stiffness = min(contact.of_material(m.density, m.bulk_sound_speed, dx, dim) for m in materials)
+    pressure = contact.carried_over_stiffness(kernel, case.formulation.h_over_dx, dim) * stiffness * dx**dim
     found = []
     velocity = bodies[0].velocity[0] - bodies[1].velocity[0]
     if velocity > 0.0:
@@ -41,8 +43,6 @@ def contact_warnings(case: Case) -> list[str]:
                 f"formulation.contact: carries about {pressure:.3g} Pa, and the impact brings {expected:.3g} Pa: the "
                 f"bodies may pass through each other; give {_times(model, expected / pressure)}"
             )
-    kernel = KERNELS[case.formulation.kernel]
-    stiffness = min(contact.of_material(m.density, m.bulk_sound_speed, dx, dim) for m in materials)
     for material in materials:
         omega2 = _omega_squared(contact, kernel, stiffness, material.density, case.formulation.h_over_dx, dx, dim)
         share = 2.0 / np.sqrt(omega2) * material.longitudinal_sound_speed / case.smoothing_length
@@ -55,9 +55,9 @@ def contact_warnings(case: Case) -> list[str]:
     return found
 
 
-def _times(model: RepulsiveContact, factor: float) -> str:
+def _times(model: Any, factor: float) -> str:
     """Return the key that gives the stiffness, with `factor` times its value."""
-    key = "stiffness" if model.absolute_stiffness is None else "absolute_stiffness"
+    key = "stiffness" if getattr(model, "absolute_stiffness", None) is None else "absolute_stiffness"
     return f"{key}: {factor * getattr(model, key):.2g}"
 
 
@@ -72,6 +72,8 @@ def _omega_squared(contact: Any, kernel: Any, stiffness: float, density: float, 
         r = dx * float(np.hypot(place[0] + 0.5, np.linalg.norm(place[1:])))
         w = kernel.value(r, h, dim) / at_spacing
         slope = kernel.derivative(r, h, dim) / at_spacing
+        if contact.unloaded:
+            w = max(w - 1.0, 0.0)
         curvature = 3.0 * kernel.value(0.0, h, dim) / (at_spacing * h**2)
         total += n * ((n - 1) * w ** (n - 2) * slope**2 + w ** (n - 1) * curvature) if w > 0.0 else 0.0
     return 2.0 * stiffness * total * dx**dim / density

@@ -108,7 +108,8 @@ def _viscosity(model: Any) -> MonaghanViscosity:
     raise ValueError(model.type)
 
 
-def _contact(model: Any) -> Contact:
+def contact_of(model: Any) -> Contact:
+    """Return the repulsion between bodies that a case's contact describes."""
     if model.type == "separating":
         return Contact(model.stiffness or UNLOADED_STIFFNESS, 2, unloaded=True)
     return Contact(model.stiffness, model.exponent, model.absolute_stiffness)
@@ -121,7 +122,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         "h_over_dx": model.h_over_dx,
         "viscosity": _viscosity(model.viscosity),
         "artificial_stress": _artificial_stress(model.artificial_stress),
-        "contact": _contact(model.contact) if model.parted else None,
+        "contact": contact_of(model.contact) if model.parted else None,
     }
     if model.type == "eulerian":
         return TotalLagrangian(**shared, product=model.momentum_form == "product")

@@ -152,7 +152,7 @@ class Observer:
             *((fallbacks(self._setup.stepper),) if self.corrected else ()),
             *((budget.slip_work,) if self._slips else ()),
             *((budget.plastic_work, budget.shock_heating) if self._works else ()),
-            *((self._setup.stepper.contact_energy,) if self._repels else ()),
+            *((float(getattr(self._setup.stepper, "contact_energy", 0.0)),) if self._repels else ()),
             *self._setup.gauges.record(step, self._where),
         ]  # fmt: skip
 

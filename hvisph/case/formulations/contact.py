@@ -26,8 +26,8 @@ class SeparatingContact(StrictModel):
     )
     stiffness: PositiveNumber | None = Field(
         default=None,
-        description="Of Total Lagrangian bodies alone: k, stiffness K over rho0 c0^2/dx^d of each material [-], above 0; "
-        "unless given 0.25, and more where the impact needs it",
+        description="Of Total Lagrangian bodies alone: k, stiffness K over rho0 c0^2/dx^d of each material [-], above "
+        "0; unless given 0.25, and more where the impact needs it",
     )
 
 

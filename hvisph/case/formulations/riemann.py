@@ -8,7 +8,13 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from hvisph.case.dimensions import NUMBER
-from hvisph.case.formulations.contact import Contact, RepulsiveContact, SeparatingContact, stiffness_problems, unavailable
+from hvisph.case.formulations.contact import (
+    Contact,
+    RepulsiveContact,
+    SeparatingContact,
+    stiffness_problems,
+    unavailable,
+)
 from hvisph.case.formulations.options import NO_CONVERSION, Kernel, KernelOptions
 from hvisph.case.model import Problem, refuse
 from hvisph.case.surroundings import Surroundings

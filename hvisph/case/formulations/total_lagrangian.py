@@ -66,8 +66,8 @@ class TotalLagrangianFormulation(KernelOptions):
     )
     hourglass_stiffness: Literal["secant", "elastic"] = Field(
         default="secant",
-        description="Stiffness that it goes with: the secant modulus E Y/(Y + E eps_p) (1 - D), or E, as printed, which "
-        "hardens a body that flows (coefficients below 1 then)",
+        description="Stiffness that it goes with: the secant modulus E Y/(Y + E eps_p) (1 - D), or E, as printed, "
+        "which hardens a body that flows (coefficients below 1 then)",
     )
     failed_particles: Literal["leave", "leave_with_jump", "stay"] = Field(
         default="leave",

@@ -118,7 +118,8 @@ def show(rows, i, stress, f, j, inverse, corrections):
 def deform(rows, active, particles, lists, corrections, materials, stage, signal_alpha, found, rates):
     """Compute the deformation of all particles that are `active`: the template.
 
-    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, PLACES, slots of the row, columns of the rates (R_...), S_DENSITY,
+    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, PLACES, slots of the row, columns of the
+    rates (R_...), S_DENSITY, S_PLASTIC_STRAIN,
     the templates above, and functions of `hvisph.materials`.
 
     Parameters
@@ -166,8 +167,8 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
             if RENEWS:
                 latest[i] = strains[i]
             if SECANT:
-                rows[i, EM] = secant_modulus(
-                    moduli[tags[i, 2], 0], moduli[tags[i, 2], 1], state[i, S_PLASTIC_STRAIN], rows[i, DAMAGE])  # fmt: skip
+                own = moduli[tags[i, 2]]
+                rows[i, EM] = secant_modulus(own[0], own[1], state[i, S_PLASTIC_STRAIN], rows[i, DAMAGE])
             if rows[i, KIND] == 1.0:
                 if RENEWS:
                     strains[i] = equivalent_strain(product(f, own_gradient(before, i, 0, DIM)))
