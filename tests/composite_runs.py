@@ -2,7 +2,7 @@
 
 
 def advance(setup, end, cfl=0.3, steps=None, watch=None):
-    """Step to `end` [s] (or for `steps`); return the change of total energy [J] and the names of the limits."""
+    """Step to `end` [s] (or for `steps`); return the change of total energy [J], what a contact holds included, and the names of the limits."""
     stepper, criteria = setup.stepper, setup.criteria
 
     def limit():
@@ -23,4 +23,4 @@ def advance(setup, end, cfl=0.3, steps=None, watch=None):
         names.add(name)
         if watch is not None:
             watch(setup)
-    return stepper.sums[:2].sum() - total, names
+    return stepper.sums[:2].sum() + stepper.stored_energy - total, names

@@ -53,7 +53,7 @@ def test_infinite_limit_is_total_lagrangian_bit_for_bit():
 
 
 def test_limit_zero_is_eulerian_from_the_first_step_on():
-    plain = {"artificial_stress": {"type": "none"}}
+    plain = {"artificial_stress": {"type": "none"}, "contact": {"type": "repulsive"}}
     one = impact(adaptive(strain=0.0) | plain)
     other = impact({"type": "eulerian", "momentum_form": "product", "contact": {"type": "repulsive"}})
     for setup in (one, other):
@@ -121,7 +121,8 @@ def test_interface_forces_balance_and_power_is_their_work(interface, correction)
     force = particles["mass"][:, None] * stepper.rates[:, :2]
     assert np.abs(force.sum(axis=0)).max() < 1e-13 * np.abs(force).sum()
     work, heat = (force * particles["velocity"]).sum(), (particles["mass"] * stepper.rates[:, 2]).sum()
-    assert heat == pytest.approx(-work, rel=1e-10)
+    # what the contact takes is neither
+    assert heat + stepper.contact._power == pytest.approx(-work, rel=1e-10)
 
 
 def test_corrected_velocity_gradients_are_exact_at_the_interface():
