@@ -27,6 +27,7 @@ def impact(formulation, material=METAL, speed=1500.0, dim=2, kinds=(None, None),
             "material": METAL,
             "shape": shapes[0],
             "velocity": [speed] + [0.0] * (dim - 1),
+            "mass": "nominal",  # one spacing for both bodies, and so one smoothing length for all formulations
             "formulation": kinds[0],
         },
         "plate": {"material": material, "shape": shapes[1], "formulation": kinds[1]},
