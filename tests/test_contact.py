@@ -153,7 +153,7 @@ def test_doubtful_stiffness_is_said():
 @pytest.mark.parametrize(("speed", "turned"), [(20.0, 0.0), (0.0, 0.0), (0.0, 30.0)])
 def test_unloaded_bodies_meet_part_and_keep_their_account(speed, turned):
     setup = build(bars({"type": "total_lagrangian"}, speed=speed, gap=0.0, turned=turned))
-    particles, stepper, held = setup.particles, setup.stepper, []
+    particles, held = setup.particles, []
     mass = particles["mass"].sum()
     drift, _ = advance(setup, 6e-6, watch=lambda one: held.append(one.stepper.stored_energy))
     if speed == 0.0:  # at rest nothing pushes, wherever the lattices of bodies that touch stand
