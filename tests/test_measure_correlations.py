@@ -54,11 +54,9 @@ def test_whipple_curve_is_continuous_and_has_its_branches():
     assert critical(2500.0, math.radians(70.0)) == pytest.approx(critical(2500.0, math.radians(80.0)))
 
 
-def test_holes_of_a_published_impact():
-    # 10 mm on 4 mm at 6.18 km/s: 24.2 and 28.0 mm; measured 27.5 to 34.5 (Hiermaier 1997)
-    found = {one.name: one.value for one in correlations(Impact(10 * MM, 2710.0, 6180.0, 0.0, (wall(4 * MM),)))}
-    assert found["Maiden-McHugh"] == pytest.approx(24.2 * MM, rel=0.02)
-    assert found["Sawle"] == pytest.approx(28.0 * MM, rel=0.02)
+def test_what_is_recalled_says_so():
+    found = {one.name: one for one in correlations(Impact(10 * MM, 2710.0, 6180.0, 0.0, (wall(4 * MM),)))}
+    assert {name for name, one in found.items() if "recalled" in one.source} == {"Maiden-McHugh", "Sawle"}
 
 
 def test_out_of_range_is_silent():

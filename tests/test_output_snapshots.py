@@ -141,9 +141,9 @@ def test_what_is_no_snapshot_is_said_to_be_none(tmp_path):
         read_snapshot(tmp_path / "missing.h5")
     for content, message in [
         (b"", "it is empty"),
-        (b"PK\x03\x04", "neither an HDF5 nor a VTU"),
+        (b"PK\x03\x04", "none of HDF5, VTU"),
         (b"<html></html>", "VTKFile"),
-        (b'<?xml version="1.0"?><VTKFile type="PolyData"><PolyData/></VTKFile>', "PolyData"),
+        (b'<?xml version="1.0"?><VTKFile type="PolyData"><PolyData/></VTKFile>', "no points"),
     ]:
         (tmp_path / "f").write_bytes(content)
         with pytest.raises(OutputError, match=message):

@@ -27,6 +27,7 @@ class Dimension:
 
 LENGTH = Dimension("a length", "m", "0.1 mm")
 TIME = Dimension("a time", "s", "8 us")
+MASS = Dimension("a mass", "kg", "1 g")
 VELOCITY = Dimension("a velocity", "m/s", "3.1 km/s")
 ACCELERATION = Dimension("an acceleration", "m/s^2", "9.81 m/s^2")
 PRESSURE = Dimension("a pressure", "Pa", "27.6 GPa")
@@ -45,6 +46,7 @@ NUMBER = Dimension("a number", "", "0.3")
 DIMENSIONS = (
     LENGTH,
     TIME,
+    MASS,
     VELOCITY,
     ACCELERATION,
     PRESSURE,
@@ -67,6 +69,7 @@ DIMENSIONS = (
 _SPELLINGS: dict[Dimension, str] = {
     LENGTH: "m=1 cm=1e-2 mm=1e-3 um=1e-6 µm=1e-6 nm=1e-9 km=1e3",
     TIME: "s=1 ms=1e-3 us=1e-6 µs=1e-6 ns=1e-9 ps=1e-12",
+    MASS: "kg=1 g=1e-3 mg=1e-6 ug=1e-9",
     VELOCITY: "m/s=1 km/s=1e3 mm/us=1e3 mm/µs=1e3 mm/ms=1 cm/us=1e4 mm/s=1e-3",
     ACCELERATION: "m/s^2=1 m/s**2=1 km/s^2=1e3 mm/s^2=1e-3",
     PRESSURE: "Pa=1 kPa=1e3 MPa=1e6 GPa=1e9 TPa=1e12 bar=1e5 kbar=1e8 Mbar=1e11",

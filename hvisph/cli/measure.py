@@ -21,7 +21,12 @@ HEADING = 14  # of a column's name, which is broken where it is longer
 
 
 def measure(
-    source: Annotated[str, typer.Argument(metavar="SOURCE", help="Folder of a run, or one snapshot: HDF5 or VTU.")],
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SOURCE", help="Folder of a run, or a snapshot; of another code VTU, VTP, VTK or LAMMPS dump."
+        ),
+    ],
     at: Annotated[
         str | None,
         typer.Option(
@@ -49,6 +54,14 @@ def measure(
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw all measures over time; FILE.png or .pdf.")
     ] = None,
+    units: Annotated[
+        str,
+        typer.Option("--units", metavar="L,M,T", help="Of another code's files: length, mass and time; mm,g,us say."),
+    ] = "",
+    field: Annotated[
+        list[str] | None,
+        typer.Option("--field", metavar="QUANTITY=NAME", help="Another code's name of a quantity: density=rho0."),
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Measure a run: crater, penetration, pressures, voids, plug, fragments; now or over time."""
@@ -56,7 +69,8 @@ def measure(
     from hvisph.measures.measure import measure as measure_source
 
     moment = _moment(at)
-    found = measure_source(source, "all" if plot is not None else moment)
+    found = measure_source(source, "all" if plot is not None else moment, names=_names(field or []),
+                           units=_units(units))  # fmt: skip
     _written(found, csv, plot, fragments)
     if as_json:
         from hvisph.cli.words import echo_json
@@ -96,6 +110,38 @@ def _moment(text: str | None) -> float | str | None:
         return parse_quantity(text, TIME)
     except ValueError as error:
         raise CaseError(f"{error}, or all", where="--at") from None
+
+
+def _names(fields: list[str]) -> dict[str, str]:
+    """Return what `--field` says: the file's own name of each quantity."""
+    from hvisph.core.errors import CaseError
+
+    found = {}
+    for text in fields:
+        quantity, equals, name = text.partition("=")
+        if not (quantity.strip() and equals and name.strip()):
+            raise CaseError(f"'{text}' is no QUANTITY=NAME, such as density=rho", where="--field")
+        found[quantity.strip().replace(" ", "_").replace("-", "_")] = name.strip()
+    return found
+
+
+def _units(text: str) -> tuple[float, float, float]:
+    """Return units of length, mass and time in SI."""
+    if not text:
+        return 1.0, 1.0, 1.0
+    from hvisph.case.dimensions import LENGTH, MASS, TIME
+    from hvisph.case.units import parse_quantity
+    from hvisph.core.errors import CaseError
+
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 3 or not all(part and part[0].isalpha() for part in parts):
+        raise CaseError(f"'{text}' is no length, mass and time, such as mm,g,us", where="--units")
+    try:
+        length, mass, time = (parse_quantity(f"1 {part}", kind)
+                              for part, kind in zip(parts, (LENGTH, MASS, TIME), strict=True))  # fmt: skip
+    except ValueError as error:
+        raise CaseError(f"{error}; give length, mass and time, such as mm,g,us", where="--units") from None
+    return length, mass, time
 
 
 def _written(found: Any, csv: Path | None, plot: Path | None, fragments: bool) -> None:

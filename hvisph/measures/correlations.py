@@ -4,7 +4,7 @@ Spheres of any metal on plates of aluminium. Sources:
 
 - crater depth and single wall: Cour-Palais, as in NASA TM-2009-214785 eqs. 4-1 to 4-6;
 - Whipple shield: Christiansen, ibid. eqs. 4-23 to 4-26;
-- hole in a thin plate: Maiden and McHugh 1963 and Sawle 1969, in the form in which reviews quote them; to +-25 %;
+- hole in a thin plate: Maiden and McHugh 1963 and Sawle 1969; their coefficients are recalled, not read in a source;
 - residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976 (`hvisph.measures.limit` fits their curve).
 
 Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
@@ -19,7 +19,7 @@ from typing import Any
 
 CM, KM, KSI = 1e-2, 1e3, 6.894757e6
 DESIGN, WHIPPLE = "NASA TM-2009-214785 eqs. 4-1 to 4-6", "NASA TM-2009-214785 eqs. 4-23 to 4-26"
-MAIDEN, SAWLE = "Maiden and McHugh 1963, +-25 %", "Sawle 1969, +-25 %"
+MAIDEN, SAWLE = "Maiden and McHugh 1963; coefficients recalled", "Sawle 1969; coefficients recalled"
 RECHT = "Recht and Ipson 1963"
 
 

@@ -128,16 +128,22 @@ class Measures:
         return plain
 
 
-def measure(source: str | os.PathLike[str], at: float | str | None = None) -> Measures:
+def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
+            names: Mapping[str, str] | None = None, units: tuple[float, float, float] = (1.0, 1.0, 1.0),
+            ) -> Measures:  # fmt: skip
     """Measure a run folder or a single snapshot file.
 
     Parameters
     ----------
     source
-        A run folder, a folder of VTU files, or one snapshot (HDF5 or VTU). A single snapshot is
-        measured alone: its history and its start, and what needs them, are not looked for elsewhere.
+        A run folder, a folder of another code's files (VTU, VTP, VTK, LAMMPS dumps), or one snapshot. A single
+        snapshot is measured alone: its history and its start, and what needs them, are not looked for elsewhere.
     at
         None for the last moment, a time [s] for the snapshot nearest to it, ``"all"`` for all of them.
+    names
+        Of another code's files: their own name of a quantity, ``{"density": "rho_0"}``.
+    units
+        Of another code's files: units of length [m], mass [kg] and time [s].
 
     Returns
     -------
@@ -158,33 +164,40 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None) -> Me
         raise CaseError(f"no such run folder or snapshot: {path}")
     if not (at is None or at == "all" or (isinstance(at, int | float) and np.isfinite(at))):
         raise CaseError(f"{at!r} is no moment; allowed: a time in seconds, or 'all'", where="at")
-    from hvisph.output import names, reader
+    from hvisph.output import names as files_of
+    from hvisph.output import reader
+
+    convention = reader.Convention(names or {}, units)
+
+    def read(file: Path) -> Snapshot:
+        return reader.read_snapshot(file, convention)
 
     if path.is_file():
-        return measure_snapshot(reader.read_snapshot(path), source=str(path))
+        return measure_snapshot(read(path), source=str(path))
     files = reader.list_snapshots(path)
     if not files:
         raise OutputError(f"{path}: the folder holds no snapshot")
-    first = reader.read_snapshot(files[0])
+    first = read(files[0])
     # a folder whose first snapshots are gone does not tell how the run began
     start = first if first.step == 0 else None
     # a folder of another code's files has no history; a damaged one is an error
-    history = reader.read_history(path) if (path / names.HISTORY).exists() else None
+    history = reader.read_history(path) if (path / files_of.HISTORY).exists() else None
     if at == "all":
-        moments = tuple(measure_snapshot(reader.read_snapshot(file), start, history, str(path)) for file in files)
+        moments = tuple(measure_snapshot(read(file), start, history, str(path)) for file in files)
         known = [(moment.time, [layer.state for layer in moment.layers]) for moment in moments]
         moments = tuple(_timed(moment, number + 1, known.__getitem__) for number, moment in enumerate(moments))
         moments = tuple(_swung(moment, moments[:number]) for number, moment in enumerate(moments))
         return replace(moments[-1], series=moments)
     if at is None:
-        return in_time(measure_snapshot(reader.read_snapshot(files[-1]), start, history, str(path)), files, start)
-    times = (reader.read_snapshot(file).time for file in files)
+        return in_time(measure_snapshot(read(files[-1]), start, history, str(path)), files, start, read)
+    times = (read(file).time for file in files)
     number = min(enumerate(times), key=lambda known: abs(known[1] - float(at)))[0]
-    now = reader.read_snapshot(files[number])
-    return in_time(measure_snapshot(now, start, history, str(path)), files[: number + 1], start)
+    now = read(files[number])
+    return in_time(measure_snapshot(now, start, history, str(path)), files[: number + 1], start, read)
 
 
-def in_time(found: Measures, files: Sequence[Path], start: Snapshot | None) -> Measures:
+def in_time(found: Measures, files: Sequence[Path], start: Snapshot | None,
+            read: Callable[[Path], Snapshot] | None = None) -> Measures:  # fmt: skip
     """Return measures with what only earlier snapshots tell: how far they swing, and when layers were perforated.
 
     Parameters
@@ -195,22 +208,26 @@ def in_time(found: Measures, files: Sequence[Path], start: Snapshot | None) -> M
         The snapshots up to it, in order of time.
     start
         The first of them, if it is the run's first.
+    read
+        Reads one of them; `hvisph.output.reader.read_snapshot` unless given.
     """
     from hvisph.output import reader
 
+    read = read or reader.read_snapshot
+
     def moment(number: int) -> tuple[float, Sequence[str]]:
-        snapshot = reader.read_snapshot(files[number])
+        snapshot = read(files[number])
         return snapshot.time, states(Scene.of(snapshot, start))
 
     from hvisph.output import names
 
     earlier = [file for file in files if file.stem != names.POST_MORTEM][:-1]
     if found.dimensions == 1:
-        found = _plateau_of(found, files, start)
+        found = _plateau_of(found, files, start, read)
     if earlier:
-        recent = [reader.read_snapshot(earlier[-1])]
+        recent = [read(earlier[-1])]
         for file in reversed(earlier[:-1]):
-            before = reader.read_snapshot(file)
+            before = read(file)
             if len(recent) >= MOST or before.time < (1.0 - LATELY) * found.time:
                 break
             recent.append(before)
@@ -218,11 +235,10 @@ def in_time(found: Measures, files: Sequence[Path], start: Snapshot | None) -> M
     return _timed(found, len(files), moment)
 
 
-def _plateau_of(found: Measures, files: Sequence[Path], start: Snapshot | None) -> Measures:
+def _plateau_of(found: Measures, files: Sequence[Path], start: Snapshot | None, read: Callable[[Path], Snapshot]
+                ) -> Measures:  # fmt: skip
     """Return the measures of a plate impact with the plateau as it was before it was released."""
-    from hvisph.output import reader
-
-    snapshots = (reader.read_snapshot(file) for file in files)
+    snapshots = (read(file) for file in files)
     seen = [(one.time, plateau(Scene.of(one, start))) for one in snapshots if one.time <= found.time]
     if not seen:
         return found

@@ -1,25 +1,7 @@
-"""Snapshots from the VTU files of other codes: which of their arrays are which quantity.
+"""Snapshots from the files of other codes: which of their arrays are which quantity.
 
-Names are compared without case, blanks, dashes and underscores. Points are the positions; a coordinate
-that is 0 throughout is no dimension. Numbers are taken as SI.
-
-| quantity | names |
-| --- | --- |
-| velocity | velocity, vel, v (a vector), or vx vy vz, or u v w (scalars) |
-| mass | mass, m |
-| density | density, rho |
-| internal energy | internal energy, specific internal energy, energy, e, u (a scalar without v and w) |
-| smoothing length | smoothing length, h |
-| pressure | pressure, p |
-| sound speed | sound speed, cs, c |
-| plastic strain | plastic strain, equivalent plastic strain, eps |
-| von Mises stress | von mises stress, von mises, vonmises |
-| temperature, damage | temperature, temp; damage, d |
-| body | body, body id, mol, object, part, material, mat, type, the first of them that holds whole numbers |
-| material | material, material id, mat, type |
-| id | id, particle id, gid, global ids, tag |
-
-Every other array is kept under the name it has.
+Points are the positions; a coordinate that is 0 throughout is no dimension. Names and units:
+`hvisph.output.foreign_names`. Every array that is none of the quantities known there is kept under the name it has.
 """
 
 from __future__ import annotations
@@ -28,31 +10,21 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hvisph.core.errors import OutputError
+from hvisph.core.errors import OutputError, nearest
+from hvisph.core.harmless import harmless
+from hvisph.output.foreign_names import BODY, ID, MATERIAL, SCALARS, SI, VELOCITY, Convention, bare
 from hvisph.output.snapshot import Snapshot
 
-SCALARS = {
-    "mass": ("mass", "m"),
-    "density": ("density", "rho"),
-    "internal_energy": ("internalenergy", "specificinternalenergy", "energy", "e", "u"),
-    "smoothing_length": ("smoothinglength", "h"),
-    "pressure": ("pressure", "p"),
-    "sound_speed": ("soundspeed", "cs", "c"),
-    "plastic_strain": ("plasticstrain", "equivalentplasticstrain", "eps"),
-    "von_mises_stress": ("vonmisesstress", "vonmises"),
-    "temperature": ("temperature", "temp"),
-    "damage": ("damage", "d"),
-}
-BODY = ("body", "bodyid", "mol", "object", "part", "material", "mat", "type")
-MATERIAL = ("material", "materialid", "mat", "type")
-ID = ("id", "particleid", "gid", "globalids", "tag")
-VELOCITY = ("velocity", "vel", "v")
 VELOCITY_COMPONENTS = (("vx", "vy", "vz"), ("u", "v", "w"))
 TIME = ("timevalue", "time")
 
 
 def snapshot_of_another_code(
-    points: np.ndarray, point_data: Mapping[str, np.ndarray], field_data: Mapping[str, np.ndarray]
+    points: np.ndarray,
+    point_data: Mapping[str, np.ndarray],
+    field_data: Mapping[str, np.ndarray],
+    convention: Convention = SI,
+    step: int = 0,
 ) -> Snapshot:
     """Return what can be understood of another code's points and arrays.
 
@@ -64,37 +36,45 @@ def snapshot_of_another_code(
         Arrays with one row a point, by name.
     field_data
         Arrays of the file, by name; a time is looked for among them.
+    convention
+        Names and units of the file.
+    step
+        Number of steps done; 0 where the file does not tell.
 
     Raises
     ------
     OutputError
-        When there are no points.
+        When there are no points, or no array has a name that was given.
     """
     n = len(points)
     if n == 0:
         raise OutputError("it holds no points")
-    arrays = {_bare(name): (name, _column(values)) for name, values in point_data.items()}
+    arrays = {bare(name): (name, _column(values)) for name, values in point_data.items()}
+    _refuse_missing(convention, arrays, list(point_data))
     dim = _dimensions(points)
     fields = {"position": np.ascontiguousarray(points[:, :dim], dtype=float)}
     used = set()
-    velocity, parts = _velocity(arrays, dim)
+    velocity, parts = _velocity(arrays, dim, convention.aliases("velocity", VELOCITY))
     if velocity is not None:
         fields["velocity"] = velocity
         used.update(parts)
     for name, aliases in SCALARS.items():
-        key = next((k for k in aliases if k in arrays and k not in used and arrays[k][1].ndim == 1), None)
+        known = convention.aliases(name, aliases)
+        key = next((k for k in known if k in arrays and k not in used and arrays[k][1].ndim == 1), None)
         if key is not None:
             fields[name] = arrays[key][1].astype(float)
             used.add(key)
     fields |= {name: values for key, (name, values) in arrays.items() if key not in used and name not in fields}
-    body, bodies = _groups(arrays, BODY, n, "body")
-    material, materials = _groups(arrays, MATERIAL, n, "material")
-    number = _whole(arrays, ID)
+    fields = {name: values if convention.factor(name) == 1.0 else values * convention.factor(name)
+              for name, values in fields.items()}  # fmt: skip
+    body, bodies = _groups(arrays, convention.aliases("body", BODY), n, "body")
+    material, materials = _groups(arrays, convention.aliases("material", MATERIAL), n, "material")
+    number = _whole(arrays, convention.aliases("id", ID))
     number = np.arange(n) if number is None or len(np.unique(number)) != n else number
     order = np.argsort(number, kind="stable")
     return Snapshot(
-        time=_time(field_data),
-        step=0,
+        time=_time(field_data) * convention.units[2],
+        step=step,
         dimensions=dim,
         fields={name: values[order] for name, values in fields.items()},
         body=body[order],
@@ -103,10 +83,6 @@ def snapshot_of_another_code(
         bodies=bodies,
         materials=materials,
     )
-
-
-def _bare(name: str) -> str:
-    return "".join(c for c in name.lower() if c not in " _-")
 
 
 def _column(values: np.ndarray) -> np.ndarray:
@@ -119,15 +95,23 @@ def _dimensions(points: np.ndarray) -> int:
     return max(used, default=0) + 1
 
 
-def _velocity(arrays: Mapping[str, tuple[str, np.ndarray]], dim: int) -> tuple[np.ndarray | None, list[str]]:
-    for name in VELOCITY:
+def _refuse_missing(convention: Convention, arrays: Mapping[str, object], there: list[str]) -> None:
+    for quantity, name in convention.names.items():
+        if bare(name) not in arrays:
+            raise OutputError(f"it has no array '{name}' for the {quantity}{harmless(nearest(name, there))}")
+
+
+def _velocity(
+    arrays: Mapping[str, tuple[str, np.ndarray]], dim: int, names: tuple[str, ...]
+) -> tuple[np.ndarray | None, list[str]]:
+    for name in names:
         if name in arrays and arrays[name][1].ndim == 2 and arrays[name][1].shape[1] >= dim:
             return np.ascontiguousarray(arrays[name][1][:, :dim], dtype=float), [name]
-    for names in VELOCITY_COMPONENTS:
+    for parts in VELOCITY_COMPONENTS:
         # in 1D a lone `u` is as likely an energy, so the set must be there as a whole
-        if all(name in arrays and arrays[name][1].ndim == 1 for name in names[: max(dim, 2)]):
-            parts = [name for name in names if name in arrays]
-            return np.stack([arrays[name][1].astype(float) for name in names[:dim]], axis=1), parts
+        if all(name in arrays and arrays[name][1].ndim == 1 for name in parts[: max(dim, 2)]):
+            columns = [arrays[name][1].astype(float) for name in parts[:dim]]
+            return np.stack(columns, axis=1), [name for name in parts if name in arrays]
     return None, []
 
 
@@ -154,5 +138,5 @@ def _groups(
 
 
 def _time(field_data: Mapping[str, np.ndarray]) -> float:
-    times = [np.ravel(values) for name, values in field_data.items() if _bare(name) in TIME]
+    times = [np.ravel(values) for name, values in field_data.items() if bare(name) in TIME]
     return float(times[0][0]) if times and len(times[0]) else 0.0

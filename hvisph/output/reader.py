@@ -19,17 +19,30 @@ from hvisph.core.errors import OutputError
 from hvisph.core.harmless import harmless
 from hvisph.output import names
 from hvisph.output.atomic import reason
+from hvisph.output.foreign_names import SI, Convention
 from hvisph.output.hdf5 import read_hdf5
+from hvisph.output.lammps import read_lammps
 from hvisph.output.sealed import SIGNATURE
 from hvisph.output.snapshot import Snapshot
 from hvisph.output.summary_shape import misfit
+from hvisph.output.vtk_legacy import read_vtk
+from hvisph.output.vtp import is_vtp, read_vtp
 from hvisph.output.vtu import read_vtu
 
+# Files of other codes, by how their names end; in a folder of several kinds the first of these is read.
+FOREIGN = ("*.vtu", "*.vtp", "*.vtk", "*.dump", "*.lammpstrj", "dump.*")
 LARGEST_SUMMARY = 10_000_000  # [bytes]; a thousand times a usual one
 
 
-def read_snapshot(path: str | Path) -> Snapshot:
-    """Read a snapshot, HDF5 or VTU by what the file holds, whatever its name.
+def read_snapshot(path: str | Path, convention: Convention = SI) -> Snapshot:
+    """Read a snapshot by what the file holds, whatever its name: HDF5 or VTU, or points of another code.
+
+    Parameters
+    ----------
+    path
+        HDF5 or VTU; of other codes VTU, VTP, VTK (legacy) and LAMMPS text dumps, of which the last moment is read.
+    convention
+        Names and units of another code's file.
 
     Raises
     ------
@@ -38,17 +51,23 @@ def read_snapshot(path: str | Path) -> Snapshot:
     """
     start = _bytes(Path(path), 64)
     if start.startswith(SIGNATURE):
+        convention.refuse_own()
         return read_hdf5(path)
-    if start.lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<"):
-        return read_vtu(path)
-    what = "it is empty" if not start else "it is neither an HDF5 nor a VTU file"
+    text = start.lstrip(b"\xef\xbb\xbf \t\r\n")
+    if text.startswith(b"<"):
+        return read_vtp(path, convention) if is_vtp(path) else read_vtu(path, convention)
+    if text.startswith(b"# vtk DataFile"):
+        return read_vtk(path, convention)
+    if text.startswith(b"ITEM:"):
+        return read_lammps(path, convention)
+    what = "it is empty" if not start else "it is none of HDF5, VTU, VTP, VTK and LAMMPS dump"
     raise OutputError(f"cannot read {path}: {what}")
 
 
 def list_snapshots(run: str | Path) -> list[Path]:
     """Return the snapshots of a run folder in order of time: its HDF5 files, or its VTU files if it has none.
 
-    A folder without the sub-folders of a run is searched itself, so that the VTU files of another code
+    A folder without the sub-folders of a run is searched itself, so that the files of another code
     can be read. Order of time is the order of the numbers in the names.
 
     Raises
@@ -63,7 +82,7 @@ def list_snapshots(run: str | Path) -> list[Path]:
         (folder / names.SNAPSHOTS, "*.h5"),
         (folder / names.VTU, "*.vtu"),
         (folder, "*.h5"),
-        (folder, "*.vtu"),
+        *((folder, pattern) for pattern in FOREIGN),
     ):
         found = sorted(place.glob(pattern), key=lambda path: _natural(path.name))
         if place.name == names.SNAPSHOTS and place.parent == folder:  # a copy that a user keeps there is no moment

@@ -20,6 +20,7 @@ from hvisph.core.errors import OutputError
 from hvisph.output import layout
 from hvisph.output.atomic import reason, replacing, write_text
 from hvisph.output.foreign import snapshot_of_another_code
+from hvisph.output.foreign_names import SI, Convention
 from hvisph.output.seal import append_seal, has_seal, verify_seal
 from hvisph.output.snapshot import Snapshot
 
@@ -50,7 +51,7 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
         append_seal(file)
 
 
-def read_vtu(path: str | Path) -> Snapshot:
+def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
     """Read a snapshot from a VTU file, hvisph's own exactly, another code's as far as names tell.
 
     See `hvisph.output.foreign` for how the arrays of other codes are understood.
@@ -69,7 +70,8 @@ def read_vtu(path: str | Path) -> Snapshot:
                 verify_seal(file)
             mesh = _parsed(path, meshio)
             if HEADER not in mesh.field_data:
-                return snapshot_of_another_code(mesh.points, mesh.point_data or {}, mesh.field_data)
+                return snapshot_of_another_code(mesh.points, mesh.point_data or {}, mesh.field_data, convention)
+            convention.refuse_own()
             if not sealed:
                 verify_seal(file)
         header = json.loads(np.asarray(mesh.field_data[HEADER], dtype=np.uint8).tobytes())
