@@ -79,7 +79,7 @@ def _positions(arrays: dict[str, np.ndarray], items: dict[str, list[str]]) -> np
     boxes = [[float(one) for one in line.split()] for line in items["BOX BOUNDS"][:3]]
     if any(len(box) > 2 for box in boxes):
         raise OutputError("its box is not rectangular")
-    found = []
+    found: list[np.ndarray] = []
     for axis, box in zip("xyz", boxes, strict=True):
         name = next((axis + end for end in ("u", "", "su", "s") if axis + end in arrays), None)
         if name is None and axis == "z":

@@ -77,4 +77,6 @@ def _opened(path: str | Path) -> tuple[Any, list[Any], list[Any]]:
     appended = root.find("AppendedData")
     decoder.appended_data = None if appended is None else (appended.text or "").strip().removeprefix("_")
     grid = root.find("PolyData")
+    if grid is None:
+        raise OutputError("it is XML of VTK, but holds no PolyData")
     return decoder, grid.findall("Piece"), [*grid.findall("FieldData/DataArray"), *root.findall("FieldData/DataArray")]
