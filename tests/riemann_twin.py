@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from hvisph.sph.laws.edges import SOUND, SOUND_MEAN
 from hvisph.sph.laws.interface import MIXED_UP, OPEN
 from hvisph.sph.laws.riemann import HOLDING, NO_SHEAR, SHOCK_SLOPE
 
@@ -123,10 +124,10 @@ def contact(pairs, grad_u, grad_s, a, b):
     return u_own, traction, e, slope, gate, 0.5 * traction @ (u_its - u_own), slipped, x_ba
 
 
-def at_edges(gradient, rate, moment, closing, dim):
+def at_edges(gradient, rate, moment, closing, dim, bear):
     """Return velocity gradient and rate of volume, corrected where the neighbourhood is open."""
     size = np.linalg.det(moment)
-    if not (size > 0.25**dim and np.trace(moment) / dim > 0.25):
+    if not (bear > 0.0 and size > SOUND**dim and np.trace(moment) / dim > SOUND_MEAN):
         return gradient, rate
     w = np.clip((0.95 - size) / 0.2, 0.0, 1.0) * max(0.0, 1.0 - 20.0 * closing)
     gradient = gradient @ (np.eye(dim) + w * (np.linalg.inv(moment) - np.eye(dim)))
@@ -168,7 +169,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         further = []
         if formulation.consistent:
             rate = rate / omega if following else rate
-            gradient, rate = at_edges(gradient, rate, moment, mu / cloud.c_l[a], dim)
+            gradient, rate = at_edges(gradient, rate, moment, mu / cloud.c_l[a], dim, cloud.bear[a])
             further = [np.trace(gradient) - rate]
         if formulation.parted:
             further = [*(further or [0.0]), slip]

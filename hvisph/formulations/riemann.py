@@ -15,12 +15,16 @@ from hvisph.core.tensors import in_plane, plus_identity, put
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import riemann
 from hvisph.sph.laws.limiters import LIMITERS
-from hvisph.sph.laws.riemann import SLIPPERY
+from hvisph.sph.laws.riemann import SLIPPERY, UNLIMITED
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
 
 from .formulation import Smoothing
 from .stepper import Stepper
+
+# Largest volume of a particle over that of one alone, 1/W(0): what has parted takes up no more room than its kernel,
+# and its density, which follows the number of particles, stays above zero.
+ROOM = 2.0
 
 
 @dataclass(frozen=True)
@@ -102,7 +106,8 @@ class Riemann:
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
-        return _pack, {"PARTED": int(self.parted)}
+        alone = self.kernel.norm(dim) * self.kernel.shape.py_func(0.0)
+        return _pack, {"PARTED": int(self.parted), "MOST": ROOM / float(alone) if self.consistent else UNLIMITED}
 
     def limits(self) -> tuple[Any, dict[str, Any]] | None:
         """Return the function that packs what a particle bears, and what it is bound to; none in the printed form."""
@@ -116,7 +121,10 @@ def _pack(rows, s, coefficients, one):
     rows[s, H] = one.h
     # a retired particle has neither mass nor volume: not 0/0 but no force
     rows[s, M] = one.mass if one.mass > 0.0 else 1.0
-    rows[s, V] = one.mass / one.rho
+    most = MOST
+    for _ in range(DIM):
+        most = most * one.h
+    rows[s, V] = min(one.mass / one.rho, most)
     rows[s, ZN] = one.rho * one.c_l
     # A liquid slips: a shear impedance of next to nothing, for with none at all u* of the pair is 0/0.
     rows[s, ZT] = one.rho * max(one.c_t, SLIPPERY * one.c_l)

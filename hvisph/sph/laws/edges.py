@@ -4,7 +4,8 @@
     L <- L (1 + w (K - 1)),             div <- (1 - w) div + w tr L
 
 Inside, where B is the identity up to the lattice's own error, the plain sums stay: they keep density to the
-particles' spacing. In a shock front, where particles close at mu, a neighbourhood is uneven rather than open.
+particles' spacing. What bears no tension, a gas or failed material, parts where it expands: its density is that of the
+spacing everywhere. In a shock front, where particles close at mu, a neighbourhood is uneven rather than open.
 """
 
 from __future__ import annotations
@@ -26,13 +27,13 @@ from hvisph.core.tensors import (
 # Determinant of B: with this and more a neighbourhood is whole; from here on down to WHOLE - RANGE it opens.
 WHOLE, RANGE = 0.95, 0.2
 # Below this to the power of the dimensions, or below that mean of the diagonal, B has no sound inverse.
-SOUND, SOUND_MEAN = 0.25, 0.25
+SOUND, SOUND_MEAN = 0.4, 0.4
 # A closing speed of this share of the speed of sound is a front.
 FRONT = 0.05
 
 
 @compiled
-def at_edges(l, rate, moment, closing):
+def at_edges(l, rate, moment, closing, bear):
     """Return the velocity gradient and the rate of volume, corrected as the neighbourhood is open.
 
     Parameters
@@ -43,9 +44,11 @@ def at_edges(l, rate, moment, closing):
         B, row by row.
     closing
         Largest closing speed mu over the speed of sound.
+    bear
+        Largest tension that the particle bears [Pa].
     """
     size = determinant(moment)
-    if not (size > to_dimensions(SOUND, moment) and mean_diagonal(moment) > SOUND_MEAN):
+    if not (bear > 0.0 and size > to_dimensions(SOUND, moment) and mean_diagonal(moment) > SOUND_MEAN):
         return l, rate
     opened = min(max((WHOLE - size) / RANGE, 0.0), 1.0) * max(1.0 - closing / FRONT, 0.0)
     change = minus(times(1.0 / size, adjugate(moment)), identity(moment))

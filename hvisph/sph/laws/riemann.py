@@ -272,7 +272,7 @@ def accumulate(near, n, rows, i, constants, out):
         if FOLLOWING:
             widened = total(widening) + scale(1.0 / h) * DIM * shape(0.0)
             rate = (rate + volume * total(own_number)) / (1.0 - rows[i, GROWS] * volume * h / DIM * widened)
-        found, rate = at_edges(found, rate, matrix(totals(moment)), largest(mu) * rows[i, RHO] / zn)
+        found, rate = at_edges(found, rate, matrix(totals(moment)), largest(mu) * rows[i, RHO] / zn, rows[i, BEAR])
         out[i, R_DENSITY] = divergence(found) - rate
     write_rates(out, i, times(inverse_density, totals(a)), inverse_density * total(power), largest(mu), found)
     if PARTED:
