@@ -13,7 +13,7 @@ from hvisph.case.model import Path, Problem
 from hvisph.case.regions import SymmetryPlane
 from hvisph.case.shapes import BoxShape, IntervalShape, shape_problems
 from hvisph.case.velocities import LinearField, UniformField
-from hvisph.core.shapes import arrangements_of
+from hvisph.core.shapes import SECTION_ARRANGEMENTS, arrangements_of
 
 FASTEST = 1e5  # [m/s]; ten times any impact in the solar system's inner part is a slip of units
 MOST_PARTICLES = 2**31 - 1  # indices in compiled loops are 32 bits wide
@@ -30,6 +30,10 @@ class Case(Protocol):
     @property
     def dim(self) -> int:
         """Number of space dimensions."""
+
+    @property
+    def drawn(self) -> int:
+        """Number of dimensions in which bodies are drawn."""
 
     @property
     def units(self) -> str:
@@ -56,7 +60,7 @@ def body_problems(case: Case) -> Iterator[Problem]:
     """Yield what is wrong with the bodies of `case`."""
     for index, (name, body) in enumerate(case.bodies.items()):
         path: Path = ("bodies", name)
-        wrong = shape_problems(body.shape, case.dim, (*path, "shape"))
+        wrong = shape_problems(body.shape, case.drawn, (*path, "shape"))
         yield from (Problem(*one) for one in wrong)
         if not wrong:
             yield from _arrangement(case, body, path)
@@ -96,6 +100,8 @@ def _length(path: Path, dim: int, found: int, what: str) -> Problem:
 
 def _arrangement(case: Case, body: Body, path: Path) -> Iterator[Problem]:
     allowed = arrangements_of(case.dim, body.shape.type)
+    if case.drawn != case.dim:
+        allowed = SECTION_ARRANGEMENTS
     if body.arrangement not in allowed:
         yield Problem(
             (*path, "arrangement"),

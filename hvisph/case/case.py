@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_serializer, model_validator
 
+from hvisph.case.axisymmetric import about_axis
 from hvisph.case.bodies import Body
 from hvisph.case.checks import problems_of
 from hvisph.case.expected import Expectations, MeasureName
@@ -19,7 +20,7 @@ from hvisph.case.regions import BoxRegion, Clamp, InitialLoad, SymmetryPlane
 from hvisph.case.time import Time
 from hvisph.case.units import PositiveLength
 from hvisph.case.watch import Watch
-from hvisph.core.kinematics import KINEMATICS
+from hvisph.core.kinematics import KINEMATICS, Kinematics
 from hvisph.core.measures import measures_of
 from hvisph.core.shapes import SHAPES, arrangements_of
 
@@ -42,7 +43,8 @@ class Case(StrictModel):
     )
     kinematics: KinematicsName = Field(
         description="Dimensions and stress state: `uniaxial_strain` is 1D, `plane_strain` and "
-        "`plane_stress` are 2D, `three_d` is 3D"
+        "`plane_stress` are 2D, `axisymmetric` is 2D about the x axis, with y the radius, and bodies are the solids of "
+        "revolution that they are in 3D; `three_d` is 3D"
     )
     resolution: PositiveLength = Field(description="Initial particle spacing dx [m], above 0")
     materials: tuple[str, ...] = Field(
@@ -86,6 +88,11 @@ class Case(StrictModel):
         return KINEMATICS[self.kinematics].dim
 
     @property
+    def drawn(self) -> int:
+        """Number of dimensions in which bodies are drawn."""
+        return KINEMATICS[self.kinematics].drawn
+
+    @property
     def smoothing_length(self) -> float:
         """Initial smoothing length h [m]."""
         return self.formulation.h_over_dx * self.resolution
@@ -97,12 +104,13 @@ class Case(StrictModel):
         name = data.get("kinematics") if isinstance(data, dict) else None
         if not isinstance(name, str) or name not in KINEMATICS:
             return data
-        dim = KINEMATICS[name].dim
+        kinematics = KINEMATICS[name]
+        dim = kinematics.dim
         if isinstance(info.context, dict):
             info.context["dim"] = dim  # a speed and an angle become as many components
-        filled = dict(data)
+        filled = about_axis(data) if kinematics.revolved else dict(data)
         if isinstance(filled.get("bodies"), dict):
-            filled["bodies"] = {name: _fill_body(body, dim) for name, body in filled["bodies"].items()}
+            filled["bodies"] = {name: _fill_body(body, kinematics) for name, body in filled["bodies"].items()}
         if filled.get("measures") is None:
             filled["measures"] = measures_of(dim)
         formulation = gas_formulation(filled)
@@ -123,21 +131,21 @@ class Case(StrictModel):
         return {name: expectation.model_dump() for name, expectation in expected.items()}
 
 
-def _fill_body(body: Any, dim: int) -> Any:
+def _fill_body(body: Any, kinematics: Kinematics) -> Any:
     if isinstance(body, Body):
-        defaults = _body_defaults(body.shape.type, dim)
+        defaults = _body_defaults(body.shape.type, kinematics)
         missing = {key: value for key, value in defaults.items() if not getattr(body, key)}
         return body.model_copy(update=missing)
     if not isinstance(body, dict):
         return body
     shape = body.get("shape")
     kind = shape.get("type") if isinstance(shape, dict) else getattr(shape, "type", None)
-    defaults = _body_defaults(kind, dim)
+    defaults = _body_defaults(kind, kinematics)
     return body | {key: value for key, value in defaults.items() if body.get(key) is None}
 
 
-def _body_defaults(shape: Any, dim: int) -> dict[str, Any]:
-    defaults: dict[str, Any] = {"velocity": (0.0,) * dim}
-    if isinstance(shape, str) and shape in SHAPES[dim]:
-        defaults["arrangement"] = arrangements_of(dim, shape)[0]
+def _body_defaults(shape: Any, kinematics: Kinematics) -> dict[str, Any]:
+    defaults: dict[str, Any] = {"velocity": (0.0,) * kinematics.dim}
+    if isinstance(shape, str) and shape in SHAPES[kinematics.drawn]:
+        defaults["arrangement"] = arrangements_of(kinematics.dim, shape)[0]
     return defaults

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Protocol
 
+from hvisph.case.axisymmetric import axisymmetric_problems, axisymmetric_warnings
 from hvisph.case.body_checks import body_problems, spacing_warnings
 from hvisph.case.expected import Expectations
 from hvisph.case.formulations.options import KernelOptions
@@ -61,6 +62,7 @@ def problems_of(case: Case) -> list[Problem]:
     """Return all that is wrong with `case` beyond its single fields."""
     return [
         *body_problems(case),
+        *axisymmetric_problems(case),
         *_symmetry(case),
         *_regions(case),
         *gauge_problems(case.gauges, case.dim),
@@ -73,7 +75,7 @@ def problems_of(case: Case) -> list[Problem]:
 def warnings_of(case: Case) -> list[str]:
     """Return what a user should know about a valid `case` before it runs."""
     found = [*spacing_warnings(case), *case.formulation.warnings(case), *_unused(case), *_mirrored(case)]
-    return [*found, *implausible(case)]
+    return [*found, *axisymmetric_warnings(case), *implausible(case)]
 
 
 def _unused(case: Case) -> Iterator[str]:

@@ -26,6 +26,10 @@ class Surroundings(Protocol):
         """Number of space dimensions."""
 
     @property
+    def drawn(self) -> int:
+        """Number of dimensions in which bodies are drawn."""
+
+    @property
     def resolution(self) -> float:
         """Spacing dx [m]."""
 

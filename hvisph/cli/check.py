@@ -166,9 +166,9 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
 def _filling(body: Any, case: Case) -> str:
     """Return mass and volume of a body, and what was adjusted to make them exact."""
     if case.units == "si":
-        depth = {1: "/m^2", 2: "/m", 3: ""}[case.dim]
-        millimetres = {1: "mm", 2: "mm^2", 3: "mm^3"}[case.dim]
-        volume = f"{1e3**case.dim * body.volume:.5g} {millimetres}"
+        depth = {1: "/m^2", 2: "/m", 3: ""}[case.drawn]
+        millimetres = {1: "mm", 2: "mm^2", 3: "mm^3"}[case.drawn]
+        volume = f"{1e3**case.drawn * body.volume:.5g} {millimetres}"
         words = f"mass {1e3 * body.mass:.5g} g{depth}, volume of the shape {volume}"
     else:
         words = f"mass {body.mass:.5g}, volume of the shape {body.volume:.5g}"

@@ -66,6 +66,7 @@ CATALOGUE: dict[str, Field] = {
         Field("previous_gradient", "gradient", "1/s", "velocity gradient at the last evaluation"),
         Field("kernel_type", "scalar", "", "0 Eulerian, 1 Total Lagrangian"),
         Field("reference_position", "vector", "m", "position in the reference configuration"),
+        Field("previous_hoop_rate", "scalar", "1/s", "rate of the circumference at the last evaluation"),
         Field("previous_density_rate", "scalar", "1/s", "rate of ln(rho) by dissipation at the last evaluation"),
         Field("viscosity_share", "scalar", "", "own share of the viscosity by Morris and Monaghan's switch", 0.1),
         Field("thickness", "scalar", "", "thickness over that at the start, in plane stress", 1.0),

@@ -19,6 +19,8 @@ class Kinematics:
         What people call it.
     thins
         Whether matter is free to thin and to thicken across the plane, so that no stress acts there.
+    revolved
+        Whether the plane is the half-plane (x, r) of solids of revolution about x, and a particle a whole ring.
     fields
         State fields that it needs beside those of every run.
     """
@@ -27,7 +29,13 @@ class Kinematics:
     dim: int
     words: str
     thins: bool = False
+    revolved: bool = False
     fields: tuple[str, ...] = ()
+
+    @property
+    def drawn(self) -> int:
+        """Number of dimensions in which bodies are drawn: solids of revolution are solids."""
+        return 3 if self.revolved else self.dim
 
 
 # The first of each number of dimensions holds all other strains at zero.
@@ -37,6 +45,7 @@ KINEMATICS: dict[str, Kinematics] = {
         Kinematics("uniaxial_strain", 1, "uniaxial strain (1D)"),
         Kinematics("plane_strain", 2, "plane strain (2D)"),
         Kinematics("plane_stress", 2, "plane stress (2D)", thins=True, fields=("thickness",)),
+        Kinematics("axisymmetric", 2, "axisymmetric (x, r)", revolved=True),
         Kinematics("three_d", 3, "3D"),
     )
 }

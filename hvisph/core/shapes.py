@@ -51,6 +51,10 @@ ARRANGEMENTS: dict[str, Arrangement] = {
 }
 
 
+# Those for rings about an axis: their first row stands half a spacing from it.
+SECTION_ARRANGEMENTS = ("square", "relaxed")
+
+
 def arrangements_of(dim: int, shape: str) -> tuple[str, ...]:
     """Return the arrangements that have a meaning for a shape in `dim` dimensions, its default first."""
     suiting = [a for a in ARRANGEMENTS.values() if dim in a.dims]

@@ -170,6 +170,24 @@ def to_dimensions(f, l):
 
 
 @operation
+def radial(v):
+    """Return the component of a vector, or the normal one of a symmetric tensor, along the radius, which is y."""
+    return v[min(1, len(v) - 1)]
+
+
+@operation
+def scaled_apart(v, along, radial):
+    """Return a vector with its component along the radius, y, times `radial`, all others times `along`."""
+    return tuple(p * (radial if k == 1 else along) for k, p in enumerate(v))
+
+
+@operation
+def plus_radial(v, f):
+    """Return a vector with `f` added to its component along the radius, y."""
+    return tuple(p + f if k == 1 else p for k, p in enumerate(v))
+
+
+@operation
 def on_rows(t, v):
     """Return each row of a gradient, of a vector or of a symmetric tensor, times v: t . v."""
     d = len(v)

@@ -24,7 +24,8 @@ def spatial_rows(rows, chosen, bodies, pressures, loads, coefficients, out):
             out[k, TO_BODY] = bodies[i]
             s = from_plane(own_symmetric(rows, i, S, DIM))
             write(out, k, coefficients, Shown(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
-                                              pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s, bodies[i]))  # fmt: skip
+                                              pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s, bodies[i],
+                                              0.0))  # fmt: skip
 
 
 def add_rates(found, place, chosen, eulerian, rates):

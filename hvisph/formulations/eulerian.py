@@ -54,6 +54,8 @@ class Eulerian:
         Whether the rate of density is sum m_b u_ab . grad W, not rho_a sum m_b/rho_b u_ab . grad W.
     parted, friction
         Whether bodies separate and slide, or are welded, and Coulomb's coefficient between them.
+    revolved
+        Whether particles are rings about the axis x.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -67,6 +69,7 @@ class Eulerian:
     mass_form: bool = False
     parted: bool = False
     friction: float = 0.0
+    revolved: bool = False
 
     name = "eulerian"
     stepper = Stepper
@@ -106,7 +109,8 @@ class Eulerian:
         """Return the contact between the bodies of `particles`, none where they are welded."""
         if not self.parted:
             return None
-        return SeparatingContact(self.kernel, h, particles["position"], particles.body, self.friction, planes)
+        return SeparatingContact(self.kernel, h, particles["position"], particles.body, self.friction, planes,
+                                 self.revolved)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: the corrections into each row, where there are any, then all rates at once."""
@@ -117,13 +121,15 @@ class Eulerian:
             "DISSIPATION": int(self.dissipation.acts),
             "SWITCHED": int(self.viscosity.switched),
             "EXPONENT": self.artificial_stress.exponent,
+            "REVOLVED": int(self.revolved),
         }  # fmt: skip
         apart: dict[str, Any] = {}
         if self.parted:  # pairs of different bodies are left to the contact between them
             apart = {"COUPLED": 1, "shares": bind(coupling.apart, {}, plain.slots())}
         if not self.correction.acts:
             ways |= apart
-            return [Pass(standard.accumulate, plain, ways, density_rate=self.density_rate, slips=self.parted)]
+            return [Pass(standard.accumulate, plain, ways, density_rate=self.density_rate, slips=self.parted,
+                         rings=self.revolved)]  # fmt: skip
         parts = {"SHEPARD": int(self.correction.shepard), "GRADIENT": int(self.correction.gradient)}
         # each side's stress over rho_a rho_b, as published
         ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}
@@ -149,6 +155,8 @@ class Eulerian:
             more = (*more, ("share", "scalar"))
         if self.parted:
             more = (*more, ("body", "scalar"), ("zn", "scalar"), ("zt", "scalar"))
+        if self.revolved:
+            more = (*more, ("ring", "radius"), ("hoop", "scalar"))
         return standard.row_layout(dim, self.artificial_stress.acts, more)
 
     def coefficients(self) -> np.ndarray:
@@ -167,6 +175,7 @@ class Eulerian:
             "ARTIFICIAL_STRESS": int(self.artificial_stress.acts),
             "DISSIPATION": int(self.dissipation.acts),
             "PARTED": int(self.parted),
+            "REVOLVED": int(self.revolved),
             "tensile_part": artificial_stress.tensile_part(dim),
         }
 
@@ -191,6 +200,9 @@ def _pack(rows, s, coefficients, one):
         rows[s, BODY] = one.body
         rows[s, ZN] = one.rho * one.c_l
         rows[s, ZT] = one.rho * max(one.c_t, SLIPPERY * one.c_l)
+    if REVOLVED:
+        rows[s, RING] = one.ring
+        rows[s, HOOP] = (one.s[2] - one.p) * inverse2
     if DISSIPATION:
         rows[s, P] = one.p
         return one.c_l + 1.2 * (coefficients[0] + coefficients[4]) * one.c

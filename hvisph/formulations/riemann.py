@@ -45,6 +45,8 @@ class Riemann:
         Whether bodies separate and slide, or are welded.
     friction
         Coulomb's coefficient between bodies that are parted.
+    revolved
+        Whether particles are rings about the axis x.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -55,6 +57,7 @@ class Riemann:
     held: bool = True
     parted: bool = False
     friction: float = 0.0
+    revolved: bool = False
 
     name = "riemann"
     corrects = False
@@ -82,7 +85,7 @@ class Riemann:
 
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         following = self.consistent and self.smoothing.variable
-        return riemann.row_layout(dim, reconstruct, self.consistent, self.parted, following)
+        return riemann.row_layout(dim, reconstruct, self.consistent, self.parted, following, self.revolved)
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
@@ -91,7 +94,8 @@ class Riemann:
         flux = Pass(riemann.accumulate, self.layout(dim), ways | {
             "limit": limiter[0], "share": limiter[1], "CONSISTENT": int(self.consistent),
             "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.consistent and self.smoothing.variable),
-        }, density_rate=self.consistent, slips=self.parted)  # fmt: skip
+            "REVOLVED": int(self.revolved),
+        }, density_rate=self.consistent, slips=self.parted, rings=self.revolved)  # fmt: skip
         if not (self._reconstructs or self.parted):
             return [flux]
         return [Pass(riemann.gradients, self._row(dim, False), ways, into_rows=True), flux]
@@ -107,7 +111,11 @@ class Riemann:
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
         alone = self.kernel.norm(dim) * self.kernel.shape.py_func(0.0)
-        return _pack, {"PARTED": int(self.parted), "MOST": ROOM / float(alone) if self.consistent else UNLIMITED}
+        return _pack, {
+            "PARTED": int(self.parted),
+            "REVOLVED": int(self.revolved),
+            "MOST": ROOM / float(alone) if self.consistent else UNLIMITED,
+        }
 
     def limits(self) -> tuple[Any, dict[str, Any]] | None:
         """Return the function that packs what a particle bears, and what it is bound to; none in the printed form."""
@@ -131,6 +139,9 @@ def _pack(rows, s, coefficients, one):
     put(rows, s, T, in_plane(plus_identity(one.s, -one.p), DIM))
     if PARTED:
         rows[s, BODY] = one.body
+    if REVOLVED:
+        rows[s, RING] = one.ring
+        rows[s, HOOP] = one.s[2] - one.p
     return coefficients[0] * one.c_l
 
 

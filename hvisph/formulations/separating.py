@@ -32,18 +32,20 @@ class SeparatingContact:
         Coulomb's coefficient.
     planes
         Planes of symmetry.
+    revolved
+        Whether particles are rings about the axis x.
     """
 
     def __init__(self, kernel: Kernel, h: float, positions: np.ndarray, bodies: np.ndarray, friction: float,
-                 planes: tuple[Plane, ...]):  # fmt: skip
+                 planes: tuple[Plane, ...], revolved: bool = False):  # fmt: skip
         dim = positions.shape[1]
-        layout = riemann.row_layout(dim, reconstruct=False, parted=True)
+        layout = riemann.row_layout(dim, reconstruct=False, parted=True, revolved=revolved)
         limiter = LIMITERS["minmod"]  # bound, never called
         ways = {"RECONSTRUCTION": 0, "PARTED": 1}
         passes = [
             Pass(riemann.gradients, layout, ways, into_rows=True),
-            Pass(riemann.accumulate, layout, ways | {"ONLY_OTHER": 1, "limit": limiter[0], "share": limiter[1]},
-                 slips=True),
+            Pass(riemann.accumulate, layout, ways | {"ONLY_OTHER": 1, "limit": limiter[0], "share": limiter[1],
+                                              "REVOLVED": int(revolved)}, slips=True, rings=revolved),
         ]  # fmt: skip
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction]), positions, h, planes)
         self._selection = Selection(positions, bodies, kernel.reach * h, with_neighbours=True)
@@ -82,6 +84,8 @@ class SeparatingContact:
         for name in ("H", "ZN", "ZT", "BODY"):
             copy(name, name)
         copy("V", "M", factor=1.0 / rho[:, None])
+        if "RING" in to:
+            copy("RING", "RING")
         copy("T", "T", self._stress, (rho * rho)[:, None])
         packed[:, to["M"]] = np.where(near[:, slots["M"]] > 0.0, near[:, slots["M"]], 1.0)
         self._pairs.rows = packed

@@ -94,7 +94,7 @@ class Stepper:
         offered = {"SHARE": 0} | layout.slots() | rates.slots(dim) | columns | {
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
             "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
-            "PLANE_STRESS": int(particles.kinematics.thins),
+            "PLANE_STRESS": int(particles.kinematics.thins), "REVOLVED": int(particles.kinematics.revolved),
             "SWITCH": single.SWITCHES[self.formulation.switch],
             "recall": response.recall, "NOTHING": response.NOTHING, "REMEMBERS": int("memory" in particles.offsets),
             "thinning": plane_stress.thinning,

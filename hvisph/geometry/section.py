@@ -12,14 +12,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hvisph.core.errors import CaseError
+from hvisph.core.shapes import SECTION_ARRANGEMENTS
 from hvisph.geometry.fill import fill
 from hvisph.geometry.filling import Filling
 from hvisph.geometry.shapes import Cylinder, Ring, Shape, Tube
 from hvisph.geometry.shapes.combined import Measured
 
 ROUND = 1e-6  # [size]: how much the distance to a solid of revolution may change round the axis
-# Those whose first row stands half a spacing from the axis.
-SECTION_ARRANGEMENTS = ("square", "relaxed")
 
 
 @dataclass(frozen=True)

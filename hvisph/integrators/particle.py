@@ -9,12 +9,14 @@ from collections import namedtuple
 # in `hvisph.core.fields`.
 State = namedtuple("State", "x u rho e h s plastic_strain damage memory")
 
-# The rates of a particle: acceleration, power, velocity gradient in the plane, rate of ln(rho) beside it.
-Rates = namedtuple("Rates", "a power l density")
+# The rates of a particle: acceleration, power, velocity gradient in the plane, rate of ln(rho) beside it, and the
+# rate of the circumference of a ring, 0 elsewhere.
+Rates = namedtuple("Rates", "a power l density hoop")
 
-# What `pack` of a formulation writes into a particle's row: position and velocity, mass, density, energy, smoothing
-# length, pressure, speeds of bulk, longitudinal and shear waves, deviator (six components), body.
-Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s body")
+# What `pack` of a formulation writes into a particle's row: position and velocity, mass in the plane, density, energy,
+# smoothing length, pressure, speeds of bulk, longitudinal and shear waves, deviator (six components), body, radius
+# of the ring, 0 elsewhere.
+Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s body ring")
 
 # What `show_limits` of a formulation that asks for it writes beside: normal and shear traction that the particle bears,
 # whether it has failed, how much of its order is left, whether its smoothing length is free to follow.

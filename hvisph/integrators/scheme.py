@@ -53,11 +53,12 @@ class Scheme:
         """Return what a stepper must be told beside theta and w."""
         return {} if self.drift == 0.5 else {"drift": self.drift}
 
-    def extra_fields(self) -> tuple[str, ...]:
-        """Return the state that the scheme carries from step to step."""
+    def extra_fields(self, revolved: bool = False) -> tuple[str, ...]:
+        """Return the state that the scheme carries from step to step, of rings (`revolved`) and others."""
         if self.previous == 0.0:
             return ()
-        return ("previous_velocity", "previous_acceleration", "previous_power", "previous_gradient")
+        rates = ("previous_velocity", "previous_acceleration", "previous_power", "previous_gradient")
+        return (*rates, "previous_hoop_rate") if revolved else rates
 
 
 LEAPFROG = Scheme("leapfrog", 0.5, 0.0)

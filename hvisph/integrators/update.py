@@ -8,7 +8,7 @@ need is packed into the particle's row. See `integrators.scheme` for the scheme 
 
 from __future__ import annotations
 
-from math import sqrt
+from math import pi, sqrt
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from hvisph.core.tensors import (
     plus,
     put,
     put_full_symmetric,
+    radial,
     stretching,
     times,
     with_zz,
@@ -36,6 +37,8 @@ from hvisph.sph.viscosity import balsara_share, relaxed_share
 from .particle import Limits, Rates, Shown, State
 
 CHUNK = 256
+# The smallest radius of a ring, over h: below it a ring is taken for one of this radius.
+ON_AXIS = 0.07
 # Which share of the viscosity a particle takes: all of it, or by a published switch.
 WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 SWITCHES = {"none": WHOLE, "balsara": BALSARA, "morris_monaghan": MORRIS_MONAGHAN}
@@ -72,7 +75,7 @@ def store(state, i, now):
 def measured(rates, k):
     """Return row `k` of the rates."""
     return Rates(own_vector(rates, k, R_ACCELERATION, DIM), rates[k, R_POWER], own_gradient(rates, k, R_GRADIENT, DIM),
-                 rates[k, R_DENSITY] if DENSITY_RATE else 0.0)  # fmt: skip
+                 rates[k, R_DENSITY] if DENSITY_RATE else 0.0, rates[k, R_HOOP] if REVOLVED else 0.0)  # fmt: skip
 
 
 def remember(state, i, u, rate):
@@ -83,15 +86,17 @@ def remember(state, i, u, rate):
     put(state, i, S_PREVIOUS_GRADIENT, rate.l)
     if DENSITY_RATE:
         state[i, S_PREVIOUS_DENSITY_RATE] = rate.density
+    if REVOLVED:
+        state[i, S_PREVIOUS_HOOP_RATE] = rate.hoop
 
 
 def moved(state, i, now, rate, u, step):
-    """Carry position, velocity and energy over a step: return them in a state, velocity gradient and swelling.
+    """Carry position, velocity and energy over a step: return them in a state, and gradient, swelling, hoop's rate.
 
     `u` is the velocity of the evaluation, with which power and gradient were found. The step's rates are those of
     the evaluation or, with PREVIOUS, the means of them and of the one before.
     """
-    a, power, l, density = rate.a, rate.power, rate.l, rate.density
+    a, power, l, density, hoop = rate.a, rate.power, rate.l, rate.density, rate.hoop
     if PREVIOUS:
         before = own_vector(state, i, S_PREVIOUS_ACCELERATION, DIM)
         a = times(0.5, plus(a, before))
@@ -99,6 +104,8 @@ def moved(state, i, now, rate, u, step):
         l = times(0.5, plus(l, own_gradient(state, i, S_PREVIOUS_GRADIENT, DIM)))
         if DENSITY_RATE:
             density = 0.5 * (density + state[i, S_PREVIOUS_DENSITY_RATE])
+        if REVOLVED:
+            hoop = 0.5 * (hoop + state[i, S_PREVIOUS_HOOP_RATE])
     # Mean velocity of the step; the work of the forces at it is what the energy receives.
     mean = plus(now.u, times(0.5 * step, a))
     missing = dot(rate.a, minus(mean, u))
@@ -107,12 +114,13 @@ def moved(state, i, now, rate, u, step):
     after = State(plus(now.x, times(step, mean)), plus(now.u, times(step, a)), now.rho,
                   now.e + step * (power - missing), now.h, now.s, now.plastic_strain, now.damage,
                   now.memory)  # fmt: skip
-    return after, l, divergence(l) - density
+    return after, l, divergence(l) - density, hoop
 
 
-def strained(now, dt, l, swelling, table, models, m, h_low, h_high):
+def strained(now, dt, l, swelling, hoop, table, models, m, h_low, h_high):
     """Strain a particle over `dt` at the velocity gradient `l` in the plane and its rate of volume `swelling` there.
 
+    A ring's circumference grows at the rate `hoop`; its smoothing length follows its area.
     Returns the state, pressure, bulk sound speed, full velocity gradient, and growth of the thickness.
     """
     full, thicker, rho = full_gradient(l), 1.0, now.rho
@@ -120,6 +128,9 @@ def strained(now, dt, l, swelling, table, models, m, h_low, h_high):
         zz = thinning(table, models, m, dt, rho, swelling, now.e, now.s, now.plastic_strain, now.damage, full)
         full, thicker = with_zz(full, zz), grown(dt * zz)
         rho *= grown(-dt * (swelling + zz))
+    elif REVOLVED:
+        full = with_zz(full, hoop)
+        rho *= grown(-dt * (swelling + hoop))
     else:
         rho *= grown(-dt * swelling)
     h = min(max(now.h * grown(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
@@ -142,6 +153,11 @@ def works(before, now, l, p, step):
     return plastic, now.e - before.e - pressed - sheared
 
 
+def ring_radius(x, h):
+    """Return the radius of the ring at `x` [m], at the axis that of a tenth of a spacing or so."""
+    return max(abs(radial(x)), ON_AXIS * h)
+
+
 def viscous_share(share, l, c, h, dt, coefficients):
     """Return the share of the viscosity that a particle takes, from its full velocity gradient."""
     if SWITCH == MORRIS_MONAGHAN:
@@ -155,7 +171,7 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
 
     Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
     DENSITY_RATE (1 where the rates hold one of ln(rho)), DRIFT (share of the acceleration in the stage's
-    position), PLANE_STRESS, SWITCH (share of the viscosity), REMEMBERS (1 where
+    position), PLANE_STRESS, REVOLVED, SWITCH (share of the viscosity), REMEMBERS (1 where
     particles have a memory), NOTHING (else), columns of the state (S_...) and of the rates (R_...),
     slots of the row (U, SHARE), the templates above, and functions of `hvisph.materials` and `pack`.
 
@@ -194,11 +210,11 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
             mass, now, rate = state[s, S_MASS], loaded(state, s), measured(rates, k)
             if tags[s, 3] & np.uint32(1):  # clamped
                 support = plus(support, times(mass, rate.a))
-                rate = Rates(no_vector(DIM), rate.power, rate.l, rate.density)
+                rate = Rates(no_vector(DIM), rate.power, rate.l, rate.density, rate.hoop)
             if complete:
                 u, before = own_vector(sorted_rows, k, U, DIM), now
-                now, l, swelling = moved(state, s, now, rate, u, step)
-                now, p, c, l, thicker = strained(now, step, l, swelling, table, models, m, h_low, h_high)
+                now, l, swelling, hoop = moved(state, s, now, rate, u, step)
+                now, p, c, l, thicker = strained(now, step, l, swelling, hoop, table, models, m, h_low, h_high)
                 store(state, s, now)
                 flowed, dissipated = works(before, now, l, pressures[s], step)
                 plastic += mass * flowed
@@ -222,15 +238,19 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
             ahead = State(x, plus(now.u, times(stage, rate.a)), now.rho, now.e + stage * rate.power, now.h, now.s,
                           now.plastic_strain, now.damage, now.memory)  # fmt: skip
             swelling = divergence(rate.l) - rate.density
-            ahead, p, c, l, thicker = strained(ahead, stage, rate.l, swelling, table, models, m, h_low, h_high)
+            ahead, p, c, l, thicker = strained(
+                ahead, stage, rate.l, swelling, rate.hoop, table, models, m, h_low, h_high)  # fmt: skip
             pressures[s], lengths[s], longest = p, ahead.h, max(longest, ahead.h)
             shear = shear_modulus(table, models, m, ahead.rho, ahead.e, p)
             c_l, c_t = longitudinal_speed(c, ahead.rho, shear), shear_speed(ahead.rho, shear)
             # In plane stress a membrane: its forces and its density are those of its thickness.
             thickness = state[s, S_THICKNESS] * thicker if PLANE_STRESS else 1.0
+            # In the plane of a ring the mass of its section.
+            ring = ring_radius(ahead.x, ahead.h) if REVOLVED else 0.0
+            planar = mass / (2.0 * pi * ring) if REVOLVED else mass
             signals[s] = pack(rows, s, coefficients, Shown(
-                ahead.x, ahead.u, mass, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
-                times(thickness, ahead.s), float(tags[s, 1])))  # fmt: skip
+                ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
+                times(thickness, ahead.s), float(tags[s, 1]), ring))  # fmt: skip
             if LIMITED:
                 signals[s] = show_limits(rows, s, coefficients, signals[s], ahead.rho, c, Limits(
                     thickness * bearable_tension(table, models, m, ahead.s, ahead.damage),
@@ -251,4 +271,4 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
         put(sums, i, SUPPORT, support)
 
 
-PARTS = (loaded, store, measured, remember, moved, strained, works, viscous_share)
+PARTS = (loaded, store, measured, remember, moved, strained, works, ring_radius, viscous_share)

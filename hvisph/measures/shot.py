@@ -118,7 +118,7 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     roles = roles_of(start, now, given.get("roles", ()))
     spacing = spacing_of(source)
     projectile = members(source, roles, PROJECTILE)
-    whole = whole_of(source, projectile, spacing, planes) if source.dimensions > 1 else Whole()
+    whole = _whole(source, projectile, spacing, planes) if source.dimensions > 1 else Whole()
     if start is None:
         return Shot(roles, whole, _rows(np.eye(now.dimensions)))
     complete = whole.complete(start)
@@ -129,6 +129,12 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     mass = seen.fields.get("mass")
     masses = [] if mass is None else np.bincount(seen.body, mass, len(roles)).tolist()
     return Shot(roles, whole, _rows(frame), _plates(seen, roles, axis, spacing), speed, tuple(masses), energy)
+
+
+def _whole(source: Snapshot, projectile: np.ndarray, spacing: float, planes: list[Mirror] | None) -> Whole:
+    if source.metadata.get("kinematics") == "axisymmetric":
+        return Whole((Mirror(1, 0.0),), revolution=True)
+    return whole_of(source, projectile, spacing, planes)
 
 
 def spacing_of(snapshot: Snapshot) -> float:

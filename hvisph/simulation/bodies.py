@@ -17,6 +17,7 @@ from hvisph.geometry.mirror import Mirror, crosses, cut
 from hvisph.geometry.overlap import overlaps
 from hvisph.geometry.particle_file import read_particles
 from hvisph.geometry.place import rotated, rotation_matrix, row
+from hvisph.geometry.section import Section, fill_section
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
 from hvisph.simulation.shapes import shape_of
 from hvisph.simulation.velocities import initial_velocity
@@ -53,7 +54,7 @@ class PlacedBody:
     positions: np.ndarray
     volumes: np.ndarray
     spacing: np.ndarray
-    surface: Shape | None = None
+    surface: Placed | None = None
 
     @property
     def mean_velocity(self) -> np.ndarray:
@@ -65,7 +66,7 @@ class PlacedBody:
     def asked(self) -> float:
         """Volume of the shape, or of its part that symmetry planes keep [m^dim]."""
         whole = float(self.filling.volumes.sum())
-        shape = whole if self.surface is None else self.surface.volume
+        shape = whole if self.surface is None else _solid(self.surface.shape).volume
         return shape * float(self.volumes.sum()) / whole
 
 
@@ -91,7 +92,7 @@ def placed_bodies(case: Any) -> list[PlacedBody]:
             raise CaseError(error.message, where=f"bodies.{name}.{error.where or 'shape'}") from error
         fillings.append(filling if turn is None else rotated(filling, turn))
         shapes.append(None if shape is None else Placed(shape, np.zeros(dim), turn))
-        faced.append(turn is None and isinstance(shape, FACED))
+        faced.append(turn is None and isinstance(_solid(shape), FACED))
     models = list(case.bodies.values())
     centres = row(fillings, [m.gap for m in models], [m.position for m in models], shapes, faced)
     bodies = []
@@ -116,12 +117,15 @@ def _filled(case: Any, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mi
     dx = model.resolution or case.resolution
     if model.shape.type == "particles":
         return None, read_particles(model.shape.file, case.dim, model.material.density, model.shape.unit)
+    exact = model.mass == "exact"
+    if case.drawn != case.dim:
+        solid = shape_of(model.shape, case.drawn)
+        return Section(solid), fill_section(solid, model.arrangement, dx, exact=exact)
     shape = shape_of(model.shape, case.dim)
     even = _split_by(shape, turn, model.position, mirrors, dx)
     if model.grading is not None:
         grading = Grading(model.grading.fine, model.grading.coarsest, model.grading.ratio)
         return shape, fill_graded(shape, dx, grading, even)
-    exact = model.mass == "exact"
     return shape, fill(shape, model.arrangement, dx, exact=exact, even=even if exact else ())
 
 
@@ -141,6 +145,11 @@ def _split_by(
         if abs(normal[own]) > 1 - 1e-9:
             found.append(own)
     return tuple(dict.fromkeys(found))
+
+
+def _solid(shape: Any) -> Any:
+    """Return the solid of which `shape` is the half-plane section; itself of any other."""
+    return shape.solid if isinstance(shape, Section) else shape
 
 
 def _refuse_disorder(bodies: list[PlacedBody]) -> None:

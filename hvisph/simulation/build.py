@@ -22,7 +22,7 @@ from hvisph.simulation.impact_pressure import stiff_enough
 from hvisph.simulation.kernel_types import filled_region, set_kernel_types, set_loads
 from hvisph.simulation.starting import MEMORY, body_material, remembered, start_of
 from hvisph.simulation.velocities import initial_velocity
-from hvisph.sph.symmetry import Plane
+from hvisph.sph.symmetry import AXIS, Plane
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -83,12 +83,13 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
     formulation = formulation_of(case)
     scheme = SCHEMES[case.time.integrator]
     h = formulation.h_over_dx * dx
-    extra = (*formulation.fields, *scheme.extra_fields())
-    made = [body_material(body, dim, dx) for body in placed]
+    kinematics = KINEMATICS[case.kinematics]
+    extra = (*formulation.fields, *scheme.extra_fields(kinematics.revolved))
+    made = [body_material(body, case.drawn, dx) for body in placed]
     if any(material.remembers for material in made):
         _refuse_memory(case, made)
         extra = (*extra, *MEMORY)
-    particles = Particles(dim, sum(len(b.positions) for b in placed), extra, KINEMATICS[case.kinematics])
+    particles = Particles(dim, sum(len(b.positions) for b in placed), extra, kinematics)
     materials, first = [], 0
     for number, (body, material) in enumerate(zip(placed, made, strict=True)):
         if material not in materials:
@@ -102,7 +103,7 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
         particles["density"][part] = density
         particles["internal_energy"][part] = energy
         if material.remembers:
-            for name, values in zip(MEMORY, remembered(body, material, dim, dx).T, strict=True):
+            for name, values in zip(MEMORY, remembered(body, material, dim, case.drawn, dx).T, strict=True):
                 particles[name][part] = values
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
@@ -122,6 +123,8 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
     set_kernel_types(particles, case, names)
     sides = {"above": 1.0, "below": -1.0}
     planes = tuple(Plane("xyz".index(plane.axis), plane.at, sides[plane.keep]) for plane in case.symmetry)
+    if kinematics.revolved:
+        planes = (*planes, AXIS)
     stepper = formulation.stepper(
         particles, formulation, materials, scheme.stage, scheme.previous, float(lengths.max()), planes,
         **scheme.further(),

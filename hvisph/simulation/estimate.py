@@ -16,6 +16,8 @@ from hvisph.core.errors import CaseError
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import BASE_FIELDS
 from hvisph.geometry.fill import estimated_count
+from hvisph.geometry.section import Section
+from hvisph.geometry.shapes import Shape
 from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.build import build
 from hvisph.simulation.domain import Domain
@@ -204,8 +206,14 @@ def _rough(body: Any, case: Case) -> float:
     """Return the number of a body's particles by volume; a graded body is taken to be fine throughout."""
     if body.shape.type == "particles":
         return 0.0
-    whole = estimated_count(shape_of(body.shape, case.dim), body.resolution or case.resolution)
+    whole = estimated_count(_filled_shape(body, case), body.resolution or case.resolution)
     return whole * 0.5 ** len({plane.axis for plane in case.symmetry})
+
+
+def _filled_shape(body: Any, case: Case) -> Shape:
+    """Return what particles fill: of a solid of revolution its section."""
+    shape = shape_of(body.shape, case.drawn)
+    return shape if case.drawn == case.dim else Section(shape)
 
 
 def estimated_steps(case: Case) -> int:
@@ -248,9 +256,9 @@ def _counted(body: PlacedBody) -> BodyEstimate:
 def _uncounted(case: Case) -> list[BodyEstimate]:
     found = []
     for name, body in case.bodies.items():
-        shape, dx = shape_of(body.shape, case.dim), body.resolution or case.resolution
+        shape, dx = _filled_shape(body, case), body.resolution or case.resolution
         kept, across = _rough(body, case), shape.extent()[min(1, case.dim - 1)] / dx
-        volume = kept * dx**case.dim
+        volume = kept * dx**case.dim if case.drawn == case.dim else shape_of(body.shape, case.drawn).volume
         found.append(BodyEstimate(name, round(kept), round(across), body.material.density * volume, volume))
     return found
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from hvisph.core.kinematics import KINEMATICS
 from hvisph.formulations.conversion import Conversion
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.formulation import Smoothing
@@ -41,6 +42,7 @@ def formulation_of(case: Case) -> AnyFormulation:
         if length.type == "variable"
         else Smoothing(),
     }
+    revolved = {"revolved": KINEMATICS[case.kinematics].revolved}
     if model.type in ("total_lagrangian", "adaptive") or model.parted:
         return _composite(model, case)
     match model.type:
@@ -53,6 +55,7 @@ def formulation_of(case: Case) -> AnyFormulation:
                 correction=_correction(model.correction),
                 product=model.momentum_form == "product",
                 mass_form=model.density_form == "mass",
+                **revolved,
                 **_separating(model, case),
             )
         case "riemann":
@@ -61,6 +64,7 @@ def formulation_of(case: Case) -> AnyFormulation:
                 reconstruction=model.reconstruction,
                 consistent=model.form == "consistent",
                 held=model.tension == "held",
+                **revolved,
                 **_separating(model, case),
             )
         case "projection":

@@ -175,7 +175,10 @@ class _Values:
         if normal is None or field_of(column).name != "position":
             return value
         particles = self._particles
-        spacing = float(particles["mass"][row] / particles["density"][row]) ** (1.0 / particles.dim)
+        volume = float(particles["mass"][row] / particles["density"][row])
+        if particles.kinematics.revolved:
+            volume /= 2.0 * np.pi * float(particles["position"][row, 1])
+        spacing = volume ** (1.0 / particles.dim)
         return value + 0.5 * spacing * float(normal[component_names("position", particles.dim).index(column)])
 
 

@@ -55,7 +55,7 @@ def start_of(body: PlacedBody, material: Material) -> tuple[float, float]:
     return density * rest / material.density, energy
 
 
-def remembered(body: PlacedBody, material: Material, dim: int, dx: float) -> np.ndarray:
+def remembered(body: PlacedBody, material: Material, dim: int, drawn: int, dx: float) -> np.ndarray:
     """Return the memory that the particles of a body start with, of shape (count, 4)."""
     found = np.tile(np.array(NOTHING), (len(body.positions), 1))
     found[:, 0] = 0.0 if material.porosity is None else material.porosity.distension
@@ -70,6 +70,6 @@ def remembered(body: PlacedBody, material: Material, dim: int, dx: float) -> np.
             distance = np.sqrt(((body.positions[:, None] - points) ** 2).sum(axis=2)).min(axis=1)
             found[:, 0] = -detonation.time - distance / detonation.speed
     if isinstance(material.damage, GradyKipp):
-        volume = float(body.volumes.sum()) * dx ** (3 - dim)
+        volume = float(body.volumes.sum()) * dx ** (3 - drawn)
         found[:, 1:] = material.damage.flaws(body.name, len(body.positions), volume)
     return found

@@ -37,6 +37,8 @@ class Pass:
         Whether the law writes a rate of ln(rho) behind the other rates.
     slips
         Whether it writes the heat of slip between bodies behind that.
+    rings
+        Whether it writes the rate of the rings' circumference behind that.
     """
 
     law: Any
@@ -45,6 +47,7 @@ class Pass:
     into_rows: bool = False
     density_rate: bool = False
     slips: bool = False
+    rings: bool = False
 
 
 class Pairs:
@@ -71,7 +74,7 @@ class Pairs:
         dim = layout.dim
         self.layout, self.kernel, self.planes = layout, kernel, planes
         self.coefficients = coefficients
-        self._further = 2 if any(one.slips for one in passes) else int(any(one.density_rate for one in passes))
+        self._further = max(3 * one.rings or 2 * one.slips or int(one.density_rate) for one in passes)
         self.count = len(positions)
         self.slots = layout.slots()
         self.rows = np.zeros((self.count, layout.width))

@@ -20,6 +20,8 @@ def _components(rank: str, dim: int) -> list[str]:
     match rank:
         case "scalar":
             return [""]
+        case "radius":  # signed: of an image over the axis below zero
+            return ["y"]
         case "vector":
             return vector
         case "symmetric":
@@ -47,7 +49,7 @@ class RowLayout:
     dim
         Number of dimensions.
     fields
-        Pairs of name and rank (``scalar``, ``vector``, ``symmetric``, ``gradient``,
+        Pairs of name and rank (``scalar``, ``radius``, ``vector``, ``symmetric``, ``gradient``,
         ``symmetric_gradient``); the first is the position.
     """
 

@@ -35,6 +35,10 @@ class Plane:
         return self.side * (self.at - x[:, self.axis])
 
 
+# The axis of solids of revolution, in the half-plane (x, r).
+AXIS = Plane(1, 0.0)
+
+
 @dataclass(frozen=True)
 class Images:
     """The images that one plane makes.
@@ -106,7 +110,7 @@ def turn_back(particles: Particles, rows: np.ndarray, layout: RowLayout, rates: 
     planes
         Planes of symmetry.
     """
-    dim = particles.dim
+    dim, ring = particles.dim, layout.slots().get("RING")
     for plane in planes:
         vector, gradient = (field_signs(rank, plane.axis, dim) for rank in ("vector", "gradient"))
         of_rates = np.concatenate([vector, np.ones(2), gradient])
@@ -121,4 +125,6 @@ def turn_back(particles: Particles, rows: np.ndarray, layout: RowLayout, rates: 
                 values[passed] *= signs[: values.shape[1]]
         particles["position"][passed, plane.axis] += 2.0 * plane.at
         rows[passed] = mirror(rows[passed], plane, layout)
+        if ring is not None:  # they are rings again, no images
+            rows[passed, ring] = np.abs(rows[passed, ring])
         rates[place[passed], : len(of_rates)] *= of_rates

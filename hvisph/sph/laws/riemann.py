@@ -37,7 +37,8 @@ Between different bodies (PARTED), with normal and gate of `sph.laws.interface` 
     D    = F . (u*_b - u*_a)/2 >= 0                              heat of slip and of the gate, to each side
 
 and the velocity gradient takes the pair by its gate. In all forms the energies of a pair and the work of its force
-sum to nothing.
+sum to nothing. Rings of solids of revolution (REVOLVED) add what `sph.laws.rings` says; in the printed form their
+velocity gradient is renormalised.
 
 Source: Parshikov & Medin 2002 as used by Mehra & Chaturvedi 2006; reconstruction after van Leer 1979; h that
 follows density after Springel & Hernquist 2002.
@@ -68,8 +69,11 @@ from hvisph.core.tensors import (
     own_symmetric_gradient,
     own_vector,
     plus,
+    plus_radial,
     product,
     put,
+    radial,
+    scaled_apart,
     spread,
     symmetric,
     symmetric_gradient,
@@ -84,9 +88,10 @@ from hvisph.sph.shape_matrix import sound_inverse
 from .edges import at_edges
 from .interface import across
 from .limiters import TINY
+from .rings import ring_weight
 
 # Options of the law, off unless bound.
-RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = ONLY_OTHER = 0
+RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = ONLY_OTHER = REVOLVED = 0
 
 # Slope of the shock's speed over its jump of velocity, for the impedance; metals have 1.2 to 1.5.
 SHOCK_SLOPE = 1.2
@@ -103,10 +108,11 @@ NO_SHEAR = 1e-4
 
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
-               following: bool = False) -> RowLayout:  # fmt: skip
+               following: bool = False, revolved: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
-    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, FILLS and ENDS N and O of its body.
+    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, FILLS and ENDS N and O of its body, RING and
+    HOOP radius and hoop stress of a ring.
     """
     fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("zn", "scalar"),
               ("zt", "scalar"), ("t", "symmetric")]  # fmt: skip
@@ -114,11 +120,15 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
         fields += [("rho", "scalar"), ("bear", "scalar"), ("shear", "scalar"), ("order", "scalar")]
     if parted:
         fields += [("body", "scalar"), ("fills", "vector"), ("ends", "vector")]
+    if revolved:
+        fields.append(("ring", "radius"))
     if reconstruct:
         fields += [("gu", "gradient"), ("gt", "symmetric_gradient")]
     fields.append(("m", "scalar"))  # the pairs never read it, nor whether h is free to follow
     if following:
         fields.append(("grows", "scalar"))
+    if revolved:
+        fields.append(("hoop", "scalar"))
     return RowLayout(dim, tuple(fields))
 
 
@@ -179,7 +189,9 @@ def accumulate(near, n, rows, i, constants, out):
     if PARTED:
         fills, ends = own_vector(rows, i, FILLS, DIM), own_vector(rows, i, ENDS, DIM)
     a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
-    power = mu = number = own_number = widening = slip = all_lanes(0.0)
+    power = mu = number = own_number = widening = slip = fullness = all_lanes(0.0)
+    if REVOLVED:
+        inverse_ring = 1.0 / rows[i, RING]
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = minus(vector(b, 0, DIM), x)
@@ -197,7 +209,10 @@ def accumulate(near, n, rows, i, constants, out):
             e, cosine, gate = across(e, other, fills, vector(b, FILLS, DIM), ends, vector(b, ENDS, DIM))
             g, half, weight = g * cosine, same, same + other * gate
         mu = larger_lanes(mu, min(b[V] * many, 1.0) * approach)
-        vg = b[V] * g
+        vg = worked = b[V] * g
+        if REVOLVED:
+            mean, real = ring_weight(b[RING], inverse_ring)
+            worked = vg * (mean * real)
         # Velocities and tractions of both sides, along e and across.
         ta, tb = on(s, e), on(symmetric(b, T, DIM), e)
         ua_n, ub_n, ta_n, tb_n = dot(u, e), dot(v, e), dot(ta, e), dot(tb, e)
@@ -232,7 +247,7 @@ def accumulate(near, n, rows, i, constants, out):
         if PARTED:
             t_n = same * t_n + other * (gate * min(t_n, 0.0))
             own, its = ua_n + (t_n - ta_n) / za, ub_n - (t_n - tb_n) / (zb + TINY)
-            power += vg * ((0.5 * other) * (t_n * (its - own)))
+            power += worked * ((0.5 * other) * (t_n * (its - own)))
             u_n += other * (own - u_n)
         us, ts = minus(times(u_n, e), u), times(t_n, e)
         if DIM > 1:
@@ -250,16 +265,21 @@ def accumulate(near, n, rows, i, constants, out):
             if PARTED:
                 own_t = plus(ua_t, times(yielding(zt, zn), minus(t_t, ta_t)))
                 its_t = minus(ub_t, times(yielding(zb, b[ZN]), minus(t_t, tb_t)))
-                rubbed = vg * ((0.5 * other) * dot(t_t, minus(its_t, own_t)))
+                rubbed = worked * ((0.5 * other) * dot(t_t, minus(its_t, own_t)))
                 power += rubbed
                 slip += rubbed
                 u_t = plus(u_t, times(other, minus(own_t, u_t)))
             us, ts = plus(us, u_t), plus(ts, t_t)
+        power += worked * dot(ts, us)
+        if REVOLVED:
+            power -= vg * mean * (1.0 - real) * (0.5 * radial(ts)) * (radial(u) + radial(v))
+            fullness += (0.5 * weight) * vg * radial(e) * radial(dx)
+            ts = scaled_apart(ts, mean * real, mean)
         a = plus(a, times(vg, ts))
-        power += vg * dot(ts, us)
         l = plus(l, outer(us, times(weight * vg, e)))
-        if CONSISTENT:
+        if CONSISTENT or REVOLVED:
             moment = plus(moment, symmetric_outer(times((0.5 * weight) * vg * dot(dx, e), e), e))
+        if CONSISTENT:
             number += weight * g * dot(us, e)
             if FOLLOWING:
                 q, receding = r / h, weight * dot(minus(v, u), e)
@@ -274,6 +294,14 @@ def accumulate(near, n, rows, i, constants, out):
             rate = (rate + volume * total(own_number)) / (1.0 - rows[i, GROWS] * volume * h / DIM * widened)
         found, rate = at_edges(found, rate, matrix(totals(moment)), largest(mu) * rows[i, RHO] / zn, rows[i, BEAR])
         out[i, R_DENSITY] = divergence(found) - rate
-    write_rates(out, i, times(inverse_density, totals(a)), inverse_density * total(power), largest(mu), found)
+    force, work = totals(a), total(power)
+    if REVOLVED:
+        if not (CONSISTENT or ONLY_OTHER):
+            found = product(found, sound_inverse(matrix(totals(moment)))[0])
+        hoop = 0.0 if ONLY_OTHER else radial(s) - rows[i, HOOP]
+        hoop = (hoop - total(fullness) * radial(s)) * inverse_ring
+        force, work = plus_radial(force, hoop), work - hoop * radial(u)
+        out[i, R_HOOP] = radial(u) * inverse_ring
+    write_rates(out, i, times(inverse_density, force), inverse_density * work, largest(mu), found)
     if PARTED:
         out[i, R_SLIP] = inverse_density * total(slip)

@@ -31,7 +31,8 @@ with its own stress. A pair takes the plain gradient on both sides where a compo
 than C_f times the plain one or less than 1/C_f of it; that refuses changed signs too. Components along which the two
 stand side by side are not tested: the plain gradient has none there. Fall-backs are counted.
 
-Beside Total Lagrangian particles pairs have shares (`sph.laws.coupling`).
+Beside Total Lagrangian particles pairs have shares (`sph.laws.coupling`). Rings of solids of revolution (REVOLVED) add
+what `sph.laws.rings` says, and their velocity gradient in the plane is renormalised.
 """
 
 from __future__ import annotations
@@ -44,8 +45,10 @@ from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     dot,
     gradient,
+    matrix,
     minus,
     no_gradient,
+    no_symmetric,
     no_vector,
     on,
     on_rows,
@@ -55,18 +58,26 @@ from hvisph.core.tensors import (
     own_vector,
     plus,
     plus_identity,
+    plus_radial,
+    product,
+    radial,
+    scaled_apart,
     spread,
     symmetric,
+    symmetric_outer,
     times,
     totals,
     vector,
 )
 from hvisph.sph.rows import RowLayout
+from hvisph.sph.shape_matrix import sound_inverse
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
+
+from .rings import ring_weight
 
 # Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
 # viscosity, corrected gradients, pairs beside Total Lagrangian particles, and the exponent n of f.
-PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = COUPLED = 0
+PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = COUPLED = REVOLVED = 0
 EXPONENT = 4
 
 # A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
@@ -122,6 +133,9 @@ def accumulate(near, n, rows, i, constants, out):
     if DISSIPATION:
         p = rows[i, P]
         twice_alpha = 2.0 * constants[4]  # for c_a + c_b in place of their mean
+    if REVOLVED:
+        inverse_ring = 1.0 / rows[i, RING]
+        moment = spread(no_symmetric(DIM))
     a, l = spread(no_vector(DIM)), spread(no_gradient(DIM))
     density_rate = power = mu_max = plain = all_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
@@ -194,10 +208,25 @@ def accumulate(near, n, rows, i, constants, out):
             flow = twice_alpha * vf * (p - p_b) * (f * r) / (c + b[C])
             density_rate += flow
             power -= 0.5 * inverse_rho * flow * (p * inverse_rho + p_b * inverse_rho_b)
-        a = plus(a, times(m, plus(plus(own, pair), other)))
-        power += m * dot(du, plus(own, times(0.5, pair)))
+        force, apart = plus(plus(own, pair), other), du
+        if REVOLVED:
+            weight, real = ring_weight(b[RING], inverse_ring)
+            force = scaled_apart(force, weight * real, weight)
+            # of an image over the axis: the radial work of the two real rings
+            apart = scaled_apart(du, weight * real, 0.0)
+            apart = plus_radial(apart, weight * (radial(u) - (2.0 * real - 1.0) * b[U + 1]))
+            moment = minus(moment, symmetric_outer(times(vf * f, dx), dx))
+        a = plus(a, times(m, force))
+        power += m * dot(apart, plus(own, times(0.5, pair)))
         l = minus(l, outer(times(vf, du), g))
-    write_rates(out, i, totals(a), -total(power), largest(mu_max), totals(l))
+    force, work, found = totals(a), total(power), totals(l)
+    if REVOLVED:
+        fullness = totals(moment)
+        found = product(found, sound_inverse(matrix(fullness))[0])
+        hoop = ((1.0 - radial(fullness)) * radial(t) - rows[i, HOOP]) * rho * inverse_ring
+        force, work = plus_radial(force, hoop), work + hoop * radial(u)
+        out[i, R_HOOP] = radial(u) * inverse_ring
+    write_rates(out, i, force, -work, largest(mu_max), found)
     if MASS_FORM or DISSIPATION:
         out[i, R_DENSITY] = inverse_rho * total(density_rate)
     if CORRECTED:

@@ -1,0 +1,135 @@
+"""Axisymmetric cases: what of a case in 3D is taken for the half-plane (x, r), and what such a case must fulfil."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, Protocol
+
+from hvisph.case.bodies import Body
+from hvisph.case.formulations.options import KernelOptions
+from hvisph.case.model import Problem
+from hvisph.case.regions import SymmetryPlane
+from hvisph.core.kinematics import KINEMATICS
+
+FORMULATIONS = ("riemann", "eulerian")
+# Fields of velocity that have a meaning about the axis.
+FIELDS = ("uniform", "radial", "linear", "table")
+_VECTORS = ("velocity", "position")
+
+
+class Case(Protocol):
+    """What the rules see of a case."""
+
+    @property
+    def kinematics(self) -> str:
+        """Dimensions and stress state by name."""
+
+    @property
+    def bodies(self) -> Mapping[str, Body]:
+        """Bodies by name."""
+
+    @property
+    def symmetry(self) -> Sequence[SymmetryPlane]:
+        """Symmetry planes."""
+
+    @property
+    def formulation(self) -> KernelOptions:
+        """Scheme that computes the run."""
+
+
+def about_axis(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the plain form of an axisymmetric case without what it has as one in 3D.
+
+    A third component that is zero and planes of symmetry through the axis say nothing about a solid of revolution.
+    """
+    filled = dict(data)
+    if isinstance(filled.get("bodies"), dict):
+        filled["bodies"] = {name: _flattened(body) for name, body in filled["bodies"].items()}
+    planes = filled.get("symmetry")
+    if isinstance(planes, list | tuple):
+        filled["symmetry"] = [plane for plane in planes if not _through_axis(plane)]
+    return filled
+
+
+def _flattened(body: Any) -> Any:
+    if not isinstance(body, dict):
+        return body
+    short = dict(body)
+    for key in _VECTORS:
+        value = short.get(key)
+        if isinstance(value, list | tuple) and len(value) == 3 and value[2] == 0:
+            short[key] = list(value[:2])
+    if short.get("arrangement") == "cubic":
+        short["arrangement"] = "square"
+    return short
+
+
+def _through_axis(plane: Any) -> bool:
+    if isinstance(plane, SymmetryPlane):
+        return plane.axis != "x" and plane.at == 0.0
+    return isinstance(plane, dict) and plane.get("axis") in ("y", "z") and plane.get("at", 0) == 0
+
+
+def axisymmetric_problems(case: Case) -> Iterator[Problem]:
+    """Yield what an axisymmetric `case` has that has no meaning about the axis, or is not there yet."""
+    if not KINEMATICS[case.kinematics].revolved:
+        return
+    formulation: Any = case.formulation
+    if formulation.type not in FORMULATIONS:
+        why = {
+            "projection": "its Poisson equation is that of the plane",
+            "total_lagrangian": "its pairs in the reference configuration have no hoop terms",
+            "adaptive": "its pairs in the reference configuration have no hoop terms",
+        }[formulation.type]
+        yield Problem(("kinematics",), f"'{formulation.type}' has no axisymmetric form: {why}; use riemann or eulerian")
+    elif formulation.parted:
+        yield Problem(("formulation", "contact", "type"), "'repulsive' has no axisymmetric form; use separating")
+    if formulation.type == "eulerian":
+        yield from _without(formulation, "correction", "type", "none", "gradients are renormalised as it is")
+        yield from _without(formulation, "density_dissipation", "type", "none", "its exchange is one of the plane")
+        yield from _without(formulation, "density_form", "", "volume", "the area of a ring follows its volume")
+    for index, plane in enumerate(case.symmetry):
+        if plane.axis != "x":
+            yield Problem(("symmetry", index), "a plane along the axis, but not through it; only planes across x")
+    for name, body in case.bodies.items():
+        yield from _body(name, body)
+
+
+def _without(formulation: Any, key: str, part: str, allowed: str, why: str) -> Iterator[Problem]:
+    model = getattr(formulation, key)
+    given = getattr(model, part) if part else model
+    if given != allowed:
+        path = ("formulation", key, part) if part else ("formulation", key)
+        yield Problem(path, f"'{given}' has no axisymmetric form: {why}; use {allowed}")
+
+
+def _body(name: str, body: Body) -> Iterator[Problem]:
+    if len(body.velocity) == 2 and body.velocity[1] != 0.0:
+        yield Problem(
+            ("bodies", name, "velocity"),
+            f"{body.velocity[1]:g} is a radial velocity of the whole ring, towards or away from the axis everywhere; "
+            "for an oblique impact use three_d, for an implosion a `radial` field in `initial_velocity`",
+        )
+    if body.position is not None and len(body.position) == 2 and body.position[1] != 0.0:
+        yield Problem(("bodies", name, "position"), "bodies are solids about the axis: y must be 0; off it use a ring")
+    if body.rotation is not None:
+        yield Problem(("bodies", name, "rotation"), "a turned solid is no solid about the axis; leave it out")
+    if body.grading is not None:
+        yield Problem(("bodies", name, "grading"), "rings have even spacing; leave it out")
+    if body.shape.type == "particles":
+        yield Problem(("bodies", name, "shape", "type"), "particles from a file have no axisymmetric form")
+    for number, field in enumerate(body.initial_velocity):
+        if field.type not in FIELDS:
+            yield Problem(("bodies", name, "initial_velocity", number), "no ring turns about another axis than x")
+
+
+def axisymmetric_warnings(case: Case) -> Iterator[str]:
+    """Yield what a user should know about an axisymmetric `case` before it runs."""
+    if not KINEMATICS[case.kinematics].revolved:
+        return
+    for name, body in case.bodies.items():
+        if body.material.damage.type == "none":
+            yield (
+                f"bodies.{name}.material: has neither damage nor a cut-off of tension, and rings do not break round "
+                "the axis: a cloud of debris is held by its own hoops; give one"
+            )

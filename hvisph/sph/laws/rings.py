@@ -1,0 +1,41 @@
+"""Rings: what pairs and particles add where the plane is the half-plane (x, r) of solids of revolution about x.
+
+A particle is a whole ring of mass m. In the plane it has the mass M = m / (2 pi r) and the area A = M / rho, with which
+the laws of the plane hold, and images over the axis, of which s = -1 (s = 1 of all others). A pair's force takes both
+radii in the mean,
+
+    F_ab = 2 pi M_a M_b (r_a + s r_b)/2 [force of the plane]        a_a = sum_b w [..],     w = (1 + s r_b/r_a)/2
+
+and an image over the axis gives its radial part alone: axial forces are conserved over all rings, radial ones need not
+be over the axis. Its work is that of the two real rings, half to either side: F_r (u_ra - u_rb). Then
+
+    kappa_a = - sum_b A_b (r_a - s r_b) dW/dr                        1 within a body, about 1/2 at a face
+    a_a,r  += [(1 - kappa_a) sigma_rr - sigma_tt] / (rho_a r_a)
+    de_a   -= [(1 - kappa_a) sigma_rr - sigma_tt] u_r / (rho_a r_a)
+    L_tt    = u_r/r,     d ln(rho)/dt = - (L_rr + L_xx + L_tt),     d ln(h)/dt = (L_rr + L_xx)/2
+
+A uniform pressure is static at the axis, as its pair sum gives kappa p/(rho r); total energy and axial momentum are
+kept to round-off. Only in the plane is the velocity gradient a sum, without w.
+
+Compare: the area-weighted form of Owen's Spheral, which conserves nothing; contact SPH of Rublev & Parshikov 2025.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.core.jit import compiled
+
+
+@compiled
+def ring_weight(ring, inverse_ring):
+    """Return w, and 1 for a ring or 0 for an image over the axis.
+
+    Parameters
+    ----------
+    ring
+        Radius of the neighbour, below zero of an image over the axis [m].
+    inverse_ring
+        1 over the own radius [1/m].
+    """
+    return 0.5 + (0.5 * inverse_ring) * ring, max(np.copysign(1.0, ring), 0.0)

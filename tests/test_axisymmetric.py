@@ -1,0 +1,97 @@
+"""Solids of revolution as rings: what must be exact about the axis, and what a case must fulfil."""
+
+import numpy as np
+import pytest
+from small_runs import METAL
+
+from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError
+from hvisph.simulation.build import build
+
+FORMS = {
+    "consistent": {"type": "riemann"},
+    "printed": {"type": "riemann", "form": "printed"},
+    "standard": {"type": "eulerian", "viscosity": {"type": "monaghan", "alpha": 1, "beta": 2},
+                 "artificial_stress": {"type": "gray"}},
+}  # fmt: skip
+GOLD = {**METAL, "density": 19300.0}
+
+
+def shot(form="consistent", **further):
+    """A sphere that meets a disc, friction between them."""
+    formulation = {**FORMS[form], "contact": {"type": "separating", "friction": 0.3}}
+    bodies = {
+        "shot": {"material": METAL, "shape": {"type": "sphere", "diameter": 4e-3}, "velocity": [3000.0, 0.0, 0.0]},
+        "disc": {"material": GOLD, "shape": {"type": "cylinder", "diameter": 8e-3, "length": 3e-3}},
+    }
+    plain = {"kinematics": "axisymmetric", "resolution": 0.5e-3, "bodies": bodies, "formulation": formulation,
+             "time": {"end": 1e-6}}  # fmt: skip
+    return load_case(plain | further)
+
+
+@pytest.mark.parametrize("formulation", FORMS)
+def test_uniform_pressure_is_static_and_disorder_conserves(formulation):
+    bodies = {"rod": {"material": METAL, "internal_energy": 1e6,
+                      "shape": {"type": "cylinder", "diameter": 20e-3, "length": 16e-3}}}  # fmt: skip
+    setup = build(shot(formulation, bodies=bodies))
+    stepper, particles = setup.stepper, setup.particles
+    stepper.start()
+    x = particles["position"]
+    inside = (np.abs(x[:, 0] - x[:, 0].mean()) < 4e-3) & (x[:, 1] < 6e-3)
+    assert np.count_nonzero(x[inside, 1] < 0.5e-3) > 4  # the axis is among them
+    rates = stepper.rates[stepper.place]
+    natural = stepper.pressures.mean() / (METAL["density"] * 0.5e-3)
+    assert np.abs(rates[inside, :2]).max() < 1e-13 * natural  # round-off of sums of 20 neighbours
+
+
+@pytest.mark.parametrize("formulation", FORMS)
+def test_pairs_conserve_energy_and_axial_momentum_between_bodies(formulation):
+    setup = build(shot(formulation))
+    stepper, particles = setup.stepper, setup.particles
+    random = np.random.default_rng(3)
+    count = particles.count
+    particles["position"][:] += 0.1 * 0.5e-3 * random.normal(size=(count, 2))
+    particles["velocity"][:] += 300.0 * random.normal(size=(count, 2))
+    particles["deviator"][:] = 1e8 * random.normal(size=(count, 4))
+    particles["deviator"][:, 2] = -particles["deviator"][:, 0] - particles["deviator"][:, 1]
+    stepper.start()
+    rates, m = stepper.rates[stepper.place], particles["mass"]
+    force, power = m[:, None] * rates[:, :2], m * rates[:, 2]
+    work = (force * particles["velocity"]).sum(axis=1)
+    # sums over some hundred rings
+    assert abs((work + power).sum()) < 1e-13 * np.abs(work).sum()
+    assert abs(force[:, 0].sum()) < 1e-13 * np.abs(force[:, 0]).sum()
+
+
+def test_rings_have_the_mass_of_the_solids():
+    particles = build(shot()).particles
+    masses = np.bincount(particles.body, particles["mass"])
+    expected = METAL["density"] * np.pi * 4e-3**3 / 6, GOLD["density"] * np.pi * 4e-3**2 * 3e-3
+    assert masses == pytest.approx(expected, rel=1e-12)
+    assert particles["position"][:, 1].min() > 0.2e-3
+
+
+def test_a_case_in_3d_becomes_axisymmetric_by_one_key():
+    bodies = {"ball": {"material": METAL, "shape": {"type": "sphere", "diameter": 4e-3}, "velocity": [3e3, 0.0, 0.0]}}
+    solid = {"resolution": 0.5e-3, "bodies": bodies, "symmetry": [{"axis": "y"}, {"axis": "z"}], "time": {"end": 1e-6}}
+    assert len(load_case(solid | {"kinematics": "three_d"}).symmetry) == 2
+    assert load_case(solid | {"kinematics": "axisymmetric"}).symmetry == ()
+
+
+@pytest.mark.parametrize(("place", "change"), [
+    ("kinematics", {"formulation": {"type": "total_lagrangian"}}),
+    ("kinematics", {"formulation": {"type": "projection"}}),
+    ("symmetry.0", {"symmetry": [{"axis": "y", "at": 1e-3}]}),
+    ("formulation.density_form", {"formulation": {"type": "eulerian", "density_form": "mass"}}),
+])  # fmt: skip
+def test_what_has_no_axisymmetric_form_is_refused(place, change):
+    with pytest.raises(CaseError) as refused:
+        shot(**change)
+    assert place in str(refused.value)
+
+
+@pytest.mark.parametrize(("key", "value"), [("velocity", [3000.0, 1.0]), ("position", [0.0, 1e-3]), ("rotation", 30)])
+def test_bodies_off_the_axis_are_refused(key, value):
+    body = {"material": METAL, "shape": {"type": "sphere", "diameter": 4e-3}, key: value}
+    with pytest.raises(CaseError, match=f"bodies.ball.{key}"):
+        shot(bodies={"ball": body})
