@@ -42,7 +42,7 @@ def formulation_of(case: Case) -> AnyFormulation:
         if length.type == "variable"
         else Smoothing(),
     }
-    revolved = {"revolved": KINEMATICS[case.kinematics].revolved}
+    revolved: dict[str, Any] = {"revolved": KINEMATICS[case.kinematics].revolved}
     if model.type in ("total_lagrangian", "adaptive") or model.parted:
         return _composite(model, case)
     match model.type:
