@@ -155,7 +155,7 @@ def _strong(case: Case, found: Regime) -> Iterator[str]:
     if model.type == "total_lagrangian" and found.strength is not None and found.pressure > SHOCK * found.strength:
         yield (
             "formulation: an impact pressure of more than ten times the strength brings strains that reference kernels "
-            "do not survive; take riemann, or adaptive, which lets such particles go"
+            "do not survive; take riemann, adaptive, which lets such particles go, or give renew_reference: 0.3"
         )
 
 
