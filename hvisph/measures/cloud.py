@@ -63,7 +63,7 @@ def cloud(scene: Scene, layers: tuple[LayerMeasures, ...], witness: float | None
     witness
         Coordinate of a witness plane along the shot line [m]; None for no plane.
     """
-    units = {name: unit_of(name, scene.now.dimensions) for name in CLOUD_CATALOGUE}
+    units = {name: unit_of(name, scene.space) for name in CLOUD_CATALOGUE}
     through = [layer for layer in layers if layer.state == YES]
     if not through or not layers or layers[0].state != YES:
         reason = "no layer is perforated" if scene.now.dimensions > 1 else "a cloud has no meaning in 1D"

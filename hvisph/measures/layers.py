@@ -113,8 +113,9 @@ def _layer(scene: Scene, body: int) -> LayerMeasures:
     else:
         results["perforation_time"] = meaningless("s", f"not perforated: {reason}" if state else reason)
     if found is None or plate is None:
-        dim = scene.now.dimensions
-        results |= {one: meaningless(unit_of(one, dim), reason) for one in LAYER_CATALOGUE if one not in results}
+        results |= {
+            one: meaningless(unit_of(one, scene.space), reason) for one in LAYER_CATALOGUE if one not in results
+        }
     else:
         results |= marks(scene, plate, found)
     return LayerMeasures(name, state, {one: results[one].finite() for one in LAYER_CATALOGUE},

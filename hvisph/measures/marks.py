@@ -117,7 +117,7 @@ def _spall(scene: Scene, plate: Plate, found: Perforation) -> dict[str, Result]:
     largest = plate.depth(scene.position[pieces[0].particles])
     speed = float(np.average(velocity[rows], weights=mass[rows]))
     return {
-        "spall_mass": Result(float(mass[rows].sum()), MASS_UNITS[scene.now.dimensions]),
+        "spall_mass": Result(float(mass[rows].sum()), MASS_UNITS[scene.space]),
         "spall_thickness": _length(scene, float(np.ptp(largest)) + scene.spacing),
         "spall_velocity": Result(speed, "m/s", float(velocity[rows].std() / np.sqrt(len(rows)))),
     }
@@ -140,7 +140,7 @@ def _mass_lost(scene: Scene, plate: Plate, fixed: np.ndarray) -> Result:
     known = scene.shot.masses
     before = known[plate.body] if len(known) > plate.body else float(mass[scene.now.body == plate.body].sum())
     lost = max(before - float(mass[fixed].sum()), 0.0)
-    return Result(0.0 if lost < 1e-9 * before else lost, MASS_UNITS[scene.now.dimensions])
+    return Result(0.0 if lost < 1e-9 * before else lost, MASS_UNITS[scene.space])
 
 
 def _by_mass(scene: Scene, plate: Plate, lost: Result, open_: bool, reason: str) -> Result:
@@ -151,7 +151,7 @@ def _by_mass(scene: Scene, plate: Plate, lost: Result, open_: bool, reason: str)
         return meaningless("m", "the layer's density at the start is not known")
     density = float(scene.start.fields["density"][scene.start.body == plate.body].mean())
     size = (lost.value or 0.0) / (density * plate.thickness)
-    return _length(scene, size if scene.now.dimensions == 2 else float(np.sqrt(4.0 * size / np.pi)))
+    return _length(scene, size if scene.space == 2 else float(np.sqrt(4.0 * size / np.pi)))
 
 
 def _length(scene: Scene, value: float, scatter: float = 0.0) -> Result:
@@ -159,7 +159,7 @@ def _length(scene: Scene, value: float, scatter: float = 0.0) -> Result:
 
 
 def _none(scene: Scene, names: tuple[str, ...], reason: str) -> dict[str, Result]:
-    return {name: meaningless(unit_of(name, scene.now.dimensions), reason) for name in names}
+    return {name: meaningless(unit_of(name, scene.space), reason) for name in names}
 
 
 def unit_of(name: str, dim: int) -> str:

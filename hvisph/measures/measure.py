@@ -87,7 +87,7 @@ class Measures:
     @property
     def mass_unit(self) -> str:
         """SI unit of a fragment's mass, which is one per depth or area in 2D and 1D; empty without units."""
-        return "" if self.unitless else MASS_UNITS[self.dimensions]
+        return "" if self.unitless else MASS_UNITS[3 if self.whole.revolution else self.dimensions]
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON: SI units throughout."""

@@ -19,7 +19,7 @@ def residue(scene: Scene, layers: tuple[LayerMeasures, ...]) -> dict[str, Result
     """Return the measures of the projectile; velocities behind the layers only where all of them are perforated."""
     dim = scene.now.dimensions
     if not {"velocity", "mass"} <= scene.now.fields.keys():
-        return _none(dim, "the snapshot has no velocity or no mass")
+        return _none(scene.space, "the snapshot has no velocity or no mass")
     groups, mass = scene.shot_groups, scene.now.fields["mass"]
     whole = scene.shot_mass or float(mass[scene.is_projectile].sum())
     largest = groups[0]
@@ -54,17 +54,17 @@ def _velocities(scene: Scene, layers: tuple[LayerMeasures, ...], broken: str, wh
     holds = next((layer.body for layer in layers if layer.state != YES), None)
     if dim == 1 or holds is not None:
         reason = "not told in 1D" if dim == 1 else f"'{holds}' is not perforated"
-        return {name: meaningless(unit_of(name, dim), reason) for name in names}
+        return {name: meaningless(unit_of(name, scene.space), reason) for name in names}
     velocity, mass = scene.now.fields["velocity"], scene.now.fields["mass"]
     groups = scene.shot_groups
     pieces = np.concatenate([one.particles for one in groups if one.mass >= PIECE * whole] or [groups[0].particles])
     results = {
-        "residual_mass": Result(float(mass[pieces].sum()), unit_of("residual_mass", dim)),
+        "residual_mass": Result(float(mass[pieces].sum()), unit_of("residual_mass", scene.space)),
         "residual_velocity_pieces": _mean(velocity[:, 0], mass, pieces),
         "residual_velocity_all": _mean(velocity[:, 0], mass, np.flatnonzero(scene.is_projectile)),
     }
     if broken:
-        return results | {name: meaningless(unit_of(name, dim), broken) for name in names[1:3]}
+        return results | {name: meaningless(unit_of(name, scene.space), broken) for name in names[1:3]}
     main = groups[0]
     lateral = float(np.sqrt((main.velocity[1:] ** 2).sum()))
     angle = float(np.arctan2(lateral, main.velocity[0]))

@@ -127,6 +127,11 @@ class Scene:
             return np.asarray(lateral[members(self.start, self.shot.roles, PROJECTILE)].mean(axis=0))
         return np.zeros(self.now.dimensions - 1)
 
+    @property
+    def space(self) -> int:
+        """Dimensions of the whole that masses and energies are those of: 3 of a solid of revolution."""
+        return 3 if self.shot.whole.revolution else self.now.dimensions
+
     @cached_property
     def lateral(self) -> np.ndarray:
         """Coordinates across the shot line, shape (n, dim - 1) [m]."""

@@ -2,6 +2,7 @@
 
 from hvisph.verification.problem import Problem
 from hvisph.verification.problems import (
+    axisymmetric,
     bars,
     blobs,
     cantilever,
@@ -35,6 +36,7 @@ PROBLEMS: dict[str, Problem] = {
         cantilever.PROBLEM,
         spinning_disc.PROBLEM,
         implosion.PROBLEM,
+        axisymmetric.PROBLEM,
         core.PROBLEM,
         impacts.PROBLEM,
         blobs.PROBLEM,

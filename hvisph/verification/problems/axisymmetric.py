@@ -1,0 +1,141 @@
+"""Solids of revolution as rings about an axis: implosions to a point and to the axis, whose exact ends are known.
+
+The sphere of cold gas and the plastic shells are those of `noh` and `implosion`, in the half-plane (x, r): what is
+spherical must stay so, at the axis as far from it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hvisph.core.particles import Particles
+from hvisph.exact.gas import Noh
+from hvisph.exact.shells import Shell
+from hvisph.pictures.curves import Curve
+from hvisph.simulation.bodies import PlacedBody
+from hvisph.verification.figure import Figure, limit
+from hvisph.verification.problem import Options, Problem, Start, Trial
+from hvisph.verification.problems.implosion import SHELLS, STIFF, TIMES, rings
+from hvisph.verification.problems.noh import COLD, END, GAMMA, READ
+from hvisph.verification.ran import Ran, vectors
+
+FORMULATIONS = ("riemann", "eulerian")
+LONG = 8  # spacings between the planes of a piece of a cylinder
+
+
+def _trials(options: Options) -> Iterator[Trial]:
+    yield _noh(options.dx(0.025, 0.05))
+    yield _shell("cylinder", SHELLS["cylinder"], options.dx(1.5e-3, 2.5e-3))
+    yield _shell("sphere", SHELLS["sphere"], options.dx(1.5e-3, 2.5e-3))
+
+
+def _noh(dx: float) -> Trial:
+    exact = Noh(GAMMA, 3)
+    gas = {"density": 1.0, "eos": {"type": "ideal_gas", "gamma": GAMMA}}
+    case = {
+        "title": "Noh's sphere of rings",
+        "units": "none",
+        "kinematics": "axisymmetric",
+        "resolution": dx,
+        "bodies": {"gas": {"material": gas, "shape": {"type": "sphere", "diameter": 2.0}, "position": [0.0, 0.0],
+                           "internal_energy": COLD}},
+        "symmetry": [{"axis": "x"}],
+        "time": {"end": END},
+    }  # fmt: skip
+
+    def inwards(particles: Particles) -> None:
+        x = particles["position"]
+        particles["velocity"] = -x / np.linalg.norm(x, axis=1)[:, None]
+
+    def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
+        last = runs[0].last
+        r = np.linalg.norm(vectors(last, "position"), axis=1)
+        front = exact.front * last.time
+        inside = (r > READ[0] * front) & (r < READ[1] * front)
+        found = float(last.fields["density"][inside].mean()) if inside.any() else float("nan")
+        why = "of the mean outside the wall-heated zone; the shock is spread over some of the five rows behind it"
+        yield Figure("density behind the shock", found, exact.density, 0.15, why=why)
+        yield limit("drift of energy", abs(float(runs[0].summary["conservation"]["energy_drift"])), 1e-12,
+                    why="the pairs keep it to round-off")  # fmt: skip
+
+    def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
+        last = runs[0].last
+        r = np.linalg.norm(vectors(last, "position"), axis=1)
+        order = np.argsort(r)
+        order = order[r[order] < 2.0 * exact.front * last.time]
+        right = exact.sample(r[order], last.time)["density"]
+        return {"density": [Curve("computed", r[order], last.fields["density"][order]),
+                            Curve("exact", r[order], right, exact=True)]}  # fmt: skip
+
+    return Trial("Noh, spherical", [Start(case, state=inwards)], figures, curves)
+
+
+def _shell(name: str, shell: Shell, dx: float) -> Trial:
+    sphere, end = shell.dimensions == 3, LONG * dx
+    shape = {"type": "hollow_sphere"} if sphere else {"type": "tube", "length": end}
+    case = {
+        "title": f"imploding {name} of rings",
+        "kinematics": "axisymmetric",
+        "resolution": dx,
+        "bodies": {"shell": {"material": STIFF, "position": [0.0 if sphere else 0.5 * end, 0.0],
+                             "shape": shape | {"outer_diameter": 2 * shell.outer, "inner_diameter": 2 * shell.inner}}},
+        "symmetry": [{"axis": "x"}] if sphere else [{"axis": "x"}, {"axis": "x", "at": end, "keep": "below"}],
+        "time": {"end": TIMES[shell.dimensions]},
+    }  # fmt: skip
+
+    def smooth(placed: list[PlacedBody]) -> list[PlacedBody]:
+        (body,) = placed
+        if not sphere:
+            return placed
+        positions, areas = rings(shell.inner, shell.outer, dx)
+        volumes = 2.0 * np.pi * positions[:, 1] * areas
+        volumes *= 2.0 / 3.0 * np.pi * (shell.outer**3 - shell.inner**3) / volumes.sum()
+        return [replace(body, positions=positions, volumes=volumes, spacing=np.full(len(volumes), dx))]
+
+    def inwards(particles: Particles) -> None:
+        x = particles["position"] * ((1.0, 1.0) if sphere else (0.0, 1.0))
+        r = np.linalg.norm(x, axis=1)[:, None]
+        particles["velocity"] = -shell.speed * (shell.inner / r) ** (shell.dimensions - 1) * x / r
+
+    def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
+        before, now, strain = _face(runs[0], shell)
+        exact = shell.radius(before, shell.stop)
+        yield Figure("radius at which the inner layer stops", float(now.mean()), float(exact.mean()), 0.02, "m",
+                     why="its speed is that of the face within some per cent")  # fmt: skip
+        yield limit("roundness of the inner layer", float(now.std() / now.mean()), 0.02,
+                    why="at the axis as far from it")  # fmt: skip
+        way = shell.strain(before, now)
+        yield Figure("plastic strain of the inner layer over that of its way", float((strain / way).mean()), 1.0, 0.05)
+        yield limit("drift of energy", abs(float(runs[0].summary["conservation"]["energy_drift"])), 1e-12,
+                    why="the pairs keep it to round-off")  # fmt: skip
+
+    def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
+        before, now, _ = _face(runs[0], shell)
+        along = vectors(runs[0].first, "position")
+        along = along[_distance(along, shell) < shell.inner + runs[0].dx]
+        angle = np.degrees(np.arctan2(along[:, 1], along[:, 0])) if sphere else along[:, 0] / runs[0].dx
+        order = np.argsort(angle)
+        exact = shell.radius(before, shell.stop)
+        return {"radius of the inner layer": [Curve("computed", angle[order], now[order]),
+                                              Curve("exact", angle[order], exact[order], exact=True)]}  # fmt: skip
+
+    return Trial(name, [Start(case, smooth, inwards)], figures, curves)
+
+
+def _distance(position: np.ndarray, shell: Shell) -> np.ndarray:
+    """Return the distance from the middle of a sphere, or from the axis of a cylinder [m]."""
+    return np.asarray(np.linalg.norm(position, axis=1) if shell.dimensions == 3 else position[:, 1])
+
+
+def _face(ran: Ran, shell: Shell) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return radii at the start and now, and plastic strains, of the particles of the innermost layer."""
+    r0, r = (_distance(vectors(one, "position"), shell) for one in (ran.first, ran.last))
+    mine = r0 < shell.inner + ran.dx
+    return r0[mine], r[mine], ran.last.fields["plastic_strain"][mine]
+
+
+PROBLEM = Problem("axisymmetric", "rings about an axis: spheres and cylinders implode, and stay round", _trials,
+                  FORMULATIONS)  # fmt: skip
