@@ -1,10 +1,18 @@
 """What a run says of itself at its end."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
+from hvisph.casefile.loader import library, load_material
+from hvisph.materials.eos import IdealGas
+from hvisph.materials.limits import outside_range, range_of
+from hvisph.materials.table import Material
 from hvisph.measures.remarks import remarks
+from hvisph.measures.strayed import Holds
 from hvisph.output.snapshot import Snapshot
+from hvisph.simulation.materials import material_of
 
 DX = 1e-3
 
@@ -56,3 +64,61 @@ def test_internal_energy_below_zero(plate):
     energy[3] = -0.5e4 * len(plate)
     (text,) = said(snapshot(plate, 100.0, energy), start)
     assert "below zero" in text
+
+
+def aluminium(damage=False):
+    material = material_of(load_material("aluminium-6061-t6"))
+    found = range_of(material)
+    return Holds(partial(outside_range, material), found.words, None if damage else found.tension)
+
+
+def pulled(plate, time, share, pressure=0.0, density=2700.0):
+    now = snapshot(plate)
+    chosen = np.arange(len(plate)) < share * len(plate)
+    now.fields["density"] = np.where(chosen, density, 2700.0)
+    now.fields["pressure"] = np.where(chosen, pressure, 0.0)
+    now.time = time
+    return now
+
+
+def test_what_leaves_the_range_of_its_material_says_so_once(plate):
+    moments = [pulled(plate, k * 1e-6, share, density=1200.0) for k, share in enumerate((0.0, 0.01, 0.05, 0.02))]
+    *before, last = moments
+    (text,) = remarks(last, moments[0], ["plate"], [True], DX, [aluminium()], before)
+    assert "5 % of its mass has left the range of its material at 2 us, first at 1 us" in text
+    assert "density above 1643 and below 7712 kg/m^3, temperature above 1 K" in text
+    assert remarks(moments[0], moments[0], ["plate"], [True], DX, [aluminium()], []) == []
+
+
+def test_tension_beyond_what_a_material_bears_is_named_with_place_and_time(plate):
+    moments = [pulled(plate, k * 1e-6, 0.1, pressure=p) for k, p in enumerate((-1e9, -4e9, -2e9))]
+    *before, last = moments
+    (text,) = remarks(last, moments[0], ["plate"], [True], DX, [aluminium()], before)
+    assert "tension of up to 4 GPa" in text
+    assert "at (0, 0) mm and 1 us" in text
+    assert "spalls below 2.69 GPa" in text
+    assert remarks(last, moments[0], ["plate"], [True], DX, [aluminium(damage=True)], before) == []
+
+
+@pytest.mark.parametrize("name", [*library()][::4])
+def test_a_material_at_rest_and_behind_a_shock_is_within_its_range(name):
+    material = material_of(load_material(name))
+    bulk = material.density * material.bulk_sound_speed**2
+    found = range_of(material)
+    rest = np.array([material.density]), np.array([material.eos.ambient_energy])
+    assert not outside_range(material, *rest, np.array([300.0])).any()
+    assert found.least_density < 0.95 * material.density < 1.05 * material.density < found.greatest_density
+    assert 1e-3 * bulk < found.tension <= 0.1 * bulk
+    assert outside_range(material, np.array([0.4, 4.0]) * material.density, np.zeros(2)).all()
+
+
+def test_ends_of_each_kind_of_model():
+    vapour = material_of(load_material("aluminium-tillotson"))
+    density, energy = np.array([300.0, 300.0, 2700.0]), np.array([2e7, 1e5, -4e6])
+    assert outside_range(vapour, density, energy).tolist() == [False, True, True]
+    gas = Material("gas", 1.2, IdealGas(1.4, 2e5))
+    assert outside_range(gas, np.array([1e-3, 30.0, 1.0]), np.array([1e4, 1e9, -1.0])).tolist() == [False, False, True]
+    metal = material_of(load_material("copper-ofhc"))
+    one, zero = np.array([metal.density]), np.zeros(1)
+    assert outside_range(metal, one, zero, np.array([1.0])).all()  # held at 1 K: too cold to be true
+    assert not outside_range(metal, one, zero, np.array([np.nan])).any()

@@ -24,7 +24,7 @@ _PREFIXES = (
 
 def quantity(value: float, unit: str = "", digits: int = 4) -> str:
     """Return `value` [SI] with the prefix that suits it: 0.0001 m as ``0.1 mm``; as it is without a unit."""
-    if not unit or value == 0.0 or not math.isfinite(value):
+    if not unit or unit.startswith("k") or value == 0.0 or not math.isfinite(value):  # kg/m^3 has its prefix
         return f"{value:.{digits}g} {unit}".rstrip()
     # a tenth of a unit reads better than a hundred of the next smaller: 0.1 mm, not 100 um
     factor, prefix = next((p for p in _PREFIXES if abs(value) >= 0.0999 * p[0]), _PREFIXES[-1])

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 
 import numpy as np
 
 from hvisph.measures.groups import connected_groups
+from hvisph.measures.strayed import Holds, strayed
 from hvisph.output.snapshot import Snapshot
 
 # Nearest neighbours below this share of the particle's own size are clumped; so many of a body say so.
@@ -17,7 +19,8 @@ BELOW_ZERO, TORN = 1e-3, 0.01
 LINK = 2.0
 
 
-def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequence[bool], spacing: float) -> list[str]:
+def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequence[bool], spacing: float,
+            holds: Sequence[Holds] = (), moments: Iterable[Snapshot] = ()) -> list[str]:  # fmt: skip
     """Return what should be said of the state in which a run ended.
 
     Parameters
@@ -30,12 +33,16 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
         Whether each body is a solid without a model of damage, which has no way to fail but by tearing.
     spacing
         dx [m].
+    holds, moments
+        Where the material of each body holds, and the moments of the run before `now`, over which that is looked at.
     """
     found = []
+    left = strayed(chain(moments, [now]), bodies, holds) if holds else {}
     for number, (name, has_no_damage) in enumerate(zip(bodies, whole, strict=True)):
         mine = (now.body == number) & (now.fields["mass"] > 0.0)
         if mine.sum() < 2:
             continue
+        found += [f"{name}: {text}" for text in left.get(name, [])]
         position = now.fields["position"][mine]
         found += [f"{name}: {text}" for text in _of_body(now, mine, position)]
         if has_no_damage:

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hvisph import __version__
 from hvisph.core.errors import HvisphError
+from hvisph.materials.limits import outside_range, range_of
 from hvisph.measures.correlations import correlations
 from hvisph.measures.expected import compare
 from hvisph.measures.measure import in_time, measure_snapshot, unmeasured
 from hvisph.measures.remarks import remarks
+from hvisph.measures.strayed import Holds
+from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.correlations import impact_of
+from hvisph.simulation.materials import material_of
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -74,7 +79,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         "wall_seconds": wall_seconds,
         "microseconds_per_particle_step": 1e6 * wall_seconds / (particles * steps) if steps else None,
         **{name: plain[name] for name in ("measures", "layers", "projectile", "cloud", "whole")},
-        "remarks": remarks(now, start, list(case.bodies), whole, case.resolution),
+        "remarks": _remarks(case, whole, start, now, snapshots),
         "correlations": _correlations(case),
         "energies": {
             name: None if value is None else value * measured.whole.factor for name, value in (energies or {}).items()
@@ -82,6 +87,30 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         "conservation": conservation,
         "expected": compare({**measured.results, **conservation}, case.expected),
     }
+
+
+def _remarks(case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, files: Sequence[Path]) -> list[str]:
+    unread: list[str] = []
+
+    def moments() -> Iterator[Snapshot]:
+        for file in files:
+            try:
+                moment = read_snapshot(file)
+            except HvisphError as error:
+                unread.append(f"{error}: remarks look at the other moments alone")
+                continue
+            if moment.time < now.time:
+                yield moment
+
+    holds = [_holds(body) for body in case.bodies.values()]
+    return [*remarks(now, start, list(case.bodies), whole, case.resolution, holds, moments()), *unread]
+
+
+def _holds(body: Any) -> Holds:
+    material = material_of(body.material, body.internal_energy)
+    found = range_of(material)
+    bears = found.tension if body.material.damage.type == "none" else None
+    return Holds(partial(outside_range, material), found.words, bears)
 
 
 def _correlations(case: Case) -> list[dict[str, Any]]:

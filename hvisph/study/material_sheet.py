@@ -12,6 +12,7 @@ import numpy as np
 
 from hvisph.core.errors import HvisphError
 from hvisph.exact.hugoniot import shock
+from hvisph.materials.limits import range_of
 from hvisph.pictures.panels import Panel, panels_picture
 from hvisph.simulation.material_point import drive, flow_at, knows_heat
 from hvisph.simulation.materials import material_of
@@ -40,9 +41,13 @@ def derived(model: Any) -> dict[str, tuple[float, str]]:
         found["Hugoniot elastic limit"] = (model.strength.hugoniot_elastic_limit, "Pa")
     elif y and g > 0.0:
         found["Hugoniot elastic limit"] = (y * (bulk / (2.0 * g) + 2.0 / 3.0), "Pa")
-    largest = getattr(material.eos, "largest_density", None)
-    if largest is not None and np.isfinite(largest(rho)):
-        found["greatest density of the equation of state"] = (largest(rho), "kg/m^3")
+    holds = range_of(material)
+    if holds.least_density > 0.0:
+        found["least density of the models"] = (holds.least_density, "kg/m^3")
+    if np.isfinite(holds.greatest_density):
+        found["greatest density of the models"] = (holds.greatest_density, "kg/m^3")
+    if np.isfinite(holds.tension):
+        found["tension that such a material bears at most"] = (holds.tension, "Pa")
     return found
 
 

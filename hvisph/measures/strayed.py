@@ -1,0 +1,104 @@
+"""What of a run left the range of its materials' models, and what bore a tension that no such material bears."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from hvisph.core.measures import PER_SI
+from hvisph.output.snapshot import Snapshot
+
+LEFT = 1e-3  # share of a body's mass
+
+
+@dataclass(frozen=True)
+class Holds:
+    """Where the models of a body's material hold.
+
+    Parameters
+    ----------
+    outside
+        Whether states lie outside, of density [kg/m^3], energy [J/kg] and temperature [K] or None, each (n,).
+    words
+        The range, in words.
+    tension
+        What such a material bears at most [Pa]; None where it has a model of damage, which decides.
+    """
+
+    outside: Callable[[np.ndarray, np.ndarray, np.ndarray | None], np.ndarray]
+    words: str
+    tension: float | None = None
+
+
+@dataclass
+class _Seen:
+    share: float = 0.0  # of the mass, the most at any moment
+    at: float = 0.0
+    first: float | None = None
+    torn: float = 0.0  # share of the mass under too much tension, the most
+    tension: float = 0.0
+    place: tuple[float, ...] = ()
+    time: float = 0.0
+
+
+def strayed(moments: Iterable[Snapshot], bodies: Sequence[str], holds: Sequence[Holds]) -> dict[str, list[str]]:
+    """Return what should be said of each body, from all moments of a run: at most one text of each kind.
+
+    Parameters
+    ----------
+    moments
+        In order of time.
+    bodies, holds
+        Names of the bodies, and where their materials hold.
+    """
+    seen, plain = [_Seen() for _ in bodies], False
+    for now in moments:
+        plain = now.metadata.get("units") == "none"
+        if "internal_energy" not in now.fields:
+            continue
+        for number, (one, limits) in enumerate(zip(seen, holds, strict=True)):
+            mine = np.flatnonzero((now.body == number) & (now.fields["mass"] > 0.0))
+            if len(mine):
+                _look(one, limits, now, mine)
+    return {name: list(_said(one, limits, plain)) for name, one, limits in zip(bodies, seen, holds, strict=True)}
+
+
+def _look(seen: _Seen, limits: Holds, now: Snapshot, mine: np.ndarray) -> None:
+    """Take account of a body's particles `mine` at a moment."""
+    fields, mass = now.fields, now.fields["mass"][mine]
+    temperature = fields["temperature"][mine] if "temperature" in fields else None
+    outside = limits.outside(fields["density"][mine], fields["internal_energy"][mine], temperature)
+    share = float(mass[outside].sum() / mass.sum())
+    if share > LEFT and seen.first is None:
+        seen.first = now.time
+    if share > seen.share:
+        seen.share, seen.at = share, now.time
+    if limits.tension is None or "pressure" not in fields:
+        return
+    tension = -fields["pressure"][mine]
+    seen.torn = max(seen.torn, float(mass[tension > limits.tension].sum() / mass.sum()))
+    most = int(tension.argmax())
+    if tension[most] > seen.tension:
+        seen.tension, seen.time = float(tension[most]), now.time
+        seen.place = tuple(float(x) for x in np.atleast_1d(fields["position"][mine[most]]))
+
+
+def _said(seen: _Seen, limits: Holds, plain: bool) -> Iterator[str]:
+    def shown(value: float, unit: str) -> str:
+        return f"{value:.3g}" if plain else f"{PER_SI[unit] * value:.3g} {unit}"
+
+    if seen.first is not None:
+        most = "" if seen.at == seen.first else f", first at {shown(seen.first, 'us')}"
+        yield (
+            f"{100 * seen.share:.2g} % of its mass has left the range of its material at {shown(seen.at, 'us')}"
+            f"{most} ({limits.words}): what it does from there on is no statement of the model"
+        )
+    if limits.tension is not None and seen.torn > LEFT:
+        place = ", ".join(f"{value if plain else 1e3 * value:.3g}" for value in seen.place)
+        yield (
+            f"its material bears tension of up to {shown(seen.tension, 'GPa')} without a model of damage, at "
+            f"({place}){'' if plain else ' mm'} and {shown(seen.time, 'us')} (of the snapshots); such a material "
+            f"spalls below {shown(limits.tension, 'GPa')}"
+        )
