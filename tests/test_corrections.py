@@ -24,9 +24,9 @@ DIMS = pytest.mark.parametrize("dim", [1, 2, 3])
 KIND = pytest.mark.parametrize("kind", KINDS)
 
 
-def corrected(kind="mixed", factor=7.5):
+def corrected(kind="mixed", factor=7.5, by_component=False):
     """The standard form with artificial stress and a correction."""
-    correction = KernelCorrection(kind != "gradient", kind != "shepard", factor)
+    correction = KernelCorrection(kind != "gradient", kind != "shepard", factor, by_component)
     return Eulerian(artificial_stress=GrayArtificialStress(), correction=correction)
 
 
@@ -79,14 +79,9 @@ def twin(cloud, formulation):
             w, grad = kernel_and_gradient(cloud, kernel, a, b)
             g_ab = corrections[a][0] @ grad + w * corrections[a][1]
             g_ba = -corrections[b][0] @ grad + w * corrections[b][1]
-            if math.isfinite(formulation.correction.factor):
-                tested = np.abs(x_ab) > LEVEL * r
-                ratios = np.concatenate([(g_ab / grad)[tested], (-g_ba / grad)[tested]])
-                if np.any(ratios >= formulation.correction.factor) or np.any(
-                    ratios <= 1.0 / formulation.correction.factor
-                ):
-                    g_ab, g_ba = grad, -grad
-                    fallen[a] += 1
+            if refused(formulation.correction, g_ab, -g_ba, grad, x_ab):
+                g_ab, g_ba = grad, -grad
+                fallen[a] += 1
             mu = min(h * u_ab @ x_ab / (r**2 + 0.01 * h**2), 0.0)
             mean_c, mean_rho = 0.5 * (cloud.c[a] + cloud.c[b]), 0.5 * (cloud.rho[a] + cloud.rho[b])
             pi = (-formulation.viscosity.alpha * mean_c * mu + formulation.viscosity.beta * mu**2) / mean_rho
@@ -101,6 +96,21 @@ def twin(cloud, formulation):
         fallen[a] = len(near) if plain else fallen[a]
         rows.append([*acceleration, power, mu_max, *gradient.ravel()])
     return np.array(rows), fallen
+
+
+def refused(correction, own, others, plain, x_ab):
+    """Whether a pair takes the plain gradient."""
+    factor = correction.factor
+    if not math.isfinite(factor):
+        return False
+    if correction.by_component:
+        tested = np.abs(x_ab) > LEVEL * np.linalg.norm(x_ab)
+        ratios = np.concatenate([(own / plain)[tested], (others / plain)[tested]])
+        return bool(np.any(ratios >= factor) or np.any(ratios <= 1.0 / factor))
+    return any(
+        np.linalg.norm(g) >= factor * np.linalg.norm(plain) or g @ x_ab / (plain @ x_ab) <= 1.0 / factor
+        for g in (own, others)
+    )
 
 
 def with_stragglers(cloud):
@@ -118,10 +128,12 @@ def fallbacks(pairs, count):
 
 @DIMS
 @KIND
-@pytest.mark.parametrize("factor", [7.5, math.inf], ids=["limited", "unlimited"])
-def test_compiled_rates_are_those_of_the_formulas(kind, factor, dim):
+@pytest.mark.parametrize(
+    ("factor", "by_component"), [(7.5, False), (7.5, True), (math.inf, False)], ids=["limited", "printed", "unlimited"]
+)
+def test_compiled_rates_are_those_of_the_formulas(kind, factor, by_component, dim):
     cloud = with_stragglers(random_cloud(dim))
-    formulation = corrected(kind, factor)
+    formulation = corrected(kind, factor, by_component)
     pairs = packed(cloud, formulation)
     pairs.evaluate(cloud.h.max())
     found = pairs.rates[pairs.place[: len(cloud.x)]]

@@ -132,7 +132,8 @@ class Eulerian:
                          rings=self.revolved)]  # fmt: skip
         parts = {"SHEPARD": int(self.correction.shepard), "GRADIENT": int(self.correction.gradient)}
         # each side's stress over rho_a rho_b, as published
-        ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}
+        ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients()),
+                 "BY_COMPONENT": int(self.correction.by_component)}  # fmt: skip
         return [
             Pass(corrections.corrections, plain, parts | apart, into_rows=True),
             Pass(

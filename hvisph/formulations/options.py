@@ -133,13 +133,16 @@ class KernelCorrection:
     shepard, gradient
         Whether the kernel is divided by its own sum, and whether its gradient is exact for linear fields.
     factor
-        C_f, above 1: a pair with a component of its corrected gradient more than this many times the
-        plain one, or less than its inverse, takes the plain gradient; infinity for no limit.
+        C_f, above 1: a pair whose corrected gradient is more than this many times as long as the plain one, or
+        has less than its inverse of it along the pair, takes the plain gradient; infinity for no limit.
+    by_component
+        Whether each component is tested instead, as printed: that depends on the frame.
     """
 
     shepard: bool = True
     gradient: bool = True
     factor: float = 7.5
+    by_component: bool = False
 
     @property
     def acts(self) -> bool:

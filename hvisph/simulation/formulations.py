@@ -88,7 +88,9 @@ def _separating(model: Any, case: Case) -> dict[str, Any]:
 def _correction(model: Any) -> KernelCorrection:
     if model.type == "none":
         return NoCorrection()
-    return KernelCorrection(model.type != "gradient", model.type != "shepard", model.factor)
+    return KernelCorrection(
+        model.type != "gradient", model.type != "shepard", model.factor, model.tested == "components"
+    )
 
 
 def _artificial_stress(model: Any) -> GrayArtificialStress:

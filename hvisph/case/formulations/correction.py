@@ -24,9 +24,14 @@ class NoCorrection(StrictModel):
 class _Limited(StrictModel):
     factor: Annotated[float, Quantity(NUMBER, above=1)] | None = Field(
         default=None,
-        description="C_f: a pair whose corrected gradient has a component of more than C_f times the plain "
-        "one, or of less than 1/C_f of it, takes the plain one [-], above 1; unless given, 7.5 without "
+        description="C_f: a pair whose corrected gradient is more than C_f times as long as the plain one, or has "
+        "less than 1/C_f of it along the pair, takes the plain one [-], above 1; unless given, 7.5 without "
         "artificial stress and 90 with it",
+    )
+    tested: Literal["pair", "components"] = Field(
+        default="pair",
+        description="What C_f is held against: `pair` does not depend on the frame; `components` tests each component "
+        "of the gradient, as published, so that a turned case differs",
     )
 
 

@@ -27,9 +27,10 @@ materials both sides gain entropy. A barotropic material takes no notice of its 
 Corrected gradients (Young 2021 eqs. 1, 14 and section 3.2): with g_ab = A_a grad_a W_ab + W_ab B_a, whose A and B the
 pass before this one wrote into each row (`sph.laws.corrections`), a's stress acts on g_ab, b's on -g_ba, and what
 belongs to the pair on their mean; L takes g_ab. Forces remain equal and opposite, since each side's correction goes
-with its own stress. A pair takes the plain gradient on both sides where a component of either corrected one is more
-than C_f times the plain one or less than 1/C_f of it; that refuses changed signs too. Components along which the two
-stand side by side are not tested: the plain gradient has none there. Fall-backs are counted.
+with its own stress. A pair takes the plain gradient on both sides where either corrected one is more than C_f times as
+long as the plain one, or has less than 1/C_f of it along the pair; that refuses changed signs too. The printed rule
+(BY_COMPONENT) tests each component instead, and so depends on the frame; components along which the two stand side by
+side are not tested there: the plain gradient has none. Fall-backs are counted.
 
 Beside Total Lagrangian particles pairs have shares (`sph.laws.coupling`). Rings of solids of revolution (REVOLVED) add
 what `sph.laws.rings` says, and their velocity gradient in the plane is renormalised.
@@ -76,8 +77,8 @@ from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 from .rings import ring_weight
 
 # Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
-# viscosity, corrected gradients, pairs beside Total Lagrangian particles, and the exponent n of f.
-PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = COUPLED = REVOLVED = 0
+# viscosity, corrected gradients, their test by component, pairs beside Total Lagrangian particles, exponent n of f.
+PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = BY_COMPONENT = COUPLED = REVOLVED = 0
 EXPONENT = 4
 
 # A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
@@ -175,11 +176,16 @@ def accumulate(near, n, rows, i, constants, out):
             own_g = plus(on_rows(own_matrix, g), times(kernel, own_shift))
             others = minus(on_rows(gradient(b, A, DIM), g), times(kernel, vector(b, B, DIM)))
             level = share_of_r * r
-            room = margin(own_g[0], others[0], g[0], factor, dx[0], level)
-            if DIM > 1:
-                room = min(room, margin(own_g[1], others[1], g[1], factor, dx[1], level))
-            if DIM > 2:
-                room = min(room, margin(own_g[2], others[2], g[2], factor, dx[2], level))
+            if BY_COMPONENT:
+                room = margin(own_g[0], others[0], g[0], factor, dx[0], level)
+                if DIM > 1:
+                    room = min(room, margin(own_g[1], others[1], g[1], factor, dx[1], level))
+                if DIM > 2:
+                    room = min(room, margin(own_g[2], others[2], g[2], factor, dx[2], level))
+            else:
+                room = margin(dot(own_g, dx), dot(others, dx), dot(g, dx), factor, r, level)
+                longest = factor * factor * dot(g, g) - max(dot(own_g, own_g), dot(others, others))
+                room = min(room, longest + max((level - r) * HUGE, 0.0))
             kept = is_not_negative(room)
             left = 1.0 - kept
             plain += left
