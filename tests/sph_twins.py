@@ -125,12 +125,12 @@ def twin_rates(cloud, formulation):
     return riemann_rates(cloud, formulation, neighbours, SINGULAR)
 
 
-def packed(cloud, formulation):
-    """Return `Pairs` of the formulation with the cloud in its rows."""
+def packed(cloud, formulation, planes=(), further=None):
+    """Return `Pairs` of the formulation with the cloud in its rows, and what `further` says by slot."""
     dim = cloud.dim
     layout = formulation.layout(dim)
     coefficients = formulation.coefficients()
-    pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), coefficients, cloud.x, cloud.h.max())
+    pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), coefficients, cloud.x, cloud.h.max(), planes)
     known = {"X": cloud.x, "U": cloud.u, "H": cloud.h, "M": cloud.m, "V": cloud.m / cloud.rho}
     known |= {"BODY": cloud.body, "BEAR": cloud.bear, "SHEAR": cloud.shear, "ORDER": cloud.order, "GROWS": cloud.grows}
     known |= {"RHO": cloud.rho, "C": cloud.c, "ZN": cloud.rho * cloud.c_l, "ZT": cloud.rho * cloud.c_t}
@@ -140,6 +140,7 @@ def packed(cloud, formulation):
     else:
         known["T"] = components(cloud.stress) / square
         known["R"] = -formulation.artificial_stress.eps * components(tensile(cloud.stress)) / square
+    known |= further or {}
     for name, slot in layout.slots().items():
         if name in known:
             values = known[name].reshape(len(cloud.x), -1)

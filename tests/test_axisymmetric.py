@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
-from small_runs import METAL
+from small_runs import METAL, assert_same_results, final
 
+import hvisph
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.simulation.build import build
+from hvisph.simulation.run import run
 
 FORMS = {
     "consistent": {"type": "riemann"},
@@ -95,3 +97,17 @@ def test_bodies_off_the_axis_are_refused(key, value):
     body = {"material": METAL, "shape": {"type": "sphere", "diameter": 4e-3}, key: value}
     with pytest.raises(CaseError, match=f"bodies.ball.{key}"):
         shot(bodies={"ball": body})
+
+
+@pytest.mark.parametrize(("form", "integrator"), [("consistent", "leapfrog"), ("standard", "predictor_corrector")])
+def test_an_impact_keeps_its_budgets_and_resumes_with_the_same_bits(form, integrator, tmp_path):
+    case = shot(form, time={"end": 1e-6, "integrator": integrator}, output={"every": 5e-7})
+    drifts = run(case, tmp_path / "whole", threads=1).summary["conservation"]
+    assert abs(drifts["energy_drift"]) < 1e-13
+    assert abs(drifts["momentum_drift"]) < 1e-13
+    run(case.model_copy(update={"time": case.time.model_copy(update={"max_steps": 21})}), tmp_path / "parts", threads=1)
+    hvisph.resume(tmp_path / "parts", max_steps=0, threads=2)
+    assert_same_results(tmp_path / "whole", tmp_path / "parts")
+    last = final(tmp_path / "whole")
+    assert last.fields["position"][:, 1].min() > 0.0
+    assert last.metadata["shot"]["whole"]["kind"] == "revolution"

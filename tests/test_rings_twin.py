@@ -1,0 +1,86 @@
+"""Rings about an axis: the compiled laws against plain sums over every pair, from the formulas."""
+
+import numpy as np
+import pytest
+from sph_twins import neighbours, packed, random_cloud
+
+from hvisph.formulations.eulerian import Eulerian
+from hvisph.formulations.options import MonaghanViscosity
+from hvisph.formulations.riemann import Riemann
+from hvisph.sph import rates as places
+from hvisph.sph.symmetry import AXIS
+
+LAWS = {
+    "standard": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), revolved=True),
+    "contact": Riemann(reconstruction="none", consistent=False, revolved=True),
+}
+
+
+def viscous_pair(cloud, formulation, a, b, gradient):
+    """Return force over m_b, and what of it does the own work, of a pair of the standard law."""
+    x, u = cloud.x[a] - cloud.x[b], cloud.u[a] - cloud.u[b]
+    h, c = 0.5 * (cloud.h[a] + cloud.h[b]), 0.5 * (cloud.c[a] + cloud.c[b])
+    mu = min(h * u @ x / (x @ x + 0.01 * h**2), 0.0)
+    pressed = (-formulation.viscosity.alpha * c * mu + formulation.viscosity.beta * mu**2) * 2.0
+    pressed = pressed / (cloud.rho[a] + cloud.rho[b]) * np.eye(2)
+    own, other = (cloud.stress[k] / cloud.rho[k] ** 2 for k in (a, b))
+    return (own + other - pressed) @ gradient, (own - 0.5 * pressed) @ gradient
+
+
+def contact(cloud, a, b, e):
+    """Return u* - u_a and t* of the acoustic Riemann problem."""
+    u, t = np.zeros(2), np.zeros(2)
+    for part, speed in ((np.outer(e, e), cloud.c_l), (np.eye(2) - np.outer(e, e), cloud.c_t)):
+        za, zb = cloud.rho[a] * speed[a], cloud.rho[b] * speed[b]
+        ta, tb, jump = part @ cloud.stress[a] @ e, part @ cloud.stress[b] @ e, part @ (cloud.u[b] - cloud.u[a])
+        u += (za * part @ cloud.u[a] + zb * part @ cloud.u[b] + tb - ta) / (za + zb)
+        t += (zb * ta + za * tb + za * zb * jump) / (za + zb)
+    return u - cloud.u[a], t
+
+
+def ring_rates(cloud, hoop, formulation):
+    """Return acceleration, power, gradient and rate of the circumference of every ring."""
+    count, whole, rows = len(cloud.x), cloud.with_image(1, 0.0), []
+    for a in range(count):
+        force, power, found, shape = np.zeros(2), 0.0, np.zeros((2, 2)), np.zeros((2, 2))
+        r, rho = cloud.x[a, 1], cloud.rho[a]
+        for b in neighbours(whole, formulation.kernel, a):
+            x, image = whole.x[a] - whole.x[b], b >= count
+            distance = np.linalg.norm(x)
+            slope = formulation.kernel.derivative(distance, 0.5 * (whole.h[a] + whole.h[b]), 2)
+            gradient, area = slope * x / distance, whole.m[b] / whole.rho[b]
+            w = 0.5 * (1.0 + whole.x[b, 1] / r)
+            radially = w * (cloud.u[a, 1] - whole.u[b % count, 1])  # of the two real rings
+            if isinstance(formulation, Eulerian):
+                pair, own = viscous_pair(whole, formulation, a, b, gradient)
+                pair, own = whole.m[b] * pair, whole.m[b] * own
+                power -= own[1] * radially if image else w * own @ (whole.u[a] - whole.u[b])
+                found -= area * np.outer(whole.u[a] - whole.u[b], gradient)
+            else:
+                e = -x / distance
+                jump, traction = contact(whole, a, b, e)
+                pair = -2.0 * area * slope * traction / rho
+                power += -0.5 * pair[1] * radially if image else w * pair @ jump
+                found -= 2.0 * area * slope * np.outer(jump, e)
+            force += w * pair * ((0.0, 1.0) if image else (1.0, 1.0))
+            shape -= area * np.outer(x, gradient)
+        hooped = ((1.0 - shape[1, 1]) * cloud.stress[a, 1, 1] - hoop[a]) / (rho * r)
+        force[1] += hooped
+        power -= hooped * cloud.u[a, 1]
+        rows.append([*force, power, *(found @ np.linalg.inv(shape)).ravel(), cloud.u[a, 1] / r])
+    return np.array(rows)
+
+
+@pytest.mark.parametrize("formulation", LAWS.values(), ids=LAWS)
+def test_compiled_rates_of_rings_are_those_of_the_formulas(formulation):
+    cloud = random_cloud(2)
+    cloud.x[:, 1] = np.abs(cloud.x[:, 1]) + 0.3e-3
+    hoop = 1e9 * np.random.default_rng(8).normal(size=len(cloud.x))
+    stored = hoop / cloud.rho**2 if isinstance(formulation, Eulerian) else hoop
+    pairs = packed(cloud, formulation, (AXIS,), {"RING": cloud.x[:, 1], "HOOP": stored})
+    pairs.evaluate(cloud.h.max())
+    at, found = places.slots(2), pairs.rates[pairs.place[: len(cloud.x)]]
+    chosen = [0, 1, at["R_POWER"], *range(at["R_GRADIENT"], at["R_GRADIENT"] + 4), at["R_HOOP"]]
+    wanted = ring_rates(cloud, hoop, formulation)
+    # as of the laws in the plane: sums of up to 80 terms in another order; the inverse of the shape adds a digit
+    assert np.all(np.abs(found[:, chosen] - wanted) <= 1e-11 * np.abs(wanted).max(axis=0))
