@@ -143,7 +143,7 @@ def beam_period(cells):
     """Period of a free-free beam's first bending mode over that of Euler and Bernoulli."""
     length, height = 16e-3, 2e-3
     dx = height / cells
-    setup = build(body(shape={"type": "box", "size": [length, height]}, dx=dx, h_over_dx=1.3,
+    setup = build(body(shape={"type": "box", "size": [length, height]}, dx=dx, h_over_dx=1.3, hourglass=0.0,
                        viscosity={"type": "monaghan", "alpha": 0.02, "beta": 0.0}))  # fmt: skip
     particles = setup.particles
     k = 4.730041 / length
