@@ -143,13 +143,14 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
                 f"{number(shock.target.shock_speed, 'm/s')} into the bodies at rest",
             )
         )
-    plural = "s" if taken.threads > 1 else ""
+    from hvisph.simulation.cost import available_threads, of_cores
+
+    threads = of_cores(taken.threads, available_threads())
     facts += [
         ("steps", f"about {rounded(taken.steps)} to t = {number(case.time.end, 's')}"),
         (
             "time",
-            f"about {duration(taken.seconds)} on {taken.threads} thread{plural}, after up to 15 s of "
-            "compilation the first time",
+            f"about {duration(taken.seconds)} on {threads}, after up to 15 s of compilation the first time",
         ),
         ("memory", f"about {size(taken.memory)}"),
         (

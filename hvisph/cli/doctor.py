@@ -37,7 +37,7 @@ def _facts() -> dict[str, Any]:
 
     from hvisph.core.loop_cache import cache_folder
     from hvisph.core.self_test import self_test
-    from hvisph.simulation.estimate import available_threads
+    from hvisph.simulation.cost import available_threads
     from hvisph.simulation.memory import free_memory
 
     versions = {}

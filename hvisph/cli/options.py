@@ -19,7 +19,8 @@ SetOption = Annotated[
     typer.Option("--set", metavar="PATH=VALUE", help="Set any field of the case: time.end=2us. Repeatable."),
 ]
 ThreadsOption = Annotated[
-    int | None, typer.Option("--threads", min=1, metavar="N", help="Number of threads; all unless given.")
+    int | None,
+    typer.Option("--threads", min=1, metavar="N", help="Number of threads; as many as the case is worth unless given."),
 ]
 PictureOption = Annotated[
     str | None, typer.Option("--picture", metavar="FILE", help="Draw the set-up into this file: setup.png.")

@@ -26,9 +26,12 @@ from numba.core.registry import CPUDispatcher
 
 from .loop_cache import LoopCache, cache_folder
 
-# Threads wait for each other some 0.1 ms awake, then asleep. OpenMP's own patience lets them hold a core that another
-# process needs: a small case on a shared machine then takes twenty times as long.
-os.environ.setdefault("GOMP_SPINCOUNT", "20000")
+# Threads wait for each other asleep, unless the user says otherwise. Awake they hold a core that another process needs,
+# or the very thread that they wait for: a small case on a busy machine then takes ten times as long. Read when the
+# first parallel loop loads OpenMP: GNU's has the first name, LLVM's the second.
+if "OMP_WAIT_POLICY" not in os.environ:
+    os.environ.setdefault("GOMP_SPINCOUNT", "0")
+    os.environ.setdefault("KMP_BLOCKTIME", "0")
 
 # No fastmath here: with it the same loop, compiled in this process or taken from the cache, may round
 # differently. The vectors of `core.lanes`, where the time goes, carry flags of their own.

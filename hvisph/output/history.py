@@ -18,7 +18,7 @@ from hvisph.output.atomic import reason, write_text
 class HistoryWriter:
     """Appends records to a CSV file whose first line names the columns.
 
-    Floats are written with the fewest digits that give them back exactly. Records are kept in memory
+    Floats are written with the fewest digits that give them back exactly. Records are kept in memory as numbers
     and written together, as whole lines in one write, when `flush_seconds` have passed.
 
     Parameters
@@ -37,7 +37,7 @@ class HistoryWriter:
     """
 
     def __init__(self, path: str | Path, columns: Sequence[str], flush_seconds: float = 1.0):
-        write_text(path, _line(columns))
+        write_text(path, _lines([columns]))
         self._start(Path(path), columns, flush_seconds)
 
     @classmethod
@@ -66,7 +66,7 @@ class HistoryWriter:
             raise OutputError(f"cannot read {path}: {reason(error)}") from error
         except (ValueError, csv.Error) as error:
             raise OutputError(f"cannot go on with {path}: it is not a history ({error})") from error
-        write_text(path, "".join(map(_line, [header, *kept])))
+        write_text(path, _lines([header, *kept]))
         writer = cls.__new__(cls)
         writer._start(Path(path), columns, flush_seconds)
         writer.last_step = int(kept[-1][at]) if kept else None
@@ -75,7 +75,7 @@ class HistoryWriter:
     def _start(self, path: Path, columns: Sequence[str], flush_seconds: float) -> None:
         self.path, self.columns = path, tuple(columns)
         self._flush_seconds = flush_seconds
-        self._pending: list[str] = []
+        self._pending: list[Sequence[Any]] = []
         self.last_step: int | None = None  # of the last record that a resumed file holds
         self._last = time.monotonic()
         try:
@@ -93,7 +93,7 @@ class HistoryWriter:
             record = [record[name] for name in self.columns]
         elif len(record) != len(self.columns):
             raise ValueError(f"{len(record)} values for {len(self.columns)} columns")
-        self._pending.append(_line(record))
+        self._pending.append(record)
         if time.monotonic() - self._last >= self._flush_seconds:
             self.flush()
 
@@ -102,7 +102,7 @@ class HistoryWriter:
         self._last = time.monotonic()
         if not self._pending or self._handle is None:
             return
-        block = "".join(self._pending).encode("utf-8")
+        block = _lines(self._pending).encode("utf-8")
         try:
             if not os.path.exists(self.path):
                 raise FileNotFoundError(2, "it has vanished")
@@ -145,13 +145,18 @@ class HistoryWriter:
         self.close()
 
 
-def _line(values: Sequence[Any]) -> str:
+def _lines(records: Sequence[Sequence[Any]]) -> str:
     buffer = io.StringIO()
-    csv.writer(buffer, lineterminator="\n").writerow([_text(value) for value in values])
+    csv.writer(buffer, lineterminator="\n").writerows([[_text(value) for value in record] for record in records])
     return buffer.getvalue()
 
 
 def _text(value: Any) -> str:
+    kind = type(value)
+    if kind is float:
+        return repr(value)
+    if kind is str or kind is int:
+        return str(value)
     if hasattr(value, "item"):
         value = value.item()  # numpy's scalars have a repr of their own
     return repr(value) if isinstance(value, float) else str(value)

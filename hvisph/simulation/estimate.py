@@ -7,7 +7,6 @@ a laptop core: both are there to tell a minute from a day.
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -20,6 +19,7 @@ from hvisph.geometry.section import Section
 from hvisph.geometry.shapes import Shape
 from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.build import build
+from hvisph.simulation.cost import step_seconds, worthwhile_threads
 from hvisph.simulation.domain import Domain
 from hvisph.simulation.materials import material_of
 from hvisph.simulation.memory import free_memory
@@ -38,12 +38,6 @@ FURTHER = {"riemann": {1: 200, 2: 290, 3: 750}}
 LISTED = {"total_lagrangian": {1: 30, 2: 30, 3: 40}, "adaptive": {1: 30, 2: 30, 3: 40},
           "projection": {1: 20, 2: 18, 3: 21}}  # fmt: skip
 INTERPRETER = 250_000_000  # [bytes]
-# Time on one core, by formulation and dimensions [us a particle-step].
-MICROSECONDS = {"eulerian": {1: 0.15, 2: 0.25, 3: 0.85}, "riemann": {1: 0.3, 2: 0.6, 3: 2.4},
-                "projection": {1: 0.1, 2: 0.25, 3: 1.2}, "total_lagrangian": {1: 0.2, 2: 0.3, 3: 0.9},
-                "adaptive": {1: 0.3, 2: 0.45, 3: 1.2}}  # fmt: skip
-STEP_OVERHEAD = 2e-4  # whatever the number of particles [s]
-THREAD_GAIN = 0.85  # of each further thread
 # Share of the impact velocity that the signals of a run gain over those at rest, on the mean of steps:
 # 0.7 to 1.0 in the bundled cases.
 COMPRESSION = 0.8
@@ -129,7 +123,7 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     case
         The case.
     threads
-        Number of threads; all that this process may use unless given.
+        Number of threads; those that a run would use unless given.
 
     Raises
     ------
@@ -145,16 +139,14 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     else:
         bodies = tuple(_uncounted(case))
     particles = sum(body.particles for body in bodies)
-    steps, threads = estimated_steps(case), threads or available_threads()
-    pace = MICROSECONDS.get(case.formulation.type, MICROSECONDS["eulerian"])[case.dim]
-    speedup = 1.0 + THREAD_GAIN * (threads - 1)
+    steps, threads = estimated_steps(case), threads or worthwhile_threads(case, particles)
     snapshots = 1 + (math.ceil(case.time.end / case.output.every - 1e-9) if case.output.every else 1)
     written = _snapshot_bytes(case.dim) * sum(VTU_GROWTH if f == "vtu" else 1.0 for f in case.output.formats)
     return Estimate(
         bodies=bodies,
         counted=counted,
         steps=steps,
-        seconds=steps * (STEP_OVERHEAD + 1e-6 * pace * particles / speedup),
+        seconds=steps * step_seconds(case, particles, threads),
         threads=threads,
         memory=INTERPRETER + memory_each(case) * particles,
         disk=snapshots * particles * written + HISTORY_LINE * steps / case.output.history_every,
@@ -222,13 +214,6 @@ def estimated_steps(case: Case) -> int:
     step = case.time.step or case.time.cfl * finest * case.smoothing_length / _signal_speed(case)
     steps = math.ceil(case.time.end / step - 1e-9)
     return min(steps, case.time.max_steps or steps)
-
-
-def available_threads() -> int:
-    """Return the number of processors that this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
 
 
 def _signal_speed(case: Case) -> float:

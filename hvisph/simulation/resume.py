@@ -15,6 +15,7 @@ from hvisph.output.folder import RunFolder, clear_unfinished, looks_like_a_run
 from hvisph.output.reader import read_summary
 from hvisph.simulation.build import build
 from hvisph.simulation.checkpoint import refuse_changed
+from hvisph.simulation.cost import worthwhile_threads
 from hvisph.simulation.estimate import refuse_impossible
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.run import Outcome, Run, set_threads
@@ -36,7 +37,7 @@ def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_s
     max_steps
         A new number of steps at which to stop early; 0 for none.
     threads
-        Number of threads; by default one per core.
+        Number of threads; by default as many as a step's work is worth, at most one per core.
     listener
         Hears of the run while it goes on.
 
@@ -76,7 +77,6 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
                listener: Listener | None = None) -> Outcome:  # fmt: skip
     """Go on with a run by a case of `resume_case`; arguments and errors as of `resume`."""
     listener = listener or Listener()
-    set_threads(threads)
     with RunFolder.open(Path(run)) as folder:
         checkpoint = newest_checkpoint(folder.checkpoint_path, listener.message)
         if checkpoint is None:
@@ -84,6 +84,8 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
         else:
             refuse_changed(checkpoint, case)
         refuse_impossible(case)
-        clear_unfinished(folder.path)
         with heard_compiling(listener.compiling):
-            return Run(case, build(case), folder, listener, checkpoint).go()
+            setup = build(case)
+            set_threads(threads, worthwhile_threads(case, setup.particles.count))
+            clear_unfinished(folder.path)
+            return Run(case, setup, folder, listener, checkpoint).go()

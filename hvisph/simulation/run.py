@@ -32,6 +32,7 @@ from hvisph.simulation.build import Setup, build
 from hvisph.simulation.checkpoint import Keeper
 from hvisph.simulation.clock import Clock, Step
 from hvisph.simulation.contact_warnings import contact_warnings
+from hvisph.simulation.cost import of_cores, worthwhile_threads
 from hvisph.simulation.domain import Domain
 from hvisph.simulation.estimate import refuse_impossible
 from hvisph.simulation.listener import Listener, Reporter
@@ -78,7 +79,8 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
     force
         Replace what an earlier run wrote there.
     threads
-        Number of threads; by default one per core. The results are the same bits for any number.
+        Number of threads; by default as many as a step's work is worth, at most one per core. The results are the same
+        bits for any number.
     listener
         Hears of the run while it goes on.
 
@@ -94,10 +96,10 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
         name = run_name(case) if out is None else name
         case = load_case(case)
     listener = listener or Listener()
-    set_threads(threads)
     with computable():
         refuse_impossible(case)
         bodies = placed_bodies(case)
+    set_threads(threads, worthwhile_threads(case, sum(len(body.positions) for body in bodies)))
     with heard_compiling(listener.compiling):
         with computable():
             setup = build(case, bodies)
@@ -106,15 +108,21 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
             return Run(case, setup, folder, listener).go()
 
 
-def set_threads(threads: int | None) -> None:
-    """Use so many threads, or one per core; raises `CaseError` for more than there are, or where none can work."""
+def set_threads(threads: int | None, worthwhile: int | None = None) -> None:
+    """Use so many threads, or `worthwhile`, or one per core.
+
+    Raises
+    ------
+    CaseError
+        For more than there are, or where none can work.
+    """
     refuse_fork()
     most = numba.config.NUMBA_NUM_THREADS
     if threads is not None and not 1 <= threads <= most:
         raise CaseError(
             f"{threads} threads asked for; allowed: 1 to {most}, the cores of this machine", where="--threads"
         )
-    numba.set_num_threads(threads or most)
+    numba.set_num_threads(threads or min(worthwhile or most, most))
 
 
 class Run:
@@ -159,9 +167,10 @@ class Run:
             self.files.write_case()
         self._prepare()
         count = self.setup.particles.count
+        threads = of_cores(numba.get_num_threads(), numba.config.NUMBA_NUM_THREADS)
         self.folder.log.write(
-            f"hvisph {__version__}: {self.case.title or 'untitled'}; {count} particles, "
-            f"{numba.get_num_threads()} threads; ready after {wall.perf_counter() - ready:.2f} s"
+            f"hvisph {__version__}: {self.case.title or 'untitled'}; {count} particles, {threads}; "
+            f"ready after {wall.perf_counter() - ready:.2f} s"
             f"{f'; goes on from step {self.clock.steps}' if self.checkpoint else ''}"
         )
         self.listener.started(self.folder.path, count, self.clock.end)
@@ -222,11 +231,10 @@ class Run:
         stepper = self.setup.stepper
         limit = self.setup.criteria.limit(stepper.lengths, stepper.signals, stepper.rates, stepper.place)
         cfl = self.case.time.cfl
-        others = [Limit(cfl * time, criterion, particle) for time, criterion, particle in stepper.limits()]
-        return min([limit, *others], key=lambda one: one.dt)
-
-    def _drift(self) -> float | None:
-        return self.budget.energy_drift(self.setup.stepper.sums)
+        for time, criterion, particle in stepper.limits():
+            if cfl * time < limit.dt:
+                limit = Limit(cfl * time, criterion, particle)
+        return limit
 
     def _advance(self) -> None:
         """Take one step: forces, the next step from the criteria, the state carried on, the schedule."""
@@ -251,13 +259,14 @@ class Run:
             self.domain.retire(self.budget, following.length)
         if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
             self.files.record(self.step, limiting, self.done.length, self.budget)
-        self.watch.check_state(self._drift(), clock.time, clock.steps)
+        drift = self.budget.energy_drift(stepper.sums)
+        self.watch.check_state(drift, clock.time, clock.steps)
         for number, snapshot in due:
             self.files.write_output(snapshot, number)
         if self.files.checkpoint_due():
             self._checkpoint()
         try:
-            self.reporter.report(self.step, body, self._drift())
+            self.reporter.report(self.step, body, drift)
         except KeyboardInterrupt:  # from whoever listens
             self.stop.note()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -96,7 +97,7 @@ class Watch:
     def check_state(self, drift: float | None, time: float, step: int) -> None:
         """Judge the state after a step: finite, no runaway, densities, total energy kept but for `drift` of it."""
         sums = self._setup.stepper.sums
-        if not np.isfinite(sums[: update.FASTEST + 1]).all():
+        if not all(map(isfinite, sums[: update.FASTEST + 1].tolist())):
             bad = ~np.isfinite(self._setup.particles.data).all(axis=1)
             if bad.any():
                 what = "a value of the state is not finite"

@@ -9,6 +9,8 @@ and the distance test removes what only wraps round.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -32,6 +34,8 @@ class Grid:
 
     def __post_init__(self) -> None:
         self.starts = np.zeros(self.shape[0] * self.shape[1] * self.shape[2] + 1, np.uint32)
+        nx, ny, nz = self.shape
+        self.sizes = np.uint64(nx), np.uint64(ny), np.uint64(nz)
 
     @classmethod
     def around(cls, positions: np.ndarray, edge: float) -> Grid:
@@ -111,7 +115,16 @@ def sort(grid: Grid, rows: np.ndarray, h_slot: int, cells: np.ndarray, order: np
         Sorted rows (n or more, width), and their positions and smoothing lengths by column,
         (dim + 1, n + 8).
     """
-    nx, ny, nz = (np.uint64(c) for c in grid.shape)
-    specialise(_find_cells, parallel=True, DIM=dim)(rows, 1.0 / grid.edge, nx, ny, nz, cells)
-    specialise(_count_and_place, parallel=False)(cells, grid.starts, order, place)
-    specialise(_gather_rows, parallel=True, DIM=dim, WIDTH=rows.shape[1], H=h_slot)(rows, order, out, columns)
+    find, count_and_place, gather = _loops(dim, rows.shape[1], h_slot)
+    find(rows, 1.0 / grid.edge, *grid.sizes, cells)
+    count_and_place(cells, grid.starts, order, place)
+    gather(rows, order, out, columns)
+
+
+@cache
+def _loops(dim: int, width: int, h_slot: int) -> tuple[Any, Any, Any]:
+    return (
+        specialise(_find_cells, parallel=True, DIM=dim),
+        specialise(_count_and_place, parallel=False),
+        specialise(_gather_rows, parallel=True, DIM=dim, WIDTH=width, H=h_slot),
+    )

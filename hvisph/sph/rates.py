@@ -7,6 +7,7 @@ between bodies, which is in the rate of energy; of rings the rate of their circu
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 from hvisph.core.binding import bind
@@ -18,6 +19,7 @@ def width(dim: int) -> int:
     return dim + 2 + dim * dim
 
 
+@cache
 def slots(dim: int) -> dict[str, int]:
     """Return where each rate stands, as constants for compiled loops."""
     return {"R_ACCELERATION": 0, "R_POWER": dim, "R_APPROACH": dim + 1, "R_GRADIENT": dim + 2, "R_DENSITY": width(dim),

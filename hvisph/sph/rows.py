@@ -7,6 +7,7 @@ compiled loops use and the signs with which a row is mirrored at a symmetry plan
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -64,12 +65,12 @@ class RowLayout:
             place += len(_components(rank, self.dim))
         return slots
 
-    @property
+    @cached_property
     def used(self) -> int:
         """Number of slots in use."""
         return sum(len(_components(rank, self.dim)) for _, rank in self.fields)
 
-    @property
+    @cached_property
     def width(self) -> int:
         """Length of a row: `used`, rounded up to whole vectors of eight."""
         return -(-self.used // 8) * 8

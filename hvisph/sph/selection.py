@@ -114,7 +114,7 @@ class Selection:
         eulerian
             (n,) uint8, 1 for Eulerian particles.
         """
-        sizes = tuple(np.uint64(c) for c in self.grid.shape)
+        sizes = self.grid.sizes
         self._mark(rows, eulerian, self.bodies, 1.0 / self.grid.edge, *sizes, self._cells, self._lowest, self._highest,
                    self._spatial)  # fmt: skip
         self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
@@ -127,7 +127,7 @@ class Selection:
     def near_other_bodies(self, rows: np.ndarray, reach: float) -> np.ndarray:
         """Return the indices of the particles within `reach` [m] of another body, and of their neighbours."""
         self.grid.edge = reach
-        sizes = tuple(np.uint64(c) for c in self.grid.shape)
+        sizes = self.grid.sizes
         self._mark(rows, self._nowhere, self.bodies, 1.0 / reach, *sizes, self._cells, self._lowest, self._highest,
                    self._spatial)  # fmt: skip
         self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)

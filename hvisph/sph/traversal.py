@@ -128,8 +128,7 @@ def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, count: int
         When a particle has too many neighbours to be anything but a collapse.
     """
     overflow = np.zeros(-(-count // CHUNK), np.uint64)
-    nx, ny, nz = (np.uint64(c) for c in grid.shape)
-    cell_table = grid.starts, 1.0 / grid.edge, nx, ny, nz
+    cell_table = (grid.starts, 1.0 / grid.edge, *grid.sizes)
     while True:
         sweep(rows, columns, np.uint64(count), cell_table, reach, constants, np.uint64(capacity), room(capacity),
               overflow)  # fmt: skip

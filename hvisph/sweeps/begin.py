@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from hvisph.core.errors import CaseError
-from hvisph.simulation.estimate import available_threads
+from hvisph.simulation.cost import available_threads
 from hvisph.sweeps.driver import Crew, Driver, LocalCrew
 from hvisph.sweeps.folder import SweepFolder
 from hvisph.sweeps.plan import load_plan

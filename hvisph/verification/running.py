@@ -18,6 +18,7 @@ from hvisph.output.folder import RunFolder
 from hvisph.pictures.curves import Curve
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import build
+from hvisph.simulation.cost import worthwhile_threads
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.run import Run, set_threads
 from hvisph.verification.figure import Figure, limit
@@ -194,11 +195,11 @@ def _can_fail(case: dict[str, Any]) -> bool:
 
 
 def _computed(start: Start, case: Case, folder: Path, threads: int | None, listener: Listener | None) -> Ran:
-    set_threads(threads)
     placed = placed_bodies(case)
     if start.place is not None:
         placed = start.place(placed)
     setup = build(case, placed)
+    set_threads(threads, worthwhile_threads(case, setup.particles.count))
     if start.state is not None:
         start.state(setup.particles)
     with RunFolder.create(folder, True) as held:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ class Kernel:
     shape: Any
     slope: Any
 
-    @property
+    @cached_property
     def reach(self) -> float:
         """Support radius over h."""
         return REACH[self.name]

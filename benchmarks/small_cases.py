@@ -1,0 +1,98 @@
+"""Threads and small cases: what a second thread gives or costs, by number of particles, on the machine as it is.
+
+    python benchmarks/small_cases.py [--resolutions 0.5,0.25,0.1] [--steps 300] [--spin 0,20000] [--formulation riemann]
+
+Every configuration is a process of its own that steps the quickstart's impact at some resolution; configurations take
+turns, so that what else the machine does falls on all alike. Best and median wall time and median CPU time a step,
+and the ratio of wall times to one thread's in the same turn. ``--busy N`` keeps N processes spinning beside them.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from hvisph.simulation.cost import available_threads
+
+
+def measure(resolution: float, formulation: str, threads: int, steps: int) -> dict[str, float]:
+    """Step one case in this process; return particles, wall and CPU time a step [ms]."""
+    from hvisph.casefile.loader import load_case
+    from hvisph.output.folder import RunFolder
+    from hvisph.simulation.build import build
+    from hvisph.simulation.listener import Listener
+    from hvisph.simulation.run import Run, set_threads
+
+    class Timed(Run):
+        found: tuple[float, float] = (0.0, 0.0)
+
+        def _take_steps(self) -> None:
+            wall, cpu = time.perf_counter(), time.process_time()
+            super()._take_steps()
+            self.found = time.perf_counter() - wall, time.process_time() - cpu
+
+    changes = [f"resolution={resolution} mm", "output.every=null", f"time.max_steps={steps}"]
+    case = load_case("quickstart", [*changes, f"formulation={{type: {formulation}}}"])
+    set_threads(threads)
+    with tempfile.TemporaryDirectory() as folder, RunFolder.create(Path(folder) / "run", True) as held:
+        run = Timed(case, build(case), held, Listener())
+        run.go()
+        wall, cpu = (1e3 * seconds / run.clock.steps for seconds in run.found)
+        return {"particles": run.setup.particles.count, "wall": wall, "cpu": cpu}
+
+
+def apart(arguments: list[str], spin: str) -> dict[str, float]:
+    """Return what a process of its own measures."""
+    environment = {name: value for name, value in os.environ.items() if not name.endswith("NUM_THREADS")}
+    command = [sys.executable, __file__, "--measure", *arguments]
+    done = subprocess.run(command, env=environment | {"GOMP_SPINCOUNT": spin}, capture_output=True, check=True)
+    return dict(json.loads(done.stdout.splitlines()[-1]))
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--resolutions", default="0.25,0.15,0.1")
+    parser.add_argument("--formulation", default="eulerian")
+    parser.add_argument("--threads", default=f"1,{available_threads()}")
+    parser.add_argument("--spin", default="0,20000", help="GOMP_SPINCOUNT of more than one thread")
+    parser.add_argument("--steps", default="300")
+    parser.add_argument("--turns", type=int, default=3)
+    parser.add_argument("--busy", type=int, default=0)
+    parser.add_argument("--measure", nargs=4, help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.measure:
+        resolution, formulation, threads, steps = asked.measure
+        print(json.dumps(measure(float(resolution), formulation, int(threads), int(steps))))
+        return
+    beside = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(asked.busy)]
+    try:
+        print(
+            f"{'particles':>9}{'threads':>8}{'spin':>7}{'wall best':>11}{'median':>8}{'cpu':>8}{'ratio':>7}  [ms a step]"
+        )
+        for resolution in asked.resolutions.split(","):
+            ways = [("1", "0")]
+            ways += [(n, s) for n in asked.threads.split(",") if n != "1" for s in asked.spin.split(",")]
+            apart([resolution, asked.formulation, "1", "3"], "0")  # compiles
+            turns = [[apart([resolution, asked.formulation, n, asked.steps], s) for n, s in ways]
+                     for _ in range(asked.turns)]  # fmt: skip
+            for k, (threads, spin) in enumerate(ways):
+                wall = [turn[k]["wall"] for turn in turns]
+                ratio = statistics.median(turn[k]["wall"] / turn[0]["wall"] for turn in turns)
+                cpu = statistics.median(turn[k]["cpu"] for turn in turns)
+                print(f"{turns[0][0]['particles']:>9}{threads:>8}{spin:>7}{min(wall):>11.2f}"
+                      f"{statistics.median(wall):>8.2f}{cpu:>8.2f}{ratio:>7.2f}", flush=True)  # fmt: skip
+    finally:
+        for process in beside:
+            process.kill()
+
+
+if __name__ == "__main__":
+    main()
