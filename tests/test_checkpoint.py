@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from small_runs import FORMULATIONS, GAS, LIQUID, METAL, assert_same_results, every_material, row_of
+from small_runs import FORMULATIONS, GAS, HARDENING, LIQUID, METAL, assert_same_results, every_material, final, row_of
 
 import hvisph
 from hvisph.core.errors import CaseError, OutputError
@@ -94,6 +94,24 @@ def test_options_resume_with_the_same_bits(dim, further, tmp_path):
     settings = {"formulation": {"type": "eulerian"}, "output": {"every": 2e-7, "history_every": 3}} | further
     materials = [METAL, LIQUID, GAS] if dim == 1 else [METAL, LIQUID]
     assert_same_results(*stopped_and_resumed(row_of(materials, dim=dim, **settings), tmp_path))
+
+
+def test_flaws_pores_and_burn_resume_with_the_same_bits(tmp_path):
+    rock = HARDENING | {"damage": {"type": "grady_kipp", "weibull_k": 1e35, "weibull_m": 9.0, "seed": 3}}
+    foam = HARDENING | {"density": 2700.0, "damage": {"type": "none"},
+                        "porosity": {"distension": 1.5, "elastic_pressure": 1e7, "solid_pressure": 5e8}}  # fmt: skip
+    jwl = {"type": "jwl", "a": 371.2e9, "b": 3.231e9, "r1": 4.15, "r2": 0.95, "omega": 0.3, "energy_density": 7e9,
+           "detonation": {"points": [[0.0, 0.0]], "speed": 6930.0}}  # fmt: skip
+    case = row_of([rock, foam, {"density": 1630.0, "eos": jwl}], formulation={"type": "eulerian"},
+                  output={"every": 3e-7})  # fmt: skip
+    whole, parts = stopped_and_resumed(case, tmp_path, 11)
+    assert_same_results(whole, parts)
+    last = final(whole)
+    cracked, crushed, burnt = (last.fields[name][last.body == number] for number, name in enumerate(
+        ("damage", "density", "pressure")))  # fmt: skip
+    assert cracked.max() > 0.0
+    assert crushed.max() > 1.1 * 1800.0
+    assert burnt.max() > 1e9
 
 
 def test_a_run_extended_at_an_output_is_the_longer_run(tmp_path):

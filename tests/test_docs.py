@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from hvisph.casefile.loader import load_case
+from hvisph.casefile.material_library import doubted
 from hvisph.sweeps.plan import load_plan
 
 ROOT = Path(__file__).parents[1]
@@ -77,3 +78,9 @@ def test_the_notebook_page_runs(tmp_path, monkeypatch):
     for text in blocks("howto/notebook.md", "python"):
         exec(text, space)
     assert space["figure"].axes
+
+
+def test_numbers_whose_source_was_not_opened_are_all_on_the_page():
+    page = (DOCS / "materials.md").read_text(encoding="utf-8")
+    listed = [line for line in page.splitlines() if line.count("|") == 5 and "checked" in line]
+    assert listed == [f"| `{name}` | {of} | {doubt} | {text} |" for name, of, doubt, text in doubted()]

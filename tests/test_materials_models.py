@@ -328,3 +328,13 @@ def test_a_hot_body_starts_without_pressure():
     assert copper.pressure(8930.0, 383.0 * 418.0) > 2.5e9
     with pytest.raises(CaseError, match="heat capacity"):
         material_of(load_material("aluminium-howell-ball")).at_temperature(500.0)
+
+
+def test_uniaxial_paths_are_second_order():
+    elastic = Material("x", 2700.0, EOS, ElasticStrength(27e9))
+    ends = [drive(elastic, "uniaxial_strain", 1e3, 0.05, n)["xx"][-1] for n in (50, 100, 3200)]
+    assert np.log2((ends[0] - ends[2]) / (ends[1] - ends[2])) == pytest.approx(2.0, abs=0.05)
+    # where in a step yielding begins changes with the step: the order is that of a mean over three halvings
+    metal = Material("x", 2700.0, EOS, VonMises(27e9, 0.3e9))
+    ends = [drive(metal, "cycle", 1e3, 0.05, n)["internal_energy"][-1] for n in (100, 800, 6400)]
+    assert np.log2(abs(ends[0] - ends[2]) / abs(ends[1] - ends[2])) / 3.0 > 1.6

@@ -79,3 +79,13 @@ def test_an_equation_of_state_beyond_its_range_is_named():
     loaded = load_case({"base": "al_al", "bodies": {name: {"material": material} for name in ("projectile", "target")}})
     assert any("linear" in text and "0.1" in text for text in warnings_of(loaded))
     assert not any("linear" in text for text in warnings_of(linear))
+
+
+def test_files_of_tables_stand_beside_the_case(tmp_path):
+    (tmp_path / "steel.csv").write_text("density,temperature,pressure,energy\n")
+    eos = "{type: table, file: steel.csv}"
+    (tmp_path / "case.yaml").write_text(
+        "kinematics: uniaxial_strain\nresolution: 1 mm\ntime: {end: 1 us}\nbodies:\n"
+        f"  bar: {{material: {{density: 7850, eos: {eos}}}, shape: {{type: interval, length: 9 mm}}}}\n"
+    )
+    assert load_case(tmp_path / "case.yaml").bodies["bar"].material.eos.file == str(tmp_path / "steel.csv")

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationInfo, model_validator
 
 from hvisph.case.dimensions import NUMBER
-from hvisph.case.model import Problem, StrictModel, refuse
+from hvisph.case.model import DataFile, Problem, StrictModel, refuse
 from hvisph.case.units import (
     Length,
     NonNegativeNumber,
@@ -233,9 +233,9 @@ class TableEos(StrictModel):
     """A table of pressure and energy over density and temperature: SESAME's text (its table 301) or CSV."""
 
     type: Literal["table"] = "table"
-    file: str = Field(
-        description="SESAME text, or CSV with the columns density, temperature, pressure and energy in SI; relative "
-        "paths are those of the folder that the command runs in"
+    file: DataFile = Field(
+        description="SESAME text, or CSV with the columns density, temperature, pressure and energy in SI; beside "
+        "the case file unless the path is absolute"
     )
     number: int | None = Field(default=None, description="SESAME number of the material; the first of the file")
 

@@ -158,10 +158,24 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
             f"about {size(taken.disk)} in {taken.snapshots} snapshots ({', '.join(case.output.formats)})",
         ),
     ]
+    facts += _fitted(case, number, " m/s" if si else "")
     names = [name for name, _ in case.expected.items()]
     if names:
         facts.append(("expected", ", ".join(names)))
     return "\n".join([*lines, table(facts)])
+
+
+def _fitted(case: Case, number: Any, unit: str) -> list[tuple[str, str]]:
+    """Return the lines through measured points of Hugoniots, and what they leave of each point."""
+    facts = []
+    for name, body in case.bodies.items():
+        eos = body.material.eos
+        if eos.type == "mie_gruneisen" and eos.us_up:
+            c0, s1 = eos.hugoniot[:2]
+            left = ", ".join(f"{one:+.3g}" for one in eos.residuals)
+            facts.append(("Hugoniot", f"{name}: Us = {number(c0, 'm/s')} + {s1:.4g} up, {len(eos.us_up)} points"))
+            facts.append(("", f"measured less fitted: {left}{unit}"))
+    return facts
 
 
 def _filling(body: Any, case: Case) -> str:
