@@ -58,6 +58,7 @@ def spoil_with(name, value, number=17):
         ("density", spoil_with("density", -1.0)),
         ("density", spoil_with("density", 1e5)),
         ("energy_drift", spoil_with("internal_energy", 1e8)),
+        ("negative_energy", spoil_with("internal_energy", -1e8)),
     ],
 )
 def test_each_watcher_names_what_where_and_when(criterion, spoil, tmp_path):

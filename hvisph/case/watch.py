@@ -18,6 +18,11 @@ class Watch(StrictModel):
         default=0.01,
         description="Change of total energy over that at the start [-], above 0; null for no limit",
     )
+    negative_energy: Annotated[float, Quantity(NUMBER, above=0)] | None = Field(
+        default=0.01,
+        description="Internal energy of the whole below that at the start and below zero, over the energy at the start "
+        "[-], above 0: more stops a run; null for no limit",
+    )
     speed_over_initial: Annotated[float, Quantity(NUMBER, above=1)] | None = Field(
         default=10.0,
         description="Speed of a particle over the fastest at the start, or over the speed of signals where "

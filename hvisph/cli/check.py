@@ -41,6 +41,8 @@ def check(
     warnings += sparse({body.name: body.across for body in taken.bodies})
     for warning in warnings:
         say(f"warning: {warning}", err=True)
+    from hvisph.simulation.shock import plane_shock
+
     shock, reason = plane_shock(loaded)
     if as_json:
         from hvisph.cli.words import echo_json
@@ -48,35 +50,6 @@ def check(
         echo_json(_plain(loaded, taken, shock, reason))
     else:
         say(_words(loaded, taken, shock, reason))
-
-
-def plane_shock(case: Case) -> tuple[Any, str]:
-    """Return what follows from impedance matching of the first two bodies.
-
-    Returns
-    -------
-    tuple
-        The `hvisph.exact.hugoniot.Impact`, in the frame of the second body, and an empty text;
-        or None and the reason why there is none.
-    """
-    from hvisph.core.errors import HvisphError
-
-    bodies = list(case.bodies.values())
-    if len(bodies) < 2:
-        return None, "there is only one body"
-    velocity = bodies[0].velocity[0] - bodies[1].velocity[0]
-    if velocity <= 0.0:
-        return None, "the first two bodies do not approach each other along x"
-    from hvisph.exact.hugoniot import impedance_match
-    from hvisph.simulation.materials import material_of
-
-    try:
-        projectile, target = (material_of(body.material, body.internal_energy) for body in bodies[:2])
-        return impedance_match(projectile, target, velocity), ""
-    except HvisphError as error:
-        return None, str(error)
-    except ArithmeticError:
-        return None, "the numbers of the materials or the velocity are beyond it"
 
 
 def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:

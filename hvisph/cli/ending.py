@@ -46,6 +46,25 @@ def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool) -> None:
     raise typer.Exit(outcome.exit_code or (FAILED if failure is not None else 0))
 
 
+SHARES = {"failed": "failed", "above_melting": "above melting", "beyond_range": "beyond the range of its material",
+          "negative_energy": "below zero energy"}  # fmt: skip
+
+
+def _state(summary: dict[str, Any], unitless: bool) -> list[str]:
+    """Return a line on shares of the mass that are not nothing, and one on the pressure beside its estimate."""
+    told = summary.get("shares") or {}
+    parts = [f"{100.0 * told[name]:.2g} % {word}" for name, word in SHARES.items() if told.get(name)]
+    lines = [f"of the mass: {', '.join(parts)}"] if parts else []
+    pressures = summary.get("pressures") or {}
+    if pressures.get("impedance_match") and pressures.get("highest"):
+        scale, unit = (1.0, "") if unitless else (1e-9, " GPa")
+        highest, estimate = (scale * pressures[name] for name in ("highest", "impedance_match"))
+        lines.append(
+            f"highest pressure {highest:.3g}{unit}; {estimate:.3g}{unit} in a flat impact by impedance matching"
+        )
+    return ["", *lines] if lines else []
+
+
 def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
     from hvisph.cli.limits import limits_text
     from hvisph.cli.results import conservation_rows, results_table, sections_table
@@ -58,6 +77,7 @@ def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
         "",
         *([summary["answer"], ""] if summary["answer"] else []),
         results_table(summary["measures"], summary["expected"], unitless, conservation_rows(summary)),
+        *_state(summary, unitless),
         *([f"\n{sections}"] if (sections := sections_table(summary, unitless)) else []),
         *(["", limits_text(summary["correlations"])] if summary.get("correlations") else []),
         "",

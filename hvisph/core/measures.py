@@ -204,6 +204,7 @@ CLOUD_CATALOGUE: dict[str, Measure] = {
 DRIFTS = {
     "energy_drift": Look("energy drift", "energy drift", "%", 5),
     "momentum_drift": Look("momentum drift", "momentum drift", "", -1),
+    "angular_momentum_drift": Look("angular momentum drift", "angular momentum drift", "", -1),
 }
 
 

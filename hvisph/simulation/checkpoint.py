@@ -80,7 +80,8 @@ class Keeper:
                        "impulse": budget.impulse.tolist(), "retired": budget.retired.tolist(),
                        "pending": budget.pending.tolist(),
                        "slip_work": budget.slip_work, "plastic_work": budget.plastic_work,
-                       "shock_heating": budget.shock_heating},
+                       "shock_heating": budget.shock_heating,
+                       "highest_pressure": budget.highest_pressure},
             "first_step": self.watch.first,
             "files": vars(self.files),
             "series": self.series,
@@ -117,7 +118,7 @@ class Keeper:
             setattr(clock, name, value)
         for name in ("momentum", "impulse", "retired", "pending"):
             getattr(budget, name)[...] = header["budget"][name]
-        for name in ("energy", "size", "slip_work", "plastic_work", "shock_heating"):
+        for name in ("energy", "size", "slip_work", "plastic_work", "shock_heating", "highest_pressure"):
             setattr(budget, name, header["budget"][name])
         self.watch.first = header["first_step"]
         self.series[:] = [(time, name) for time, name in header["series"]]

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.formulations.eulerian import fallbacks
 from hvisph.integrators import update
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
@@ -17,6 +18,15 @@ FALLBACKS_COLUMN = "correction_fallbacks"
 SLIP_COLUMN = "slip_work"
 # Work of plastic flow, and what viscosity, Riemann fluxes and friction dissipated, up to the record [J].
 WORK_COLUMNS = ("plastic_work", "shock_heating")
+# Highest pressure of any particle up to the record [Pa].
+HIGHEST_COLUMN = "highest_pressure"
+# Angular momentum about the origin [kg m^2/s], by dimensions; summed every so many steps, not a number between.
+ANGULAR_COLUMNS: dict[int, tuple[str, ...]] = {
+    1: (),
+    2: ("angular_momentum_z",),
+    3: ("angular_momentum_x", "angular_momentum_y", "angular_momentum_z"),
+}
+ANGULAR_EVERY = 20
 # Work against a contact algorithm since the start [J]: a separating contact keeps it, a repulsive one has made it heat.
 CONTACT_COLUMN = "contact_energy"
 
@@ -39,6 +49,10 @@ class Budget:
         Momentum given to the clamped particles (3,) [kg m/s].
     retired
         Particles [1], mass [kg], momentum (3) [kg m/s] and energy [J] that left the domain, in one row (6,).
+    highest_pressure
+        Of any particle so far [Pa].
+    angular_momentum
+        At the start [kg m^2/s]; none where no account of it is kept.
     pending
         Momentum (3) and energy that the next step takes from retired particles, per time [N, W] (4,).
     """
@@ -55,12 +69,20 @@ class Budget:
         self.impulse = np.zeros(3)
         self.retired = np.zeros(6)
         self.pending = np.zeros(4)
+        self.highest_pressure = float(setup.stepper.pressures.max(initial=0.0))
+        self._particles = particles
+        # planes and clamps give angular momentum of which no account is kept
+        kept = not setup.planes and not (particles.tags[:, FLAGS] & CLAMPED).any()
+        self.angular_momentum = angular_momentum(particles) if kept else np.zeros(0)
+        lever = particles["position"] - particles["position"].mean(axis=0)
+        self._swing = float((particles["mass"] * speed * np.sqrt((lever**2).sum(axis=1))).sum())
         free = np.ones(3)
         free[[plane.axis for plane in setup.planes]] = 0.0  # a mirror gives momentum along its normal
         self._free = free
 
-    def record(self, sums: np.ndarray, step: float) -> None:
-        """Take account of a step [s]: of forces on clamped particles, of works, slip and of what is pending."""
+    def record(self, sums: np.ndarray, step: float, pressures: np.ndarray) -> None:
+        """Take account of a step [s]: forces on clamped particles, works, slip, what is pending, the pressures (n,)."""
+        self.highest_pressure = max(self.highest_pressure, float(pressures.max(initial=0.0)))
         self.slip_work += step * float(sums[update.SLIPPING])
         self.plastic_work += float(sums[update.PLASTIC])
         self.shock_heating += float(sums[update.HEATING])
@@ -91,15 +113,36 @@ class Budget:
         change = float(np.linalg.norm((now - self.momentum) * self._free))
         return change / self.size if self.size > 0.0 else None
 
+    def angular_drift(self) -> float | None:
+        """Return the change of angular momentum over the sum of m |r| |v| about the middle at the start.
+
+        None for cut, clamped and one-dimensional models, those that have lost particles, and where nothing moved.
+        """
+        if not len(self.angular_momentum) or self.retired[0] or not self._swing > 0.0:
+            return None
+        return float(np.linalg.norm(angular_momentum(self._particles) - self.angular_momentum)) / self._swing
+
     def as_dict(self, sums: np.ndarray) -> dict[str, float | None]:
         """Return the plain form for the summary, without numbers that are not finite."""
         ratio = float(sums[update.KINETIC]) / self.kinetic if self.kinetic > 0.0 else None
         found = {"energy_drift": self.energy_drift(sums), "momentum_drift": self.momentum_drift(sums),
-                 "kinetic_energy_ratio": ratio}  # fmt: skip
+                 "angular_momentum_drift": self.angular_drift(), "kinetic_energy_ratio": ratio}  # fmt: skip
         if self.retired[0]:
             found |= {"retired_particles": float(self.retired[0]), "retired_mass": float(self.retired[1]),
                       "retired_energy": float(self.retired[5])}  # fmt: skip
         return {name: value if value is not None and np.isfinite(value) else None for name, value in found.items()}
+
+
+def angular_momentum(particles: Particles) -> np.ndarray:
+    """Return the angular momentum about the origin [kg m^2/s]: none in 1D and of rings, about z in 2D, (3,) in 3D."""
+    x, momentum = particles["position"], particles["mass"][:, None] * particles["velocity"]
+    pairs: dict[int, tuple[tuple[int, int], ...]] = {1: (), 2: ((0, 1),), 3: ((1, 2), (2, 0), (0, 1))}
+    return np.array([float(x[:, a] @ momentum[:, b] - x[:, b] @ momentum[:, a]) for a, b in pairs[_turns(particles)]])
+
+
+def _turns(particles: Particles) -> int:
+    """Return the dimensions in which the particles can turn: rings about an axis cannot."""
+    return 1 if particles.kinematics.revolved else particles.dim
 
 
 class Observer:
@@ -125,6 +168,7 @@ class Observer:
         counted = (*counted, *WORK_COLUMNS) if self._works else counted
         self._repels = getattr(formulation, "contact", None) is not None
         counted = (*counted, CONTACT_COLUMN) if self._repels else counted
+        counted = (*counted, HIGHEST_COLUMN, *ANGULAR_COLUMNS[_turns(particles)])
         self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
         self.locate()
 
@@ -153,8 +197,15 @@ class Observer:
             *((budget.slip_work,) if self._slips else ()),
             *((budget.plastic_work, budget.shock_heating) if self._works else ()),
             *((float(getattr(self._setup.stepper, "contact_energy", 0.0)),) if self._repels else ()),
+            budget.highest_pressure, *self._angular(step),
             *self._setup.gauges.record(step, self._where),
         ]  # fmt: skip
+
+    def _angular(self, step: int) -> list[float]:
+        particles = self._setup.particles
+        if step % ANGULAR_EVERY:
+            return [float("nan")] * len(ANGULAR_COLUMNS[_turns(particles)])
+        return [float(one) for one in angular_momentum(particles)]
 
 
 def mirror_axis(setup: Setup) -> np.ndarray | None:

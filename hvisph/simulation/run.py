@@ -259,6 +259,10 @@ class Run:
             self.domain.retire(self.budget, following.length)
         if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
             self.files.record(self.step, limiting, self.done.length, self.budget)
+        warning = self.watch.warning(clock.time)
+        if warning:
+            self.folder.log.write(warning)
+            self.listener.message(warning)
         drift = self.budget.energy_drift(stepper.sums)
         self.watch.check_state(drift, clock.time, clock.steps)
         for number, snapshot in due:
@@ -278,7 +282,7 @@ class Run:
         before = particles.data.copy() if moments else particles.data
         stepper.complete(self.done.length, following.length)
         reached = clock.complete(self.done)
-        self.budget.record(stepper.sums, self.done.length)
+        self.budget.record(stepper.sums, self.done.length, stepper.pressures)
         due = []
         for time in moments:
             at = between(before, particles, (time - started) / self.done.length, self.done.length)
@@ -297,7 +301,7 @@ class Run:
             failure=self.failure.as_dict() if self.failure else None, particles=self.setup.particles.count,
             steps=self.clock.steps, threads=numba.get_num_threads(), wall_seconds=seconds,
             conservation=self.budget.as_dict(self.setup.stepper.sums),
-            energies=self.budget.energies(self.setup.stepper.sums),
+            energies=self.budget.energies(self.setup.stepper.sums), highest_pressure=self.budget.highest_pressure,
             start=self.start, now=now, history=read_history(self.folder.path),
             snapshots=list_snapshots(self.folder.path),
         )  # fmt: skip

@@ -19,7 +19,9 @@ from hvisph.measures.strayed import Holds
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.correlations import impact_of
+from hvisph.simulation.health import shares
 from hvisph.simulation.materials import material_of
+from hvisph.simulation.shock import beside
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -34,6 +36,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
               steps: int, threads: int, wall_seconds: float, conservation: dict[str, float | None],
               start: Snapshot, now: Snapshot, history: dict[str, Any],
               snapshots: Sequence[Path] = (), energies: Mapping[str, float | None] | None = None,
+              highest_pressure: float = 0.0,
               ) -> dict[str, Any]:  # fmt: skip
     """Return the content of ``summary.json``, as ``schemas/summary.schema.json`` describes it.
 
@@ -53,6 +56,8 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         Files of all snapshots, in order of time: they tell when layers were perforated.
     energies
         By kind, of what was computed [J; per metre in 2D].
+    highest_pressure
+        Of any particle up to the end [Pa].
     """
     try:
         measured = in_time(measure_snapshot(now, start, history), snapshots, start)
@@ -63,6 +68,8 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
             raise
         measured = unmeasured(now, f"the run failed and its last state cannot be measured ({error})")
     plain = measured.as_dict()
+    pressures, apart = beside(case, highest_pressure)
+    told = shares(now, start, [material_of(body.material, body.internal_energy) for body in case.bodies.values()])
     models = [body.material for body in case.bodies.values()]
     whole = [one.strength.type != "none" and one.damage.type == "none" for one in models]
     return {
@@ -79,11 +86,13 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         "wall_seconds": wall_seconds,
         "microseconds_per_particle_step": 1e6 * wall_seconds / (particles * steps) if steps else None,
         **{name: plain[name] for name in ("measures", "layers", "projectile", "cloud", "whole")},
-        "remarks": _remarks(case, whole, start, now, snapshots),
+        "remarks": [*_remarks(case, whole, start, now, snapshots), *apart],
         "correlations": _correlations(case),
         "energies": {
             name: None if value is None else value * measured.whole.factor for name, value in (energies or {}).items()
         },
+        "shares": told,
+        "pressures": pressures,
         "conservation": conservation,
         "expected": compare({**measured.results, **conservation}, case.expected),
     }

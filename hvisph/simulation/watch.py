@@ -14,6 +14,8 @@ from hvisph.simulation.build import Setup
 
 # Steps between two looks at all densities.
 DENSITY_EVERY = 8
+# Share of the energy at the start that the internal energy may be below zero by round-off.
+ROUND_OFF = 1e-6
 
 
 class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever reads about it
@@ -67,6 +69,9 @@ class Watch:
         scale = fastest if fastest > 0.0 else float(setup.stepper.signals.max())
         self.speed_limit = np.inf if limits.speed_over_initial is None else limits.speed_over_initial * scale
         self.first: float | None = None
+        self._energy = float(setup.stepper.sums[update.KINETIC] + abs(setup.stepper.sums[update.INTERNAL]))
+        self._floor = min(0.0, float(setup.stepper.sums[update.INTERNAL]))
+        self._warned = False
 
     def check_step(self, limit: Limit, time: float, step: int) -> None:
         """Judge what limits the next step: rates that are not finite, a step that has collapsed."""
@@ -111,6 +116,15 @@ class Watch:
             )  # fmt: skip
         if self._limits.density and step % DENSITY_EVERY == 0:
             self._check_density(time, step)
+        missing, allowed = self._missing_energy(), self._limits.negative_energy
+        if allowed is not None and missing > allowed:
+            particles = self._setup.particles
+            coldest = int(np.argmin(particles["mass"] * particles["internal_energy"]))
+            raise self._failure(
+                "negative_energy", coldest, time, step,
+                f"the internal energy of the whole is below zero by {100.0 * missing:.3g} % of that at the start, "
+                f"more than {100.0 * allowed:g} %; it is lowest in",
+            )  # fmt: skip
         most = self._limits.energy_drift
         if most is not None and drift is not None and not abs(drift) <= most:
             stepper = self._setup.stepper
@@ -120,6 +134,24 @@ class Watch:
                 f"total energy has changed by {100.0 * drift:+.3g} % since the start, more than "
                 f"{100.0 * most:g} %; energy changes fastest in",
             )  # fmt: skip
+
+    def warning(self, time: float) -> str:
+        """Return what is to be said loudly, once, after a step; empty where all is well."""
+        missing = self._missing_energy()
+        if self._warned or not missing > ROUND_OFF:
+            return ""
+        self._warned = True
+        return (
+            f"warning: the internal energy of the whole fell below zero at t = {time:.6g} s, by "
+            f"{100.0 * missing:.2g} % of the energy at the start: the scheme takes more out of particles than "
+            "they hold; what follows is not to be trusted"
+        )
+
+    def _missing_energy(self) -> float:
+        """Return by how much the internal energy is below zero, or below that at the start, over the energy then."""
+        if not (self._setup.stepper.has_energy and self._energy > 0.0):
+            return 0.0
+        return (self._floor - float(self._setup.stepper.sums[update.INTERNAL])) / self._energy
 
     @property
     def _power(self) -> int:

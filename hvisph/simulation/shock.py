@@ -1,0 +1,63 @@
+"""The pressure to expect of an impact, by impedance matching, beside the one computed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+APART = 0.3  # of the estimate: a difference that is worth a remark
+
+
+def plane_shock(case: Case) -> tuple[Any, str]:
+    """Return what follows from impedance matching of the first two bodies.
+
+    Returns
+    -------
+    tuple
+        The `hvisph.exact.hugoniot.Impact`, in the frame of the second body, and an empty text;
+        or None and the reason why there is none.
+    """
+    from hvisph.core.errors import HvisphError
+
+    bodies = list(case.bodies.values())
+    if len(bodies) < 2:
+        return None, "there is only one body"
+    velocity = bodies[0].velocity[0] - bodies[1].velocity[0]
+    if velocity <= 0.0:
+        return None, "the first two bodies do not approach each other along x"
+    from hvisph.exact.hugoniot import impedance_match
+    from hvisph.simulation.materials import material_of
+
+    try:
+        projectile, target = (material_of(body.material, body.internal_energy) for body in bodies[:2])
+        return impedance_match(projectile, target, velocity), ""
+    except HvisphError as error:
+        return None, str(error)
+    except ArithmeticError:
+        return None, "the numbers of the materials or the velocity are beyond it"
+
+
+def beside(case: Case, highest: float) -> tuple[dict[str, float | None], list[str]]:
+    """Return the highest pressure of a run and the estimate [Pa], and a remark where they are far apart.
+
+    Parameters
+    ----------
+    case
+        The case.
+    highest
+        Highest pressure of any particle up to the end [Pa].
+    """
+    shock, _ = plane_shock(case)
+    estimate = None if shock is None else float(shock.pressure)
+    found: dict[str, float | None] = {"highest": highest, "impedance_match": estimate}
+    if not estimate or abs(highest / estimate - 1.0) <= APART:
+        return found, []
+    scale, unit = (1.0, "") if case.units == "none" else (1e-9, " GPa")
+    return found, [
+        f"the highest pressure of any particle is {scale * highest:.3g}{unit}, {highest / estimate:.2g} times the "
+        f"{scale * estimate:.3g}{unit} of a flat impact by impedance matching: "
+        + ("particles too coarse or an impact that is not flat lower it" if highest < estimate
+           else "a spike at the contact, or waves that met, raise it")
+    ]  # fmt: skip

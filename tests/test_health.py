@@ -1,0 +1,101 @@
+"""Shares of mass, angular momentum and the pressure beside its estimate."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hvisph.casefile.loader import load_case
+from hvisph.core.kinematics import strained
+from hvisph.materials.limits import range_of
+from hvisph.materials.melting import Lindemann
+from hvisph.output.snapshot import Snapshot
+from hvisph.simulation.health import shares
+from hvisph.simulation.materials import material_of
+from hvisph.simulation.monitors import angular_momentum
+from hvisph.simulation.shock import beside
+from hvisph.simulation.watch import ROUND_OFF, Watch
+
+CASE = {
+    "kinematics": "plane_strain",
+    "resolution": "0.5 mm",
+    "bodies": {
+        "shot": {"material": "aluminium-2024-t351", "shape": {"type": "box", "size": ["2 mm", "2 mm"]},
+                 "velocity": ["1 km/s", 0]},
+        "wall": {"material": "aluminium-2024-t351", "shape": {"type": "box", "size": ["2 mm", "6 mm"]}},
+    },
+    "time": {"end": "1 us"},
+}  # fmt: skip
+
+
+def state(n=10, **fields):
+    made = {"position": np.zeros((n, 2)), "velocity": np.ones((n, 2)), "mass": np.ones(n),
+            "density": np.full(n, 2785.0), "internal_energy": np.zeros(n), "damage": np.zeros(n),
+            "temperature": np.full(n, 300.0), "pressure": np.zeros(n)}  # fmt: skip
+    zero = np.zeros(n, dtype=int)
+    return Snapshot(0.0, 0, 2, made | fields, zero, zero, np.arange(n), ["a"], ["m"], {})
+
+
+def metal():
+    return material_of(load_case(CASE).bodies["shot"].material)
+
+
+def test_shares_of_mass():
+    start, one = state(), metal()
+    calm = shares(start, start, [one])
+    assert calm == {"failed": 0.0, "above_melting": 0.0, "beyond_range": 0.0, "negative_energy": 0.0}
+    first, three = np.arange(10) < 1, np.arange(10) < 3
+    low = range_of(one).least_density
+    assert 0.0 < low < 2785.0
+    told = shares(state(damage=1.0 * three, density=np.where(first, 0.9 * low, 2785.0),
+                        internal_energy=np.where(first, -1.0, 1.0), temperature=np.where(three, 2000.0, 300.0)),
+                  start, [one])  # fmt: skip
+    assert told == pytest.approx({"failed": 0.3, "above_melting": 0.3, "beyond_range": 0.1, "negative_energy": 0.1})
+
+
+def test_melting_rises_with_compression():
+    one = replace(metal(), melting=Lindemann(1000.0, 2.0, 1.5))
+    hot = state(temperature=np.full(10, 1100.0))
+    assert shares(hot, hot, [one])["above_melting"] == 1.0
+    squeezed = replace(hot, fields=hot.fields | {"density": np.full(10, 1.2 * 2785.0)})
+    assert shares(squeezed, hot, [one])["above_melting"] == 0.0
+
+
+@pytest.mark.parametrize("dim", [1, 2, 3])
+def test_angular_momentum_is_the_sum_of_cross_products(dim):
+    random = np.random.default_rng(1)
+
+    class Few(dict):
+        pass
+
+    few = Few(position=random.normal(size=(7, dim)), velocity=random.normal(size=(7, dim)), mass=random.random(7))
+    few.dim, few.kinematics = dim, strained(dim)
+    x, v = (np.pad(few[name], ((0, 0), (0, 3 - dim))) for name in ("position", "velocity"))
+    whole = (few["mass"][:, None] * np.cross(x, v)).sum(axis=0)
+    np.testing.assert_allclose(angular_momentum(few), {1: [], 2: whole[2:], 3: whole}[dim], rtol=1e-12)
+
+
+def test_pressure_beside_its_estimate():
+    case = load_case(CASE)
+    estimate = beside(case, 1.0)[0]["impedance_match"]
+    assert estimate == pytest.approx(9.0e9, rel=0.1)  # rho c u/2 and the slope of the Hugoniot
+    assert beside(case, 1.2 * estimate)[1] == []
+    assert "0.5 times" in beside(case, 0.5 * estimate)[1][0]
+    assert "2 times" in beside(case, 2.0 * estimate)[1][0]
+
+
+def test_a_negative_energy_is_said_once():
+    class Setup:
+        class stepper:  # noqa: N801
+            has_energy = True
+            sums = np.zeros(13)
+            signals = np.ones(1)
+
+    Setup.stepper.sums[0] = 100.0
+    watch = Watch(Setup, load_case(CASE).watch)
+    assert watch.warning(1e-6) == ""
+    Setup.stepper.sums[1] = -0.5 * ROUND_OFF * 100.0
+    assert watch.warning(1e-6) == ""
+    Setup.stepper.sums[1] = -0.5
+    assert "0.5 %" in watch.warning(2e-6)
+    assert watch.warning(3e-6) == ""
