@@ -77,7 +77,7 @@ def _look(seen: _Seen, limits: Holds, now: Snapshot, mine: np.ndarray) -> None:
         seen.share, seen.at = share, now.time
     if limits.tension is None or "pressure" not in fields:
         return
-    tension = -fields["pressure"][mine]
+    tension = -np.nan_to_num(fields["pressure"][mine], nan=0.0)  # of a run that failed
     seen.torn = max(seen.torn, float(mass[tension > limits.tension].sum() / mass.sum()))
     most = int(tension.argmax())
     if tension[most] > seen.tension:
