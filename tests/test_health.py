@@ -9,10 +9,12 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.kinematics import strained
 from hvisph.materials.limits import range_of
 from hvisph.materials.melting import Lindemann
+from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.health import shares
 from hvisph.simulation.materials import material_of
 from hvisph.simulation.monitors import angular_momentum
+from hvisph.simulation.run import run, set_threads
 from hvisph.simulation.shock import beside
 from hvisph.simulation.watch import ROUND_OFF, Watch
 
@@ -82,6 +84,12 @@ def test_pressure_beside_its_estimate():
     assert beside(case, 1.2 * estimate)[1] == []
     assert "0.5 times" in beside(case, 0.5 * estimate)[1][0]
     assert "2 times" in beside(case, 2.0 * estimate)[1][0]
+
+
+def test_a_witness_plane_of_the_case_reaches_the_snapshots(tmp_path):
+    set_threads(1)
+    outcome = run(load_case(CASE | {"witness": {"x": "100 mm"}, "time": {"end": "20 ns"}}), tmp_path / "run", threads=1)
+    assert read_snapshot(list_snapshots(outcome.folder)[-1]).metadata["witness"] == 0.1
 
 
 def test_a_negative_energy_is_said_once():

@@ -19,7 +19,7 @@ from hvisph.case.output import Output
 from hvisph.case.regions import BoxRegion, Clamp, InitialLoad, SymmetryPlane
 from hvisph.case.time import Time
 from hvisph.case.units import PositiveLength
-from hvisph.case.watch import Watch
+from hvisph.case.watch import Watch, Witness
 from hvisph.core.kinematics import KINEMATICS, Kinematics
 from hvisph.core.measures import measures_of
 from hvisph.core.shapes import SHAPES, arrangements_of
@@ -77,6 +77,11 @@ class Case(StrictModel):
     )
     watch: Watch = Field(default=Watch(), description="What stops a run that has failed")
     output: Output = Field(default=Output(), description="What is written, and how often")
+    witness: Witness | None = Field(
+        default=None,
+        description="Witness plane behind the layers, in 2D and 3D: mass, momentum, energy and areal momentum of the "
+        "debris cloud over the radius there go to summary.json (`cloud.witness`); none unless given",
+    )
     measures: tuple[MeasureName, ...] | None = Field(
         default=None, description="What to measure; unless given, all that has a meaning in these dimensions"
     )

@@ -6,9 +6,15 @@ from typing import Annotated
 
 from pydantic import Field
 
-from hvisph.case.dimensions import NUMBER
+from hvisph.case.dimensions import LENGTH, NUMBER
 from hvisph.case.model import StrictModel
 from hvisph.case.units import Quantity
+
+
+class Witness(StrictModel):
+    """A plane across the shot line: what would arrive there if the debris cloud flew on as it does at the end."""
+
+    x: Annotated[float, Quantity(LENGTH)] = Field(description="Where it is, along the shot line [m]")
 
 
 class Watch(StrictModel):

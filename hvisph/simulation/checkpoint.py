@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 # Checkpoints take at most this share of a run's wall time, whatever cadence is asked for.
 MOST_TIME = 0.02
 # What may differ between the case of a checkpoint and the case that goes on: it touches no step.
-MAY_CHANGE = ("time.end", "time.max_steps", "output.checkpoint_every", "watch", "title", "source", "expected")
+MAY_CHANGE = ("time.end", "time.max_steps", "output.checkpoint_every", "watch", "title", "source", "expected",
+              "witness")  # fmt: skip
 
 
 @dataclass

@@ -49,6 +49,8 @@ class SnapshotWriter:
             "roles": [body.role for body in case.bodies.values()],
             "planes": [{"axis": "xyz"[plane.axis], "at": plane.at} for plane in setup.planes],
         }
+        if case.witness is not None:
+            self.metadata["witness"] = case.witness.x
         self.series: list[tuple[float, str]] = []
 
     def snapshot(self, time: float, step: int, particles: Particles | None = None) -> Snapshot:
