@@ -161,14 +161,15 @@ def _end(case: Surroundings) -> Iterator[str]:
     crossings = []
     for body in case.bodies.values():
         speed = bulk_speed(body.material)
-        if speed is not None and SPEED.low <= speed <= SPEED.high:
-            crossings.append(max(body.shape.extent()) / speed)
+        across = max(body.shape.extent(), default=0.0)  # some shapes know their size only where they stand
+        if across > 0.0 and speed is not None and SPEED.low <= speed <= SPEED.high:
+            crossings.append(across / speed)
     flight = [math.hypot(*body.velocity) for body in case.bodies.values()]
     if not crossings:
         return
     longest = max(crossings)
     if any(flight):
-        longest = max(longest, max(max(b.shape.extent()) for b in case.bodies.values()) / max(flight))
+        longest = max(longest, max(max(b.shape.extent(), default=0.0) for b in case.bodies.values()) / max(flight))
     share = case.time.end / longest
     if END.low <= share <= END.high:
         return
