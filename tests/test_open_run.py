@@ -31,7 +31,7 @@ def test_the_summary_has_measures_as_attributes(opened):
     assert opened.summary.residual_velocity.unit == "m/s"
     assert opened.summary["status"] == opened.summary.status == "done"
     assert "penetration" in dir(opened.summary)
-    assert f"{float(opened.summary.penetration):.3g}" in repr(opened.summary.penetration)
+    assert f"{float(opened.summary.penetration):.6g}" in repr(opened.summary.penetration)
     with pytest.raises(AttributeError, match="penetration"):
         _ = opened.summary.penetraton
 

@@ -16,8 +16,8 @@ from hvisph.output.checkpoint import Checkpoint
 from hvisph.sph.traversal import MOST_NEIGHBOURS
 
 # Arrays whose number of rows follows the state; their columns are fixed. Rows of a Total Lagrangian body hold the
-# images of its reference, which may be renewed.
-VARYING = ("history/listed_at", "history/rows")
+# images of its reference, and so vary where that is renewed.
+VARYING, VARYING_WHERE_RENEWED = "history/listed_at", "history/rows"
 
 
 def refuse_misfit(found: Checkpoint, own: Checkpoint, particles: Particles) -> None:
@@ -39,11 +39,12 @@ def refuse_misfit(found: Checkpoint, own: Checkpoint, particles: Particles) -> N
         raise ValueError("its time or its step is not positive")
     if found.arrays.keys() != own.arrays.keys():
         raise ValueError(f"it differs in {', '.join(sorted(found.arrays.keys() ^ own.arrays.keys()))}")
+    renews = own.header["case"]["formulation"].get("renew_reference") is not None
+    varying = {VARYING, VARYING_WHERE_RENEWED} if renews else {VARYING}
     for name, values in own.arrays.items():
-        other, skip = found.arrays[name], int(name in VARYING)
+        other, skip = found.arrays[name], int(name in varying)
         if other.dtype != values.dtype or other.shape[skip:] != values.shape[skip:]:
             raise ValueError(f"'{name}' has another shape or kind: {other.shape}, not {values.shape}")
-    renews = own.header["case"]["formulation"].get("renew_reference") is not None
     _refuse_other_particles(found.arrays["state"], found.arrays["tags"], particles, renews)
     _refuse_other_grid(found.arrays, own.arrays)
 
