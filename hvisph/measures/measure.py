@@ -13,8 +13,10 @@ import numpy as np
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measures import CATALOGUE, reported
 from hvisph.measures.answer import answer
+from hvisph.measures.bars import bar, penetration_ratio
 from hvisph.measures.cloud import Cloud, cloud
 from hvisph.measures.debris import BodyFragments, debris
+from hvisph.measures.hollow import radii
 from hvisph.measures.layers import LayerMeasures, layer_measures, perforated, states, with_times
 from hvisph.measures.lengths import crater_diameter, extension, penetration
 from hvisph.measures.motion import momentum_transfer, residual_velocity
@@ -24,6 +26,7 @@ from hvisph.measures.pressure import centre_pressure_peak, centre_tension_peak
 from hvisph.measures.residue import residue
 from hvisph.measures.result import MASS_UNITS, Result, meaningless
 from hvisph.measures.scene import Scene
+from hvisph.measures.spall import pull_back
 from hvisph.measures.swing import LATELY, MOST, lately, swinging
 from hvisph.measures.voids import void_fraction
 from hvisph.measures.whole import Whole
@@ -62,6 +65,8 @@ class Measures:
         What is left of the projectile, by name.
     cloud
         What flies on behind the perforated layers.
+    profile
+        Outline of a bar: ``distance`` from its foot and ``diameter`` [m]; empty where there is none.
     series
         Where every moment was asked for: all of them, in the order of time. This one is the last.
     """
@@ -79,6 +84,7 @@ class Measures:
     whole: Whole = field(default_factory=Whole)
     projectile: dict[str, Result] = field(default_factory=dict)
     cloud: Cloud = field(default_factory=lambda: Cloud({}))
+    profile: dict[str, list[float]] = field(default_factory=dict)
     series: tuple[Measures, ...] = field(default=(), compare=False, repr=False)
 
     def __getitem__(self, name: str) -> Result:
@@ -103,6 +109,8 @@ class Measures:
             "cloud": self.cloud.as_dict(),
             "whole": self.whole.as_dict(),
         }
+        if self.profile:
+            plain["profile"] = self.profile
         if self.series:
             plain["series"] = [moment.as_dict() for moment in self.series]
         return plain
@@ -289,7 +297,7 @@ def measure_snapshot(
     scene = Scene.of(now, start)
     if not scene.is_projectile.any():
         raise OutputError(f"{source or 'the snapshot'}: there is no particle of the projectile")
-    layers = layer_measures(scene)
+    layers, one_bar = layer_measures(scene), bar(scene)
     results = {
         "perforated": perforated(layers),
         **crater_diameter(scene),
@@ -301,6 +309,10 @@ def measure_snapshot(
         "residual_velocity": residual_velocity(scene, layers),
         "momentum_transfer": momentum_transfer(scene),
         **plug_and_lip(scene),
+        "penetration_ratio": penetration_ratio(scene, layers),
+        **one_bar.results,
+        **radii(scene),
+        **pull_back(history, now),
     }
     if now.dimensions == 1:
         behind_shocks = plateau(scene)
@@ -319,6 +331,7 @@ def measure_snapshot(
         whole=scene.shot.whole,
         projectile=residue(scene, layers),
         cloud=cloud(scene, layers, now.metadata.get("witness")),
+        profile=one_bar.profile,
         answer=answer(layers, now.metadata.get("units") == "none"),
     )
 

@@ -158,8 +158,9 @@ def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Se
     moving = start.fields["velocity"].reshape(start.count, -1)[projectile] if "velocity" in start.fields else None
     kept = []
     for plane in planes:
-        cuts = len(shot) and np.abs(shot[:, plane.axis] - plane.at).min() <= TOUCH * spacing
-        across = moving is not None and _crosses(moving, plane.axis)
+        touching = np.abs(shot[:, plane.axis] - plane.at) <= TOUCH * spacing
+        cuts = bool(touching.any())
+        across = moving is not None and _crosses(moving, touching, plane.axis)
         if cuts and not across:
             kept.append(plane)
     return Whole(tuple(kept))
@@ -170,7 +171,11 @@ def _half(coordinate: np.ndarray, spacing: float) -> bool:
     return bool((low > 0.0 and low <= TOUCH * spacing) or (high < 0.0 and high >= -TOUCH * spacing))
 
 
-def _crosses(velocity: np.ndarray, axis: int) -> bool:
-    """Whether the projectile moves along the axis, so that its plane is a wall."""
+def _crosses(velocity: np.ndarray, touching: np.ndarray, axis: int) -> bool:
+    """Whether the projectile moves along the axis, so that its plane is a wall.
+
+    A ring that closes about its middle moves along the axis, too, but not beside the plane.
+    """
     mean = np.abs(velocity.mean(axis=0))
-    return bool(mean[axis] > 1e-9 * mean.max(initial=0.0))
+    beside = abs(float(velocity[touching, axis].mean())) if touching.any() else 0.0
+    return bool(mean[axis] > 1e-9 * mean.max(initial=0.0) and beside > 0.5 * mean[axis])

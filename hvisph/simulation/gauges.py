@@ -84,7 +84,7 @@ class Gauges:
     """
 
     def __init__(self, models: dict[str, Gauge], bodies: list[PlacedBody], dx: float, stepper: AnyStepper):
-        self._stepper = stepper
+        self._stepper, self._names = stepper, tuple(models)
         positions = np.concatenate([body.positions for body in bodies])
         owner = np.repeat(np.arange(len(bodies)), [len(body.positions) for body in bodies])
         self._gauges = [_placed(name, model, positions, owner, dx) for name, model in models.items()]
@@ -103,6 +103,12 @@ class Gauges:
         dim, kernel = stepper.particles.dim, stepper.formulation.kernel
         at = {k: v for k, v in stepper.particles.bindings().items() if k in weigh.__code__.co_names}
         self._weigh = specialise(weigh, parallel=False, DIM=dim, shape=kernel.shape, **at)
+
+    @property
+    def surfaces(self) -> dict[str, tuple[int, np.ndarray]]:
+        """Permanent number of the particle, and outward direction, of every gauge of a free surface by its name."""
+        own = zip(self._names, self._gauges, strict=True)
+        return {name: (gauge.particle, gauge.normal) for name, gauge in own if gauge.normal is not None}
 
     def due(self, step: int) -> bool:
         """Whether a gauge asks for a record after `step` steps."""

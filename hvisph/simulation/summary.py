@@ -85,7 +85,11 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         "threads": threads,
         "wall_seconds": wall_seconds,
         "microseconds_per_particle_step": 1e6 * wall_seconds / (particles * steps) if steps else None,
-        **{name: plain[name] for name in ("measures", "layers", "projectile", "cloud", "whole")},
+        **{
+            name: plain[name]
+            for name in ("measures", "layers", "projectile", "cloud", "whole", "profile")
+            if name in plain
+        },
         "remarks": [*_remarks(case, whole, start, now, snapshots), *apart],
         "correlations": _correlations(case),
         "energies": {

@@ -69,7 +69,15 @@ class SnapshotWriter:
     def start(self) -> Snapshot:
         """Return the start, and keep what later snapshots need of it to be measured alone."""
         start = self.snapshot(0.0, 0)
-        self.metadata.update(reference(start))
+        surfaces = {
+            name: {
+                "axis": int(np.abs(normal).argmax()),
+                "sign": float(normal.sum()),
+                "impedance": _impedance(start, number),
+            }
+            for name, (number, normal) in self.setup.gauges.surfaces.items()
+        }
+        self.metadata.update(reference(start) | ({"surfaces": surfaces} if surfaces else {}))
         start.metadata.update(self.metadata)
         return start
 
@@ -95,3 +103,9 @@ class SnapshotWriter:
             self.series[:] = [one for one in self.series if one[1] != entry]
             self.series.append((snapshot.time, entry))
             write_pvd(self.folder.path / names.SERIES, self.series)
+
+
+def _impedance(start: Snapshot, number: int) -> float:
+    """Return density times bulk sound speed [Pa s/m] of a particle at the start."""
+    row = int(np.flatnonzero(start.id == number)[0])
+    return float(start.fields["density"][row] * start.fields["sound_speed"][row])
