@@ -21,13 +21,39 @@ found = self_test()
 print(json.dumps(found | {"folder": str(cache_folder())}))
 """
 
+# The forces of Total Lagrangian particles between random rows: a loop whose sums of vectors may round in many ways.
+FORCES = """
+import hashlib
+import json
+import numpy as np
+from hvisph.core.binding import bind
+from hvisph.core.jit import heard_compiling, specialise
+from hvisph.sph import rates
+from hvisph.sph.kernels import CUBIC_SPLINE
+from hvisph.sph.kernels.kernel import scale
+from hvisph.sph.laws import reference
 
-def started(cache, **further):
+n, random, heard = 64, np.random.default_rng(1), []
+layout, width = reference.row_layout(2, True, False, True)
+lists = (np.arange(n + 1, dtype=np.uint64) * 8, random.integers(0, n, 8 * n).astype(np.uint32),
+         random.random(8 * n), random.random(8 * n))
+options = {"MIXED": 1, "HOURGLASS": 1, "PRINTED": 0, "COUPLED": 0, "slope": CUBIC_SPLINE.slope,
+           "scale": specialise(scale, DIM=2, NORM=CUBIC_SPLINE.norm(2)), "DIM": 2, "WIDTH": width}
+loop = bind(reference.accumulate, {}, options | layout.slots() | rates.slots(2), parallel=True)
+found = np.zeros((n, rates.width(2)))
+with heard_compiling(heard.append):
+    loop(random.random((n + 1, layout.width)), np.ones(n, np.uint8), 1, random.random(n), lists,
+         (random.random((n, 2)), random.random(n)), (1.0, 2.0), 10.0, 1.0, found)
+print(json.dumps({"compiled": bool(heard), "bits": hashlib.sha256(found).hexdigest()}))
+"""
+
+
+def started(cache, program=PROGRAM, **further):
     """A process that compiles a loop, or takes it from the cache."""
     environment = os.environ | {"HVISPH_CACHE_DIR": str(cache), "NUMBA_NUM_THREADS": "1"}
     environment |= further.pop("environment", {})
     return subprocess.Popen(
-        [sys.executable, "-c", PROGRAM],
+        [sys.executable, "-c", program],
         env=environment,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -55,6 +81,12 @@ def test_many_processes_share_a_fresh_cache(tmp_path):
     for found in [result(process) for process in [started(tmp_path / "cache") for _ in range(4)]]:
         assert found["passed"], found["reason"]
     assert result(started(tmp_path / "cache"))["cached"]
+
+
+def test_a_loop_gives_the_same_bits_compiled_here_or_taken_from_the_cache(tmp_path):
+    fresh, cached = (result(started(tmp_path / "cache", FORCES)) for _ in range(2))
+    assert (fresh["compiled"], cached["compiled"]) == (True, False)
+    assert fresh["bits"] == cached["bits"]
 
 
 def test_a_read_only_cache_is_used(tmp_path):

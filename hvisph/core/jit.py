@@ -24,6 +24,7 @@ from numba.core import event
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
 
+from . import on_demand
 from .loop_cache import LoopCache, cache_folder
 
 # Threads wait for each other asleep, unless the user says otherwise. Awake they hold a core that another process needs,
@@ -32,6 +33,8 @@ from .loop_cache import LoopCache, cache_folder
 if "OMP_WAIT_POLICY" not in os.environ:
     os.environ.setdefault("GOMP_SPINCOUNT", "0")
     os.environ.setdefault("KMP_BLOCKTIME", "0")
+
+on_demand.install()
 
 # No fastmath here: with it the same loop, compiled in this process or taken from the cache, may round
 # differently. The vectors of `core.lanes`, where the time goes, carry flags of their own.

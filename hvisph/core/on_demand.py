@@ -1,0 +1,63 @@
+"""Machine code is made of what Python calls, once, and not of what other code takes in.
+
+numba makes machine code of every function: of a loop, of the part of it that threads share, and of all that it calls.
+A loop takes these in as text and is optimised as a whole, so their own code is wasted time; worse, where a
+name exists twice the first one is called: a loop that was compiled in this process would run its part's own code, and
+one from the cache that of the whole, whose sums of vectors may round differently. So a library is handed to the
+processor when an address in it is asked for, and not before.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.environment import lookup_environment
+from numba.core.registry import cpu_target
+
+# How numba begins the names of what a function finds its exceptions by, and of the parts of loops that threads share.
+_ENVIRONMENT, _SHARED_PART = "_ZN08NumbaEnv", "__numba_parfor_gufunc"
+
+
+class Library(JITCodeLibrary):
+    """Code that becomes machine code when an address in it is asked for."""
+
+    _handed_over = False
+
+    def _finalize_final_module(self) -> None:
+        if self._object_caching_enabled and self._compiled_object is not None:  # from the cache, made already
+            self._hand_over()
+        else:
+            self._finalized = True
+
+    def _hand_over(self) -> None:
+        self._handed_over = True
+        super()._finalize_final_module()
+        for variable in self._final_module.global_variables:
+            environment = lookup_environment(variable.name) if variable.name.startswith(_ENVIRONMENT) else None
+            if environment is not None:
+                self._codegen.set_env(variable.name, environment)
+
+    def get_pointer_to_function(self, name: str) -> int:
+        """Return the address of a function, 0 where this library has none of that name."""
+        self._ensure_finalized()
+        own = (function.name for function in self._final_module.functions if not function.is_declaration)
+        if not self._handed_over:
+            if self.name.startswith(_SHARED_PART) or name not in own:
+                return 0  # Python calls nothing here
+            self._hand_over()
+        address: int = super().get_pointer_to_function(name)
+        return address
+
+
+def install() -> None:
+    """Have numba make code in this way from now on."""
+    codegen: Any = cpu_target.target_context.codegen()
+    codegen._library_class = Library
+    set_environment = codegen.set_env
+
+    def set_env(name: str, environment: Any) -> None:
+        if codegen._engine.is_symbol_defined(name):  # else when its library is handed over
+            set_environment(name, environment)
+
+    codegen.set_env = set_env
