@@ -55,7 +55,7 @@ class Regime:
             return "elastic: the impact pressure is below the strength"
         if over < SHOCK:
             return f"ballistic: the impact pressure is about {over:.2g} times the strength, plastic flow decides"
-        return f"shock: the impact pressure is about {over:.2g} times the strength"
+        return f"shock: the impact pressure is about {over:.0f} times the strength"
 
 
 def regime(case: Case) -> Regime:
