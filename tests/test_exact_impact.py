@@ -149,7 +149,7 @@ def test_strength_with_a_history_is_refused():
 def test_a_target_twice_as_thick_as_its_flyer_is_followed_through_all_crossing_waves(velocity):
     """The releases of both ends cross at the mid-plane, where elastic waves multiply: it must end all the same."""
     made, thick = aluminium(GAS), 5e-3
-    found = with_reflections([(made, -thick, 0.0, velocity), (made, 0.0, 2 * thick, 0.0)], 3.5e-6, step=0.02)
+    found = with_reflections([(made, -thick, 0.0, velocity), (made, 0.0, 2 * thick, 0.0)], 3.5e-6, strain_step=0.02)
     assert len(found.fronts) < 20_000
     assert 5e-4 <= found.weakest < 1e-2
     edges, states = found.profile(3.49e-6)

@@ -93,9 +93,9 @@ def spacing_warnings(case: Case) -> Iterator[str]:
             )
 
 
-def _length(path: Path, dim: int, found: int, what: str) -> Problem:
+def _length(path: Path, dim: int, given: int, what: str) -> Problem:
     axes = ", ".join(AXES[:dim])
-    return Problem(path, f"has {found} {what}, needs {dim} in {dim}D: [{axes}]")
+    return Problem(path, f"has {given} {what}, needs {dim} in {dim}D: [{axes}]")
 
 
 def _arrangement(case: Case, body: Body, path: Path) -> Iterator[Problem]:

@@ -74,8 +74,8 @@ def problems_of(case: Case) -> list[Problem]:
 
 def warnings_of(case: Case) -> list[str]:
     """Return what a user should know about a valid `case` before it runs."""
-    found = [*spacing_warnings(case), *case.formulation.warnings(case), *_unused(case), *_mirrored(case)]
-    return [*found, *axisymmetric_warnings(case), *implausible(case)]
+    warnings = [*spacing_warnings(case), *case.formulation.warnings(case), *_unused(case), *_mirrored(case)]
+    return [*warnings, *axisymmetric_warnings(case), *implausible(case)]
 
 
 def _unused(case: Case) -> Iterator[str]:

@@ -58,10 +58,10 @@ def implausible(case: Surroundings) -> list[str]:
     """Return what is doubtful about the numbers of `case`; nothing for a case without units."""
     if case.units != "si":
         return []
-    found: list[str] = []
+    doubts: list[str] = []
     for name, body in case.bodies.items():
-        found += [f"bodies.{name}.material.{text}" for text in of_material(body.material)]
-    return [*found, *_end(case), *_pressure(case)]
+        doubts += [f"bodies.{name}.material.{text}" for text in of_material(body.material)]
+    return [*doubts, *_end(case), *_pressure(case)]
 
 
 def of_material(material: Material) -> Iterator[str]:

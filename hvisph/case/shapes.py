@@ -379,29 +379,29 @@ def shape_problems(shape: Any, dim: int, path: tuple[str | int, ...]) -> list[tu
     """Return what is wrong with the dimensions of `shape` and its parts: places and messages."""
     if shape.type not in SHAPES[dim]:
         return [((*path, "type"), f"a {shape.type} has no meaning in {dim}D; allowed: {', '.join(SHAPES[dim])}")]
-    found: list[tuple[tuple[str | int, ...], str]] = []
+    problems: list[tuple[tuple[str | int, ...], str]] = []
     if isinstance(shape, BoxShape) and len(shape.size) != dim:
         axes = ", ".join("xyz"[:dim])
-        found.append(((*path, "size"), f"has {len(shape.size)} sizes, needs {dim} in {dim}D: [{axes}]"))
+        problems.append(((*path, "size"), f"has {len(shape.size)} sizes, needs {dim} in {dim}D: [{axes}]"))
     if dim == 2 and getattr(shape, "axis", "x") == "z":
-        found.append(((*path, "axis"), "there is no axis z in 2D; allowed: x, y"))
+        problems.append(((*path, "axis"), "there is no axis z in 2D; allowed: x, y"))
     if isinstance(shape, PrismShape | RingShape):
-        found += shape_problems(shape.section, 2, (*path, "section"))
+        problems += shape_problems(shape.section, 2, (*path, "section"))
     if isinstance(shape, RepeatShape):
-        found += shape_problems(shape.shape, dim, (*path, "shape"))
+        problems += shape_problems(shape.shape, dim, (*path, "shape"))
         for number, vector in enumerate(shape.vectors):
             if len(vector) != dim:
-                found.append(((*path, "vectors", number), f"has {len(vector)} components, needs {dim} in {dim}D"))
+                problems.append(((*path, "vectors", number), f"has {len(vector)} components, needs {dim} in {dim}D"))
         if len(shape.counts) != len(shape.vectors):
-            found.append(((*path, "counts"), f"has {len(shape.counts)} counts for {len(shape.vectors)} vectors"))
+            problems.append(((*path, "counts"), f"has {len(shape.counts)} counts for {len(shape.vectors)} vectors"))
     if isinstance(shape, DifferenceShape):
-        found += shape_problems(shape.whole, dim, (*path, "whole"))
+        problems += shape_problems(shape.whole, dim, (*path, "whole"))
     for key in ("parts", "removed"):
         for number, part in enumerate(getattr(shape, key, ())):
             place = (*path, key, number)
-            found += shape_problems(part.shape, dim, (*place, "shape"))
+            problems += shape_problems(part.shape, dim, (*place, "shape"))
             if part.shape.type in ("particles",):
-                found.append(((*place, "shape", "type"), "particles from a file cannot be part of a combined shape"))
+                problems.append(((*place, "shape", "type"), "particles from a file cannot be part of a combined shape"))
             if part.position is not None and len(part.position) != dim:
-                found.append(((*place, "position"), f"has {len(part.position)} components, needs {dim} in {dim}D"))
-    return found
+                problems.append(((*place, "position"), f"has {len(part.position)} components, needs {dim} in {dim}D"))
+    return problems

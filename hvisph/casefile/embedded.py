@@ -20,8 +20,8 @@ def _case(text: Any) -> dict[str, Any]:
 
 def formulation(text: Any) -> str:
     """Return the name of the formulation; empty where the text does not tell."""
-    found = _case(text).get("formulation")
-    return str(found.get("type", "")) if isinstance(found, dict) else ""
+    chosen = _case(text).get("formulation")
+    return str(chosen.get("type", "")) if isinstance(chosen, dict) else ""
 
 
 def symmetry_axes(text: Any) -> tuple[int, ...]:

@@ -75,12 +75,12 @@ def validated(document: Document) -> Case:
 def materials_of(document: Document) -> Library:
     """Return the materials that a case may name: the package's, and those of the files that its `materials` lists."""
     listed = document.value.get("materials") or ()
-    found = []
+    libraries = []
     for index, name in enumerate(listed if isinstance(listed, list | tuple) else ()):
         place = document.places.get(("materials", index)) or document.places.get(("materials",), Place(""))
         if isinstance(name, str):
-            found.append(_beside(name, place, ("materials", str(index))))
-    return library_of(tuple(found))
+            libraries.append(_beside(name, place, ("materials", str(index))))
+    return library_of(tuple(libraries))
 
 
 def _beside(name: str, place: Place, path: Path) -> pathlib.Path:
@@ -156,12 +156,12 @@ def _on_base(document: Document, path: pathlib.Path, seen: tuple[pathlib.Path, .
         if not isinstance(base, str):
             raise CaseError("expected the path of another case file, such as base.yaml")
         beside = path.parent / base
-        found = beside if beside.is_file() else find_case(base)
-        if not found.is_file():
+        file = beside if beside.is_file() else find_case(base)
+        if not file.is_file():
             raise CaseError(f"'{base[:200]}' is no file")
-        if found.resolve() in seen:
+        if file.resolve() in seen:
             raise CaseError(f"'{base}' leads back to a file that is based on it")
-        if found.suffix not in ENDINGS:
+        if file.suffix not in ENDINGS:
             raise CaseError(f"a case file ends in {' or '.join(ENDINGS)}, and '{base[:200]}' does not")
         if len(seen) > MOST_BASES:
             raise CaseError(f"more than {MOST_BASES} files are based on each other")
@@ -169,7 +169,7 @@ def _on_base(document: Document, path: pathlib.Path, seen: tuple[pathlib.Path, .
         raise CaseError("is no path", where="base", file=place.file, line=place.line) from None
     except CaseError as error:
         raise CaseError(error.message, where="base", file=place.file, line=place.line) from None
-    return merged(_on_base(_read_base(found), found, seen), changes)
+    return merged(_on_base(_read_base(file), file, seen), changes)
 
 
 def _read_base(path: pathlib.Path) -> Document:

@@ -154,13 +154,13 @@ def _materials_of(file: Path) -> dict[str, Document]:
     document = read_yaml(file)
     if {"density", "base"} & set(document.value):
         return {file.stem: document}
-    found = {}
+    documents = {}
     for name, value in document.value.items():
         if not isinstance(value, dict):
             raise CaseError("expected a material: a mapping with `density` or `base`", where=name, file=str(file))
         places = {path[1:]: place for path, place in document.places.items() if path[:1] == (name,)}
-        found[name] = Document(value, places)
-    return found
+        documents[name] = Document(value, places)
+    return documents
 
 
 def _valid(model: Any, values: dict[str, Any], document: Document) -> Any:

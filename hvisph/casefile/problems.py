@@ -45,7 +45,7 @@ def translate(
     error: ValidationError, root: type[BaseModel], data: Any, places: Mapping[Path, Place]
 ) -> list[CaseError]:
     """Return the errors of a validation of `data` against `root`, each with its place."""
-    found: dict[tuple[Path, str], CaseError] = {}
+    errors: dict[tuple[Path, str], CaseError] = {}
     for detail in error.errors(include_url=False):
         path = user_path(root, detail["loc"], data)
         if detail["type"] == PROBLEMS:
@@ -53,8 +53,8 @@ def translate(
         else:
             problems = [_explain(root, path, detail, data)]
         for where, message in problems:
-            found.setdefault((where, message), located(where, message, places))
-    return list(found.values())
+            errors.setdefault((where, message), located(where, message, places))
+    return list(errors.values())
 
 
 def located(path: Path, message: str, places: Mapping[Path, Place]) -> CaseError:

@@ -67,10 +67,10 @@ def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
     wanted = {asked, SYNONYMS.get(asked.replace("_", ""), asked)}
     everything = list(_entries(commands))
     scored = [(max(_score(one, each) for each in wanted), k, one) for k, one in enumerate(everything)]
-    found = sorted((entry for entry in scored if entry[0] > 0), key=lambda entry: (-entry[0], entry[1]))
-    best = found[0][0] if found else 0
+    ranked = sorted((entry for entry in scored if entry[0] > 0), key=lambda entry: (-entry[0], entry[1]))
+    best = ranked[0][0] if ranked else 0
     # words in texts only matter where no name has the word
-    return [one for score, _, one in found if best <= 2 or score > 1][:MOST]
+    return [one for score, _, one in ranked if best <= 2 or score > 1][:MOST]
 
 
 def nearest_names(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[str]:

@@ -57,7 +57,7 @@ def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
 
     from hvisph.simulation.advice import regime
 
-    found = {
+    facts = {
         "title": case.title,
         "kinematics": case.kinematics,
         "formulation": case.formulation.type,
@@ -65,10 +65,10 @@ def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
         "smoothing_length": case.smoothing_length,
         "particles": taken.particles,
     }
-    found |= asdict(taken)
-    found["regime"] = asdict(regime(case)) | {"words": regime(case).words}
-    found["plane_shock"] = {"reason": reason} if shock is None else asdict(shock)
-    return found
+    facts |= asdict(taken)
+    facts["regime"] = asdict(regime(case)) | {"words": regime(case).words}
+    facts["plane_shock"] = {"reason": reason} if shock is None else asdict(shock)
+    return facts
 
 
 def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
@@ -97,8 +97,8 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
         "",
     ]
     facts = [("particles", f"{about}{taken.particles}")]
-    found = regime(case)
-    facts += [("regime", found.words), *([("", text)] if (text := tears(case, found)) else [])]
+    kind = regime(case)
+    facts += [("regime", kind.words), *([("", text)] if (text := tears(case, kind)) else [])]
     if shock is None:
         facts.append(("plane shock", f"none: {reason}"))
     else:

@@ -66,21 +66,21 @@ def compare(
         raise CaseError("needs --picture FILE, which it colours", where="--field")
     from hvisph.study.comparison import entries
 
-    found = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
-    if picture is not None and any(entry.case is not None for entry in found):
+    asked = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
+    if picture is not None and any(entry.case is not None for entry in asked):
         _refuse_picture(picture, field)
     if gauges is not None:
         refuse_format(gauges, "--gauges")
-    _complete(found, threads, force, quiet or as_json)
+    _complete(asked, threads, force, quiet or as_json)
     from hvisph.measures.compare import last_snapshot, row
 
-    rows = [row(entry.name, entry.folder) for entry in found]
+    rows = [row(entry.name, entry.folder) for entry in asked]
     if picture is not None:
         from hvisph.pictures.gallery import gallery
 
-        moments = {entry.name: last_snapshot(entry.folder) for entry in found}
+        moments = {entry.name: last_snapshot(entry.folder) for entry in asked}
         gallery(moments, picture, field or "pressure")
-    overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in found}, gauges)
+    overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in asked}, gauges)
     if as_json:
         from hvisph.cli.words import echo_json
 
@@ -95,7 +95,7 @@ def compare(
     elif not quiet:
         from hvisph.cli.comparison_table import comparison_tables
 
-        unitless = any(_unitless(entry) for entry in found)
+        unitless = any(_unitless(entry) for entry in asked)
         show(comparison_tables(rows, unitless))
         if overlaid is not None:
             from hvisph.cli.comparison_table import gauge_table
@@ -141,11 +141,11 @@ def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
     return made
 
 
-def _complete(found: Sequence[Any], threads: int | None, force: bool, silent: bool) -> None:
+def _complete(asked: Sequence[Any], threads: int | None, force: bool, silent: bool) -> None:
     """Run what has not been run; an interrupt ends the command."""
     from hvisph.study.comparison import is_run
 
-    todo = [entry for entry in found if entry.case is not None and (force or not is_run(entry))]
+    todo = [entry for entry in asked if entry.case is not None and (force or not is_run(entry))]
     if not todo:
         return
     from hvisph.cli.ending import listener_for

@@ -19,14 +19,14 @@ PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic",
 
 def doctor(as_json: JsonOption = False) -> None:
     """Show what this machine has, and try a compiled loop."""
-    found = _facts()
+    facts = _facts()
     if as_json:
         from hvisph.cli.words import echo_json
 
-        echo_json(found)
+        echo_json(facts)
     else:
-        say(_words(found))
-    if not found["self_test"]["passed"]:
+        say(_words(facts))
+    if not facts["self_test"]["passed"]:
         raise typer.Exit(FAILED)
 
 
@@ -63,22 +63,22 @@ def _facts() -> dict[str, Any]:
     }
 
 
-def _words(found: dict[str, Any]) -> str:
+def _words(facts: dict[str, Any]) -> str:
     from hvisph.cli.words import duration, size, table
 
-    test = found["self_test"]
-    cache = found["cache_folder"] or "none: loops are compiled anew in every run; set HVISPH_CACHE_DIR"
-    if found["cache_folder"] and not found["cache_writable"]:
+    test = facts["self_test"]
+    cache = facts["cache_folder"] or "none: loops are compiled anew in every run; set HVISPH_CACHE_DIR"
+    if facts["cache_folder"] and not facts["cache_writable"]:
         cache += " (read-only)"
     result = "passed" if test["passed"] else f"FAILED: {test['reason']}"
     made = "from the cache" if test["cached"] else "compiled"
     rows = [
-        ("hvisph", found["hvisph"]),
-        ("python", f"{found['python']} ({found['executable']})"),
-        ("platform", found["platform"]),
-        ("packages", ", ".join(f"{name} {version}" for name, version in found["versions"].items())),
-        ("cores", f"{found['cores']}, {found['threads']} threads usable"),
-        ("memory", f"{size(found['memory_bytes'])}, {size(found['free_memory_bytes'])} free"),
+        ("hvisph", facts["hvisph"]),
+        ("python", f"{facts['python']} ({facts['executable']})"),
+        ("platform", facts["platform"]),
+        ("packages", ", ".join(f"{name} {version}" for name, version in facts["versions"].items())),
+        ("cores", f"{facts['cores']}, {facts['threads']} threads usable"),
+        ("memory", f"{size(facts['memory_bytes'])}, {size(facts['free_memory_bytes'])} free"),
         ("cache", cache),
         ("self test", f"{result} ({made} in {duration(test['seconds'])}, {test['threads']} threads)"),
     ]

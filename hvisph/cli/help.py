@@ -25,12 +25,12 @@ def help(
     group = above.command
     names = getattr(group, "commands", {})
     commands = [(name, (one.help or "").strip().splitlines()[0]) for name, one in names.items()]
-    found = search(word, commands)
-    if not found:
+    matches = search(word, commands)
+    if not matches:
         close = nearest_names(word, commands)
         raise CaseError(f"nothing here is called '{word[:64]}'" + (f"; near it: {', '.join(close)}" if close else ""))
-    typer.echo(table([[one.kind, one.name, _short(one.text)] for one in found], indent=0))
-    keys = [one.name for one in found if one.kind == "key"]
+    typer.echo(table([[one.kind, one.name, _short(one.text)] for one in matches], indent=0))
+    keys = [one.name for one in matches if one.kind == "key"]
     if keys:
         typer.echo(f"\nmore: hvisph explain {keys[0]}")
 

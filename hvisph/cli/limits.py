@@ -20,24 +20,24 @@ def limits(
     from hvisph.simulation.correlations import impact_of
 
     impact, reason = impact_of(loaded)
-    found = correlations(impact) if impact is not None else []
+    known = correlations(impact) if impact is not None else []
     if as_json:
         from hvisph.cli.words import echo_json
 
-        echo_json({"correlations": [one.as_dict() for one in found], "reason": reason})
+        echo_json({"correlations": [one.as_dict() for one in known], "reason": reason})
         return
     typer.echo(loaded.title or case)
-    typer.echo(limits_text([one.as_dict() for one in found], reason))
+    typer.echo(limits_text([one.as_dict() for one in known], reason))
 
 
-def limits_text(found: list[dict[str, object]], reason: str = "") -> str:
+def limits_text(known: list[dict[str, object]], reason: str = "") -> str:
     """Return correlations in their plain form as text."""
     from hvisph.cli.words import table
 
-    if not found:
+    if not known:
         return f"no correlation holds here{f': {reason}' if reason else ': all are out of their range'}"
     lines = [("correlation", "", "", "")]
-    for one in found:
+    for one in known:
         value = one["value"]
         assert isinstance(value, float)
         what = f"{one['name']}: {one['quantity']}"

@@ -35,12 +35,12 @@ def materials(
     if name is None:
         if plot or compare:
             raise CaseError("--plot and --compare need the name of a material")
-        found = {key: known.load(key) for key in known.names()}
+        loaded = {key: known.load(key) for key in known.names()}
         if as_json:
-            echo_json([material.model_dump(mode="json") for material in found.values()])
+            echo_json([material.model_dump(mode="json") for material in loaded.values()])
             return
         rows = [("name", "kg/m^3", "equation of state", "strength", "damage")]
-        for key, material in found.items():
+        for key, material in loaded.items():
             rows.append((key, f"{material.density:g}", material.eos.type, material.strength.type, material.damage.type))
         say(table(rows, indent=0))
         return
@@ -95,10 +95,10 @@ def _beside(models: list[Any]) -> str:
     from hvisph.cli.words import quantity, table
     from hvisph.study.material_sheet import derived
 
-    found = [derived(model) for model in models]
+    columns = [derived(model) for model in models]
     rows = [("", *(model.name for model in models))]
     rows.append(("density", *(f"{model.density:g} kg/m^3" for model in models)))
     rows += [(part, *(getattr(model, part).type for model in models)) for part in ("eos", "strength", "damage")]
-    keys = dict.fromkeys(key for each in found for key in each)
-    rows += [(key, *(quantity(*each[key]) if key in each else "" for each in found)) for key in keys]
+    keys = dict.fromkeys(key for each in columns for key in each)
+    rows += [(key, *(quantity(*each[key]) if key in each else "" for each in columns)) for key in keys]
     return table(rows, indent=0)

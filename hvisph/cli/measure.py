@@ -69,17 +69,17 @@ def measure(
     from hvisph.measures.measure import measure as measure_source
 
     moment = _moment(at)
-    found = measure_source(source, "all" if plot is not None else moment, names=_names(field or []),
+    measured = measure_source(source, "all" if plot is not None else moment, names=_names(field or []),
                            units=_units(units))  # fmt: skip
-    _written(found, csv, plot, fragments)
+    _written(measured, csv, plot, fragments)
     if as_json:
         from hvisph.cli.words import echo_json
 
         fewest = smallest or _fewest()
-        echo_json(found.fragments_as_dict(fewest) if fragments else found.as_dict())
+        echo_json(measured.fragments_as_dict(fewest) if fragments else measured.as_dict())
         return
-    text = _fragments(found, smallest or _fewest()) if fragments else _measures(source, found, at)
-    show(f"{harmless(found.title or source)}\n{text}")
+    text = _fragments(measured, smallest or _fewest()) if fragments else _measures(source, measured, at)
+    show(f"{harmless(measured.title or source)}\n{text}")
     for file in (csv, plot):
         if file is not None:
             say(str(file))
@@ -116,13 +116,13 @@ def _names(fields: list[str]) -> dict[str, str]:
     """Return what `--field` says: the file's own name of each quantity."""
     from hvisph.core.errors import CaseError
 
-    found = {}
+    chosen = {}
     for text in fields:
         quantity, equals, name = text.partition("=")
         if not (quantity.strip() and equals and name.strip()):
             raise CaseError(f"'{text}' is no QUANTITY=NAME, such as density=rho", where="--field")
-        found[quantity.strip().replace(" ", "_").replace("-", "_")] = name.strip()
-    return found
+        chosen[quantity.strip().replace(" ", "_").replace("-", "_")] = name.strip()
+    return chosen
 
 
 def _units(text: str) -> tuple[float, float, float]:
@@ -144,7 +144,7 @@ def _units(text: str) -> tuple[float, float, float]:
     return length, mass, time
 
 
-def _written(found: Any, csv: Path | None, plot: Path | None, fragments: bool) -> None:
+def _written(measured: Any, csv: Path | None, plot: Path | None, fragments: bool) -> None:
     """Write the files that were asked for."""
     if csv is None and plot is None:
         return
@@ -152,9 +152,9 @@ def _written(found: Any, csv: Path | None, plot: Path | None, fragments: bool) -
     from hvisph.pictures.series import series_picture
 
     if csv is not None:
-        (write_fragments if fragments else write_series)(found, csv)
+        (write_fragments if fragments else write_series)(measured, csv)
     if plot is not None:
-        series_picture(found, plot)
+        series_picture(measured, plot)
 
 
 def _fewest() -> int:
@@ -163,33 +163,33 @@ def _fewest() -> int:
     return FEWEST
 
 
-def _fragments(found: Any, fewest: int) -> str:
+def _fragments(measured: Any, fewest: int) -> str:
     """Return the fragments of the moment, or of all of them."""
     from hvisph.cli.fragments_table import fragments_series, fragments_text
     from hvisph.cli.words import quantity
 
-    if found.series:
-        return fragments_series(found.series, fewest)
-    time = quantity(found.time, "" if found.unitless else "s")
-    return f"t = {time}, step {found.step}; fragments are linked at 2 dx\n\n{fragments_text(found, fewest)}"
+    if measured.series:
+        return fragments_series(measured.series, fewest)
+    time = quantity(measured.time, "" if measured.unitless else "s")
+    return f"t = {time}, step {measured.step}; fragments are linked at 2 dx\n\n{fragments_text(measured, fewest)}"
 
 
-def _measures(source: str, found: Any, at: str | None) -> str:
+def _measures(source: str, measured: Any, at: str | None) -> str:
     """Return the measures of the moment beside what is expected of them, or of all moments."""
     from hvisph.cli.results import results_table, sections_table
     from hvisph.cli.words import quantity
 
-    if found.series:
-        return _series(found.series, found.unitless)
+    if measured.series:
+        return _series(measured.series, measured.unitless)
     case = _case_of(Path(source))
-    expected = _expected(case, found) if at is None else []
-    time = quantity(found.time, "" if found.unitless else "s")
-    plain = found.as_dict()
-    shown = results_table(plain["measures"], expected, found.unitless)
-    sections = sections_table(plain, found.unitless)
+    expected = _expected(case, measured) if at is None else []
+    time = quantity(measured.time, "" if measured.unitless else "s")
+    plain = measured.as_dict()
+    shown = results_table(plain["measures"], expected, measured.unitless)
+    sections = sections_table(plain, measured.unitless)
     shown += f"\n\n{sections}" if sections else ""
-    head = f"{found.answer}\n\n" if found.answer else ""
-    return f"t = {time}, step {found.step}\n\n{head}{shown}"
+    head = f"{measured.answer}\n\n" if measured.answer else ""
+    return f"t = {time}, step {measured.step}\n\n{head}{shown}"
 
 
 def _case_of(folder: Path) -> Case | None:
@@ -205,14 +205,14 @@ def _case_of(folder: Path) -> Case | None:
     return None
 
 
-def _expected(case: Case | None, found: Any) -> list[dict[str, Any]]:
+def _expected(case: Case | None, measured: Any) -> list[dict[str, Any]]:
     """Return the comparison with what the case expects at its end; none before that."""
-    if case is None or found.time < case.time.end * (1.0 - 1e-9):
+    if case is None or measured.time < case.time.end * (1.0 - 1e-9):
         return []
     from hvisph.measures.expected import compare
 
-    asked = {name: entry for name, entry in case.expected.items() if name in found.results}
-    return compare(found.results, asked)
+    asked = {name: entry for name, entry in case.expected.items() if name in measured.results}
+    return compare(measured.results, asked)
 
 
 def _series(series: Any, unitless: bool) -> str:
@@ -221,12 +221,12 @@ def _series(series: Any, unitless: bool) -> str:
     from hvisph.measures.table import rows
 
     shown = [{row.name: row for row in rows(moment.results, unitless=unitless)} for moment in series]
-    names = [name for name in shown[0] if any(found[name].value != "-" for found in shown)]
+    names = [name for name in shown[0] if any(cells[name].value != "-" for cells in shown)]
     first = ["t", *times([moment.time for moment in series], "" if unitless else "s")]
     blocks: list[list[list[str]]] = []
     width = WIDTH
     for name in names:
-        values = [found[name].value for found in shown]
+        values = [cells[name].value for cells in shown]
         heading = textwrap.wrap(shown[0][name].label, HEADING)
         column = [*heading, *([] if unitless else [_unit(values)]), *(value.split(" ")[0] for value in values)]
         own = max(map(len, column)) + 2

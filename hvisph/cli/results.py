@@ -32,8 +32,8 @@ def results_table(
     """
     from hvisph.measures.table import rows
 
-    found: dict[str, Any] = {name: _result(plain) for name, plain in measures.items()}
-    shown = rows(found | dict(further or {}), expected, unitless)
+    results: dict[str, Any] = {name: _result(plain) for name, plain in measures.items()}
+    shown = rows(results | dict(further or {}), expected, unitless)
     # what has no value and was not asked for is noise; its reason is in the summary
     shown = [row for row in shown if row.value != "-" or row.passed is not None]
     lines: list[tuple[str, ...]]
@@ -60,14 +60,14 @@ def sections_table(plain: Mapping[str, Any], unitless: bool = False) -> str:
     blocks = []
     for name, parts in (("layer", plain.get("layers", [])), *((k, plain.get(k)) for k in ("projectile", "cloud"))):
         columns = parts if name == "layer" else [parts] if parts else []
-        found = [{row.name: row for row in rows({one: _result(values) for one, values in column["measures"].items()},
+        cells = [{row.name: row for row in rows({one: _result(values) for one, values in column["measures"].items()},
                                                 unitless=unitless)} for column in columns]  # fmt: skip
-        names = [one for one in (found[0] if found else {}) if any(column[one].value != "-" for column in found)]
+        names = [one for one in (cells[0] if cells else {}) if any(column[one].value != "-" for column in cells)]
         names = [one for one in names if one != "perforated"]
         if names:
             heads = [column["body"] if name == "layer" else "" for column in columns]
             lines = [(name, *heads)]
-            lines += [(found[0][one].label, *(_noted(column[one]) for column in found)) for one in names]
+            lines += [(cells[0][one].label, *(_noted(column[one]) for column in cells)) for one in names]
             blocks.append(table(lines))
     return "\n\n".join(blocks)
 

@@ -208,11 +208,11 @@ def _go(folder: SweepFolder, workers: int | None, threads: int | None, chosen: A
     from hvisph.sweeps.begin import driver
 
     crew = _crew(dask, cluster, workers)
-    found = driver(folder, workers, threads, chosen, only, crew)
-    teller = Teller(found, silent)
+    shots = driver(folder, workers, threads, chosen, only, crew)
+    teller = Teller(shots, silent)
     try:
         with teller:
-            for row in found.go():
+            for row in shots.go():
                 teller.ended(row)
     except KeyboardInterrupt:
         say(f"interrupted; go on with: hvisph sweep {folder.path}", err=True)
@@ -246,9 +246,9 @@ def _show(folder: SweepFolder, plot: Path | None, quiet: bool, as_json: bool) ->
     from hvisph.sweeps.selection import Selection
     from hvisph.sweeps.table import rows
 
-    found = driver(folder, None, None, Selection(), None)
-    said = found.conclude()
-    shown = rows(folder, found.members)
+    shots = driver(folder, None, None, Selection(), None)
+    said = shots.conclude()
+    shown = rows(folder, shots.members)
     if as_json:
         from hvisph.cli.words import echo_json
 
@@ -256,11 +256,11 @@ def _show(folder: SweepFolder, plot: Path | None, quiet: bool, as_json: bool) ->
     elif not quiet:
         from hvisph.cli.sweep_lines import summary
 
-        say(summary(found.sweep, shown, said, folder.path))
+        say(summary(shots.sweep, shown, said, folder.path))
     if plot is not None:
         from hvisph.pictures.sweeps import sweep_picture
 
-        sweep_picture(said, shown, plot, found.sweep.title or found.sweep.case)
+        sweep_picture(said, shown, plot, shots.sweep.title or shots.sweep.case)
         if not (quiet or as_json):
             say(str(plot))
     statuses = {row["status"] for row in shown}

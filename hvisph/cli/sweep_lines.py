@@ -48,9 +48,9 @@ class Teller:
             return
         values = ", ".join(f"{path.rsplit('.', 2)[-1] if path.count('.') < 2 else '.'.join(path.split('.')[-2:])} "
                            f"{value}" for path, value in row["values"].items())  # fmt: skip
-        found = row["message"] or _measured(row, _main(None, [row])[:3])
+        said = row["message"] or _measured(row, _main(None, [row])[:3])
         left = self._left()
-        say(f"{row['number']:5d}  {values}  {row['status']}  {found}{left}")
+        say(f"{row['number']:5d}  {values}  {row['status']}  {said}{left}")
         sys.stdout.flush()
 
     def _left(self) -> str:
@@ -124,11 +124,11 @@ def _cell(value: Any, look: Any) -> str:
     return f"{number:.4g}" if look.decimals < 0 else f"{number:.{look.decimals}f}"
 
 
-def _converge(found: dict[str, Any], record: Sequence[str] | None) -> str:
+def _converge(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
     from hvisph.core.measures import look_of
 
     lines = [["", "unit", "finest", "order", "extrapolated", "index", ""]]
-    for name, one in found.items():
+    for name, one in verdict.items():
         if record is not None and name not in record:
             continue
         look = look_of(name)
@@ -140,33 +140,33 @@ def _converge(found: dict[str, Any], record: Sequence[str] | None) -> str:
     return table(lines)
 
 
-def _limit(found: dict[str, Any]) -> str:
-    unit = f" {found['unit']}" if found["unit"] else ""
-    where = "".join(f"{path} = {value}: " for path, value in found["for"].items())
-    if found["undecided"]:
-        shots = ", ".join(map(str, found["undecided"]))
+def _limit(verdict: dict[str, Any]) -> str:
+    unit = f" {verdict['unit']}" if verdict["unit"] else ""
+    where = "".join(f"{path} = {value}: " for path, value in verdict["for"].items())
+    if verdict["undecided"]:
+        shots = ", ".join(map(str, verdict["undecided"]))
         return f"{where}shots {shots} do not tell yet on which side they are: a later time.end is needed"
-    if found["below"] is None or found["above"] is None:
-        side = "every" if found["below"] is None else "no"
+    if verdict["below"] is None or verdict["above"] is None:
+        side = "every" if verdict["below"] is None else "no"
         return f"{where}{side} shot went through: no limit between the values that were tried"
-    if found["mixed"]:
-        text = (f"mixed from {found['above']:.6g} to {found['below']:.6g}{unit}: "
+    if verdict["mixed"]:
+        text = (f"mixed from {verdict['above']:.6g} to {verdict['below']:.6g}{unit}: "
                 "some shots held above one that went through")  # fmt: skip
     else:
-        text = f"limit between {found['below']:.6g} and {found['above']:.6g}{unit}"
-    curve = found["lambert_jonas"]
+        text = f"limit between {verdict['below']:.6g} and {verdict['above']:.6g}{unit}"
+    curve = verdict["lambert_jonas"]
     if curve:
         text += (f"; Lambert-Jonas: {curve['limit']:.4g} m/s, a {curve['a']:.3g}, p {curve['p']:.3g}, "
                  f"off by {curve['deviation']:.3g} m/s")  # fmt: skip
     return where + text
 
 
-def _sample(found: dict[str, Any], record: Sequence[str] | None) -> str:
+def _sample(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
     from hvisph.core.measures import look_of
 
-    paths = list(next(iter(found.values()))["rank_correlation"]) if found else []
+    paths = list(next(iter(verdict.values()))["rank_correlation"]) if verdict else []
     lines = [["", "unit", "mean", "sd", "5 %", "50 %", "95 %", *paths]]
-    for name, one in found.items():
+    for name, one in verdict.items():
         if record is not None and name not in record:
             continue
         look = look_of(name)

@@ -61,24 +61,24 @@ def verify(
     from hvisph.verification.running import verdicts
 
     options = Options(quick, _length(resolution), seeds)
-    found: list[Any] = []
+    results: list[Any] = []
     for name in chosen:
         problem, heading = PROBLEMS[name], f"\n{name}: {PROBLEMS[name].title}"
         if not as_json and not quiet:
             say(heading)
         for verdict in verdicts(problem, wanted, options, settings or (), only=only, keep=keep, threads=threads):
-            found.append(verdict)
+            results.append(verdict)
             if not as_json and not quiet:
                 say(_text(verdict))
     if pictures is not None:
         from hvisph.verification.pictures import draw
 
-        draw(found, pictures)
-    missed = [one for one in found if not one.passed]
+        draw(results, pictures)
+    missed = [one for one in results if not one.passed]
     if as_json:
-        echo_json([one.as_dict() for one in found])
+        echo_json([one.as_dict() for one in results])
     elif not quiet:
-        say(f"\n{len(found) - len(missed)} of {len(found)} as asked")
+        say(f"\n{len(results) - len(missed)} of {len(results)} as asked")
     raise typer.Exit(1 if missed else 0)
 
 

@@ -49,16 +49,16 @@ def _look(folder: Path) -> tuple[str, bool, int]:
     """Return what is to be seen now, whether the run has ended, and how many snapshots it has."""
     from hvisph.measures.watching import seen
 
-    found = seen(folder)
-    lines = [f"{folder}: {found.status}", found.progress, ""]
-    lines += [f"  {name:28s} {sparkline(values)}  {values[-1]:.4g}" for name, values in found.histories.items()]
-    if found.measures:
+    sight = seen(folder)
+    lines = [f"{folder}: {sight.status}", sight.progress, ""]
+    lines += [f"  {name:28s} {sparkline(values)}  {values[-1]:.4g}" for name, values in sight.histories.items()]
+    if sight.measures:
         from hvisph.cli.results import results_table
 
-        lines += ["", f"measured at the newest of {found.snapshots} snapshots:", results_table(found.measures)]
-    if found.answer:
-        lines += ["", found.answer]
-    return "\n".join(lines), found.ended, found.snapshots
+        lines += ["", f"measured at the newest of {sight.snapshots} snapshots:", results_table(sight.measures)]
+    if sight.answer:
+        lines += ["", sight.answer]
+    return "\n".join(lines), sight.ended, sight.snapshots
 
 
 def sparkline(values: Sequence[float]) -> str:

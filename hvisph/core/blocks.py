@@ -1,4 +1,4 @@
-"""Eight consecutive numbers of an array as one vector: what pair data is stored and read with."""
+"""LANES consecutive numbers of an array as one vector: what pair data is stored and read with."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from .lanes import VECTOR, lanes
 
 
 @intrinsic
-def eight_at(typing_context, array, start):
-    """Return array[start] to array[start + 7] of a contiguous array of floats; `start` is uint64."""
+def lanes_at(typing_context, array, start):
+    """Return array[start] to array[start + LANES - 1] of a contiguous array of floats; `start` is uint64."""
 
     def generate(context, builder, signature, arguments):
         values, first = arguments
@@ -24,8 +24,8 @@ def eight_at(typing_context, array, start):
 
 
 @intrinsic
-def put_eight(typing_context, array, start, value):
-    """Write `value` to array[start] to array[start + 7] of a contiguous array of floats; `start`: uint64."""
+def put_lanes(typing_context, array, start, value):
+    """Write `value` to array[start] to array[start + LANES - 1] of a contiguous array of floats; `start`: uint64."""
 
     def generate(context, builder, signature, arguments):
         values, first, value = arguments

@@ -94,12 +94,12 @@ def component_names(name: str, dim: int) -> list[str]:
 
 def recordable(dim: int) -> list[str]:
     """Return the names of all fields, and components of fields, that a gauge can record in `dim` dimensions."""
-    found = []
+    columns_of_all = []
     for name in CATALOGUE:
         if not name.startswith("previous_"):
             columns = component_names(name, dim)
-            found += [name, *columns] if columns != [name] else columns
-    return found
+            columns_of_all += [name, *columns] if columns != [name] else columns
+    return columns_of_all
 
 
 def field_of(column: str) -> Field:

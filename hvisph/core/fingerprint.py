@@ -62,9 +62,9 @@ def _parts(value: Any, seen: set[int]) -> Iterator[str]:
             return
         yield from _code(value.__code__)
         yield repr(value.__defaults__)
-        for name, found in _read_by(value):
+        for name, used in _read_by(value):
             yield name
-            yield from _parts(found, seen)
+            yield from _parts(used, seen)
     elif isinstance(value, (tuple, list)):
         yield type(value).__name__
         for part in value:

@@ -89,9 +89,9 @@ def plain(function: Any) -> Any:
             if not isinstance(held, types.ModuleType):
                 twin.__globals__[name] = plain(held) if isinstance(held, Dispatcher) else held
         elif step.opname in ("LOAD_ATTR", "LOAD_METHOD") and isinstance(held, types.ModuleType):
-            found = getattr(held, step.argval)
+            member = getattr(held, step.argval)
             module = twin.__globals__.setdefault(name, types.SimpleNamespace())
-            setattr(module, step.argval, plain(found) if isinstance(found, Dispatcher) else found)
+            setattr(module, step.argval, plain(member) if isinstance(member, Dispatcher) else member)
             held = None
     return twin
 

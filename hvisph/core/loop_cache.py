@@ -73,10 +73,10 @@ def _private_folder() -> Path | None:
 
 def _is_own(folder: Path, closed: int) -> bool:
     """Tell whether a folder is the user's, no link, and has none of the permissions `closed`; Windows has its own."""
-    found = folder.lstat()
+    status = folder.lstat()
     if not hasattr(os, "getuid"):
-        return stat.S_ISDIR(found.st_mode)
-    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & closed
+        return stat.S_ISDIR(status.st_mode)
+    return stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & closed
 
 
 class LoopCache(_Cache):

@@ -165,25 +165,25 @@ def operation(write: Callable[..., Any]) -> Any:
 
         def generic(self, arguments, keywords):
             try:
-                found = write(*map(_stand_in, arguments))
+                result = write(*map(_stand_in, arguments))
             except (TypeError, IndexError, KeyError, ValueError, AttributeError):
                 return None  # no such operation on these
             passed = map(_passed, arguments)
-            if found is None:
+            if result is None:
                 return signature(types.none, *passed)
-            if isinstance(found, tuple):
-                return signature(types.UniTuple(_common(found), len(found)), *passed)
-            return signature(_common((found,)), *passed)
+            if isinstance(result, tuple):
+                return signature(types.UniTuple(_common(result), len(result)), *passed)
+            return signature(_common((result,)), *passed)
 
     def generate(context, builder, sig, values):
-        found = write(*(_argument(context, builder, k, v) for k, v in zip(sig.args, values, strict=True)))
-        if found is None:
+        result = write(*(_argument(context, builder, k, v) for k, v in zip(sig.args, values, strict=True)))
+        if result is None:
             return context.get_dummy_value()
         kind = sig.return_type
-        parts = [_emitted(builder, part) for part in (found if isinstance(found, tuple) else (found,))]
+        parts = [_emitted(builder, part) for part in (result if isinstance(result, tuple) else (result,))]
         if lanes in (kind, getattr(kind, "dtype", None)):
             parts = [part if part.type == VECTOR else splat(builder, part) for part in parts]
-        return context.make_tuple(builder, kind, parts) if isinstance(found, tuple) else parts[0]
+        return context.make_tuple(builder, kind, parts) if isinstance(result, tuple) else parts[0]
 
     infer_global(write, types.Function(Operation))
     lower_builtin(write, types.VarArg(types.Any))(generate)

@@ -24,16 +24,16 @@ def self_test() -> dict[str, Any]:
 
     heard: list[str] = []
     x = np.linspace(0.5, 2.0, COUNT)
-    found = np.zeros(COUNT)
+    computed = np.zeros(COUNT)
     start = time.perf_counter()
     reason = ""
     with heard_compiling(heard.append):
         try:
-            specialise(_powers, parallel=True)(x, found)
+            specialise(_powers, parallel=True)(x, computed)
         except Exception as error:  # whatever the compiler says is the answer
             reason = f"{type(error).__name__}: {error}"
     seconds = time.perf_counter() - start
-    if not reason and not np.allclose(found, x**1.5, rtol=1e-13, atol=0.0):
+    if not reason and not np.allclose(computed, x**1.5, rtol=1e-13, atol=0.0):
         reason = "a compiled loop gives wrong numbers"
     return {
         "passed": not reason,

@@ -14,8 +14,7 @@ from numba.extending import intrinsic
 
 from .lanes import LANES, lanes, splat
 
-# Candidates that the filter takes at once.
-EIGHT = 8
+EIGHT = 8  # candidates that the filter takes at once, on every machine
 
 _i8, _i32, _i64, _f64 = ir.IntType(8), ir.IntType(32), ir.IntType(64), ir.DoubleType()
 _lane_numbers = ir.Constant(ir.VectorType(_i64, EIGHT), list(range(EIGHT)))
@@ -158,13 +157,13 @@ def neighbours(typing_context, rows, near, k, width):
                 parts = [joined(a, b, order) for a, b in zip(parts[::2], parts[1::2], strict=True)]
             return parts[0]
 
-        found = []
+        columns = []
         for slot in range(0, slots, 2):
             # Even and odd rows apart: a single exchange of lanes is left, the rest are loads.
             even, odd = side_by_side(range(0, LANES, 2), slot), side_by_side(range(1, LANES, 2), slot)
             for part in (0, 1):
                 order = [lane + part + side for lane in range(0, LANES, 2) for side in (0, LANES)]
-                found.append(joined(even, odd, order))
-        return context.make_tuple(builder, signature.return_type, found[:slots])
+                columns.append(joined(even, odd, order))
+        return context.make_tuple(builder, signature.return_type, columns[:slots])
 
     return signature, generate

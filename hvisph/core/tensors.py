@@ -152,8 +152,8 @@ def outer(a, b):
 def symmetric_outer(a, b):
     """Return the components of a (x) b that a symmetric tensor keeps: all of it where b is along a."""
     places = _PLACES[len(a) * (len(a) + 1) // 2]
-    found = {places[i][j]: a[i] * b[j] for i in range(len(a)) for j in range(i, len(a))}
-    return tuple(found[k] for k in range(len(found)))
+    parts = {places[i][j]: a[i] * b[j] for i in range(len(a)) for j in range(i, len(a))}
+    return tuple(parts[k] for k in range(len(parts)))
 
 
 @operation

@@ -25,7 +25,7 @@ _MANY = 50  # fronts alive from which on the limits below which waves and border
 
 
 def track(
-    layers: Sequence[Layer], end: float, step: float = 0.01, weakest: float = 1e-7, alike: float = 1e-7
+    layers: Sequence[Layer], end: float, strain_step: float = 0.01, weakest: float = 1e-7, alike: float = 1e-7
 ) -> Tracked:
     """Follow all waves of an impact up to the time `end`.
 
@@ -35,7 +35,7 @@ def track(
         From left to right; faces that coincide touch, others have a gap.
     end
         [s].
-    step
+    strain_step
         Change of ln(rho) by which rarefactions are cut into fronts.
     weakest
         Waves weaker than this part of the strongest stress are left out. Where more than 50 fronts are
@@ -53,7 +53,7 @@ def track(
         If more fronts arise than a minute can follow.
     """
     bounds = _checked_bounds(layers)
-    tracker = _Tracker(step, weakest, alike)
+    tracker = _Tracker(strain_step, weakest, alike)
     at_rest = [layer.law.at_rest(layer.velocity) for layer in layers]
     tracker.alive = [Front(0.0, 0.0, 0.0, None, at_rest[0], layers[0].begin)]
     clusters = []
@@ -114,8 +114,8 @@ def _ending_at(waves: list[Wave], ahead: State | None, end: State, direction: in
 class _Tracker:
     """The fronts alive, in order of mass, and the next meeting of any two neighbours."""
 
-    def __init__(self, step: float, weakest: float, alike: float, most: int = 300_000):
-        self.step, self.weakest, self.alike, self.most = step, weakest, alike, most
+    def __init__(self, strain_step: float, weakest: float, alike: float, most: int = 300_000):
+        self.strain_step, self.weakest, self.alike, self.most = strain_step, weakest, alike, most
         self.alive: list[Front] = []
         self.dead: list[Front] = []
         self.strongest = 0.0
@@ -161,7 +161,7 @@ class _Tracker:
         rows: dict[int, list[Wave]] = {-1: [], 1: []}
         for state, direction in ((left, -1), (right, 1)):
             if state and abs(stress - state.stress) > self.rise * self.weakest * self.strongest:
-                rows[direction] = state.law.waves(state, stress, direction, self.step)
+                rows[direction] = state.law.waves(state, stress, direction, self.strain_step)
         for state, direction in ((left, -1), (right, 1)):
             if state and not rows[direction] and rows[-direction]:
                 ahead = right if direction < 0 else left
@@ -201,7 +201,7 @@ class _Tracker:
         def excess(stress: float) -> float:
             ends = []
             for state, direction in ((left, -1), (right, 1)):
-                waves = state.law.waves(state, stress, direction, self.step)
+                waves = state.law.waves(state, stress, direction, self.strain_step)
                 ends.append(waves[-1][1].velocity if waves else state.velocity)
             return ends[1] - ends[0]  # rises with the stress
 
@@ -223,5 +223,5 @@ class _Tracker:
         raise RunError("the layers would part: a tension beyond what the materials' laws can bear")
 
     def _flux(self, state: State) -> float:
-        waves = state.law.waves(state, state.stress + 1e-6 * abs(state.law.lowest_stress()), 1, self.step)
+        waves = state.law.waves(state, state.stress + 1e-6 * abs(state.law.lowest_stress()), 1, self.strain_step)
         return waves[0][0]

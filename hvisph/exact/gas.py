@@ -48,12 +48,12 @@ class RiemannSolution:
     def sample(self, speed: np.ndarray) -> dict[str, np.ndarray]:
         """Return density, velocity and pressure at x/t = `speed`, each of its shape."""
         speed = np.asarray(speed, float)
-        found = {name: np.empty_like(speed) for name in ("density", "velocity", "pressure")}
+        profile = {name: np.empty_like(speed) for name in ("density", "velocity", "pressure")}
         for side, state in ((-1, self.left), (1, self.right)):
             mine = side * (speed - self.velocity) >= 0.0 if side > 0 else speed < self.velocity
             for name, values in self._side(state, side, speed[mine]).items():
-                found[name][mine] = values
-        return found
+                profile[name][mine] = values
+        return profile
 
     def _side(self, state: GasState, side: int, speed: np.ndarray) -> dict[str, np.ndarray]:
         """Return the flow on one side of the contact, which is left (-1) or right (1) of it."""

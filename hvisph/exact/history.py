@@ -112,13 +112,13 @@ class Tracked:
     def surface(self, last: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Return times [s] and velocities [m/s] from each on of the last (or first) free surface."""
         mass = self.bounds[-1] if last else self.bounds[0]
-        found = []
+        points = []
         for front in self.fronts:
             side, outside = (front.left, front.right) if last else (front.right, front.left)
             if front.mass == mass and outside is None and side is not None:
-                found.append((front.born, side.velocity))
-        found.sort()
-        return np.array([time for time, _ in found]), np.array([velocity for _, velocity in found])
+                points.append((front.born, side.velocity))
+        points.sort()
+        return np.array([time for time, _ in points]), np.array([velocity for _, velocity in points])
 
     def profile(self, time: float) -> tuple[np.ndarray, list[State]]:
         """Return the uniform regions at `time`: positions [m], shape (regions, 2), and their states."""

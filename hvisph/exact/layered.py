@@ -35,7 +35,9 @@ def barotropic_law(material: Material) -> LinearLaw:
     return LinearLaw.of(material)
 
 
-def layered_impact(layers: Sequence[tuple[Material, float, float, float]], end: float, step: float = 0.01) -> Tracked:
+def layered_impact(
+    layers: Sequence[tuple[Material, float, float, float]], end: float, strain_step: float = 0.01
+) -> Tracked:
     """Follow the impact of barotropic layers.
 
     Parameters
@@ -44,7 +46,7 @@ def layered_impact(layers: Sequence[tuple[Material, float, float, float]], end: 
         (material, begin [m], end [m], velocity [m/s]) from left to right; gaps are allowed.
     end
         Time to follow [s].
-    step
+    strain_step
         Change of ln(rho) by which rarefactions are cut into fronts.
 
     Returns
@@ -56,4 +58,4 @@ def layered_impact(layers: Sequence[tuple[Material, float, float, float]], end: 
     for material, begin, finish, velocity in layers:
         law = laws.setdefault(material, barotropic_law(material))
         made.append(Layer(law, begin, finish, velocity))
-    return track(made, end, step)
+    return track(made, end, strain_step)

@@ -114,7 +114,7 @@ def _fronts(state: State, waves: Sequence[Wave], direction: int) -> tuple[Front,
 def with_reflections(
     plates: Sequence[tuple[Material, float, float, float]],
     end: float,
-    step: float = 0.004,
+    strain_step: float = 0.004,
     weakest: float = 5e-4,
     alike: float = 1e-2,
 ) -> Tracked:
@@ -130,7 +130,7 @@ def with_reflections(
         (material, begin [m], end [m], velocity [m/s]) from left to right; gaps are allowed.
     end
         Time to follow [s].
-    step
+    strain_step
         Change of ln(rho) by which rarefactions are cut into fronts.
     weakest, alike
         Limits below which waves and borders are left out: see `fronts.track`.
@@ -144,4 +144,4 @@ def with_reflections(
     for material, begin, finish, velocity in plates:
         law = laws.setdefault(material, SolidLaw(material))
         made.append(Layer(law, begin, finish, velocity))
-    return track(made, end, step, weakest, alike)
+    return track(made, end, strain_step, weakest, alike)

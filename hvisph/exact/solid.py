@@ -49,13 +49,13 @@ class SolidLaw:
         """Return a tension no condensed matter bears: half the initial rho c^2."""
         return -0.5 * self.material.density * self.material.longitudinal_sound_speed**2
 
-    def waves(self, state: State, stress: float, direction: int, step: float) -> list[Wave]:
+    def waves(self, state: State, stress: float, direction: int, strain_step: float) -> list[Wave]:
         """Return the fronts of loading or unloading to `stress`."""
         if stress == state.stress:
             return []
         if stress > state.stress:
             return self._loading(state, stress, direction)
-        return self._unloading(state, stress, direction, step)
+        return self._unloading(state, stress, direction, strain_step)
 
     def _loading(self, state: State, stress: float, direction: int) -> list[Wave]:
         corner = self._corner(state, -1.0)
@@ -69,11 +69,11 @@ class SolidLaw:
             return [elastic, plastic]
         return [self._jump_to_stress(state, stress, direction)]
 
-    def _unloading(self, state: State, stress: float, direction: int, step: float) -> list[Wave]:
+    def _unloading(self, state: State, stress: float, direction: int, strain_step: float) -> list[Wave]:
         waves: list[Wave] = []
         corner = self._corner(state, 1.0)
         while state.stress > stress:
-            volume = state.volume * exp(step)
+            volume = state.volume * exp(strain_step)
             if corner is not None and state.volume < corner * (1.0 - 1e-14):
                 volume = min(volume, corner)
             wave = self._jump_to_volume(state, volume, direction)

@@ -49,10 +49,10 @@ class Law(Protocol):
     def at_rest(self, velocity: float) -> State:
         """Return the unstressed material moving at `velocity` [m/s]."""
 
-    def waves(self, state: State, stress: float, direction: int, step: float) -> list[Wave]:
+    def waves(self, state: State, stress: float, direction: int, strain_step: float) -> list[Wave]:
         """Return the fronts that bring `state` to `stress`, fastest first.
 
-        `step` is the change of ln(rho) by which rarefactions are cut into pieces.
+        `strain_step` is the change of ln(rho) by which rarefactions are cut into pieces.
         """
 
     def lowest_stress(self) -> float:
@@ -84,15 +84,15 @@ class LinearLaw:
         """Return -K, where the density vanishes."""
         return -self.bulk_modulus
 
-    def waves(self, state: State, stress: float, direction: int, step: float) -> list[Wave]:
+    def waves(self, state: State, stress: float, direction: int, strain_step: float) -> list[Wave]:
         """Return one shock, or the pieces of a rarefaction."""
         rho, target = state.density, self.density * (1.0 + stress / self.bulk_modulus)
         if target >= rho:
             return [self._jump(state, target, stress, direction)]
         waves = []
-        pieces = floor(log(rho / target) / step)
+        pieces = floor(log(rho / target) / strain_step)
         for _ in range(pieces):
-            rho = state.density * exp(-step)
+            rho = state.density * exp(-strain_step)
             waves.append(self._jump(state, rho, self._stress(rho), direction))
             state = waves[-1][1]
         if state.stress > stress:

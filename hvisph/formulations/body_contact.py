@@ -93,10 +93,10 @@ class BodyContact:
         packed = self._packed(chosen, rows, slots)
         self.pairs.rows = packed
         self.pairs.evaluate(self.h)
-        found = self.pairs.rates[self.pairs.place[: len(chosen)]]
-        rates[chosen, : dim + (not self.law.unloaded)] += found[:, : dim + (not self.law.unloaded)]
-        self._power = float((mass[chosen] * found[:, dim]).sum())
-        self.omega[chosen] = found[:, dim + 1]
+        pushed = self.pairs.rates[self.pairs.place[: len(chosen)]]
+        rates[chosen, : dim + (not self.law.unloaded)] += pushed[:, : dim + (not self.law.unloaded)]
+        self._power = float((mass[chosen] * pushed[:, dim]).sum())
+        self.omega[chosen] = pushed[:, dim + 1]
         if self._evaluations % LOOK_EVERY == 0:
             self._look(chosen, packed, loose)
         self._evaluations += 1
@@ -128,9 +128,9 @@ class BodyContact:
         packed[:, to["START"]] = self.starts[chosen]
         return packed
 
-    def complete(self, step: float, averaged: bool) -> None:
+    def complete(self, dt: float, averaged: bool) -> None:
         """Take account of a step [s] with the last forces, or with the mean of them and of those before."""
-        self.energy += step * (0.5 * (self._power + self._power_before) if averaged else self._power)
+        self.energy += dt * (0.5 * (self._power + self._power_before) if averaged else self._power)
         self._power_before = self._power
 
     def history(self) -> dict[str, np.ndarray]:

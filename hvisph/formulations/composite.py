@@ -303,16 +303,16 @@ class CompositeStepper(ReferenceChanges, Stepper):
         self.spatial.evaluate(self.h)
         self._add_rates(self.spatial.rates, self.paired, chosen, self._eulerian, self._rates)
 
-    def _carry(self, step: float, stage: float, complete: bool) -> None:
-        super()._carry(step, stage, complete)
+    def _carry(self, dt: float, stage: float, complete: bool) -> None:
+        super()._carry(dt, stage, complete)
         self._stage = stage
 
-    def complete(self, step: float, following: float) -> None:
-        """Carry the state over `step` [s], predict the next stage, and turn the particles that must."""
-        super().complete(step, following)
+    def complete(self, dt: float, following: float) -> None:
+        """Carry the state over `dt` [s], predict the next stage, and turn the particles that must."""
+        super().complete(dt, following)
         if self.contact is not None:
-            self.contact.complete(step, self._averages)
-        if step > 0.0:
+            self.contact.complete(dt, self._averages)
+        if dt > 0.0:
             self.loads[:] = 0.0
             if stop_at_planes(self.particles, self.planes, self.h):
                 self.predict(following)

@@ -28,8 +28,8 @@ def spatial_rows(rows, chosen, bodies, pressures, loads, coefficients, out):
                                               0.0))  # fmt: skip
 
 
-def add_rates(found, place, chosen, eulerian, rates):
-    """Add what the spatial pass `found` to the `rates` of the `chosen` particles: a template.
+def add_rates(spatial, place, chosen, eulerian, rates):
+    """Add what the spatial pass made, `spatial`, to the `rates` of the `chosen` particles: a template.
 
     Accelerations and powers add up, of max|mu| the larger stays, and an Eulerian particle's velocity gradient
     is the spatial one.
@@ -39,9 +39,9 @@ def add_rates(found, place, chosen, eulerian, rates):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for k in range(first, min(first + np.uint64(CHUNK), count)):
             i, at = np.uint64(chosen[k]), np.uint64(place[k])
-            a = plus(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(found, at, R_ACCELERATION, DIM))
+            a = plus(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(spatial, at, R_ACCELERATION, DIM))
             put(rates, i, R_ACCELERATION, a)
-            rates[i, R_POWER] += found[at, R_POWER]
-            rates[i, R_APPROACH] = max(rates[i, R_APPROACH], found[at, R_APPROACH])
+            rates[i, R_POWER] += spatial[at, R_POWER]
+            rates[i, R_APPROACH] = max(rates[i, R_APPROACH], spatial[at, R_APPROACH])
             if eulerian[i] == 1:
-                put(rates, i, R_GRADIENT, own_gradient(found, at, R_GRADIENT, DIM))
+                put(rates, i, R_GRADIENT, own_gradient(spatial, at, R_GRADIENT, DIM))

@@ -37,15 +37,15 @@ def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dic
     The pressure is that of the state where it carries one, otherwise that of the equation of state. The temperature is
     not a number in a material without a heat capacity, and left out where none has one.
     """
-    found = {name: np.zeros(particles.count) for name in NAMES}
+    fields = {name: np.zeros(particles.count) for name in NAMES}
     columns = {k: v for k, v in particles.bindings().items() if k in _diagnose.__code__.co_names}
     remembers = int("memory" in particles.offsets)
     loop = specialise(_diagnose, parallel=True, remembered_state=response.remembered_state,
                       temperature_of=response.temperature_of, REMEMBERS=remembers,
                       COMPONENTS=particles["deviator"].shape[1], **{"S_MEMORY": 0} | columns)  # fmt: skip
-    loop(particles.data, particles.tags, table, models, *found.values())
+    loop(particles.data, particles.tags, table, models, *fields.values())
     if "pressure" in particles.offsets:  # a scheme whose pressure is no function of the state
-        found["pressure"] = particles["pressure"].copy()
-    if np.isnan(found["temperature"]).all():
-        del found["temperature"]
-    return found
+        fields["pressure"] = particles["pressure"].copy()
+    if np.isnan(fields["temperature"]).all():
+        del fields["temperature"]
+    return fields

@@ -33,7 +33,7 @@ from hvisph.integrators.update import FASTEST, KINETIC, MOMENTUM, SUPPORT
 CHUNK = 256
 
 
-def stress(state, tags, near, rows, following, rates, materials, step):
+def stress(state, tags, near, rows, following, rates, materials, dt):
     """Pass 1: velocity gradient, and the deviator at the end of the step."""
     count = np.uint64(state.shape[0])
     listed, first, last, kernels = near
@@ -45,7 +45,7 @@ def stress(state, tags, near, rows, following, rates, materials, step):
             rho = state[i, S_DENSITY]
             # The pressure that comes with the deviator is the equation of state's: it has no part here.
             s, plastic, _, _, _ = respond(
-                table, models, np.uint64(tags[i, 2]), step, rho, state[i, S_INTERNAL_ENERGY],
+                table, models, np.uint64(tags[i, 2]), dt, rho, state[i, S_INTERNAL_ENERGY],
                 own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
                 full_gradient(l))  # fmt: skip
             put_full_symmetric(state, i, S_DEVIATOR, s, DIM)
@@ -56,7 +56,7 @@ def stress(state, tags, near, rows, following, rates, materials, step):
             put(rates, i, R_GRADIENT, l)
 
 
-def velocity(state, tags, near, rows, following, rates, step, body_force):
+def velocity(state, tags, near, rows, following, rates, dt, body_force):
     """Pass 2: stress divergence, and the velocity that it and the body force alone lead to."""
     count = np.uint64(state.shape[0])
     listed, first, last, kernels = near
@@ -66,7 +66,7 @@ def velocity(state, tags, near, rows, following, rates, step, body_force):
             a = plus(stress_divergence(listed, first[i], last[i], rows, i, kernels), body_force)
             put(rates, i, R_ACCELERATION, a)
             # A clamped particle feels its forces, which the budget counts, and stays.
-            moves = 0.0 if tags[i, 3] & np.uint32(1) else step
+            moves = 0.0 if tags[i, 3] & np.uint32(1) else dt
             put(following, i, 0, own_vector(rows, i, 0, DIM))
             put(following, i, U, plus(own_vector(state, i, S_VELOCITY, DIM), times(moves, a)))
             rho = state[i, S_DENSITY]
@@ -75,7 +75,7 @@ def velocity(state, tags, near, rows, following, rates, step, body_force):
             following[i, P] = state[i, S_PRESSURE]
 
 
-def pressure(state, near, rows, following, step, eta2, fullness, guard, printed):
+def pressure(state, near, rows, following, dt, eta2, fullness, guard, printed):
     """Pass 3: the pressure that brings the density back, from those of the step before."""
     count = np.uint64(state.shape[0])
     listed, first, last, kernels = near
@@ -87,7 +87,7 @@ def pressure(state, near, rows, following, step, eta2, fullness, guard, printed)
             h = state[i, S_SMOOTHING_LENGTH]
             p = 0.0
             if diagonal < 0.0 and not -diagonal * rho * h * h * fullness < guard:
-                p = (others - loss / step) / diagonal
+                p = (others - loss / dt) / diagonal
             state[i, S_PRESSURE] = p
             if printed:
                 w = state[i, S_MASS]
@@ -115,7 +115,7 @@ def acceleration(state, near, rows, rates, printed):
             put(rates, i, R_ACCELERATION, minus(own_vector(rates, i, R_ACCELERATION, DIM), times(factor, push)))
 
 
-def carry(state, tags, rates, rows, lengths, step, complete, variable, h_limits, body_force, sums):
+def carry(state, tags, rates, rows, lengths, dt, complete, variable, h_limits, body_force, sums):
     """Complete the step (if `complete`) and pack the rows of the next one; sums as named in `update`."""
     count = np.uint64(state.shape[0])
     h_low, h_high = h_limits
@@ -133,13 +133,13 @@ def carry(state, tags, rates, rows, lengths, step, complete, variable, h_limits,
                 support = plus(support, times(mass, a))
                 a = no_vector(DIM)
             if complete:
-                x = plus(x, times(step, plus(u, times(0.5 * step, a))))
-                u = plus(u, times(step, a))
+                x = plus(x, times(dt, plus(u, times(0.5 * dt, a))))
+                u = plus(u, times(dt, a))
                 put(state, i, S_POSITION, x)
                 put(state, i, S_VELOCITY, u)
                 if variable:
                     expansion = divergence(own_gradient(rates, i, R_GRADIENT, DIM))
-                    h = min(max(h * grown(step * expansion / DIM), h_low), h_high)
+                    h = min(max(h * grown(dt * expansion / DIM), h_low), h_high)
                     state[i, S_SMOOTHING_LENGTH] = h
             speed2 = dot(u, u)
             kinetic += 0.5 * mass * speed2

@@ -125,14 +125,14 @@ class ProjectionStepper:
         }  # fmt: skip
         sums: tuple[Any, ...] = (laws.velocity_gradient, laws.stress_divergence, laws.poisson, laws.pressure_gradient)
         loops: tuple[Any, ...] = (passes.stress, passes.velocity, passes.pressure, passes.acceleration)
-        found = []
+        compiled = []
         for number, (law, loop) in enumerate(zip(sums, loops, strict=True)):
             layout = self._layouts[number]
             summed = bind(law, {"WIDTH": layout.used}, shared | layout.slots())
             following = self._layouts[(number + 1) % 4].slots()
-            found.append(bind(loop, {law.__name__: summed}, shared | following, parallel=True))
-        found.append(bind(passes.carry, {}, shared | self._layouts[0].slots(), parallel=True))
-        return found
+            compiled.append(bind(loop, {law.__name__: summed}, shared | following, parallel=True))
+        compiled.append(bind(passes.carry, {}, shared | self._layouts[0].slots(), parallel=True))
+        return compiled
 
     @property
     def pressures(self) -> np.ndarray:
@@ -146,23 +146,23 @@ class ProjectionStepper:
 
     def evaluate(self) -> None:
         """Run the four passes of the step that was announced by `complete` or `predict`."""
-        particles, step = self.particles, self._step
+        particles, dt = self.particles, self._step
         if self._stale():
             self._make_list(particles["position"])
         a, b = self._rows
         near = (self.list.listed, self.list.first, self.list.last, self._kernels)
         stress, velocity, pressure, acceleration, _ = self._loops
         self._show_images(a, self._layouts[0])
-        stress(particles.data, particles.tags, near, a, b, self.rates, (self.table, self.models), step)
+        stress(particles.data, particles.tags, near, a, b, self.rates, (self.table, self.models), dt)
         self._show_images(b, self._layouts[1])
-        velocity(particles.data, particles.tags, near, b, a, self.rates, step, self._body_force)
+        velocity(particles.data, particles.tags, near, b, a, self.rates, dt, self._body_force)
         self._show_images(a, self._layouts[2])
         pressure(
             particles.data,
             near,
             a,
             b,
-            step,
+            dt,
             self._eta2,
             self._fullness,
             self.formulation.guard,
@@ -171,11 +171,11 @@ class ProjectionStepper:
         self._show_images(b, self._layouts[3])
         acceleration(particles.data, near, b, self.rates, self.formulation.printed)
 
-    def complete(self, step: float, following: float) -> None:
-        """Carry the state over `step` [s], and announce the step `following`."""
-        self._carry(step, complete=True)
-        self._averaged.add(self.particles["pressure"], step, self.particles.id)
-        self._crossed += step * float(self.sums[update.FASTEST])
+    def complete(self, dt: float, following: float) -> None:
+        """Carry the state over `dt` [s], and announce the step `following`."""
+        self._carry(dt, complete=True)
+        self._averaged.add(self.particles["pressure"], dt, self.particles.id)
+        self._crossed += dt * float(self.sums[update.FASTEST])
         self._step = following
 
     def predict(self, following: float) -> None:
@@ -230,10 +230,10 @@ class ProjectionStepper:
         self._averaged.restore(history)
         self._sum_up()
 
-    def _carry(self, step: float, complete: bool) -> None:
+    def _carry(self, dt: float, complete: bool) -> None:
         particles = self.particles
         variable = self.formulation.smoothing.variable
-        self._loops[4](particles.data, particles.tags, self.rates, self._rows[0], self.lengths, step,
+        self._loops[4](particles.data, particles.tags, self.rates, self._rows[0], self.lengths, dt,
                        complete, variable, self._h_limits, self._body_force, self._partial)  # fmt: skip
         self._sum_up()
 

@@ -62,8 +62,8 @@ class AnyStepper(Protocol):
     def evaluate(self) -> None:
         """Evaluate the rates of the step that was announced last."""
 
-    def complete(self, step: float, following: float) -> None:
-        """Carry the state over `step` [s] with these rates, and announce the step `following`."""
+    def complete(self, dt: float, following: float) -> None:
+        """Carry the state over `dt` [s] with these rates, and announce the step `following`."""
 
     def predict(self, following: float) -> None:
         """Announce the step `following` [s] from a state that may have been changed."""

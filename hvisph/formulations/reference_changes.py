@@ -54,9 +54,9 @@ class ReferenceChanges:
     def _maps(self, chosen: np.ndarray) -> np.ndarray:
         """Return F of the particles `chosen` at the places of the rows, by the lists as they are, (k, dim, dim)."""
         dim = self.particles.dim
-        found = np.zeros((len(chosen), dim * dim))
-        self._map(chosen.astype(np.uint64), self.rows_, self.reference.lists, self.reference.corrections, found)
-        return found.reshape(-1, dim, dim)
+        maps = np.zeros((len(chosen), dim * dim))
+        self._map(chosen.astype(np.uint64), self.rows_, self.reference.lists, self.reference.corrections, maps)
+        return maps.reshape(-1, dim, dim)
 
     def _leave(self, leaves: np.ndarray) -> None:
         """Take the particles `leaves` (n,), bool, out of all lists, and those that are left without a list, too."""

@@ -90,9 +90,9 @@ class SeparatingContact:
         packed[:, to["M"]] = np.where(near[:, slots["M"]] > 0.0, near[:, slots["M"]], 1.0)
         self._pairs.rows = packed
         self._pairs.evaluate(h)
-        found = self._pairs.rates[self._pairs.place[: len(chosen)]]
+        pushed = self._pairs.rates[self._pairs.place[: len(chosen)]]
         mine, approach, last = place[chosen], at["R_APPROACH"], at["R_GRADIENT"] + dim * dim
-        closing = np.maximum(rates[mine, approach], found[:, approach])
-        rates[mine, :last] += found[:, :last]
+        closing = np.maximum(rates[mine, approach], pushed[:, approach])
+        rates[mine, :last] += pushed[:, :last]
         rates[mine, approach] = closing
-        rates[mine, at["R_SLIP"]] = found[:, at["R_SLIP"]]
+        rates[mine, at["R_SLIP"]] = pushed[:, at["R_SLIP"]]

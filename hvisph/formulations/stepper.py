@@ -154,9 +154,9 @@ class Stepper:
             at = rates.slots(self.particles.dim)
             self.separating.add(self.rows, self.pairs.slots, self.h_max, self.rates, self.place, at)
 
-    def complete(self, step: float, following: float) -> None:
-        """Carry the state over `step` [s] with the last rates, and predict the stage of the step `following`."""
-        self._carry(step, self.stage_share * following, complete=True)
+    def complete(self, dt: float, following: float) -> None:
+        """Carry the state over `dt` [s] with the last rates, and predict the stage of the step `following`."""
+        self._carry(dt, self.stage_share * following, complete=True)
         if self.turns_back:
             turn_back(self.particles, self.rows, self.pairs.layout, self.rates, self.place, self.pairs.planes)
 
@@ -164,10 +164,10 @@ class Stepper:
         """Predict the stage of the step `following` [s] from the state and the last rates."""
         self._carry(0.0, self.stage_share * following, complete=False)
 
-    def _carry(self, step: float, stage: float, complete: bool) -> None:
+    def _carry(self, dt: float, stage: float, complete: bool) -> None:
         particles = self.particles
         self._update(particles.data, particles.tags, self.place, self.rates, self.stage_rows,
-                     (self.table, self.models), self.coefficients, (step, stage, complete), (self.h_low, self.h_high),
+                     (self.table, self.models), self.coefficients, (dt, stage, complete), (self.h_low, self.h_high),
                      self.rows, (self.lengths, self.signals, self.pressures), self._partial)  # fmt: skip
         self._sum_up()
 

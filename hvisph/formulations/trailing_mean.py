@@ -27,10 +27,10 @@ class TrailingMean:
         self._now = np.zeros(count)  # integral over the part under way, in the order of the state
         self._time = 0.0
 
-    def add(self, values: np.ndarray, step: float, ids: np.ndarray) -> None:
-        """Take account of the `values` (n,) that held for `step` [s], of the particles numbered `ids`."""
-        self._now += step * values
-        self._time += step
+    def add(self, values: np.ndarray, dt: float, ids: np.ndarray) -> None:
+        """Take account of the `values` (n,) that held for `dt` [s], of the particles numbered `ids`."""
+        self._now += dt * values
+        self._time += dt
         # a part that ends on a step must not wait for the next by round-off
         if self._time >= self._part_length * (1.0 - 1e-9):
             self._parts[1:], self._times[1:] = self._parts[:-1].copy(), self._times[:-1].copy()
@@ -41,8 +41,8 @@ class TrailingMean:
     def mean(self, ids: np.ndarray) -> np.ndarray:
         """Return the mean of each particle (n,)."""
         time = max(float(self._times.sum()) + self._time, (PARTS - 1) * self._part_length)
-        found: np.ndarray = (self._full[ids] + self._now) / time
-        return found
+        mean: np.ndarray = (self._full[ids] + self._now) / time
+        return mean
 
     def permute(self, order: np.ndarray) -> None:
         """Follow the state into a new order."""

@@ -89,10 +89,10 @@ def _fitted(shape: Shape, dx: float, arrange: Callable[[Shape, float], Filling])
 
 def _note(shape: Shape, filling: Filling, dx: float, share: float) -> str:
     """Return what gave way."""
-    found = []
+    notes = []
     change = float(filling.spacing / dx - 1)
     if abs(change) > ROUND_OFF:
-        found.append(f"the spacing is changed by {100 * change:+.2g} %")
+        notes.append(f"the spacing is changed by {100 * change:+.2g} %")
     if abs(share - 1) > 1e-6:
-        found.append(f"every mass by {100 * (share - 1):+.2g} %")
-    return f"so that size and mass are exact, {' and '.join(found)}" if found else ""
+        notes.append(f"every mass by {100 * (share - 1):+.2g} %")
+    return f"so that size and mass are exact, {' and '.join(notes)}" if notes else ""

@@ -92,9 +92,9 @@ def _layers(length: float, fine: float, dx: float, grading: Grading, even: bool)
     factor = rest / sum(grown)
     outer = half + np.cumsum(np.asarray(grown) * factor)
     inner = np.linspace(-half, half, middle + 1)
-    found = np.concatenate([-outer[::-1], inner, outer])
-    found[0], found[-1] = -length / 2, length / 2
-    return found
+    edges = np.concatenate([-outer[::-1], inner, outer])
+    edges[0], edges[-1] = -length / 2, length / 2
+    return edges
 
 
 def _steepest(edges: list[np.ndarray]) -> float:

@@ -64,7 +64,7 @@ def overlaps(
     belongs = np.asarray(bodies)
     members = {int(body): np.flatnonzero(belongs == body) for body in np.unique(belongs)}
     boxes = {body: (positions[i].min(axis=0), positions[i].max(axis=0)) for body, i in members.items()}
-    found = []
+    pairs = []
     for first, second in combinations(members, 2):
         reach = hole * (spacing if isinstance(spacing, int | float) else (spacing[first] + spacing[second]) / 2)
         low = np.maximum(boxes[first][0], boxes[second][0]) - reach
@@ -77,8 +77,8 @@ def overlaps(
         ]
         overlap = _closest(positions, near[0], near[1], reach, (first, second))
         if overlap is not None:
-            found.append(overlap)
-    return found
+            pairs.append(overlap)
+    return pairs
 
 
 def _closest(

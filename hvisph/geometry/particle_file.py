@@ -85,12 +85,12 @@ def read_columns(path: str | Path, names: tuple[str, ...]) -> list[np.ndarray]:
     """
     if not Path(path).is_file():
         raise CaseError(f"there is no file '{path}'", where="file")
-    found = np.genfromtxt(path, delimiter=",", names=True, dtype=float, encoding="utf-8", ndmin=1)
-    given = found.dtype.names or ()
+    table = np.genfromtxt(path, delimiter=",", names=True, dtype=float, encoding="utf-8", ndmin=1)
+    given = table.dtype.names or ()
     missing = [name for name in names if name not in given]
     if missing:
         raise CaseError(f"'{path}' has no column {', '.join(missing)}; it has {', '.join(given)}", where="file")
-    columns = [np.asarray(found[name]) for name in names]
+    columns = [np.asarray(table[name]) for name in names]
     if not all(np.isfinite(column).all() for column in columns):
         raise CaseError(f"'{path}' holds a value that is no finite number", where="file")
     return columns

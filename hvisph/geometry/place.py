@@ -123,8 +123,8 @@ def _meeting(
     """Return where two bodies touch, as x about the origin of the one and of the other [m]."""
     pair = [(surfaces[body], fillings[body]) for body in (one, other)]
     solids = [Solid(shape, f.positions, f.finest) for shape, f in pair if shape is not None]
-    found = touch(*solids) if len(solids) == 2 and not (faced[one] and faced[other]) else None
-    return (_faces(fillings[one])[1], _faces(fillings[other])[0]) if found is None else found
+    touching = touch(*solids) if len(solids) == 2 and not (faced[one] and faced[other]) else None
+    return (_faces(fillings[one])[1], _faces(fillings[other])[0]) if touching is None else touching
 
 
 def _faces(filling: Filling) -> tuple[float, float]:

@@ -9,13 +9,13 @@ from hvisph.geometry.shapes import Shape
 
 def gradient(shape: Shape, points: np.ndarray, step: float) -> np.ndarray:
     """Return unit vectors (n, dim) along which the distance to the surface grows, by differences of `step` [m]."""
-    found = np.empty_like(points)
+    slopes = np.empty_like(points)
     for axis in range(points.shape[1]):
         move = np.zeros(points.shape[1])
         move[axis] = step
-        found[:, axis] = shape.distance(points + move) - shape.distance(points - move)
-    size = np.sqrt((found**2).sum(axis=1))
-    return found / np.maximum(size, 1e-300)[:, None]
+        slopes[:, axis] = shape.distance(points + move) - shape.distance(points - move)
+    size = np.sqrt((slopes**2).sum(axis=1))
+    return slopes / np.maximum(size, 1e-300)[:, None]
 
 
 def on_surface(shape: Shape, points: np.ndarray, rounds: int = 8) -> np.ndarray:

@@ -57,10 +57,10 @@ def _integral(shape: Shape, axis: int | None, offset: float) -> float:
         centres, d = centres[along], d[along]
         depth += 1
         share = np.clip(0.5 - d / side, 0.0, 1.0)
-        found = float(total + (share * _weight(centres, axis, offset)).sum() * side**dim)
+        integral = float(total + (share * _weight(centres, axis, offset)).sum() * side**dim)
         if len(centres) * 2**dim > MOST_CELLS or depth >= DEEPEST or len(centres) == 0:
-            return found + (found - coarser) / 3 if depth > 3 else found
-        coarser = found
+            return integral + (integral - coarser) / 3 if depth > 3 else integral
+        coarser = integral
         centres = (centres[:, None, :] + side * corners).reshape(-1, dim)
         side /= 2
 

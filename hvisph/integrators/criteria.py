@@ -27,7 +27,7 @@ class Limit:
     particle: int
 
 
-def _limits(lengths, signals, rates, place, viscous, found, where):
+def _limits(lengths, signals, rates, place, viscous, least, where):
     count = np.uint64(len(signals))
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
@@ -53,8 +53,8 @@ def _limits(lengths, signals, rates, place, viscous, found, where):
             if not abs(total) < np.inf:  # np.isfinite takes x - x for 0 where sums may be reordered
                 bad = s
         c = np.uint64(chunk)
-        found[c, 0] = least_signal
-        found[c, 1] = np.sqrt(np.sqrt(least_acceleration))
+        least[c, 0] = least_signal
+        least[c, 1] = np.sqrt(np.sqrt(least_acceleration))
         where[c, 0] = at_signal
         where[c, 1] = at_acceleration
         where[c, 2] = bad

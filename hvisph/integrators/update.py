@@ -90,7 +90,7 @@ def remember(state, i, u, rate):
         state[i, S_PREVIOUS_HOOP_RATE] = rate.hoop
 
 
-def moved(state, i, now, rate, u, step):
+def moved(state, i, now, rate, u, dt):
     """Carry position, velocity and energy over a step: return them in a state, and gradient, swelling, hoop's rate.
 
     `u` is the velocity of the evaluation, with which power and gradient were found. The step's rates are those of
@@ -107,12 +107,12 @@ def moved(state, i, now, rate, u, step):
         if REVOLVED:
             hoop = 0.5 * (hoop + state[i, S_PREVIOUS_HOOP_RATE])
     # Mean velocity of the step; the work of the forces at it is what the energy receives.
-    mean = plus(now.u, times(0.5 * step, a))
+    mean = plus(now.u, times(0.5 * dt, a))
     missing = dot(rate.a, minus(mean, u))
     if PREVIOUS:
         missing = 0.5 * (missing + dot(before, minus(mean, own_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
-    after = State(plus(now.x, times(step, mean)), plus(now.u, times(step, a)), now.rho,
-                  now.e + step * (power - missing), now.h, now.s, now.plastic_strain, now.damage,
+    after = State(plus(now.x, times(dt, mean)), plus(now.u, times(dt, a)), now.rho,
+                  now.e + dt * (power - missing), now.h, now.s, now.plastic_strain, now.damage,
                   now.memory)  # fmt: skip
     return after, l, divergence(l) - density, hoop
 
@@ -139,7 +139,7 @@ def strained(now, dt, l, swelling, hoop, table, models, m, h_low, h_high):
     return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, memory), p, c, full, thicker
 
 
-def works(before, now, l, p, step):
+def works(before, now, l, p, dt):
     """Return what a step did to a particle, per mass [J/kg]: plastic work, and what was dissipated beside it.
 
     The energy that its own pressure `p` and deviator did not do, at its strain, came from viscosity, from the fluxes
@@ -149,7 +149,7 @@ def works(before, now, l, p, step):
     strain = now.plastic_strain - before.plastic_strain
     plastic = volume * strain * sqrt(1.5 * double_dot(now.s, now.s)) if strain > 0.0 else 0.0
     pressed = p * (1.0 / before.rho - 1.0 / now.rho)
-    sheared = volume * step * double_dot(times(0.5, plus(before.s, now.s)), stretching(l))
+    sheared = volume * dt * double_dot(times(0.5, plus(before.s, now.s)), stretching(l))
     return plastic, now.e - before.e - pressed - sheared
 
 
@@ -165,7 +165,7 @@ def viscous_share(share, l, c, h, dt, coefficients):
     return balsara_share(l, c, h)
 
 
-def update(state, tags, place, rates, sorted_rows, materials, coefficients, times_ahead, h_limits, rows, found,
+def update(state, tags, place, rates, sorted_rows, materials, coefficients, times_ahead, h_limits, rows, limits,
            sums):  # fmt: skip
     """Complete a step and pack the stage of the next one: the template.
 
@@ -191,16 +191,16 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
         Least and largest smoothing length [m].
     rows
         Receives the packed rows of the stage.
-    found
+    limits
         Three arrays (n,) that receive smoothing length, speed of signals and pressure at the stage.
     sums
         (chunks, SUMS) receives sums over the completed state.
     """
     count = np.uint64(state.shape[0])
     table, models = materials
-    step, stage, complete = times_ahead
+    dt, stage, complete = times_ahead
     h_low, h_high = h_limits
-    lengths, signals, pressures = found
+    lengths, signals, pressures = limits
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         kinetic = internal = fastest = longest = slipping = plastic = heating = 0.0
@@ -213,17 +213,17 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                 rate = Rates(no_vector(DIM), rate.power, rate.l, rate.density, rate.hoop)
             if complete:
                 u, before = own_vector(sorted_rows, k, U, DIM), now
-                now, l, swelling, hoop = moved(state, s, now, rate, u, step)
-                now, p, c, l, thicker = strained(now, step, l, swelling, hoop, table, models, m, h_low, h_high)
+                now, l, swelling, hoop = moved(state, s, now, rate, u, dt)
+                now, p, c, l, thicker = strained(now, dt, l, swelling, hoop, table, models, m, h_low, h_high)
                 store(state, s, now)
-                flowed, dissipated = works(before, now, l, pressures[s], step)
+                flowed, dissipated = works(before, now, l, pressures[s], dt)
                 plastic += mass * flowed
                 heating += mass * dissipated
                 if PLANE_STRESS:
                     state[s, S_THICKNESS] *= thicker
                 if SWITCH == MORRIS_MONAGHAN:
                     state[s, S_VISCOSITY_SHARE] = viscous_share(
-                        state[s, S_VISCOSITY_SHARE], l, c, now.h, step, coefficients)  # fmt: skip
+                        state[s, S_VISCOSITY_SHARE], l, c, now.h, dt, coefficients)  # fmt: skip
                 if PREVIOUS:
                     remember(state, s, u, rate)
             if SLIPS:

@@ -59,7 +59,7 @@ def tabulated(pressure: Callable[[float, float], float], rho0: float, e0: float,
     rho0, e0, room
         Density [kg/m^3], energy [J/kg] and temperature [K] of the state at rest.
     """
-    found = np.empty((POINTS, 2))
+    points = np.empty((POINTS, 2))
     densities = rho0 * np.linspace(LOWEST, HIGHEST, POINTS)
     middle = int(np.searchsorted(densities, rho0))
     for places in (range(middle, POINTS), range(middle - 1, -1, -1)):
@@ -69,8 +69,8 @@ def tabulated(pressure: Callable[[float, float], float], rho0: float, e0: float,
             for _ in range(_STEPS if h else 0):
                 e, t = _stepped(pressure, rho, h, e, t)
                 rho += h
-            found[k] = e, t if densities[k] > rho0 else room
-    return found.ravel()
+            points[k] = e, t if densities[k] > rho0 else room
+    return points.ravel()
 
 
 def _stepped(

@@ -52,9 +52,9 @@ def thinning(table, models, m, dt, rho, swelling, e, s, plastic_strain, damage, 
         if abs(stress) <= _TOLERANCE * modulus:
             break
         if k > 0 and rate != before:
-            found = (stress - stress_before) / (rate - before)
+            secant = (stress - stress_before) / (rate - before)
             # a sheet is never stiffer than its longitudinal modulus, and never without any stiffness
-            slope = min(max(found, 0.1 * modulus * dt), 2.0 * modulus * dt)
+            slope = min(max(secant, 0.1 * modulus * dt), 2.0 * modulus * dt)
         before, stress_before = rate, stress
         rate -= stress / slope
     return rate

@@ -116,14 +116,14 @@ def mean_difference(times: np.ndarray, values: np.ndarray, exact: np.ndarray) ->
 
 def _stretches(times: np.ndarray, values: np.ndarray, end: float, alike: float) -> list[tuple[float, float, float]]:
     """Return (begin, end, value) of the stretches over which the value changes by less than `alike`."""
-    found: list[list[float]] = []
+    stretches: list[list[float]] = []
     bounds = np.append(times, end)
     for begin, finish, value in zip(bounds[:-1], bounds[1:], values, strict=True):
-        if found and abs(value - found[-1][2]) < alike:
-            found[-1][1] = float(finish)
+        if stretches and abs(value - stretches[-1][2]) < alike:
+            stretches[-1][1] = float(finish)
         else:
-            found.append([float(begin), float(finish), float(value)])
-    return [(a, b, c) for a, b, c in found]
+            stretches.append([float(begin), float(finish), float(value)])
+    return [(a, b, c) for a, b, c in stretches]
 
 
 def _corners(times: np.ndarray, values: np.ndarray, end: float) -> tuple[np.ndarray, np.ndarray]:

@@ -190,7 +190,7 @@ def _on_witness(scene: Scene, rows: np.ndarray, x: float | None, energy: np.ndar
     number = int(np.ceil(radius.max() / width + 1e-9))
     full = np.zeros(scene.now.count)
     full[rows] = energy
-    found: dict[str, Any] = {
+    results: dict[str, Any] = {
         "x": x,
         "mass_share": float(mass.sum() / scene.now.fields["mass"][rows].sum()),
         "first": float(when.min()),
@@ -199,5 +199,5 @@ def _on_witness(scene: Scene, rows: np.ndarray, x: float | None, energy: np.ndar
     } | _binned(radius, width, number, mass, axial, full[chosen])
     edges = width * np.arange(number + 1)
     size = np.pi * np.diff(edges**2) if scene.now.dimensions == 3 else 2.0 * np.diff(edges)
-    found["areal_momentum"] = (np.array(found["momentum"]) / size).tolist()
-    return found
+    results["areal_momentum"] = (np.array(results["momentum"]) / size).tolist()
+    return results

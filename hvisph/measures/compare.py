@@ -66,8 +66,10 @@ class Row:
     @property
     def differences(self) -> dict[str, float | None]:
         """Computed less published value by name of the measure; None where nothing could be measured."""
-        found = {name: self.value(name) for name in self.published}
-        return {name: None if value is None else value - self.published[name]["value"] for name, value in found.items()}
+        values = {name: self.value(name) for name in self.published}
+        return {
+            name: None if value is None else value - self.published[name]["value"] for name, value in values.items()
+        }
 
     @property
     def missed(self) -> list[str]:
@@ -116,10 +118,10 @@ def row(name: str, source: str | os.PathLike[str]) -> Row:
     path = Path(source)
     if (path / names.SUMMARY).is_file():
         return _ended(name, path, reader.read_summary(path))
-    found = measure(path)
+    measured = measure(path)
     status = "unfinished" if (path / names.CASE).is_file() else "snapshot"
-    plain = found.as_dict()["measures"]
-    return Row(name, path, found.title, status, None, found.time, plain, {}, {}, {})
+    plain = measured.as_dict()["measures"]
+    return Row(name, path, measured.title, status, None, measured.time, plain, {}, {}, {})
 
 
 def _ended(name: str, path: Path, summary: dict[str, Any]) -> Row:

@@ -82,17 +82,17 @@ def convergence(
         What each value is uncertain by itself; None where that is not known.
     """
     known = uncertainties or [None] * len(results)
-    found = sorted(zip(spacings, results, known, strict=True), key=lambda one: one[0])
-    if len(found) < 2:
+    points = sorted(zip(spacings, results, known, strict=True), key=lambda one: one[0])
+    if len(points) < 2:
         return Convergence("too few")
-    h, f, _ = zip(*found, strict=True)
+    h, f, _ = zip(*points, strict=True)
     difference = f[1] - f[0]
-    noise = max((u for _, _, u in found[:3] if u is not None), default=0.0)
+    noise = max((u for _, _, u in points[:3] if u is not None), default=0.0)
     if max(f) == min(f):
         return Convergence("exact", None, f[0], 0.0, 0.0)
     if abs(difference) <= noise:
         return Convergence("not resolved", difference=difference)
-    if len(found) < 3:
+    if len(points) < 3:
         return Convergence("too few", difference=difference)
     order = observed_order(f, h)
     if order is None:

@@ -131,8 +131,8 @@ class MassDistribution:
         """Return number and share of the fragments of `mass` or more; None where the distribution is not known."""
         if len(self.mass) == 0:
             return None
-        found = int((self.mass >= mass * (1.0 - ALIKE)).sum()) - 1
-        return (int(self.number[found]), float(self.share[found])) if found >= 0 else (0, 0.0)
+        last = int((self.mass >= mass * (1.0 - ALIKE)).sum()) - 1
+        return (int(self.number[last]), float(self.share[last])) if last >= 0 else (0, 0.0)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON."""
@@ -148,15 +148,15 @@ def debris(scene: Scene) -> tuple[BodyFragments, ...]:
 
     Centres and velocities are in the case's axes, extents along the shot line and across it.
     """
-    found = []
+    pieces = []
     for body in np.unique(scene.now.body).tolist():
         fragments = scene.fragments(body)
         roles = _roles(scene, body, fragments)
         back = scene.shot.back
         own = [replace(one, centre=back(one.centre), velocity=back(one.velocity)) for one in fragments]
         name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
-        found.append(BodyFragments(name, tuple(own), roles))
-    return tuple(found)
+        pieces.append(BodyFragments(name, tuple(own), roles))
+    return tuple(pieces)
 
 
 def _roles(scene: Scene, body: int, fragments: list[Fragment]) -> tuple[str, ...]:

@@ -42,8 +42,8 @@ def compare(results: Mapping[str, Result | float | None], expected: Expectations
     for name, entry in expected.items():
         if name not in results:
             raise CaseError(f"unknown measure '{name}'{nearest(name, list(results))}", where=f"expected.{name}")
-        found = results[name]
-        value = found.value if isinstance(found, Result) else found
+        result = results[name]
+        value = result.value if isinstance(result, Result) else result
         target, tolerance = float(_get(entry, "value")), float(_get(entry, "tolerance"))
         rows.append(
             {

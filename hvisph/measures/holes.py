@@ -58,14 +58,14 @@ def opening(across: np.ndarray, centre: np.ndarray, spacing: float) -> Opening |
     centre = np.array(centre, dtype=float)
     radii, number = np.zeros(0), FEWEST_SECTORS
     for _ in range(RECENTRED):
-        found = _radii(across - centre, number)
-        if found is None:
+        radii_found = _radii(across - centre, number)
+        if radii_found is None:
             return None
-        radii = np.maximum(found - 0.5 * spacing, 0.0)
+        radii = np.maximum(radii_found - 0.5 * spacing, 0.0)
         centre += _centroid(radii, across.shape[1])
-        number = int(np.clip(np.pi * found.mean() / spacing, FEWEST_SECTORS, MOST_SECTORS)) // 8 * 8
+        number = int(np.clip(np.pi * radii_found.mean() / spacing, FEWEST_SECTORS, MOST_SECTORS)) // 8 * 8
         # what is far outside the edge is no part of it
-        across = across[((across - centre) ** 2).sum(axis=1) <= (2.5 * found.max() + 4.0 * spacing) ** 2]
+        across = across[((across - centre) ** 2).sum(axis=1) <= (2.5 * radii_found.max() + 4.0 * spacing) ** 2]
     return Opening(radii)
 
 
@@ -73,12 +73,12 @@ def openings(plate: Plate, depth: np.ndarray, across: np.ndarray, spacing: float
     """Return the openings at depths from the struck to the rear face, as the plate was; those that are enclosed."""
     number = max(1, round(plate.thickness / max(spacing, plate.thickness / 8.0)))
     bins = np.floor(depth * number / plate.thickness + 1e-9).astype(int)
-    found = []
+    holes = []
     for k in range(number):
         one = opening(across[bins == k], _on_the_line(plate, (k + 0.5) / number * plate.thickness), spacing)
         if one is not None:
-            found.append(one)
-    return found
+            holes.append(one)
+    return holes
 
 
 def _on_the_line(plate: Plate, depth: float) -> np.ndarray:

@@ -83,19 +83,19 @@ def with_times(layers: Sequence[LayerMeasures], count: int, moment: Callable[[in
             known[index] = moment(index)
         return known[index]
 
-    found = []
+    timed = []
     for number, layer in enumerate(layers):
         before, after = 0, count - 1
         if layer.state != YES or count < 2 or at(before)[1][number] == YES:
-            found.append(layer)
+            timed.append(layer)
             continue
         while after - before > 1:
             middle = (before + after) // 2
             before, after = (before, middle) if at(middle)[1][number] == YES else (middle, after)
         early, late = at(before)[0], at(after)[0]
         time = Result(0.5 * (early + late), "s", 0.5 * (late - early))
-        found.append(replace(layer, results=layer.results | {"perforation_time": time}))
-    return tuple(found)
+        timed.append(replace(layer, results=layer.results | {"perforation_time": time}))
+    return tuple(timed)
 
 
 def states(scene: Scene) -> list[str]:
@@ -105,19 +105,19 @@ def states(scene: Scene) -> list[str]:
 
 def _layer(scene: Scene, body: int) -> LayerMeasures:
     plate = scene.plate(body)
-    state, reason, found = _perforation(scene, body)
+    state, reason, hole = _perforation(scene, body)
     name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
     results = {"perforated": _answer(state, reason)}
     if state == YES:
         results["perforation_time"] = meaningless("s", "a single moment does not tell when")
     else:
         results["perforation_time"] = meaningless("s", f"not perforated: {reason}" if state else reason)
-    if found is None or plate is None:
+    if hole is None or plate is None:
         results |= {
             one: meaningless(unit_of(one, scene.space), reason) for one in LAYER_CATALOGUE if one not in results
         }
     else:
-        results |= marks(scene, plate, found)
+        results |= marks(scene, plate, hole)
     return LayerMeasures(name, state, {one: results[one].finite() for one in LAYER_CATALOGUE},
                          None if plate is None else plate.obliquity)  # fmt: skip
 
@@ -137,5 +137,5 @@ def _perforation(scene: Scene, body: int) -> tuple[str, str, Perforation | None]
         return "", "a single snapshot does not tell the plate before it was struck", None
     if not {"velocity", "mass"} <= scene.now.fields.keys():
         return "", "the snapshot has no velocity or no mass", None
-    found = perforation(scene, plate)
-    return found.state, found.reason, found
+    hole = perforation(scene, plate)
+    return hole.state, hole.reason, hole

@@ -48,12 +48,12 @@ def bracket(values: Sequence[float], happened: Sequence[bool]) -> Bracket:
     return Bracket(below, above, mixed)
 
 
-def next_values(found: Bracket, points: int, width: float) -> list[float]:
+def next_values(known: Bracket, points: int, width: float) -> list[float]:
     """Return values that shrink the bracket by `points` + 1; none where it is narrow enough, open or mixed."""
-    if found.below is None or found.above is None or found.mixed or found.above - found.below <= width * (1.0 + 1e-9):
+    if known.below is None or known.above is None or known.mixed or known.above - known.below <= width * (1.0 + 1e-9):
         return []
-    step = (found.above - found.below) / (points + 1)
-    return [found.below + k * step for k in range(1, points + 1)]
+    step = (known.above - known.below) / (points + 1)
+    return [known.below + k * step for k in range(1, points + 1)]
 
 
 @dataclass(frozen=True)
@@ -86,25 +86,25 @@ def _residual(v: np.ndarray, a: float, p: float, limit: float) -> np.ndarray:
     return a * np.maximum(np.maximum(v, 0.0) ** p - limit**p, 0.0) ** (1.0 / p)
 
 
-def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], found: Bracket) -> LambertJonas | None:
+def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], known: Bracket) -> LambertJonas | None:
     """Return the curve through shots that went through; None for fewer than two of them.
 
     With fewer than four shots p is 2, and with two the limit is the bracket's.
     """
     v, r = np.asarray(velocities, float), np.asarray(residuals, float)
-    if len(v) < 2 or found.limit is None:
+    if len(v) < 2 or known.limit is None:
         return None
     from scipy.optimize import least_squares
 
     free = min(len(v) - 1, 3)
-    start = [0.9, found.limit, 2.0][:free]
-    lower = min(float(v.min()), found.above or np.inf)
+    start = [0.9, known.limit, 2.0][:free]
+    lower = min(float(v.min()), known.above or np.inf)
     bounds = ([0.01, 0.0, 1.0][:free], [1.2, lower, 6.0][:free])
-    start[1:2] = [min(found.limit, 0.999 * lower)][: max(free - 1, 0)]
+    start[1:2] = [min(known.limit, 0.999 * lower)][: max(free - 1, 0)]
 
     def full(x: np.ndarray) -> tuple[float, float, float]:
         a = float(x[0])
-        limit = float(x[1]) if free > 1 else found.limit or 0.0
+        limit = float(x[1]) if free > 1 else known.limit or 0.0
         return a, float(x[2]) if free > 2 else 2.0, limit
 
     sizes = np.maximum(np.abs(start), 1e-3)

@@ -22,24 +22,24 @@ SPALL = ("spall_mass", "spall_thickness", "spall_velocity")
 UNITS = {"hole_area": "m^2", "spall_velocity": "m/s"}
 
 
-def marks(scene: Scene, plate: Plate, found: Perforation) -> dict[str, Result]:
+def marks(scene: Scene, plate: Plate, hole: Perforation) -> dict[str, Result]:
     """Return the marks of a layer; those of a hole where it is perforated, those of a crater where it is not."""
-    fixed = found.attached
+    fixed = hole.attached
     depth, across = plate.depth(scene.position[fixed]), plate.across(scene.position[fixed])
-    open_ = found.state == YES
+    open_ = hole.state == YES
     results: dict[str, Result] = {}
     if open_:
         results |= _hole(scene, plate, depth, across)
         results |= _none(scene, CRATER, "the layer is perforated")
         results |= _none(scene, SPALL, "the layer is perforated: what flies on is in the cloud")
     else:
-        reason = f"not perforated: {found.reason}"
+        reason = f"not perforated: {hole.reason}"
         results |= _none(scene, HOLE, reason)
         results |= _crater(scene, plate, depth, across)
-        results |= _spall(scene, plate, found)
+        results |= _spall(scene, plate, hole)
     results |= _lips(scene, plate, depth, open_)
     lost = _mass_lost(scene, plate, fixed)
-    return results | {"mass_lost": lost, "hole_diameter_by_mass": _by_mass(scene, plate, lost, open_, found.reason)}
+    return results | {"mass_lost": lost, "hole_diameter_by_mass": _by_mass(scene, plate, lost, open_, hole.reason)}
 
 
 def _hole(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -> dict[str, Result]:
@@ -78,14 +78,14 @@ def _crater(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -
     surface = _front_surface(depth[inner], across[inner], 2.0 * scene.spacing) - 0.5 * scene.spacing
     deepest = max(float(surface.max()), 0.0)
     bulge = max(float(depth[inner].max()) + 0.5 * scene.spacing - plate.thickness, 0.0)
-    found = {"crater_depth": _length(scene, deepest), "bulge": _length(scene, bulge)}
+    results = {"crater_depth": _length(scene, deepest), "bulge": _length(scene, bulge)}
     level = (depth >= 0.0) & (depth < scene.spacing)
     wide = opening(across[level], np.zeros(across.shape[1]), scene.spacing)
     if deepest < scene.spacing or wide is None:
-        found["crater_diameter"] = meaningless("m", "the struck face is whole")
+        results["crater_diameter"] = meaningless("m", "the struck face is whole")
     else:
-        found["crater_diameter"] = _length(scene, float(wide.diameters.mean()))
-    return found
+        results["crater_diameter"] = _length(scene, float(wide.diameters.mean()))
+    return results
 
 
 def _front_surface(depth: np.ndarray, across: np.ndarray, cell: float) -> np.ndarray:
@@ -99,11 +99,11 @@ def _front_surface(depth: np.ndarray, across: np.ndarray, cell: float) -> np.nda
     return least
 
 
-def _spall(scene: Scene, plate: Plate, found: Perforation) -> dict[str, Result]:
+def _spall(scene: Scene, plate: Plate, hole: Perforation) -> dict[str, Result]:
     """Return what has come off the rear: detached pieces that fly on, away from what is attached."""
     along = np.array(plate.basis[0])
     mass, velocity = scene.now.fields["mass"], scene.now.fields["velocity"] @ along
-    rest = float(np.average(velocity[found.attached], weights=mass[found.attached]))
+    rest = float(np.average(velocity[hole.attached], weights=mass[hole.attached]))
     least = SLOW * (scene.shot.speed or 0.0)
     groups = zip(scene.fragments(plate.body), attached(scene, plate.body), strict=True)
     pieces = [

@@ -204,13 +204,13 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     return in_time(measure_snapshot(now, start, history, str(path)), files[: number + 1], start, read)
 
 
-def in_time(found: Measures, files: Sequence[Path], start: Snapshot | None,
+def in_time(now: Measures, files: Sequence[Path], start: Snapshot | None,
             read: Callable[[Path], Snapshot] | None = None) -> Measures:  # fmt: skip
     """Return measures with what only earlier snapshots tell: how far they swing, and when layers were perforated.
 
     Parameters
     ----------
-    found
+    now
         Measured at the last moment.
     files
         The snapshots up to it, in order of time.
@@ -230,52 +230,52 @@ def in_time(found: Measures, files: Sequence[Path], start: Snapshot | None,
     from hvisph.output import names
 
     earlier = [file for file in files if file.stem != names.POST_MORTEM][:-1]
-    if found.dimensions == 1:
-        found = _plateau_of(found, files, start, read)
+    if now.dimensions == 1:
+        now = _plateau_of(now, files, start, read)
     if earlier:
         recent = [read(earlier[-1])]
         for file in reversed(earlier[:-1]):
             before = read(file)
-            if len(recent) >= MOST or before.time < (1.0 - LATELY) * found.time:
+            if len(recent) >= MOST or before.time < (1.0 - LATELY) * now.time:
                 break
             recent.append(before)
-        found = _swung(found, [measure_snapshot(one, start) for one in reversed(recent)])
-    return _timed(found, len(files), moment)
+        now = _swung(now, [measure_snapshot(one, start) for one in reversed(recent)])
+    return _timed(now, len(files), moment)
 
 
-def _plateau_of(found: Measures, files: Sequence[Path], start: Snapshot | None, read: Callable[[Path], Snapshot]
+def _plateau_of(now: Measures, files: Sequence[Path], start: Snapshot | None, read: Callable[[Path], Snapshot]
                 ) -> Measures:  # fmt: skip
     """Return the measures of a plate impact with the plateau as it was before it was released."""
     snapshots = (read(file) for file in files)
-    seen = [(one.time, plateau(Scene.of(one, start))) for one in snapshots if one.time <= found.time]
+    seen = [(one.time, plateau(Scene.of(one, start))) for one in snapshots if one.time <= now.time]
     if not seen:
-        return found
+        return now
     best = before_release(seen)
-    return replace(found, results=found.results | {"plateau_stress": best.stress.finite(),
+    return replace(now, results=now.results | {"plateau_stress": best.stress.finite(),
                                                    "interface_velocity": best.velocity.finite()})  # fmt: skip
 
 
-def _swung(found: Measures, earlier: Sequence[Measures]) -> Measures:
+def _swung(now: Measures, earlier: Sequence[Measures]) -> Measures:
     """Return measures with their swing over the last tenth of the run."""
-    earlier = [earlier[number] for number in lately([one.time for one in earlier], found.time)]
+    earlier = [earlier[number] for number in lately([one.time for one in earlier], now.time)]
     if not earlier:
-        return found
+        return now
 
     def swung(of: Callable[[Measures], Mapping[str, Result]]) -> dict[str, Result]:
-        return swinging(of(found), found.time, [(one.time, of(one)) for one in earlier])
+        return swinging(of(now), now.time, [(one.time, of(one)) for one in earlier])
 
     def of_layer(body: str) -> Callable[[Measures], Mapping[str, Result]]:
         return lambda one: next((layer.results for layer in one.layers if layer.body == body), {})
 
-    layers = [replace(layer, results=swung(of_layer(layer.body))) for layer in found.layers]
-    return replace(found, results=swung(lambda one: one.results), layers=tuple(layers),
+    layers = [replace(layer, results=swung(of_layer(layer.body))) for layer in now.layers]
+    return replace(now, results=swung(lambda one: one.results), layers=tuple(layers),
                    projectile=swung(lambda one: one.projectile),
-                   cloud=replace(found.cloud, results=swung(lambda one: one.cloud.results)))  # fmt: skip
+                   cloud=replace(now.cloud, results=swung(lambda one: one.cloud.results)))  # fmt: skip
 
 
-def _timed(found: Measures, count: int, moment: Callable[[int], tuple[float, Sequence[str]]]) -> Measures:
-    layers = with_times(found.layers, count, moment)
-    return replace(found, layers=layers, answer=answer(layers, found.unitless))
+def _timed(now: Measures, count: int, moment: Callable[[int], tuple[float, Sequence[str]]]) -> Measures:
+    layers = with_times(now.layers, count, moment)
+    return replace(now, layers=layers, answer=answer(layers, now.unitless))
 
 
 def measure_snapshot(

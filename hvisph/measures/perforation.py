@@ -105,9 +105,9 @@ def _to_come(scene: Scene, plate: Plate, approach: np.ndarray, fixed: np.ndarray
 def _within(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
     """Return whether a particle is between the outermost attached ones along the normal, and none of them."""
     depth = plate.depth(scene.position)
-    found = (depth >= depth[fixed].min()) & (depth <= depth[fixed].max()) if len(fixed) else depth < -np.inf
-    found[fixed] = False
-    return np.asarray(found)
+    inside = (depth >= depth[fixed].min()) & (depth <= depth[fixed].max()) if len(fixed) else depth < -np.inf
+    inside[fixed] = False
+    return np.asarray(inside)
 
 
 def _open(scene: Scene, plate: Plate, solid: np.ndarray) -> bool:

@@ -68,17 +68,17 @@ def plateau(scene: Scene) -> Plateau:
     )
 
 
-def before_release(found: Sequence[tuple[float, Plateau]]) -> Plateau:
+def before_release(plateaus: Sequence[tuple[float, Plateau]]) -> Plateau:
     """Return the plateau of the moment at which it was longest, before releases from the free faces reached it.
 
     Parameters
     ----------
-    found
+    plateaus
         Time [s] and plateau of moments in order; not empty. The results tell the moment that was chosen.
     """
-    known = [(time, one) for time, one in found if one.stress.value is not None]
+    known = [(time, one) for time, one in plateaus if one.stress.value is not None]
     if not known:
-        return found[-1][1]
+        return plateaus[-1][1]
     highest = max(one.stress.value or 0.0 for _, one in known)
     time, best = max(
         ((time, one) for time, one in known if (one.stress.value or 0.0) >= WHOLE * highest),

@@ -36,19 +36,19 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
     holds, moments
         Where the material of each body holds, and the moments of the run before `now`, over which that is looked at.
     """
-    found = []
+    told = []
     left = strayed(chain(moments, [now]), bodies, holds) if holds else {}
     for number, (name, has_no_damage) in enumerate(zip(bodies, whole, strict=True)):
         mine = (now.body == number) & (now.fields["mass"] > 0.0)
         if mine.sum() < 2:
             continue
-        found += [f"{name}: {text}" for text in left.get(name, [])]
+        told += [f"{name}: {text}" for text in left.get(name, [])]
         position = now.fields["position"][mine]
-        found += [f"{name}: {text}" for text in _of_body(now, mine, position)]
+        told += [f"{name}: {text}" for text in _of_body(now, mine, position)]
         if has_no_damage:
             before = start.fields["position"][start.body == number]
-            found += [f"{name}: {text}" for text in _torn(position, before, spacing)]
-    return [*found, *_energy(now, start)]
+            told += [f"{name}: {text}" for text in _torn(position, before, spacing)]
+    return [*told, *_energy(now, start)]
 
 
 def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray) -> Iterator[str]:

@@ -54,12 +54,12 @@ class Result:
         ``spacing`` is what the distance of particles leaves open of a length, with the scatter of what a mean was
         taken over; ``scatter`` that of other numbers; ``swing`` how far the number moved lately.
         """
-        found = {} if self.swing is None else {"swing": self.swing}
+        extras = {} if self.swing is None else {"swing": self.swing}
         if self.uncertainty is not None:
             rest = float(np.sqrt(max(self.uncertainty**2 - (self.swing or 0.0) ** 2, 0.0)))
             if rest > 0.0 or self.swing is None:
-                found["scatter" if self.spacing is None else "spacing"] = rest
-        return found
+                extras["scatter" if self.spacing is None else "spacing"] = rest
+        return extras
 
     @property
     def settled(self) -> bool:

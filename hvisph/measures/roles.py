@@ -29,8 +29,8 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
     count = max(len(now.bodies), int(now.body.max(initial=-1)) + 1)
     told = [*given, *[None] * count][:count]
     if PROJECTILE in told or start is None or "velocity" not in start.fields:
-        found = [PROJECTILE if body == 0 and PROJECTILE not in told else LAYER for body in range(count)]
-        return tuple(role or found[body] for body, role in enumerate(told))
+        roles = [PROJECTILE if body == 0 and PROJECTILE not in told else LAYER for body in range(count)]
+        return tuple(role or roles[body] for body, role in enumerate(told))
     velocity = np.array([_mean(start, "velocity", body) for body in range(count)])
     speed = np.sqrt((velocity**2).sum(axis=1))
     moves = speed > STILL * speed.max(initial=0.0)
@@ -40,11 +40,11 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
     if alike[free].all() or not moves[first]:  # what rests beside what rests is no part of it
         alike[:] = False
     alike[first] = True
-    found = [PROJECTILE if alike[body] else LAYER for body in range(count)]
+    roles = [PROJECTILE if alike[body] else LAYER for body in range(count)]
     for body in range(count):
-        if found[body] == LAYER and moves[first] and _behind(start, body, alike, velocity[first] - velocity[body]):
-            found[body] = OTHER
-    return tuple(role or found[body] for body, role in enumerate(told))
+        if roles[body] == LAYER and moves[first] and _behind(start, body, alike, velocity[first] - velocity[body]):
+            roles[body] = OTHER
+    return tuple(role or roles[body] for body, role in enumerate(told))
 
 
 def shot_direction(start: Snapshot, roles: Sequence[str]) -> np.ndarray:

@@ -55,8 +55,8 @@ def reference(start: Snapshot) -> dict[str, Any]:
         is a target, its `face` (x of the struck plane) and `thickness` [m]; coordinates in the axes of the shot.
     """
     scene = Scene.of(start, start)
-    found: dict[str, Any] = {"shot": scene.shot.as_dict(), "axis": scene.axis.tolist(), "width": scene.width}
-    return found | {"face": scene.face, "thickness": scene.thickness} if scene.has_target else found
+    frame: dict[str, Any] = {"shot": scene.shot.as_dict(), "axis": scene.axis.tolist(), "width": scene.width}
+    return frame | {"face": scene.face, "thickness": scene.thickness} if scene.has_target else frame
 
 
 @dataclass
@@ -258,8 +258,8 @@ class Scene:
         """
         plate = self.is_target
         if self.now.dimensions != 2:
-            found = self.fragments(self.target)
-            return [found[0].particles if found else np.zeros(0, dtype=np.int64)]
+            pieces = self.fragments(self.target)
+            return [pieces[0].particles if pieces else np.zeros(0, dtype=np.int64)]
         upper = self.lateral[:, 0] > 0.0
         sides = [self._main(plate & upper), self._main(plate & ~upper)]
         return [side for side in sides if len(side)]
@@ -276,9 +276,9 @@ class Scene:
         return self._rims[body]
 
     def _rim(self, body: int) -> np.ndarray:
-        found = np.zeros(self.now.count, dtype=bool)
+        rim = np.zeros(self.now.count, dtype=bool)
         if self.now.dimensions == 1:
-            return found
+            return rim
         known = self.plate(body)
         if known is not None and self.start is not None and "spacing" in self.start.metadata:
             own = self.start.body == body
@@ -291,8 +291,8 @@ class Scene:
         flat = Plate(body, tuple(map(tuple, np.eye(self.now.dimensions).tolist())), 0.0, 1.0, tuple(self.axis.tolist()),
                      tuple(low.tolist()), tuple(high.tolist()))  # fmt: skip
         outward = flat.outward(self.lateral[rows])
-        found[rows] = (outward >= RIM) & (outward <= 1.0)
-        return found
+        rim[rows] = (outward >= RIM) & (outward <= 1.0)
+        return rim
 
     def _main(self, chosen: np.ndarray) -> np.ndarray:
         members = np.flatnonzero(chosen)

@@ -33,19 +33,19 @@ class Column:
     values: np.ndarray
 
 
-def moments(found: Measures) -> tuple[Measures, ...]:
+def moments(measured: Measures) -> tuple[Measures, ...]:
     """Return the series of what was measured: one moment where only one was asked for."""
-    return found.series or (found,)
+    return measured.series or (measured,)
 
 
-def columns(found: Measures) -> dict[str, Column]:
+def columns(measured: Measures) -> dict[str, Column]:
     """Return every measure over time by its name, and what the fragments of each body come to.
 
     Of the fragments: ``fragments.<body>.number`` (of five particles or more), ``.loose_mass_share`` (in smaller ones),
     ``.largest_mass_share``, ``.largest_velocity_x`` (``_y``, ``_z``) and ``.largest_speed`` [m/s].
     """
     rows: list[dict[str, tuple[str, float | None]]] = []
-    for moment in moments(found):
+    for moment in moments(measured):
         row = {name: (result.unit, result.value) for name, result in moment.results.items()}
         for part in moment.fragments:
             head, largest = f"fragments.{part.body}.", part.fragments[0]
@@ -63,7 +63,7 @@ def columns(found: Measures) -> dict[str, Column]:
     }
 
 
-def write_series(found: Measures, path: str | os.PathLike[str]) -> Path:
+def write_series(measured: Measures, path: str | os.PathLike[str]) -> Path:
     """Write one row a moment: time, step, and the columns; empty where a measure has no value.
 
     The header names each column with its SI unit, as in ``crater_diameter [m]``; a case without units has none.
@@ -73,16 +73,16 @@ def write_series(found: Measures, path: str | os.PathLike[str]) -> Path:
     OutputError
         When it cannot be written; an earlier file of that name is then untouched.
     """
-    table = columns(found)
-    head = [_headed("time", "s", found), "step", *(_headed(name, table[name].unit, found) for name in table)]
+    table = columns(measured)
+    head = [_headed("time", "s", measured), "step", *(_headed(name, table[name].unit, measured) for name in table)]
     body = [
         [moment.time, moment.step, *(column.values[row] for column in table.values())]
-        for row, moment in enumerate(moments(found))
+        for row, moment in enumerate(moments(measured))
     ]
     return _write(path, head, body)
 
 
-def write_fragments(found: Measures, path: str | os.PathLike[str]) -> Path:
+def write_fragments(measured: Measures, path: str | os.PathLike[str]) -> Path:
     """Write one row a fragment, single particles included, of every body and moment.
 
     Fragments are numbered from 1, the one with most particles. ``number_at_least`` and ``mass_share_at_least`` are
@@ -93,20 +93,20 @@ def write_fragments(found: Measures, path: str | os.PathLike[str]) -> Path:
     OutputError
         When it cannot be written; an earlier file of that name is then untouched.
     """
-    axes = "xyz"[: found.dimensions]
+    axes = "xyz"[: measured.dimensions]
     head = [
-        _headed("time", "s", found),
+        _headed("time", "s", measured),
         "body",
         "fragment",
         "role",
         "particles",
-        _headed("mass", found.mass_unit, found),
+        _headed("mass", measured.mass_unit, measured),
     ]
     head += ["mass_share", "number_at_least", "mass_share_at_least"]
-    head += [_headed(f"velocity_{axis}", "m/s", found) for axis in axes] + [_headed("speed", "m/s", found)]
-    head += [_headed(f"{name}_{axis}", "m", found) for name in ("centre", "extent") for axis in axes]
+    head += [_headed(f"velocity_{axis}", "m/s", measured) for axis in axes] + [_headed("speed", "m/s", measured)]
+    head += [_headed(f"{name}_{axis}", "m", measured) for name in ("centre", "extent") for axis in axes]
     body: list[list[Any]] = []
-    for moment in moments(found):
+    for moment in moments(measured):
         for part in moment.fragments:
             for number, (piece, role) in enumerate(zip(part.fragments, part.roles, strict=True), 1):
                 heavier = part.distribution.at(piece.mass) or (None, None)
@@ -116,8 +116,8 @@ def write_fragments(found: Measures, path: str | os.PathLike[str]) -> Path:
     return _write(path, head, body)
 
 
-def _headed(name: str, unit: str, found: Measures) -> str:
-    return f"{name} [{unit}]" if unit and not found.unitless else name
+def _headed(name: str, unit: str, measured: Measures) -> str:
+    return f"{name} [{unit}]" if unit and not measured.unitless else name
 
 
 def _number(value: float | None) -> float:

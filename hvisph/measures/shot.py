@@ -153,8 +153,8 @@ def spacing_of(snapshot: Snapshot) -> float:
 def _plates(seen: Snapshot, roles: tuple[str, ...], axis: np.ndarray, spacing: float) -> tuple[Plate, ...]:
     position = seen.fields["position"].reshape(seen.count, -1)
     layers = [body for body, role in enumerate(roles) if role == LAYER and (seen.body == body).any()]
-    found = [plate_of(body, position[seen.body == body], axis, spacing) for body in layers]
-    return tuple(sorted(found, key=lambda plate: float(position[seen.body == plate.body, 0].mean())))
+    plates = [plate_of(body, position[seen.body == body], axis, spacing) for body in layers]
+    return tuple(sorted(plates, key=lambda plate: float(position[seen.body == plate.body, 0].mean())))
 
 
 def _frame(start: Snapshot, roles: tuple[str, ...]) -> np.ndarray:

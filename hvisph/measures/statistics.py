@@ -13,19 +13,19 @@ PERCENTILES = (5, 50, 95)
 def spread(results: Sequence[float]) -> dict[str, float]:
     """Return count, mean, standard deviation and 5, 50, 95 % of results."""
     x = np.asarray(results, float)
-    found = {"count": len(x), "mean": float(x.mean()), "sd": float(x.std(ddof=1)) if len(x) > 1 else 0.0}
-    return found | {f"p{q}": float(np.percentile(x, q)) for q in PERCENTILES}
+    statistics = {"count": len(x), "mean": float(x.mean()), "sd": float(x.std(ddof=1)) if len(x) > 1 else 0.0}
+    return statistics | {f"p{q}": float(np.percentile(x, q)) for q in PERCENTILES}
 
 
 def rank_correlations(results: Sequence[float], inputs: Mapping[str, Sequence[Any]]) -> dict[str, float | None]:
     """Return Spearman's rank correlation of results with each input; None where either does not vary."""
     from scipy.stats import spearmanr
 
-    found: dict[str, float | None] = {}
+    correlations: dict[str, float | None] = {}
     for name, values in inputs.items():
         numbers = [value if isinstance(value, int | float) else None for value in values]
         if any(number is None for number in numbers) or len(set(numbers)) < 2 or len(set(results)) < 2:
-            found[name] = None
+            correlations[name] = None
         else:
-            found[name] = float(spearmanr(numbers, results).statistic)
-    return found
+            correlations[name] = float(spearmanr(numbers, results).statistic)
+    return correlations

@@ -42,7 +42,7 @@ def swinging(results: Mapping[str, Result], end: float, earlier: Sequence[tuple[
     earlier
         Time [s] and results of earlier moments.
     """
-    found = dict(results)
+    swung = dict(results)
     for name, result in results.items():
         if result.value is None or result.time is not None or name in ("perforated", "perforation_time"):
             continue
@@ -52,5 +52,5 @@ def swinging(results: Mapping[str, Result], end: float, earlier: Sequence[tuple[
             continue
         span = end - min(time for time, _ in known)
         share = min(1.0, LATELY * end / span) if span > 0.0 else 1.0
-        found[name] = result.swinging(0.5 * share * (max(*values, result.value) - min(*values, result.value)))
-    return found
+        swung[name] = result.swinging(0.5 * share * (max(*values, result.value) - min(*values, result.value)))
+    return swung

@@ -53,8 +53,8 @@ def rows(
     """
     by_name = {entry["name"]: entry for entry in expected}
     table = []
-    for name, found in results.items():
-        result = found if isinstance(found, Result) else Result(found, "")
+    for name, value in results.items():
+        result = value if isinstance(value, Result) else Result(value, "")
         look = look_of(name, result.unit, unitless)
         entry = by_name.get(name)
         notes = [result.reason] if result.value is None else []

@@ -65,8 +65,8 @@ def seen(folder: Path) -> Seen:
     answer = ""
     if count > 1:
         try:
-            found = measure(folder)
-            measures, answer = found.as_dict()["measures"], found.answer
+            measured = measure(folder)
+            measures, answer = measured.as_dict()["measures"], measured.answer
         except (OutputError, CaseError):  # the newest is being written, say
             measures = {}
     return Seen("running, or cut off", progress, histories, measures, answer, False, count)

@@ -71,8 +71,8 @@ def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
 def list_checkpoints(folder: str | Path) -> list[Path]:
     """Return the checkpoints in `folder`, the newest first; those being written, links and files of others are none."""
     pattern = names.PATTERNS[names.CHECKPOINT]
-    found = [path for path in Path(folder).glob("*.h5") if pattern.fullmatch(path.name) and names.is_plain(path)]
-    return sorted(found, key=lambda path: int(path.stem), reverse=True)
+    files = [path for path in Path(folder).glob("*.h5") if pattern.fullmatch(path.name) and names.is_plain(path)]
+    return sorted(files, key=lambda path: int(path.stem), reverse=True)
 
 
 def read_checkpoint(path: str | Path) -> Checkpoint:
@@ -122,12 +122,12 @@ def newest_checkpoint(folder: str | Path, tell: Callable[[str], None]) -> Checkp
     CaseError
         When another version of hvisph wrote it.
     """
-    found = list_checkpoints(folder)
-    for number, path in enumerate(found):
+    files = list_checkpoints(folder)
+    for number, path in enumerate(files):
         try:
             return read_checkpoint(path)
         except OutputError as error:
-            if number + 1 == len(found):
+            if number + 1 == len(files):
                 raise OutputError(f"{error}; there is no other checkpoint to go on from") from error
             tell(f"{error}; going on from the checkpoint before it")
     return None

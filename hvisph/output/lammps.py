@@ -79,14 +79,14 @@ def _positions(arrays: dict[str, np.ndarray], items: dict[str, list[str]]) -> np
     boxes = [[float(one) for one in line.split()] for line in items["BOX BOUNDS"][:3]]
     if any(len(box) > 2 for box in boxes):
         raise OutputError("its box is not rectangular")
-    found: list[np.ndarray] = []
+    axes: list[np.ndarray] = []
     for axis, box in zip("xyz", boxes, strict=True):
         name = next((axis + end for end in ("u", "", "su", "s") if axis + end in arrays), None)
         if name is None and axis == "z":
-            found.append(np.zeros(len(found[0])))
+            axes.append(np.zeros(len(axes[0])))
             continue
         if name is None:
             raise OutputError(f"its particles have no '{axis}', '{axis}u' or '{axis}s'")
         values = arrays.pop(name)
-        found.append(box[0] + values * (box[1] - box[0]) if name.endswith("s") or name.endswith("su") else values)
-    return np.stack(found, axis=1)
+        axes.append(box[0] + values * (box[1] - box[0]) if name.endswith("s") or name.endswith("su") else values)
+    return np.stack(axes, axis=1)

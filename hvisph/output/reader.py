@@ -84,11 +84,11 @@ def list_snapshots(run: str | Path) -> list[Path]:
         (folder, "*.h5"),
         *((folder, pattern) for pattern in FOREIGN),
     ):
-        found = sorted(place.glob(pattern), key=lambda path: _natural(path.name))
+        files = sorted(place.glob(pattern), key=lambda path: _natural(path.name))
         if place.name == names.SNAPSHOTS and place.parent == folder:  # a copy that a user keeps there is no moment
-            found = [path for path in found if names.is_own(path)] or found
-        if found:
-            return found
+            files = [path for path in files if names.is_own(path)] or files
+        if files:
+            return files
     return []
 
 

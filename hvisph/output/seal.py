@@ -47,9 +47,9 @@ def verify_seal(file: BinaryIO) -> None:
         raise OutputError("it is truncated, or was changed after it was written (no checksum at its end)")
     length = file.seek(-SEAL_LENGTH, 2)
     stated = file.read(SEAL_LENGTH)[len(_START) : -len(_END)]
-    found = f"{_crc32(file, length):08x}".encode()
+    computed = f"{_crc32(file, length):08x}".encode()
     file.seek(0)
-    if found != stated:
+    if computed != stated:
         raise OutputError("it is damaged, or was changed after it was written (its checksum does not fit)")
 
 

@@ -39,9 +39,9 @@ def misfit(summary: Any) -> str:
     """Return which part of `summary` is missing or of another kind than hvisph writes; empty where it fits."""
     if not isinstance(summary, dict):
         return "it is not a summary"
-    found = _misfit(summary, _PLAIN, "")
-    if found:
-        return found
+    text = _misfit(summary, _PLAIN, "")
+    if text:
+        return text
     failure, measures, drifts, expected = (summary.get(k) for k in ("failure", "measures", "conservation", "expected"))
     told = failure is None or (isinstance(failure, dict) and _text(failure.get("message")))
     if "failure" not in summary or not told:
@@ -49,11 +49,11 @@ def misfit(summary: Any) -> str:
     if not isinstance(measures, dict) or not isinstance(drifts, dict) or not isinstance(expected, list):
         return "it lacks measures, conservation or expected"
     for name, entry in measures.items():
-        found = found or _misfit(entry, _MEASURE, f"measures.{name}.") or _misfit_of_options(entry, f"measures.{name}.")
+        text = text or _misfit(entry, _MEASURE, f"measures.{name}.") or _misfit_of_options(entry, f"measures.{name}.")
     for index, entry in enumerate(expected):
-        found = found or _misfit(entry, _EXPECTED, f"expected.{index}.")
+        text = text or _misfit(entry, _EXPECTED, f"expected.{index}.")
     odd = [name for name, value in drifts.items() if not _number_or_none(value)]
-    return found or (f"its conservation.{odd[0]} is no number" if odd else "")
+    return text or (f"its conservation.{odd[0]} is no number" if odd else "")
 
 
 def _misfit(value: Any, kinds: Mapping[str, Callable[[Any], bool]], path: str) -> str:

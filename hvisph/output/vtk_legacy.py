@@ -125,15 +125,15 @@ class _Legacy:
             values = np.frombuffer(self.content, form, number, self.at)
             self.at += number * form.itemsize
             return values.astype(form.newbyteorder("="))
-        found: list[bytes] = []
-        while len(found) < number:
+        words: list[bytes] = []
+        while len(words) < number:
             end = self.content.find(b"\n", self.at)
             end = len(self.content) if end < 0 else end
             if self.at >= end and self.at >= len(self.content):
-                raise ValueError(f"{number} numbers were announced, {len(found)} are there")
-            found += self.content[self.at : end].split()
+                raise ValueError(f"{number} numbers were announced, {len(words)} are there")
+            words += self.content[self.at : end].split()
             self.at = end + 1
-        return np.array(found, dtype="S").astype(float).astype(form.newbyteorder("="))
+        return np.array(words, dtype="S").astype(float).astype(form.newbyteorder("="))
 
     def _words(self) -> list[str]:
         """Return the words of the next line that has any; none at the end."""

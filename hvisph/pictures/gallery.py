@@ -65,8 +65,8 @@ def gallery(
         raise CaseError(f"a picture shows 1 to {MOST} runs, not {len(moments)}", where="--picture")
     dimensions = {snapshot.dimensions for snapshot in moments.values()}
     if len(dimensions) > 1:
-        found = ", ".join(f"{name} is {snapshot.dimensions}D" for name, snapshot in moments.items())
-        raise CaseError(f"runs of different dimensions have no axes in common: {found}", where="--picture")
+        sizes = ", ".join(f"{name} is {snapshot.dimensions}D" for name, snapshot in moments.items())
+        raise CaseError(f"runs of different dimensions have no axes in common: {sizes}", where="--picture")
     figure = Figure(dpi=150, layout="constrained")
     if dimensions == {1}:
         _profiles(figure, moments, field)
@@ -89,9 +89,9 @@ def _panels(figure: Figure, scenes: Mapping[str, Scene], field: str) -> None:
     grid = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     scale, values = (0.0, 1.0), np.zeros(0)
     if field != "body":
-        found = [field_values(scene.now, field) for scene in scenes.values()]
-        values = np.concatenate([v[0][shown[name]] for name, v in zip(scenes, found, strict=True)])
-        scale = field_range(values, found[0][3], OUTSIDE)
+        drawn = [field_values(scene.now, field) for scene in scenes.values()]
+        values = np.concatenate([v[0][shown[name]] for name, v in zip(scenes, drawn, strict=True)])
+        scale = field_range(values, drawn[0][3], OUTSIDE)
     discs: Any = None
     for axes, (name, scene) in zip(grid.flat, scenes.items(), strict=False):
         discs = draw_particles(axes, scene, shown[name], field, bare=True)

@@ -18,7 +18,7 @@ from hvisph.pictures.curves import Curve, curves_picture
 KINDS = {"length": "m", "length, plug and lip": "m", "velocity": "m/s", "pressure": "Pa", "ratio": "", "number": ""}
 
 
-def series_picture(found: Measures, path: str | os.PathLike[str]) -> Path:
+def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
     """Draw the measures over time and store the picture: a panel each kind of quantity.
 
     Of the fragments it shows how many there are, the largest one's share of the mass, and its axial velocity.
@@ -28,16 +28,16 @@ def series_picture(found: Measures, path: str | os.PathLike[str]) -> Path:
     CaseError
         Where there is one moment only.
     """
-    shown = moments(found)
+    shown = moments(measured)
     if len(shown) < 2:
         raise CaseError("one moment makes no history; give the folder of a run with two snapshots or more")
     time = np.array([moment.time for moment in shown])
     panels: dict[str, list[Curve]] = {kind: [] for kind in KINDS}
-    for name, column in columns(found).items():
+    for name, column in columns(measured).items():
         if np.isfinite(column.values).any() and _drawn(name):
             panels[_kind(name, column.unit)].append(Curve(_legend(name), time, column.values, marked=True))
     panels = {kind: curves for kind, curves in panels.items() if curves}
-    return curves_picture(panels, path, title=found.title, unitless=found.unitless, units=KINDS, legends="beside")
+    return curves_picture(panels, path, title=measured.title, unitless=measured.unitless, units=KINDS, legends="beside")
 
 
 def _drawn(name: str) -> bool:

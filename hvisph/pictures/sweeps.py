@@ -69,13 +69,13 @@ def _figure(count: int) -> tuple[Figure, list[Axes]]:
     return figure, list(axes[:count])
 
 
-def _panels(found: Mapping[str, Any], draw: Any) -> Figure:
-    names = list(found)[:MOST_PANELS]
+def _panels(verdicts: Mapping[str, Any], draw: Any) -> Figure:
+    names = list(verdicts)[:MOST_PANELS]
     if not names:
         raise CaseError("no case is done: there is nothing to draw")
     figure, axes = _figure(len(names))
     for name, one in zip(names, axes, strict=True):
-        draw(one, found[name], look_of(name))
+        draw(one, verdicts[name], look_of(name))
     return figure
 
 
@@ -110,10 +110,10 @@ def _tornado(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
     axes.set_title(f"{look.label}: {spread}", fontsize=9)
 
 
-def _limits(found: Sequence[Mapping[str, Any]]) -> Figure:
+def _limits(verdicts: Sequence[Mapping[str, Any]]) -> Figure:
     """Shots, bracket and the fitted curve of residual velocities."""
-    figure, panels = _figure(len(found))
-    for axes, one in zip(panels, found, strict=True):
+    figure, panels = _figure(len(verdicts))
+    for axes, one in zip(panels, verdicts, strict=True):
         shots = one["shots"]
         for happened, colour, label in ((False, INK, "no"), (True, ACCENT, "yes")):
             some = [shot for shot in shots if shot["happened"] == happened]

@@ -181,12 +181,12 @@ def _projected(moment: Moment, look: Look) -> tuple[np.ndarray, np.ndarray]:
 def _panel(axes: Axes, moment: Moment, place: np.ndarray, owner: np.ndarray, look: Look,
            ends: tuple[float, float], extent: tuple[float, float, float, float]) -> None:  # fmt: skip
     snapshot = moment.snapshot
-    found = seen(place, RADIUS * _spacing(snapshot), extent, PIXELS)
+    sight = seen(place, RADIUS * _spacing(snapshot), extent, PIXELS)
     colours = _colours(snapshot, look, ends)[owner]
-    image = np.ones((*found.index.shape, 3))
-    there = found.index >= 0
-    bright = SHADES[0] + (SHADES[1] - SHADES[0]) * found.shade if place[:, 2].any() else np.ones_like(found.shade)
-    image[there] = colours[found.index[there]] * bright[there, None]
+    image = np.ones((*sight.index.shape, 3))
+    there = sight.index >= 0
+    bright = SHADES[0] + (SHADES[1] - SHADES[0]) * sight.shade if place[:, 2].any() else np.ones_like(sight.shade)
+    image[there] = colours[sight.index[there]] * bright[there, None]
     unit, factor = lengths(snapshot)
     left, right, bottom, top = (end * factor for end in extent)
     axes.imshow(image, origin="lower", extent=(left, right, bottom, top), interpolation="none")

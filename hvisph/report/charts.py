@@ -55,12 +55,12 @@ def _column(history: Mapping[str, np.ndarray], name: str) -> np.ndarray:
 
 def moments(history: Mapping[str, np.ndarray], end: float, measures: Mapping[str, Any]) -> list[tuple[str, float]]:
     """Return the moments of a run that are worth a look, by name, in order of time [s]."""
-    found: list[tuple[str, float]] = [("begin", 0.0)]
+    marks: list[tuple[str, float]] = [("begin", 0.0)]
     for name, label in (("centre_pressure_peak", "peak pressure"), ("perforated", "perforation")):
         time = measures.get(name, {}).get("time")
         if isinstance(time, int | float) and 0.0 < time < end:
-            found.append((label, float(time)))
-    return [*sorted(found, key=lambda one: one[1]), ("end", end)]
+            marks.append((label, float(time)))
+    return [*sorted(marks, key=lambda one: one[1]), ("end", end)]
 
 
 def criteria(history: Mapping[str, np.ndarray]) -> Sequence[tuple[str, float]]:

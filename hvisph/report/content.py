@@ -119,80 +119,80 @@ class Told:
         return " ".join(parts), "bad" if bad else "good" if status == "done" else ""
 
     def _rows(self) -> list[Row]:
-        found: dict[str, Any] = {name: Result.from_dict(one) for name, one in self.measures.items()}
-        return rows(found, self.summary.get("expected", []), self.unitless)
+        results: dict[str, Any] = {name: Result.from_dict(one) for name, one in self.measures.items()}
+        return rows(results, self.summary.get("expected", []), self.unitless)
 
     def _layers(self) -> list[dict[str, Any]]:
         """Return each layer of the target: its name, whether it is perforated, and its measures as text."""
         told = []
         for layer in self.summary.get("layers", []):
-            found: dict[str, Any] = {
+            results: dict[str, Any] = {
                 name: Result(one["value"], one["unit"], one["uncertainty"], one.get("time"), one.get("reason", ""))
                 for name, one in layer["measures"].items()
             }
-            shown = [asdict(row) for row in rows(found, (), self.unitless) if row.value != "-"]
+            shown = [asdict(row) for row in rows(results, (), self.unitless) if row.value != "-"]
             told.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": shown})
         return told
 
     def _moments(self) -> list[tuple[str, float, str]]:
-        found = moments(self.history, self.last.time, self.measures)
-        return [(name, t, f"{t:.4g}" if self.unitless else f"{t * 1e6:.2f} µs") for name, t in found]
+        marks = moments(self.history, self.last.time, self.measures)
+        return [(name, t, f"{t:.4g}" if self.unitless else f"{t * 1e6:.2f} µs") for name, t in marks]
 
     def _debris(self) -> list[dict[str, Any]]:
         if self.last.dimensions == 1:
             return []
-        found: list[dict[str, Any]] = []
+        tables: list[dict[str, Any]] = []
         for body in debris(Scene(self.last, read_snapshot(self.paths[0]))):
             for fragment, role in zip(body.fragments, body.roles, strict=True):
                 velocity = np.atleast_1d(fragment.velocity)
                 speed = float(np.linalg.norm(velocity))
                 angle = float(np.degrees(np.arccos(np.clip(velocity[0] / speed, -1.0, 1.0)))) if speed > 0.0 else None
                 share = fragment.mass / body.mass if body.mass > 0.0 else float("nan")
-                found.append({"name": f"{body.body}{': ' + role if role else ''}", "particles": fragment.count,
+                tables.append({"name": f"{body.body}{': ' + role if role else ''}", "particles": fragment.count,
                               "share": f"{100.0 * share:.2g} %", "speed": f"{speed:.4g}",
                               "angle": "-" if angle is None else f"{angle:.0f}"})  # fmt: skip
-        found.sort(key=lambda row: -row["particles"])
-        return [row for row in found if row["particles"] >= 5][:MOST_PIECES]
+        tables.sort(key=lambda row: -row["particles"])
+        return [row for row in tables if row["particles"] >= 5][:MOST_PIECES]
 
     def _health(self, status: str) -> list[tuple[bool, str]]:
         """Return remarks on whether the run can be trusted, each with whether it is good news."""
-        found: list[tuple[bool, str]] = [(status == "done", f"status: {status}")]
+        remarks: list[tuple[bool, str]] = [(status == "done", f"status: {status}")]
         conservation = self.summary.get("conservation") or {}
         drift = conservation.get("energy_drift")
         if drift is not None:
-            found.append((abs(drift) < LARGE_DRIFT, f"total energy changed by {100.0 * drift:.2g} %"))
-        found += _state_remarks(self.last)
+            remarks.append((abs(drift) < LARGE_DRIFT, f"total energy changed by {100.0 * drift:.2g} %"))
+        remarks += _state_remarks(self.last)
         if "void_fraction" in self.measures and self.measures["void_fraction"]["value"] is not None:
             voids = float(self.measures["void_fraction"]["value"])
-            found.append((voids < 0.05, f"voids in the projectile: {100.0 * voids:.2g} %"))
+            remarks.append((voids < 0.05, f"voids in the projectile: {100.0 * voids:.2g} %"))
         limits = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in criteria(self.history)[:4])
         if limits:
-            found.append((True, f"the step was limited by: {limits}"))
-        found += [(False, str(text)) for text in self.summary.get("remarks", [])]
+            remarks.append((True, f"the step was limited by: {limits}"))
+        remarks += [(False, str(text)) for text in self.summary.get("remarks", [])]
         lines = self._text(names.LOG).splitlines()
         warnings = [line.partition("warning: ")[2] for line in lines if "warning: " in line]
-        return found + [(False, text) for text in dict.fromkeys(warnings)]
+        return remarks + [(False, text) for text in dict.fromkeys(warnings)]
 
     def _setup(self) -> list[tuple[str, str]]:
         last, metadata = self.last, self.last.metadata
-        found = [("title", str(metadata.get("title", ""))), ("kinematics", str(metadata.get("kinematics", ""))),
+        facts = [("title", str(metadata.get("title", ""))), ("kinematics", str(metadata.get("kinematics", ""))),
                  ("dimensions", str(last.dimensions)), ("particles", str(last.count))]  # fmt: skip
         if "spacing" in metadata:
             spacing = float(metadata["spacing"])
-            found.append(("resolution", f"{spacing:.4g}" if self.unitless else f"{spacing * 1e3:.4g} mm"))
+            facts.append(("resolution", f"{spacing:.4g}" if self.unitless else f"{spacing * 1e3:.4g} mm"))
         if self.case is not None:
-            found.append(("formulation", self.case.formulation.type))
+            facts.append(("formulation", self.case.formulation.type))
             for name, body in self.case.bodies.items():
                 shape = body.shape.model_dump(exclude_defaults=True)
                 sizes = ", ".join(f"{key} {_shown(value)}" for key, value in shape.items() if key != "type")
                 velocity = ", ".join(f"{part:.4g}" for part in _parts(body.velocity))
-                found.append((f"body {name}", f"{body.shape.type} {sizes}; velocity ({velocity}) m/s"))
+                facts.append((f"body {name}", f"{body.shape.type} {sizes}; velocity ({velocity}) m/s"))
         for key, label in (("steps", "steps"), ("threads", "threads"), ("wall_seconds", "wall time [s]"),
                            ("code_version", "version of hvisph"), ("case_hash", "hash of the case")):  # fmt: skip
             if key in self.summary:
                 value = self.summary[key]
-                found.append((label, f"{value:.4g}" if isinstance(value, float) else str(value)))
-        return [(name, text) for name, text in found if text]
+                facts.append((label, f"{value:.4g}" if isinstance(value, float) else str(value)))
+        return [(name, text) for name, text in facts if text]
 
     def _materials(self) -> list[dict[str, str]]:
         if self.case is None:
@@ -217,8 +217,8 @@ class Told:
             names.HISTORY: "energies, step, pressures",
             names.LOG: "what happened when",
         }
-        found = [(str(self.folder / name), text) for name, text in what.items() if (self.folder / name).is_file()]
-        return [*found, (str(self.paths[0].parent), f"{len(self.paths)} snapshots")]
+        files = [(str(self.folder / name), text) for name, text in what.items() if (self.folder / name).is_file()]
+        return [*files, (str(self.paths[0].parent), f"{len(self.paths)} snapshots")]
 
     def _case(self) -> Any:
         try:
@@ -255,16 +255,16 @@ def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
     mass = last.fields.get("mass")
     if mass is None or mass.sum() <= 0.0:
         return []
-    found = []
+    lines = []
     energy = last.fields.get("internal_energy")
     if energy is not None:
         least = float(np.abs(energy).max()) * 1e-6
         share = float(mass[energy < -least].sum() / mass.sum())
-        found.append((share < 1e-3, f"{100.0 * share:.2g} % of the mass has a negative internal energy"))
+        lines.append((share < 1e-3, f"{100.0 * share:.2g} % of the mass has a negative internal energy"))
     damage = last.fields.get("damage")
     if damage is not None and damage.any():
-        found.append((True, f"{100.0 * float(mass[damage >= 1.0].sum() / mass.sum()):.2g} % of the mass has failed"))
-    return found
+        lines.append((True, f"{100.0 * float(mass[damage >= 1.0].sum() / mass.sum()):.2g} % of the mass has failed"))
+    return lines
 
 
 def _parts(value: Any) -> Sequence[float]:

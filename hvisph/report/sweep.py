@@ -109,7 +109,7 @@ def _picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> str:
 
 def _plain(rows: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
     """Return rows of the table as the picture takes them."""
-    found = []
+    cells = []
     for row in rows:
         names = list(row)
         measures = {}
@@ -119,8 +119,8 @@ def _plain(rows: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
                 value = words[row[head]] if row[head] in words else float(row[head])
                 measures[head.partition(" [")[0]] = {"value": value}
         values = {head: row[head] for head in names[1 : names.index("status")]}
-        found.append({"values": values, "status": row["status"], "measures": measures})
-    return found
+        cells.append({"values": values, "status": row["status"], "measures": measures})
+    return cells
 
 
 def _row(home: Path, heads: Sequence[str], row: Mapping[str, str]) -> dict[str, Any]:

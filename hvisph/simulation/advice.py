@@ -73,8 +73,8 @@ def regime(case: Case) -> Regime:
 
 def advice(case: Case) -> list[str]:
     """Return what a user should consider of formulation, contact, smoothing length and damage."""
-    found = regime(case)
-    return [*_slow(case, found), *_strong(case, found), *_gas(case), *_loaded(case)]
+    kind = regime(case)
+    return [*_slow(case, kind), *_strong(case, kind), *_gas(case), *_loaded(case)]
 
 
 def sparse(across: dict[str, int]) -> list[str]:
@@ -87,9 +87,9 @@ def sparse(across: dict[str, int]) -> list[str]:
     ]
 
 
-def tears(case: Case, found: Regime) -> str:
+def tears(case: Case, kind: Regime) -> str:
     """Return what becomes of solids without damage in the tension that follows an impact; empty where none comes."""
-    if found.velocity <= 0.0 or found.strength is None or found.pressure < found.strength:
+    if kind.velocity <= 0.0 or kind.strength is None or kind.pressure < kind.strength:
         return ""
     names = [
         name
@@ -118,16 +118,16 @@ def _strength(material: Material) -> float | None:
     return math.inf if name == "elastic" else float(getattr(material.strength, "yield_stress", math.inf))
 
 
-def _slow(case: Case, found: Regime) -> Iterator[str]:
+def _slow(case: Case, kind: Regime) -> Iterator[str]:
     """Bodies that swing, bend or spin: kernels in the current configuration damp that away."""
     model: Any = case.formulation
-    if model.type not in ("riemann", "eulerian") or found.strength is None:
+    if model.type not in ("riemann", "eulerian") or kind.strength is None:
         return
     materials = _materials(case)
     fastest = max(math.dist(body.velocity, (0.0,) * case.dim) for body in case.bodies.values())
     slowest = min(material.bulk_sound_speed for material in materials)
     size = max(max(body.shape.extent()) for body in case.bodies.values())
-    elastic = found.pressure < ELASTIC * found.strength
+    elastic = kind.pressure < ELASTIC * kind.strength
     if elastic and fastest < SLOW * slowest and case.time.end > CROSSINGS * size / slowest:
         yield (
             f"formulation: the bodies stay elastic and move slowly over {case.time.end * slowest / size:.3g} crossings "
@@ -135,13 +135,13 @@ def _slow(case: Case, found: Regime) -> Iterator[str]:
         )
 
 
-def _strong(case: Case, found: Regime) -> Iterator[str]:
+def _strong(case: Case, kind: Regime) -> Iterator[str]:
     """Shocks stronger than a scheme keeps its figures in."""
     model: Any = case.formulation
-    if found.velocity <= 0.0:
+    if kind.velocity <= 0.0:
         return
     material = _materials(case)[1]
-    share = 0.5 * found.velocity / material.bulk_sound_speed
+    share = 0.5 * kind.velocity / material.bulk_sound_speed
     if model.type == "riemann" and model.form == "printed" and share > STRONG / 2:
         yield (
             "formulation.form: 'printed' loses stress behind strong shocks, 2 % at 3 km/s and 37 % at 24 in aluminium; "
@@ -152,7 +152,7 @@ def _strong(case: Case, found: Regime) -> Iterator[str]:
             "formulation.density_form: 'volume' drifts from the particles' spacing in shocks this strong, by up to 6 % "
             "of the stress at 24 km/s in aluminium; take 'mass', or the formulation riemann"
         )
-    if model.type == "total_lagrangian" and found.strength is not None and found.pressure > SHOCK * found.strength:
+    if model.type == "total_lagrangian" and kind.strength is not None and kind.pressure > SHOCK * kind.strength:
         yield (
             "formulation: an impact pressure of more than ten times the strength brings strains that reference kernels "
             "do not survive; take riemann, adaptive, which lets such particles go, or give renew_reference: 0.3"

@@ -15,7 +15,7 @@ import numpy as np
 from hvisph.core.particles import Particles
 
 
-def between(before: np.ndarray, particles: Particles, share: float, step: float) -> Particles:
+def between(before: np.ndarray, particles: Particles, share: float, dt: float) -> Particles:
     """Return the state at a share of the last step.
 
     Parameters
@@ -26,7 +26,7 @@ def between(before: np.ndarray, particles: Particles, share: float, step: float)
         The state after it.
     share
         Share of the step, 0 to 1.
-    step
+    dt
         Length of the step [s].
     """
     at, former = copy(particles), copy(particles)
@@ -34,7 +34,7 @@ def between(before: np.ndarray, particles: Particles, share: float, step: float)
     at.data = before + share * (particles.data - before)
     gained = particles["velocity"] - former["velocity"]
     bulge = 0.5 * share * (1.0 - share)
-    at["position"] -= bulge * step * gained
+    at["position"] -= bulge * dt * gained
     at["internal_energy"] += bulge * (gained**2).sum(axis=1)
     if "kernel_type" in at.offsets:  # there is nothing between the two
         at["kernel_type"] = particles["kernel_type"]

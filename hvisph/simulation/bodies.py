@@ -135,7 +135,7 @@ def _split_by(
     """Return the body's own axes across whose middle a symmetry plane lies."""
     centre = np.zeros(shape.dim) if position is None else np.asarray(position)
     low, high = Placed(shape, centre, turn).bounds()
-    found = []
+    parts = []
     for mirror in mirrors:
         # where a body in the row stands along x is not known yet
         if (mirror.axis == 0 and position is None) or not crosses(low, high, mirror, dx):
@@ -143,8 +143,8 @@ def _split_by(
         normal = np.eye(shape.dim)[mirror.axis] if turn is None else turn[mirror.axis]
         own = int(np.abs(normal).argmax())
         if abs(normal[own]) > 1 - 1e-9:
-            found.append(own)
-    return tuple(dict.fromkeys(found))
+            parts.append(own)
+    return tuple(dict.fromkeys(parts))
 
 
 def _solid(shape: Any) -> Any:

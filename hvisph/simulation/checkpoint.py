@@ -15,7 +15,7 @@ import numpy as np
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.output.checkpoint import Checkpoint
 from hvisph.simulation.build import Setup
-from hvisph.simulation.clock import Clock, Step
+from hvisph.simulation.clock import Clock, TimeStep
 from hvisph.simulation.fitting import refuse_misfit
 from hvisph.simulation.monitors import Budget
 from hvisph.simulation.watch import Watch
@@ -69,14 +69,14 @@ class Keeper:
     files: Files
     series: list[tuple[float, str]]
 
-    def capture(self, step: Step) -> Checkpoint:
-        """Return the state between two steps, `step` being the next one."""
+    def capture(self, time_step: TimeStep) -> Checkpoint:
+        """Return the state between two steps, `time_step` being the next one."""
         clock, budget, particles = self.clock, self.budget, self.setup.particles
         header: dict[str, Any] = {
             "case": self.case.model_dump(mode="json"),
             "fields": list(particles.names),
             "clock": {name: getattr(clock, name) for name in ("time", "steps", "outputs", "allowed", "allowed_by")},
-            "step": {"length": step.length, "criterion": step.criterion, "lands_on": step.lands_on},
+            "step": {"length": time_step.length, "criterion": time_step.criterion, "lands_on": time_step.lands_on},
             "budget": {"energy": budget.energy, "size": budget.size, "momentum": budget.momentum.tolist(),
                        "impulse": budget.impulse.tolist(), "retired": budget.retired.tolist(),
                        "pending": budget.pending.tolist(),
@@ -91,7 +91,7 @@ class Keeper:
         arrays |= {f"history/{name}": values for name, values in self.setup.stepper.history().items()}
         return Checkpoint(clock.steps, header, arrays)
 
-    def restore(self, checkpoint: Checkpoint) -> Step:
+    def restore(self, checkpoint: Checkpoint) -> TimeStep:
         """Go back to `checkpoint` and return its next step.
 
         Raises
@@ -104,12 +104,12 @@ class Keeper:
         header = checkpoint.header
         refuse_changed(checkpoint, self.case)
         try:
-            refuse_misfit(checkpoint, self.capture(Step(1.0, "")), self.setup.particles)
+            refuse_misfit(checkpoint, self.capture(TimeStep(1.0, "")), self.setup.particles)
             return self._restore(header, checkpoint.arrays)
         except (LookupError, ValueError, TypeError, AttributeError, OverflowError) as error:
             raise OutputError(f"the checkpoint of step {checkpoint.step} does not fit this run: {error}") from error
 
-    def _restore(self, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Step:
+    def _restore(self, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> TimeStep:
         clock, budget, particles = self.clock, self.budget, self.setup.particles
         particles.data[...], particles.tags[...] = arrays["state"], arrays["tags"]
         prefix = "history/"
@@ -125,11 +125,11 @@ class Keeper:
         self.series[:] = [(time, name) for time, name in header["series"]]
         for name in vars(self.files):
             setattr(self.files, name, header["files"][name])
-        step = Step(**header["step"])
+        time_step = TimeStep(**header["step"])
         if header["case"]["time"]["end"] != clock.end:
-            step = clock.extend()
-            stepper.predict(step.length)
-        return step
+            time_step = clock.extend()
+            stepper.predict(time_step.length)
+        return time_step
 
 
 @dataclass
@@ -170,15 +170,15 @@ def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
     except (LookupError, ValueError, TypeError) as error:
         what = f"the checkpoint of step {checkpoint.step} does not fit this run"
         raise OutputError(f"{what}: it lacks {error}") from error
-    found = [
+    changes = [
         f"{path} was {_short(old)} and is {_short(new)}"
         for path, old, new in _differences(before, now, "")
         if not any(path == may or path.startswith(f"{may}.") for may in MAY_CHANGE)
     ]
-    if found:
+    if changes:
         raise CaseError(
-            f"the case has changed since the checkpoint: {'; '.join(found[:5])}"
-            f"{f' and {len(found) - 5} more' if len(found) > 5 else ''}; put it back, or begin a new run"
+            f"the case has changed since the checkpoint: {'; '.join(changes[:5])}"
+            f"{f' and {len(changes) - 5} more' if len(changes) > 5 else ''}; put it back, or begin a new run"
         )
     if case.time.end < reached and case.time.end != end:
         raise CaseError(f"the run is at {reached:.6g} already, beyond {case.time.end:.6g}", where="time.end")
@@ -187,8 +187,8 @@ def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
 def _differences(before: Any, now: Any, path: str) -> list[tuple[str, Any, Any]]:
     if isinstance(before, dict) and isinstance(now, dict):
         keys = [*before, *(key for key in now if key not in before)]
-        found = [_differences(before.get(key), now.get(key), f"{path}.{key}" if path else key) for key in keys]
-        return [difference for part in found for difference in part]
+        changes = [_differences(before.get(key), now.get(key), f"{path}.{key}" if path else key) for key in keys]
+        return [difference for part in changes for difference in part]
     if isinstance(before, list) and isinstance(now, list) and len(before) == len(now):
         parts = [_differences(a, b, f"{path}.{k}") for k, (a, b) in enumerate(zip(before, now, strict=True))]
         return [difference for part in parts for difference in part]

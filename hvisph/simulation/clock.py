@@ -17,7 +17,7 @@ SLIVER = 1e-9
 
 
 @dataclass
-class Step:
+class TimeStep:
     """A step: its length [s], what limited it, and the time that it ends on where that is the run's end."""
 
     length: float
@@ -68,7 +68,7 @@ class Clock:
         """Number of the last moment of output, which is the end."""
         return 1 if self.every is None else max(ceil(self.end / self.every - SLIVER), 1)
 
-    def choose(self, allowed: float, criterion: str, under_way: Step | None) -> Step:
+    def choose(self, allowed: float, criterion: str, under_way: TimeStep | None) -> TimeStep:
         """Return the step after the one under way.
 
         Parameters
@@ -79,44 +79,44 @@ class Clock:
             The step that is being taken; None before the first.
         """
         if self.fixed is not None:
-            return Step(self.fixed, "fixed")
+            return TimeStep(self.fixed, "fixed")
         if under_way is not None and allowed > GROWTH * self.allowed:
             allowed, criterion = GROWTH * self.allowed, "growth"
         self.allowed, self.allowed_by = allowed, criterion
-        return Step(allowed, criterion)
+        return TimeStep(allowed, criterion)
 
-    def last(self, step: Step) -> Step | None:
-        """Return `step` as cut to land on the end, if it reaches that far; None otherwise, and for fixed steps."""
+    def last(self, time_step: TimeStep) -> TimeStep | None:
+        """Return `time_step` as cut to land on the end, if it reaches that far; None otherwise, and for fixed steps."""
         left = self.end - self.time
-        if self.fixed is not None or step.lands_on is not None or step.length * (1.0 + SLIVER) < left:
+        if self.fixed is not None or time_step.lands_on is not None or time_step.length * (1.0 + SLIVER) < left:
             return None
-        return Step(left, "end", self.end)
+        return TimeStep(left, "end", self.end)
 
-    def passed(self, step: Step) -> list[float]:
-        """Return the moments of output strictly inside `step` [s]; none with a fixed step, whose end they wait for."""
-        number, found = self.outputs + 1, []
+    def passed(self, time_step: TimeStep) -> list[float]:
+        """Return the moments of output strictly inside `time_step`; none with a fixed step, whose end they wait for."""
+        number, moments = self.outputs + 1, []
         if self.fixed is None:
-            after = step.lands_on if step.lands_on is not None else self.time + step.length
-            while number < self._last and self.moment(number) < after - SLIVER * step.length:
-                found.append(self.moment(number))
+            after = time_step.lands_on if time_step.lands_on is not None else self.time + time_step.length
+            while number < self._last and self.moment(number) < after - SLIVER * time_step.length:
+                moments.append(self.moment(number))
                 number += 1
-        return found
+        return moments
 
-    def complete(self, step: Step) -> bool:
-        """Count `step` as done; return whether its end is a moment of output. Those that it passed are done too."""
+    def complete(self, time_step: TimeStep) -> bool:
+        """Count a step as done; return whether its end is a moment of output. Those that it passed are done too."""
         self.steps += 1
         if self.fixed is not None:
             self.time = self.steps * self.fixed
             slack = SLIVER * self.fixed
         else:
-            self.outputs += len(self.passed(step))
-            self.time = step.lands_on if step.lands_on is not None else self.time + step.length
-            slack = SLIVER * step.length
+            self.outputs += len(self.passed(time_step))
+            self.time = time_step.lands_on if time_step.lands_on is not None else self.time + time_step.length
+            slack = SLIVER * time_step.length
         reached = self.outputs < self._last and self.time >= self.moment(self.outputs + 1) - slack
         self.outputs += reached
         return reached
 
-    def extend(self) -> Step:
+    def extend(self) -> TimeStep:
         """Return the step from here after `end` was moved, in place of the one under way."""
         if self.every is not None:
             self.outputs = floor(self.time / self.every * (1.0 + SLIVER))

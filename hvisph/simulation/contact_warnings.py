@@ -32,14 +32,14 @@ def contact_warnings(case: Case) -> list[str]:
     dx, dim = case.resolution, case.dim
     stiffness = min(contact.of_material(m.density, m.bulk_sound_speed, dx, dim) for m in materials)
     pressure = contact.carried_over_stiffness(kernel, case.formulation.h_over_dx, dim) * stiffness * dx**dim
-    found = []
+    warnings = []
     velocity = bodies[0].velocity[0] - bodies[1].velocity[0]
     if velocity > 0.0:
         # acoustic: below the shock's pressure, so that a warning is never in vain
         first, second = (m.density * m.bulk_sound_speed for m in materials)
         expected = velocity * first * second / (first + second)
         if expected > pressure:
-            found.append(
+            warnings.append(
                 f"formulation.contact: carries about {pressure:.3g} Pa, and the impact brings {expected:.3g} Pa: the "
                 f"bodies may pass through each other; give {_times(model, expected / pressure)}"
             )
@@ -47,12 +47,12 @@ def contact_warnings(case: Case) -> list[str]:
         omega2 = _omega_squared(contact, kernel, stiffness, material.density, case.formulation.h_over_dx, dx, dim)
         share = 2.0 / np.sqrt(omega2) * material.longitudinal_sound_speed / case.smoothing_length
         if share < SHARE:
-            found.append(
+            warnings.append(
                 f"formulation.contact: limits the step to about {share:.2g} of what '{material.name}' allows; give "
                 f"{_times(model, (share / SHARE) ** 2)}, or accept as many more steps"
             )
             break
-    return found
+    return warnings
 
 
 def _times(model: Any, factor: float) -> str:

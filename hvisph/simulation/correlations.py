@@ -54,12 +54,12 @@ def _plate(body: Any) -> tuple[np.ndarray, float]:
 
 def _gaps(case: Case, names: list[str]) -> list[float]:
     """Return the distance of each plate from the one before it [m]; 0 for the first."""
-    found = [0.0]
+    gaps = [0.0]
     for before, name in pairwise(names):
         one, other = case.bodies[before], case.bodies[name]
         if one.position is None or other.position is None:
-            found.append(float(other.gap))
+            gaps.append(float(other.gap))
         else:
             apart = abs(float((np.array(other.position) - np.array(one.position)) @ _plate(other)[0]))
-            found.append(apart - 0.5 * (_plate(one)[1] + _plate(other)[1]))
-    return found
+            gaps.append(apart - 0.5 * (_plate(one)[1] + _plate(other)[1]))
+    return gaps

@@ -211,8 +211,8 @@ def _filled_shape(body: Any, case: Case) -> Shape:
 def estimated_steps(case: Case) -> int:
     """Return about how many steps `case` takes."""
     finest = min(body.resolution or case.resolution for body in case.bodies.values()) / case.resolution
-    step = case.time.step or case.time.cfl * finest * case.smoothing_length / _signal_speed(case)
-    steps = math.ceil(case.time.end / step - 1e-9)
+    dt = case.time.step or case.time.cfl * finest * case.smoothing_length / _signal_speed(case)
+    steps = math.ceil(case.time.end / dt - 1e-9)
     return min(steps, case.time.max_steps or steps)
 
 
@@ -239,13 +239,13 @@ def _counted(body: PlacedBody) -> BodyEstimate:
 
 
 def _uncounted(case: Case) -> list[BodyEstimate]:
-    found = []
+    parts = []
     for name, body in case.bodies.items():
         shape, dx = _filled_shape(body, case), body.resolution or case.resolution
         kept, across = _rough(body, case), shape.extent()[min(1, case.dim - 1)] / dx
         volume = kept * dx**case.dim if case.drawn == case.dim else shape_of(body.shape, case.drawn).volume
-        found.append(BodyEstimate(name, round(kept), round(across), body.material.density * volume, volume))
-    return found
+        parts.append(BodyEstimate(name, round(kept), round(across), body.material.density * volume, volume))
+    return parts
 
 
 def memory_each(case: Case) -> float:

@@ -32,7 +32,7 @@ def first_contact(bodies: list[PlacedBody]) -> tuple[float, str, str] | None:
     tuple or None
         Time [s] and two names; None where no two bodies meet.
     """
-    found: list[tuple[float, str, str]] = []
+    contacts: list[tuple[float, str, str]] = []
     for count, (one, other) in enumerate(combinations(bodies, 2)):
         if count >= MOST_PAIRS:
             break
@@ -43,8 +43,8 @@ def first_contact(bodies: list[PlacedBody]) -> tuple[float, str, str] | None:
         distance = _distance(one, other, approach / speed)
         touching = TOUCHING * one.filling.finest
         if distance is not None and distance > -touching:
-            found.append((distance / speed if distance > touching else 0.0, one.name, other.name))
-    return min(found) if found else None
+            contacts.append((distance / speed if distance > touching else 0.0, one.name, other.name))
+    return min(contacts) if contacts else None
 
 
 def _distance(one: PlacedBody, other: PlacedBody, direction: np.ndarray) -> float | None:

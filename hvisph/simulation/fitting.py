@@ -20,33 +20,33 @@ from hvisph.sph.traversal import MOST_NEIGHBOURS
 VARYING, VARYING_WHERE_RENEWED = "history/listed_at", "history/rows"
 
 
-def refuse_misfit(found: Checkpoint, own: Checkpoint, particles: Particles) -> None:
-    """Raise `ValueError` unless `found` is made like `own`, a checkpoint of this run at its start.
+def refuse_misfit(given: Checkpoint, own: Checkpoint, particles: Particles) -> None:
+    """Raise `ValueError` unless `given` is made like `own`, a checkpoint of this run at its start.
 
     Parameters
     ----------
-    found, own
+    given, own
         The checkpoint to go on from, and one of this run as it was built.
     particles
         The run's particles as built.
     """
     for name, value in own.header.items():
         if name != "case":
-            _refuse_other_kind(value, found.header[name], name)
-    if found.header["fields"] != own.header["fields"]:
+            _refuse_other_kind(value, given.header[name], name)
+    if given.header["fields"] != own.header["fields"]:
         raise ValueError("it has other fields")
-    if not (found.header["clock"]["time"] >= 0.0 and found.header["step"]["length"] > 0.0):
+    if not (given.header["clock"]["time"] >= 0.0 and given.header["step"]["length"] > 0.0):
         raise ValueError("its time or its step is not positive")
-    if found.arrays.keys() != own.arrays.keys():
-        raise ValueError(f"it differs in {', '.join(sorted(found.arrays.keys() ^ own.arrays.keys()))}")
+    if given.arrays.keys() != own.arrays.keys():
+        raise ValueError(f"it differs in {', '.join(sorted(given.arrays.keys() ^ own.arrays.keys()))}")
     renews = own.header["case"]["formulation"].get("renew_reference") is not None
     varying = {VARYING, VARYING_WHERE_RENEWED} if renews else {VARYING}
     for name, values in own.arrays.items():
-        other, skip = found.arrays[name], int(name in varying)
+        other, skip = given.arrays[name], int(name in varying)
         if other.dtype != values.dtype or other.shape[skip:] != values.shape[skip:]:
             raise ValueError(f"'{name}' has another shape or kind: {other.shape}, not {values.shape}")
-    _refuse_other_particles(found.arrays["state"], found.arrays["tags"], particles, renews)
-    _refuse_other_grid(found.arrays, own.arrays)
+    _refuse_other_particles(given.arrays["state"], given.arrays["tags"], particles, renews)
+    _refuse_other_grid(given.arrays, own.arrays)
 
 
 def _refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Particles, renews: bool) -> None:
@@ -77,37 +77,37 @@ def _refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Part
         raise ValueError("its particles have other places in the reference configuration")
 
 
-def _refuse_other_grid(found: dict[str, np.ndarray], own: dict[str, np.ndarray]) -> None:
+def _refuse_other_grid(given: dict[str, np.ndarray], own: dict[str, np.ndarray]) -> None:
     name = "history/grid_shape"
-    if name in own and (found[name] != own[name]).any():
+    if name in own and (given[name] != own[name]).any():
         raise ValueError("its grid of cells is another")
     name = "history/capacity"
-    if name in own and not 0 < int(found[name][0]) <= 4 * MOST_NEIGHBOURS:
+    if name in own and not 0 < int(given[name][0]) <= 4 * MOST_NEIGHBOURS:
         raise ValueError("its room for neighbours is none that a run has")
 
 
-def _refuse_other_kind(own: Any, found: Any, path: str) -> None:
+def _refuse_other_kind(own: Any, given: Any, path: str) -> None:
     """Raise `ValueError` unless plain values are of the same kinds, nothing being as good as a number."""
     if isinstance(own, dict):
-        if not isinstance(found, dict) or own.keys() != found.keys():
+        if not isinstance(given, dict) or own.keys() != given.keys():
             raise ValueError(f"its {path} has other keys")
         for name, value in own.items():
-            _refuse_other_kind(value, found[name], f"{path}.{name}")
+            _refuse_other_kind(value, given[name], f"{path}.{name}")
     elif path == "series":
-        if not isinstance(found, list) or not all(_is_entry(entry) for entry in found):
+        if not isinstance(given, list) or not all(_is_entry(entry) for entry in given):
             raise ValueError(f"its {path} is no list of times and files")
     elif isinstance(own, list):
-        if not isinstance(found, list) or len(found) != len(own):
+        if not isinstance(given, list) or len(given) != len(own):
             raise ValueError(f"its {path} has another length")
-        for number, (one, other) in enumerate(zip(own, found, strict=True)):
+        for number, (one, other) in enumerate(zip(own, given, strict=True)):
             _refuse_other_kind(one, other, f"{path}.{number}")
-    elif isinstance(own, str) != isinstance(found, str) or not (
-        found is None or isinstance(found, str) or _is_number(found)
+    elif isinstance(own, str) != isinstance(given, str) or not (
+        given is None or isinstance(given, str) or _is_number(given)
     ):
         raise ValueError(f"its {path} is of another kind")
-    elif isinstance(own, int) and not isinstance(own, bool) and not (isinstance(found, int) and abs(found) < 2**62):
+    elif isinstance(own, int) and not isinstance(own, bool) and not (isinstance(given, int) and abs(given) < 2**62):
         raise ValueError(f"its {path} is no whole number")
-    elif own is not None and found is None:
+    elif own is not None and given is None:
         raise ValueError(f"its {path} is missing")
 
 

@@ -30,12 +30,12 @@ def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dic
     whole = float(mass.sum())
     if not whole > 0.0:
         return {}
-    found: dict[str, float | None] = {}
+    parts: dict[str, float | None] = {}
     damage = now.fields.get("damage")
     if damage is not None:
         breaks = np.isin(now.body, [k for k, one in enumerate(materials) if one.damage.tag != 0])
-        found["failed"] = float(mass[breaks & (damage >= 1.0)].sum()) / whole if breaks.any() else None
-    found["above_melting"] = _melted(now, materials, mass)
+        parts["failed"] = float(mass[breaks & (damage >= 1.0)].sum()) / whole if breaks.any() else None
+    parts["above_melting"] = _melted(now, materials, mass)
     energy = now.fields.get("internal_energy")
     if energy is not None:
         density, temperature, beyond = now.fields["density"], now.fields.get("temperature"), 0.0
@@ -43,10 +43,10 @@ def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dic
             own = now.body == body
             hot = None if temperature is None else temperature[own]
             beyond += float(mass[own][outside_range(material, density[own], energy[own], hot)].sum())
-        found["beyond_range"] = beyond / whole
+        parts["beyond_range"] = beyond / whole
         floor = min(0.0, float(start.fields["internal_energy"].min())) - BELOW_ZERO * _mean_energy(start)
-        found["negative_energy"] = float(mass[energy < floor].sum()) / whole
-    return found
+        parts["negative_energy"] = float(mass[energy < floor].sum()) / whole
+    return parts
 
 
 def _mean_energy(start: Snapshot) -> float:

@@ -82,7 +82,7 @@ class Reporter:
         """Wall time of all steps so far [s]."""
         return wall.perf_counter() - self._began
 
-    def report(self, step: Any, body: int, drift: float | None) -> None:
+    def report(self, time_step: Any, body: int, drift: float | None) -> None:
         """Report, if it is time, with the next step, the body that limits it and the energy drift."""
         now, clock = wall.perf_counter(), self._clock
         since = now - self._last
@@ -91,6 +91,6 @@ class Reporter:
         pace = (clock.steps - self._last_steps) / since
         self._last, self._last_steps = now, clock.steps
         self._listener.progress(
-            Progress(clock.time, clock.end, clock.steps, step.length, step.criterion, self._setup.bodies[body],
-                     now - self._began, pace, drift)
+            Progress(clock.time, clock.end, clock.steps, time_step.length, time_step.criterion,
+                     self._setup.bodies[body], now - self._began, pace, drift)
         )  # fmt: skip

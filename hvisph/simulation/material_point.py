@@ -68,16 +68,16 @@ class _Point:
         stress = _matrix(self.s) - self.p * np.eye(3)
         e = self.e
         for _ in range(2):  # the work of the mean stress
-            found = self.recall(self.table, self.models, 0, dt, rho, e, self.s, self.plastic_strain, self.damage,
+            answer = self.recall(self.table, self.models, 0, dt, rho, e, self.s, self.plastic_strain, self.damage,
                                 self.memory, tuple(l.ravel().tolist()))  # fmt: skip
-            after = _matrix(found[0]) - found[3] * np.eye(3)
+            after = _matrix(answer[0]) - answer[3] * np.eye(3)
             e = self.e + dt * 0.5 * float(((stress + after) * d).sum()) * 2.0 / (self.rho + rho)
-        return rho, e, found
+        return rho, e, answer
 
     def step(self, l: np.ndarray, dt: float) -> None:
         """Advance by a step."""
-        self.rho, self.e, found = self.tried(l, dt)
-        self.s, self.plastic_strain, self.damage, self.p, _, self.memory = found
+        self.rho, self.e, answer = self.tried(l, dt)
+        self.s, self.plastic_strain, self.damage, self.p, _, self.memory = answer
 
     def record(self) -> list[float]:
         """Return `COLUMNS`."""
@@ -96,8 +96,8 @@ def _sideways(point: _Point, rate: float, dt: float, before: float) -> float:
     """Return the lateral strain rate [1/s] that leaves the sides without stress."""
 
     def stress(sideways: float) -> float:
-        _, _, found = point.tried(np.diag([rate, sideways, sideways]), dt)
-        return float(found[0][1] - found[3])
+        _, _, answer = point.tried(np.diag([rate, sideways, sideways]), dt)
+        return float(answer[0][1] - answer[3])
 
     low, high = before, before + 0.05 * abs(rate)
     at_low, at_high = stress(low), stress(high)

@@ -93,9 +93,9 @@ def _reclaimable(folder: Path) -> float:
         text = (folder / "memory.stat").read_text(encoding="ascii")
     except (OSError, UnicodeDecodeError):
         return 0.0
-    found = dict(line.split(maxsplit=1) for line in text.splitlines() if " " in line)
+    counts = dict(line.split(maxsplit=1) for line in text.splitlines() if " " in line)
     try:
-        return float(found.get("total_inactive_file", found.get("inactive_file", 0.0)))
+        return float(counts.get("total_inactive_file", counts.get("inactive_file", 0.0)))
     except ValueError:
         return 0.0
 

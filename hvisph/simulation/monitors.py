@@ -80,24 +80,24 @@ class Budget:
         free[[plane.axis for plane in setup.planes]] = 0.0  # a mirror gives momentum along its normal
         self._free = free
 
-    def record(self, sums: np.ndarray, step: float, pressures: np.ndarray) -> None:
+    def record(self, sums: np.ndarray, dt: float, pressures: np.ndarray) -> None:
         """Take account of a step [s]: forces on clamped particles, works, slip, what is pending, the pressures (n,)."""
         self.highest_pressure = max(self.highest_pressure, float(pressures.max(initial=0.0)))
-        self.slip_work += step * float(sums[update.SLIPPING])
+        self.slip_work += dt * float(sums[update.SLIPPING])
         self.plastic_work += float(sums[update.PLASTIC])
         self.shock_heating += float(sums[update.HEATING])
-        self.impulse += step * sums[update.SUPPORT : update.SUPPORT + 3]
-        self.retired[2:] += step * self.pending
+        self.impulse += dt * sums[update.SUPPORT : update.SUPPORT + 3]
+        self.retired[2:] += dt * self.pending
         self.pending[:] = 0.0
 
     def energies(self, sums: np.ndarray) -> dict[str, float | None]:
         """Return the energies by kind [J; per metre in 2D] of what is computed; None for what is not known."""
         kept = self._has_energy
-        found = {"initial": self.energy, "kinetic": float(sums[update.KINETIC]),
+        energies = {"initial": self.energy, "kinetic": float(sums[update.KINETIC]),
                  "internal": float(sums[update.INTERNAL]) if kept else None,
                  "plastic_work": self.plastic_work if kept else None,
                  "shock_heating": self.shock_heating if kept else None, "slip_work": self.slip_work}  # fmt: skip
-        return {name: value if value is not None and np.isfinite(value) else None for name, value in found.items()}
+        return {name: value if value is not None and np.isfinite(value) else None for name, value in energies.items()}
 
     def energy_drift(self, sums: np.ndarray) -> float | None:
         """Return the change of total energy over that at the start; None where it began with none or is not kept."""
@@ -125,12 +125,12 @@ class Budget:
     def as_dict(self, sums: np.ndarray) -> dict[str, float | None]:
         """Return the plain form for the summary, without numbers that are not finite."""
         ratio = float(sums[update.KINETIC]) / self.kinetic if self.kinetic > 0.0 else None
-        found = {"energy_drift": self.energy_drift(sums), "momentum_drift": self.momentum_drift(sums),
+        kept = {"energy_drift": self.energy_drift(sums), "momentum_drift": self.momentum_drift(sums),
                  "angular_momentum_drift": self.angular_drift(), "kinetic_energy_ratio": ratio}  # fmt: skip
         if self.retired[0]:
-            found |= {"retired_particles": float(self.retired[0]), "retired_mass": float(self.retired[1]),
+            kept |= {"retired_particles": float(self.retired[0]), "retired_mass": float(self.retired[1]),
                       "retired_energy": float(self.retired[5])}  # fmt: skip
-        return {name: value if value is not None and np.isfinite(value) else None for name, value in found.items()}
+        return {name: value if value is not None and np.isfinite(value) else None for name, value in kept.items()}
 
 
 def angular_momentum(particles: Particles) -> np.ndarray:

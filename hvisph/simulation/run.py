@@ -30,7 +30,7 @@ from hvisph.simulation.between import between
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import Setup, build
 from hvisph.simulation.checkpoint import Keeper
-from hvisph.simulation.clock import Clock, Step
+from hvisph.simulation.clock import Clock, TimeStep
 from hvisph.simulation.contact_warnings import contact_warnings
 from hvisph.simulation.cost import of_cores, worthwhile_threads
 from hvisph.simulation.domain import Domain
@@ -210,7 +210,7 @@ class Run:
             self.case, self.setup, self.clock, self.budget, self.watch, self.files.state, self.writer.series
         )
         if self.checkpoint is not None:
-            self.step = self.keeper.restore(self.checkpoint)
+            self.time_step = self.keeper.restore(self.checkpoint)
             self.observer.locate()
 
     def _enough(self) -> bool:
@@ -223,9 +223,9 @@ class Run:
         self.watch.check_step(limit, 0.0, 0)
         if self.setup.particles.has_previous:
             stepper.complete(0.0, 0.0)
-        self.step = self.clock.choose(limit.dt, limit.criterion, None)
-        stepper.predict(self.step.length)
-        self.files.record(self.step, limit.particle, 0.0, self.budget)
+        self.time_step = self.clock.choose(limit.dt, limit.criterion, None)
+        stepper.predict(self.time_step.length)
+        self.files.record(self.time_step, limit.particle, 0.0, self.budget)
 
     def _limit(self) -> Limit:
         stepper = self.setup.stepper
@@ -239,10 +239,10 @@ class Run:
     def _advance(self) -> None:
         """Take one step: forces, the next step from the criteria, the state carried on, the schedule."""
         stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
-        last = clock.last(self.step)
+        last = clock.last(self.time_step)
         if last is not None:  # the end cuts it; from before it the run can be extended
             self._checkpoint()
-            self.step = last
+            self.time_step = last
             stepper.predict(last.length)
         try:
             stepper.evaluate()
@@ -250,7 +250,7 @@ class Run:
             raise self.watch.collapsed(error, clock.time, clock.steps) from error
         limit = self._limit()
         self.watch.check_step(limit, clock.time, clock.steps)
-        following = clock.choose(limit.dt, limit.criterion, self.step)
+        following = clock.choose(limit.dt, limit.criterion, self.time_step)
         limiting, body = int(particles.id[limit.particle]), int(particles.body[limit.particle])
         due = self._complete(following)
         if clock.steps % PERMUTE_EVERY == 0:
@@ -258,7 +258,7 @@ class Run:
             self.observer.locate()
             self.domain.retire(self.budget, following.length)
         if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
-            self.files.record(self.step, limiting, self.done.length, self.budget)
+            self.files.record(self.time_step, limiting, self.done.length, self.budget)
         warning = self.watch.warning(clock.time)
         if warning:
             self.folder.log.write(warning)
@@ -270,14 +270,14 @@ class Run:
         if self.files.checkpoint_due():
             self._checkpoint()
         try:
-            self.reporter.report(self.step, body, drift)
+            self.reporter.report(self.time_step, body, drift)
         except KeyboardInterrupt:  # from whoever listens
             self.stop.note()
 
-    def _complete(self, following: Step) -> list[tuple[int, Snapshot]]:
+    def _complete(self, following: TimeStep) -> list[tuple[int, Snapshot]]:
         """Carry the state over the step under way; return the snapshots that are due, with their numbers."""
         stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
-        self.done, self.step = self.step, following
+        self.done, self.time_step = self.time_step, following
         started, moments, first = clock.time, clock.passed(self.done), clock.outputs + 1
         before = particles.data.copy() if moments else particles.data
         stepper.complete(self.done.length, following.length)
@@ -292,7 +292,7 @@ class Run:
         return list(enumerate(due, first))
 
     def _checkpoint(self) -> None:
-        self.files.checkpoint(self.keeper, self.step, self.reporter.seconds)
+        self.files.checkpoint(self.keeper, self.time_step, self.reporter.seconds)
 
     def _finish(self, seconds: float) -> Outcome:
         now = self.files.write_last(self.status == "failed")

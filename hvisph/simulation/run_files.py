@@ -13,7 +13,7 @@ from hvisph.output.folder import RunFolder
 from hvisph.output.history import HistoryWriter
 from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.checkpoint import Cadence, Files, Keeper
-from hvisph.simulation.clock import Clock, Step
+from hvisph.simulation.clock import Clock, TimeStep
 from hvisph.simulation.monitors import Budget, Observer
 from hvisph.simulation.summary import case_hash
 from hvisph.simulation.writer import SnapshotWriter
@@ -83,11 +83,13 @@ class RunFiles:
         self.writer.forget_after(self._clock.outputs)
         return self.history
 
-    def record(self, step: Step, limiting: int, length: float, budget: Budget) -> None:
+    def record(self, time_step: TimeStep, limiting: int, length: float, budget: Budget) -> None:
         """Add a record: the next step, the particle that limits it, the length of the last one, the budget."""
         clock = self._clock
         self.state.recorded = clock.steps
-        self.history.append(self._observer.record(clock.steps, clock.time, length, step.criterion, limiting, budget))
+        self.history.append(
+            self._observer.record(clock.steps, clock.time, length, time_step.criterion, limiting, budget)
+        )
 
     def write_output(self, snapshot: Snapshot, number: int) -> None:
         """Write the snapshot of a moment of output."""
@@ -108,10 +110,10 @@ class RunFiles:
         """Whether it is time for a checkpoint."""
         return self._cadence.due
 
-    def checkpoint(self, keeper: Keeper, step: Step, wall_seconds: float) -> None:
+    def checkpoint(self, keeper: Keeper, time_step: TimeStep, wall_seconds: float) -> None:
         """Write a checkpoint, after all records up to it."""
         started = wall.monotonic()
         self.state.wall_seconds = wall_seconds
         self.history.sync()
-        write_checkpoint(self.folder.checkpoint_path, keeper.capture(step))
+        write_checkpoint(self.folder.checkpoint_path, keeper.capture(time_step))
         self._cadence.done(started)

@@ -51,11 +51,11 @@ def beside(case: Case, highest: float) -> tuple[dict[str, float | None], list[st
     """
     shock, _ = plane_shock(case)
     estimate = None if shock is None else float(shock.pressure)
-    found: dict[str, float | None] = {"highest": highest, "impedance_match": estimate}
+    pressures: dict[str, float | None] = {"highest": highest, "impedance_match": estimate}
     if not estimate or abs(highest / estimate - 1.0) <= APART:
-        return found, []
+        return pressures, []
     scale, unit = (1.0, "") if case.units == "none" else (1e-9, " GPa")
-    return found, [
+    return pressures, [
         f"the highest pressure of any particle is {scale * highest:.3g}{unit}, {highest / estimate:.2g} times the "
         f"{scale * estimate:.3g}{unit} of a flat impact by impedance matching: "
         + ("particles too coarse or an impact that is not flat lower it" if highest < estimate

@@ -57,19 +57,19 @@ def start_of(body: PlacedBody, material: Material) -> tuple[float, float]:
 
 def remembered(body: PlacedBody, material: Material, dim: int, drawn: int, dx: float) -> np.ndarray:
     """Return the memory that the particles of a body start with, of shape (count, 4)."""
-    found = np.tile(np.array(NOTHING), (len(body.positions), 1))
-    found[:, 0] = 0.0 if material.porosity is None else material.porosity.distension
+    memory = np.tile(np.array(NOTHING), (len(body.positions), 1))
+    memory[:, 0] = 0.0 if material.porosity is None else material.porosity.distension
     detonation = getattr(body.model.material.eos, "detonation", None)
     if isinstance(material.eos, JonesWilkinsLee):
-        found[:, 0] = 0.0
+        memory[:, 0] = 0.0
         if detonation is not None:
             points = np.array(detonation.points, dtype=float)
             if points.shape[1] != dim:
                 message = f"a point has {points.shape[1]} components, needs {dim} in {dim}D"
                 raise CaseError(message, where=f"bodies.{body.name}.material.eos.detonation.points")
             distance = np.sqrt(((body.positions[:, None] - points) ** 2).sum(axis=2)).min(axis=1)
-            found[:, 0] = -detonation.time - distance / detonation.speed
+            memory[:, 0] = -detonation.time - distance / detonation.speed
     if isinstance(material.damage, GradyKipp):
         volume = float(body.volumes.sum()) * dx ** (3 - drawn)
-        found[:, 1:] = material.damage.flaws(body.name, len(body.positions), volume)
-    return found
+        memory[:, 1:] = material.damage.flaws(body.name, len(body.positions), volume)
+    return memory

@@ -121,9 +121,9 @@ def _remarks(case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, 
 
 def _holds(body: Any) -> Holds:
     material = material_of(body.material, body.internal_energy)
-    found = range_of(material)
-    bears = found.tension if body.material.damage.type == "none" else None
-    return Holds(partial(outside_range, material), found.words, bears)
+    holds = range_of(material)
+    bears = holds.tension if body.material.damage.type == "none" else None
+    return Holds(partial(outside_range, material), holds.words, bears)
 
 
 def _correlations(case: Case) -> list[dict[str, Any]]:

@@ -41,10 +41,10 @@ class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever r
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for the summary."""
-        found: dict[str, Any] = {"particle": self.particle, "body": self.body}
+        facts: dict[str, Any] = {"particle": self.particle, "body": self.body}
         if self.position is not None:
-            found["position"] = [x if np.isfinite(x) else None for x in self.position]
-        return found | {
+            facts["position"] = [x if np.isfinite(x) else None for x in self.position]
+        return facts | {
             "step": self.step,
             "time": self.time,
             "criterion": self.criterion,

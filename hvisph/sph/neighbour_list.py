@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.jit import specialise
+from hvisph.core.simd import EIGHT
 
 from . import cells, traversal
 from .kernels import Kernel
@@ -92,7 +93,7 @@ class NeighbourList:
         if count > self._made:
             self._made = count if count == self.count else count + count // 4
             self._sorted = np.zeros((self._made + 1, self.layout.width))
-            self._columns = np.zeros((self.dim + 1, self._made + traversal.LANES))
+            self._columns = np.zeros((self.dim + 1, self._made + EIGHT))
             self._cells = np.zeros(self._made, np.uint32)
             self._place = np.zeros(self._made, np.uint32)
             self.order = np.zeros(self._made + 1, np.uint32)
@@ -140,4 +141,4 @@ class NeighbourList:
             needed = int(used.max())
             if needed <= self._room:
                 return
-            self._room = int(SPARE * needed) // traversal.LANES * traversal.LANES
+            self._room = int(SPARE * needed) // EIGHT * EIGHT

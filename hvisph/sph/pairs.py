@@ -10,6 +10,7 @@ import numpy as np
 
 from hvisph.core.binding import bind
 from hvisph.core.jit import specialise
+from hvisph.core.simd import EIGHT
 
 from . import cells, rates, traversal
 from .kernels import Kernel
@@ -101,7 +102,7 @@ class Pairs:
             self._room = count if count == self.count else count + count // 4
             dim, width = self.layout.dim, self.layout.width
             self.sorted = aligned_zeros(self._room + 1, width)
-            self.columns = np.zeros((dim + 1, self._room + traversal.LANES))
+            self.columns = np.zeros((dim + 1, self._room + EIGHT))
             self.rates = np.zeros((self._room, rates.width(dim) + self._further))
             self.cells = np.zeros(self._room, np.uint32)
             self.order = np.zeros(self._room, np.uint32)

@@ -117,15 +117,15 @@ def _correct(chosen, position, volume, lists, ih, corrections, sums):
             put(all_f0, i, 0, f0)
 
 
-def _touching(starts, near, chosen, found):
+def _touching(starts, near, chosen, marked):
     """Find which particles have a chosen one in their list."""
-    count = np.uint64(found.shape[0])
+    count = np.uint64(marked.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for i in range(first, min(first + np.uint64(CHUNK), count)):
             for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
                 if chosen[near[k]]:
-                    found[i] = True
+                    marked[i] = True
                     break
 
 
@@ -192,9 +192,9 @@ class Reference:
 
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
         """Return which particles have one of `chosen` (n,) among their reference neighbours (count,), bool."""
-        found = np.zeros(self.count, bool)
-        specialise(_touching, parallel=True)(self.starts, self.near, np.append(chosen, False), found)
-        return found
+        marked = np.zeros(self.count, bool)
+        specialise(_touching, parallel=True)(self.starts, self.near, np.append(chosen, False), marked)
+        return marked
 
     def remove(self, chosen: np.ndarray) -> None:
         """Take the particles `chosen` (n,), bool, out of all lists, empty their own, and correct what remains."""
@@ -218,20 +218,20 @@ def _lists(position: np.ndarray, body: np.ndarray, count: int, reach: float) -> 
     for number in np.unique(body):
         members = np.flatnonzero(body == number)
         n = len(members)
-        rows, found = np.zeros((n, 8)), np.zeros((n + 1, 8))
+        rows, sorted_rows = np.zeros((n, 8)), np.zeros((n + 1, 8))
         rows[:, :dim], rows[:, dim] = position[members], 1.0
-        found[n, :dim], found[n, dim] = traversal.FAR, 1.0
+        sorted_rows[n, :dim], sorted_rows[n, dim] = traversal.FAR, 1.0
         columns = np.zeros((dim + 1, n + 8))
         order, place, cell = (np.zeros(n, np.uint32) for _ in range(3))
         grid = cells.Grid.around(rows[:, :dim], reach)
-        cells.sort(grid, rows, dim, cell, order, place, found[:n], columns, dim)
+        cells.sort(grid, rows, dim, cell, order, place, sorted_rows[:n], columns, dim)
         found_by: list[np.ndarray] = []
 
         def room(capacity: int, n: int = n, found_by: list[np.ndarray] = found_by) -> np.ndarray:
             found_by[:] = [np.zeros((n, capacity + 9), np.uint32)]
             return found_by[0]
 
-        traversal.complete_sweep(sweep, found, columns, n, grid, reach, np.zeros(1), 64 * 4 ** (dim - 1), room)
+        traversal.complete_sweep(sweep, sorted_rows, columns, n, grid, reach, np.zeros(1), 64 * 4 ** (dim - 1), room)
         out = found_by[0]
         for k in range(n):
             i = members[order[k]]

@@ -65,10 +65,10 @@ def _widen(nx, ny, nz, near, wider):
         first, one = np.uint64(chunk) * np.uint64(CHUNK), np.uint64(1)
         for cell in range(first, min(first + np.uint64(CHUNK), count)):
             cx, cy, cz = cell & (nx - one), (cell // nx) & (ny - one), cell // (nx * ny)
-            found = near[cell]
+            beside_one = near[cell]
             for shift in range(np.uint64(3**DIM)):
-                found |= near[beside(cx, cy, cz, shift, nx, ny, nz)]
-            wider[cell] = found
+                beside_one |= near[beside(cx, cy, cz, shift, nx, ny, nz)]
+            wider[cell] = beside_one
 
 
 class Selection:

@@ -19,13 +19,12 @@ import numpy as np
 
 from hvisph.core.errors import RunError
 from hvisph.core.jit import prange
-from hvisph.core.lanes import LANES as VECTOR
-from hvisph.core.simd import EIGHT, append_near
+from hvisph.core.lanes import LANES
+from hvisph.core.simd import append_near
 from hvisph.sph import cells
 from hvisph.sph.cells import wrapped
 
 CHUNK = 256
-LANES = EIGHT  # particles that the filter takes at once
 FAR = 1e30  # coordinate [m] of the row that pads lists: beyond every kernel, and massless
 
 
@@ -98,9 +97,9 @@ def sweep(rows, columns, n_rows, grid, reach, constants, capacity, out, overflow
                         break
                     for j in range(begin, end, eight):
                         n = append_near(columns, DIM, j, end, i, x, y, z, h, half_reach, near, n)
-            for k in range(np.uint64(VECTOR)):
+            for k in range(np.uint64(LANES)):
                 near[n + k] = n_rows
-            padded = (n + np.uint64(VECTOR - 1)) & ~np.uint64(VECTOR - 1)
+            padded = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
             law(near, padded, rows, i, constants, out)
         overflow[np.uint64(chunk)] = needed
 

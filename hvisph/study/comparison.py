@@ -69,7 +69,7 @@ def entries(sources: Sequence[str | os.PathLike[str]], *, runs: str | os.PathLik
     CaseError
         For anything wrong with any of them.
     """
-    found: list[Entry] = []
+    made: list[Entry] = []
     changed = bool(overrides) or resolution is not None
     for source in sources:
         for entry in _entries_of(Path(source), Path(runs)):
@@ -79,11 +79,11 @@ def entries(sources: Sequence[str | os.PathLike[str]], *, runs: str | os.PathLik
                         f"{entry.folder} has been run: neither --resolution nor --set can change it; "
                         "name its case instead"
                     )
-                found.append(entry)
+                made.append(entry)
                 continue
             case = load_case(entry.file, overrides, resolution)
-            found.append(replace(entry, case=case, folder=_place(entry.folder, case)))
-    return _distinct(found)
+            made.append(replace(entry, case=case, folder=_place(entry.folder, case)))
+    return _distinct(made)
 
 
 def is_run(entry: Entry) -> bool:
@@ -141,10 +141,10 @@ def _hash(folder: Path) -> str | None:
     """Return the hash of the case that a run's folder holds; None where it holds none."""
     try:
         with (folder / names.CASE).open(encoding="utf-8") as file:
-            found = re.search(r"hash ([0-9a-f]+)", file.readline(1000))
+            match = re.search(r"hash ([0-9a-f]+)", file.readline(1000))
     except (OSError, UnicodeDecodeError):
         return None
-    return found[1] if found else None
+    return match[1] if match else None
 
 
 def _status(folder: Path) -> str | None:
@@ -154,14 +154,14 @@ def _status(folder: Path) -> str | None:
         return None
 
 
-def _distinct(found: list[Entry]) -> list[Entry]:
+def _distinct(made: list[Entry]) -> list[Entry]:
     """Return the entries with names of their own: of those that share one, the group goes before it."""
     counts: dict[str, int] = {}
-    for entry in found:
+    for entry in made:
         counts[entry.name] = counts.get(entry.name, 0) + 1
     distinct: list[Entry] = []
     taken: set[str] = set()
-    for entry in found:
+    for entry in made:
         name = entry.name
         if counts[name] > 1 and entry.group:
             name = f"{entry.group}/{name}"

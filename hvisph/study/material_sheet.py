@@ -26,29 +26,29 @@ def derived(model: Any) -> dict[str, tuple[float, str]]:
     material = material_of(model)
     rho, c, g = material.density, material.bulk_sound_speed, material.shear_modulus
     bulk, c_l = rho * c * c, material.longitudinal_sound_speed
-    found = {
+    numbers = {
         "bulk modulus": (bulk, "Pa"),
         "bulk sound speed": (c, "m/s"),
         "longitudinal sound speed": (c_l, "m/s"),
         "shock impedance rho c": (rho * c, "kg/(m^2 s)"),
     }
     if g > 0.0:
-        found["shear sound speed"] = (float(np.sqrt(g / rho)), "m/s")
-        found["Young's modulus"] = (9.0 * bulk * g / (3.0 * bulk + g), "Pa")
-        found["Poisson's ratio"] = ((3.0 * bulk - 2.0 * g) / (2.0 * (3.0 * bulk + g)), "")
+        numbers["shear sound speed"] = (float(np.sqrt(g / rho)), "m/s")
+        numbers["Young's modulus"] = (9.0 * bulk * g / (3.0 * bulk + g), "Pa")
+        numbers["Poisson's ratio"] = ((3.0 * bulk - 2.0 * g) / (2.0 * (3.0 * bulk + g)), "")
     y = next((getattr(model.strength, key) for key in ("yield_stress", "a") if hasattr(model.strength, key)), 0.0)
     if model.strength.type == "johnson_holmquist":
-        found["Hugoniot elastic limit"] = (model.strength.hugoniot_elastic_limit, "Pa")
+        numbers["Hugoniot elastic limit"] = (model.strength.hugoniot_elastic_limit, "Pa")
     elif y and g > 0.0:
-        found["Hugoniot elastic limit"] = (y * (bulk / (2.0 * g) + 2.0 / 3.0), "Pa")
+        numbers["Hugoniot elastic limit"] = (y * (bulk / (2.0 * g) + 2.0 / 3.0), "Pa")
     holds = range_of(material)
     if holds.least_density > 0.0:
-        found["least density of the models"] = (holds.least_density, "kg/m^3")
+        numbers["least density of the models"] = (holds.least_density, "kg/m^3")
     if np.isfinite(holds.greatest_density):
-        found["greatest density of the models"] = (holds.greatest_density, "kg/m^3")
+        numbers["greatest density of the models"] = (holds.greatest_density, "kg/m^3")
     if np.isfinite(holds.tension):
-        found["tension that such a material bears at most"] = (holds.tension, "Pa")
-    return found
+        numbers["tension that such a material bears at most"] = (holds.tension, "Pa")
+    return numbers
 
 
 def hugoniot(model: Any, velocities: Sequence[float] = SHOCKS) -> list[tuple[float, float, float, float, float]]:
@@ -109,7 +109,7 @@ def picture(models: Sequence[Any], path: str | os.PathLike[str], points: Sequenc
 def _released(label: str, model: Any, rows: np.ndarray) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return the Hugoniot and three release isentropes, pressure [GPa] over density."""
     pressure = material_of(model).pressure_function()
-    found = [(f"{label}, Hugoniot", rows[:, 3], rows[:, 2] * 1e-9)]
+    curves = [(f"{label}, Hugoniot", rows[:, 3], rows[:, 2] * 1e-9)]
     for u, _, _, rho, _ in rows[9::15]:
         e, densities = 0.5 * u * u, np.linspace(rho, 0.5 * model.density, 400)
         curve = []
@@ -122,18 +122,18 @@ def _released(label: str, model: Any, rows: np.ndarray) -> list[tuple[str, np.nd
             middle = 0.5 * (r + after)
             e += (after - r) * pressure(middle, half) / middle**2
         points = np.array(curve)
-        found.append((f"{label}, released from {u:.0f} m/s", points[:, 0], points[:, 1]))
-    return found
+        curves.append((f"{label}, released from {u:.0f} m/s", points[:, 0], points[:, 1]))
+    return curves
 
 
 def _softened(label: str, material: Any) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return the flow stress [MPa] over the temperature at two rates."""
-    found = []
+    curves = []
     temperatures = np.linspace(200.0, 1600.0, 29)
     for rate in (1.0, 1e4):
         stress = np.array([flow_at(material, float(t), 0.05, rate) for t in temperatures])
-        found.append((f"{label}, {rate:g} 1/s", temperatures, stress * 1e-6))
-    return found
+        curves.append((f"{label}, {rate:g} 1/s", temperatures, stress * 1e-6))
+    return curves
 
 
 def point_picture(record: Any, path: str | os.PathLike[str], title: str) -> Path:

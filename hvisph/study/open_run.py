@@ -179,8 +179,8 @@ class OpenRun:
 
     def _repr_html_(self) -> str:
         summary = self.summary
-        found: Any = {name: _result(getattr(summary, name)) for name in summary.get("measures", {})}
-        told = [row for row in rows(found, summary.get("expected", [])) if row.value != "-"]
+        results: Any = {name: _result(getattr(summary, name)) for name in summary.get("measures", {})}
+        told = [row for row in rows(results, summary.get("expected", [])) if row.value != "-"]
         cells = [[escape(text) for text in (row.label, row.value, row.expected)] for row in told]
         lines = "".join(f"<tr><td>{'</td><td>'.join(row)}</td></tr>" for row in cells)
         head = f"<b>{escape(str(summary.get('title', self.path.name)))}</b><br>{escape(str(summary.get('answer', '')))}"

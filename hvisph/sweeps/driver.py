@@ -168,5 +168,5 @@ class Driver:
         if not isinstance(self.sweep.vary, Bisect) or self._failed():
             return []
         points = self.sweep.vary.points or self.workers
-        found = following(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members), points)
-        return self.plan.members(found, len(self.members))
+        more = following(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members), points)
+        return self.plan.members(more, len(self.members))

@@ -179,10 +179,10 @@ class SweepFolder:
         """Return how a case stands; `held` where this process holds its claim."""
         if member.number in self._ended:
             return self._ended[member.number]
-        found = self._standing(member, held)
-        if found.status in ENDED:
-            self._ended[member.number] = found
-        return found
+        standing = self._standing(member, held)
+        if standing.status in ENDED:
+            self._ended[member.number] = standing
+        return standing
 
     def _standing(self, member: Member, held: bool) -> Standing:
         events = self._events(member)
@@ -215,15 +215,15 @@ class SweepFolder:
             return []
         except (OSError, UnicodeDecodeError):
             return []
-        found = []
+        events = []
         for line in text.splitlines():
             try:
                 event = json.loads(line)
             except ValueError:  # a line that a kill cut off
                 continue
             if isinstance(event, dict) and "event" in event:
-                found.append(event)
-        return found
+                events.append(event)
+        return events
 
     def _held(self, member: Member) -> bool:
         with self.claimed(member) as mine:
@@ -245,15 +245,15 @@ def _vain_starts(events: Sequence[dict[str, Any]]) -> int:
 def _summary(folder: Path) -> dict[str, Any]:
     """Return what a sweep needs of a run's summary; empty where there is none."""
     try:
-        found = json.loads((folder / names.SUMMARY).read_text(encoding="utf-8"))
+        summary = json.loads((folder / names.SUMMARY).read_text(encoding="utf-8"))
         measures = {
             name: {key: one.get(key) for key in ("value", "uncertainty", "unit")}
-            for name, one in found["measures"].items()
+            for name, one in summary["measures"].items()
         }
         kept = ("status", "failure", "conservation", "wall_seconds", "steps", "particles", "end_time")
-        return {key: found.get(key) for key in kept} | {
+        return {key: summary.get(key) for key in kept} | {
             "measures": measures,
-            "missed": [row["name"] for row in found["expected"] if not row["passed"]],
+            "missed": [row["name"] for row in summary["expected"] if not row["passed"]],
         }
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return {}

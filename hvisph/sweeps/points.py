@@ -35,22 +35,22 @@ def points(vary: Any, base: Mapping[str, Any], folder: Path) -> list[Values]:
         With the key below `vary` that is to blame.
     """
     if isinstance(vary, models.Grid):
-        found = product({path: list(_axis(path, axis, base)) for path, axis in vary.values.items()})
+        cases = product({path: list(_axis(path, axis, base)) for path, axis in vary.values.items()})
     elif isinstance(vary, models.Listed):
-        found = [dict(case) for case in vary.cases] if vary.cases is not None else _table(folder / str(vary.file))
+        cases = [dict(case) for case in vary.cases] if vary.cases is not None else _table(folder / str(vary.file))
     elif isinstance(vary, models.Sample):
-        found = sampled(vary, base)
+        cases = sampled(vary, base)
     elif isinstance(vary, models.Converge):
-        found = [{vary.path: value} for value in vary.values]
+        cases = [{vary.path: value} for value in vary.values]
     else:
         scale = Scale(vary.path, [*vary.between, vary.until], base)
         if not scale.numbers[0] < scale.numbers[1] or not scale.numbers[2] > 0.0:
             raise CaseError("needs a lower and a higher value, and a width above 0", where="between")
         fixed = product(getattr(vary, "for"))
-        found = [{**one, vary.path: scale.value(number)} for one in fixed for number in scale.numbers[:2]]
-    if len(found) > models.MOST_CASES:
-        raise CaseError(f"makes {len(found)} cases, more than {models.MOST_CASES}")
-    return found
+        cases = [{**one, vary.path: scale.value(number)} for one in fixed for number in scale.numbers[:2]]
+    if len(cases) > models.MOST_CASES:
+        raise CaseError(f"makes {len(cases)} cases, more than {models.MOST_CASES}")
+    return cases
 
 
 def _axis(path: str, axis: Any, base: Mapping[str, Any]) -> Iterator[Any]:
@@ -75,9 +75,9 @@ def _table(path: Path) -> list[Values]:
         raise CaseError(f"{path} cannot be read: {reason}", where="file") from None
     if not rows:
         raise CaseError(f"{path} has no rows below its heads", where="file")
-    found = []
+    cases = []
     for line, row in enumerate(rows, 2):
         if None in row or None in row.values():
             raise CaseError(f"{path}, line {line}: as many cells as heads are needed", where="file")
-        found.append({head.strip(): plain(cell) for head, cell in row.items() if cell.strip()})
-    return found
+        cases.append({head.strip(): plain(cell) for head, cell in row.items() if cell.strip()})
+    return cases

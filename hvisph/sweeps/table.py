@@ -37,11 +37,11 @@ def rows(folder: SweepFolder, members: Sequence[Member]) -> list[Row]:
     return [row(folder, member, folder.standing(member)) for member in members]
 
 
-def table_text(found: Sequence[Row], record: Sequence[str] | None) -> str:
+def table_text(shown: Sequence[Row], record: Sequence[str] | None) -> str:
     """Return rows as CSV; measures in SI, with the unit in the head and the uncertainty beside each."""
-    paths = list(dict.fromkeys(path for one in found for path in one["values"]))
+    paths = list(dict.fromkeys(path for one in shown for path in one["values"]))
     units: dict[str, str] = {}
-    for one in found:
+    for one in shown:
         for name, measure in one["measures"].items():
             units.setdefault(name, measure["unit"] or "")
     chosen = [name for name in (record if record is not None else units) if name in units]
@@ -50,7 +50,7 @@ def table_text(found: Sequence[Row], record: Sequence[str] | None) -> str:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["number", *paths, "status", *(cell for head in heads for cell in (head, f"± {head}")),
                      "energy_drift", "wall_seconds", "folder", "message"])  # fmt: skip
-    for one in found:
+    for one in shown:
         measures = [one["measures"].get(name, {}) for name in chosen]
         cells = [measure.get(key) for measure in measures for key in ("value", "uncertainty")]
         writer.writerow([one["number"], *(one["values"].get(path) for path in paths), one["status"], *cells,

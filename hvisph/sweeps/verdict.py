@@ -39,15 +39,15 @@ def following(vary: Any, base: Mapping[str, Any], rows: Sequence[Row], points: i
     if not isinstance(vary, models.Bisect):
         return []
     *_, width = Scale(vary.path, [*vary.between, vary.until], base).numbers
-    found: list[Values] = []
+    cases: list[Values] = []
     for fixed, group in _groups(vary, [row for row in rows if row["status"] == "done"]):
         decided = _decided(vary.event, group)
         if len(decided) < len(group):  # a shot that tells nothing now would tell nothing again
             continue
         scale = Scale(vary.path, [*vary.between, vary.until, *(row["values"][vary.path] for row in group)], base)
         known = bracket(scale.numbers[3:], [yes for _, yes in decided])
-        found += [fixed | {vary.path: scale.value(number)} for number in next_values(known, points, width)]
-    return found
+        cases += [fixed | {vary.path: scale.value(number)} for number in next_values(known, points, width)]
+    return cases
 
 
 def _groups(vary: models.Bisect, rows: Sequence[Row]) -> list[tuple[Values, list[Row]]]:
@@ -66,8 +66,8 @@ def _happened(event: models.Event, row: Row) -> bool | None:
 
 
 def _decided(event: models.Event, rows: Sequence[Row]) -> list[tuple[Row, bool]]:
-    found = [(row, _happened(event, row)) for row in rows]
-    return [(row, yes) for row, yes in found if yes is not None]
+    judged = [(row, _happened(event, row)) for row in rows]
+    return [(row, yes) for row, yes in judged if yes is not None]
 
 
 def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Sequence[Row]) -> dict[str, Any]:
@@ -76,7 +76,7 @@ def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Se
     rows, happened = [row for row, _ in decided], [yes for _, yes in decided]
     scale = Scale(vary.path, [*vary.between, *(row["values"][vary.path] for row in rows)], base)
     numbers = scale.numbers[2:]
-    found = bracket(numbers, happened)
+    limits = bracket(numbers, happened)
     shots = [
         {"number": row["number"], "value": number, "happened": yes,
          "residual": row["measures"].get(vary.residual, {}).get("value")}
@@ -88,7 +88,7 @@ def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Se
         factor = FACTORS[scale.unit]
         curve = lambert_jonas([factor * s["value"] for s in through], [abs(s["residual"]) for s in through],
                               bracket([factor * number for number in numbers], happened))  # fmt: skip
-    return {"for": fixed, "path": vary.path, "unit": scale.unit, **found.as_dict(), "shots": shots,
+    return {"for": fixed, "path": vary.path, "unit": scale.unit, **limits.as_dict(), "shots": shots,
             "undecided": undecided, "lambert_jonas": None if curve is None else curve.as_dict()}  # fmt: skip
 
 
@@ -98,7 +98,7 @@ FACTORS = {"": 1.0, "m/s": 1.0, "km/s": 1000.0, "mm/us": 1000.0}  # [m/s]
 def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
     spacings = Scale(vary.path, [row["values"][vary.path] for row in rows], base).numbers if rows else []
     names = dict.fromkeys(name for row in rows for name in row["measures"])
-    found = {}
+    verdicts = {}
     for name in names:
         known = [
             (row["measures"][name], h)
@@ -109,11 +109,11 @@ def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row
             continue
         values = [float(measure["value"]) for measure, _ in known]
         uncertain = [measure["uncertainty"] for measure, _ in known]
-        found[name] = convergence(values, [h for _, h in known], uncertain).as_dict() | {
+        verdicts[name] = convergence(values, [h for _, h in known], uncertain).as_dict() | {
             "unit": known[0][0]["unit"], "spacings": [h for _, h in known], "values": values,
             "uncertainties": uncertain,
         }  # fmt: skip
-    return found
+    return verdicts
 
 
 def _sample(vary: models.Sample, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
@@ -122,7 +122,7 @@ def _sample(vary: models.Sample, base: Mapping[str, Any], rows: Sequence[Row]) -
         values = [row["values"].get(path) for row in rows]
         plain = isinstance(one, models.Choice) or not values
         inputs[path] = values if plain else Scale(path, values, base).numbers
-    found = {}
+    verdicts = {}
     for name in dict.fromkeys(name for row in rows for name in row["measures"]):
         chosen = [k for k, row in enumerate(rows)
                   if isinstance(row["measures"].get(name, {}).get("value"), int | float)]  # fmt: skip
@@ -130,6 +130,6 @@ def _sample(vary: models.Sample, base: Mapping[str, Any], rows: Sequence[Row]) -
             continue
         results = [float(rows[k]["measures"][name]["value"]) for k in chosen]
         some = {path: [values[k] for k in chosen] for path, values in inputs.items()}
-        found[name] = {"unit": rows[chosen[0]]["measures"][name]["unit"], **spread(results),
+        verdicts[name] = {"unit": rows[chosen[0]]["measures"][name]["unit"], **spread(results),
                        "rank_correlation": rank_correlations(results, some)}  # fmt: skip
-    return found
+    return verdicts

@@ -60,6 +60,6 @@ class Figure:
         return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in plain.items()}
 
 
-def limit(name: str, found: float, most: float, unit: str = "", why: str = "") -> Figure:
+def limit(name: str, computed: float, most: float, unit: str = "", why: str = "") -> Figure:
     """Return a figure that is at best zero and passes up to `most`."""
-    return Figure(name, found, 0.0, most, unit, 0.0, why, at_most=True)
+    return Figure(name, computed, 0.0, most, unit, 0.0, why, at_most=True)

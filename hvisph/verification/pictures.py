@@ -12,11 +12,11 @@ from hvisph.verification.running import Verdict
 PLAIN = ("computed", "mean", "tip")  # labels that say nothing beside the formulation's name
 
 
-def draw(found: Sequence[Verdict], folder: Path) -> list[Path]:
+def draw(verdicts: Sequence[Verdict], folder: Path) -> list[Path]:
     """Draw ``PROBLEM.TRIAL.png`` for every trial that has curves, and return the files."""
     folder.mkdir(parents=True, exist_ok=True)
-    trials = dict.fromkeys((one.problem, one.trial) for one in found if one.curves)
-    return [_drawn([one for one in found if (one.problem, one.trial) == trial], folder) for trial in trials]
+    trials = dict.fromkeys((one.problem, one.trial) for one in verdicts if one.curves)
+    return [_drawn([one for one in verdicts if (one.problem, one.trial) == trial], folder) for trial in trials]
 
 
 def file_name(problem: str, trial: str) -> str:

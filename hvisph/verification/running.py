@@ -126,9 +126,9 @@ def verdicts(
 def _agreement(problem: Problem, trial: Trial, made: Sequence[Verdict]) -> Iterator[Verdict]:
     """Judge whether formulations agree with one another in the figure that the problem names."""
     name, tolerance = problem.agree or ("", 0.0)
-    found = [figure.found for one in made for figure in one.figures if figure.name == name]
-    if len(found) > 1:
-        spread = max(found) / min(found) - 1.0 if min(found) > 0.0 else float("inf")
+    values = [figure.found for one in made for figure in one.figures if figure.name == name]
+    if len(values) > 1:
+        spread = max(values) / min(values) - 1.0 if min(values) > 0.0 else float("inf")
         together = limit(f"{name}, largest over least", spread, tolerance)
         yield Verdict(problem.name, trial.name, "all", "done", [together])
 

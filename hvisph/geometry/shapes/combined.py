@@ -119,10 +119,10 @@ class Union(Measured):
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
-        found = self.parts[0].distance(points)
+        least = self.parts[0].distance(points)
         for part in self.parts[1:]:
-            np.minimum(found, part.distance(points), out=found)
-        return found
+            np.minimum(least, part.distance(points), out=least)
+        return least
 
 
 @dataclass(frozen=True)
@@ -155,10 +155,10 @@ class Intersection(Measured):
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
-        found = self.parts[0].distance(points)
+        most = self.parts[0].distance(points)
         for part in self.parts[1:]:
-            np.maximum(found, part.distance(points), out=found)
-        return found
+            np.maximum(most, part.distance(points), out=most)
+        return most
 
 
 @dataclass(frozen=True)
@@ -195,10 +195,10 @@ class Difference(Measured):
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
-        found = self.whole.distance(points)
+        most = self.whole.distance(points)
         for part in self.removed:
-            np.maximum(found, -part.distance(points), out=found)
-        return found
+            np.maximum(most, -part.distance(points), out=most)
+        return most
 
 
 @dataclass(frozen=True)
@@ -272,17 +272,17 @@ class Repeat(Measured):
         """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
         steps = np.asarray(self.vectors)
         last = [(n - 1) / 2 for n in self.counts]
-        found = np.full(len(points), np.inf)
+        least = np.full(len(points), np.inf)
         if self.copies <= ALL_COPIES or not self._all_near:
             for index in itertools.product(*(range(n) for n in self.counts)):
-                np.minimum(found, self.shape.distance(points - (np.array(index) - last) @ steps), out=found)
-            return found
+                np.minimum(least, self.shape.distance(points - (np.array(index) - last) @ steps), out=least)
+            return least
         centre = np.add(*self.shape.bounds()) / 2
         cell = np.rint((points - centre) @ self._inverse + last)
         for beside in itertools.product(*((-1, 0, 1) if n > 1 else (0,) for n in self.counts)):
             index = np.clip(cell + beside, 0, np.array(self.counts) - 1)
-            np.minimum(found, self.shape.distance(points - (index - last) @ steps), out=found)
-        return found
+            np.minimum(least, self.shape.distance(points - (index - last) @ steps), out=least)
+        return least
 
 
 def _require_parts(parts: Sequence[Shape]) -> None:

@@ -213,17 +213,17 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> Mesh:
     except ImportError:
         raise CaseError("meshes need trimesh: pip install 'hvisph[mesh]'", where="type") from None
     try:
-        found: Any = trimesh.load(path, force="mesh")
+        loaded: Any = trimesh.load(path, force="mesh")
     except Exception as error:  # trimesh lets whatever its readers meet through
         raise CaseError(f"'{path}' cannot be read as a mesh: {error}", where="file") from None
-    if len(found.faces) == 0:
+    if len(loaded.faces) == 0:
         raise CaseError(f"'{path}' holds no triangles", where="file")
-    found.merge_vertices()
-    if not found.is_watertight:
-        raise CaseError(_open(path, found), where="file")
-    if found.volume < 0:
-        found.invert()
-    return Mesh(np.asarray(found.triangles, float) * scale, float(found.volume) * scale**3, Path(path).name)
+    loaded.merge_vertices()
+    if not loaded.is_watertight:
+        raise CaseError(_open(path, loaded), where="file")
+    if loaded.volume < 0:
+        loaded.invert()
+    return Mesh(np.asarray(loaded.triangles, float) * scale, float(loaded.volume) * scale**3, Path(path).name)
 
 
 def _open(path: str | Path, mesh: Any) -> str:

@@ -124,14 +124,14 @@ def read_sesame(path: Path, material: int | None = None) -> Grid:
 
 def _numbers(lines: list[str], count: int) -> np.ndarray:
     """Return the first `count` numbers of a record; their width is 15 or 22 characters."""
-    found: list[float] = []
+    numbers: list[float] = []
     width = 22 if lines and len(lines[0].rstrip()) > 6 * 15 else 15
     for line in lines:
         parts = [line[k * width : (k + 1) * width] for k in range(_WORDS)]
-        found += [float(part.replace("D", "E")) for part in parts if part.strip()]
-        if len(found) >= count:
+        numbers += [float(part.replace("D", "E")) for part in parts if part.strip()]
+        if len(numbers) >= count:
             break
-    return np.array(found[:count])
+    return np.array(numbers[:count])
 
 
 def _of_record(words: np.ndarray, name: str) -> Grid:

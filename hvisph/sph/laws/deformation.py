@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.blocks import eight_at
+from hvisph.core.blocks import lanes_at
 from hvisph.core.growth import grown
 from hvisph.core.jit import compiled, prange
 from hvisph.core.lanes import LANES
@@ -89,10 +89,10 @@ def gradients(rows, i, lists, corrections):
     for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)]), np.uint64(LANES)):
         other = neighbours(rows, near, k, PLACES)
         dx, du = minus(vector(other, 0, DIM), x), minus(vector(other, U, DIM), u)
-        g = times(eight_at(slopes, k), minus(x0, vector(other, X0, DIM)))
+        g = times(lanes_at(slopes, k), minus(x0, vector(other, X0, DIM)))
         m, n = plus(m, outer(dx, g)), plus(n, outer(du, g))
         if MIXED:
-            w = eight_at(shapes, k)
+            w = lanes_at(shapes, k)
             of_shape, rate_of_shape = plus(of_shape, times(w, dx)), plus(rate_of_shape, times(w, du))
     turned, shift = transposed(own_gradient(a, i, 0, DIM)), own_vector(b, i, 0, DIM)
     f = plus(own_gradient(start, i, 0, DIM), product(totals(m), turned))
@@ -115,7 +115,7 @@ def show(rows, i, stress, f, j, inverse, corrections):
         put(rows, i, FG, f)
 
 
-def deform(rows, active, particles, lists, corrections, materials, stage, signal_alpha, found, rates):
+def deform(rows, active, particles, lists, corrections, materials, stage, signal_alpha, results, rates):
     """Compute the deformation of all particles that are `active`: the template.
 
     Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, PLACES, slots of the row, columns of the
@@ -143,7 +143,7 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
         How far the stage is ahead of the state [s].
     signal_alpha
         1.2 alpha of the viscosity.
-    found
+    results
         Arrays (n,) that receive J, equivalent strain since the start and since the reference, and of Total
         Lagrangian particles pressure [Pa] and signal speed [m/s].
     rates
@@ -153,7 +153,7 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
     count = np.uint64(active.shape[0])
     state, tags, volume, loads, swellings, before = particles
     table, models, moduli = materials
-    jacobians, strains, latest, pressures, signals = found
+    jacobians, strains, latest, pressures, signals = results
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for i in range(first, min(first + np.uint64(CHUNK), count)):
@@ -187,14 +187,14 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
             rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
 
 
-def map_particles(chosen, rows, lists, corrections, found):
-    """Compute F of the particles `chosen` as their lists are now into the rows of `found`: a template."""
+def map_particles(chosen, rows, lists, corrections, maps):
+    """Compute F of the particles `chosen` as their lists are now into the rows of `maps`: a template."""
     count = np.uint64(chosen.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for k in range(first, min(first + np.uint64(CHUNK), count)):
             f, _ = gradients(rows, np.uint64(chosen[k]), lists, corrections)
-            put(found, k, 0, f)
+            put(maps, k, 0, f)
 
 
 PARTS = (gradients, show)

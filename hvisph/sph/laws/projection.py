@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.blocks import eight_at, put_eight
+from hvisph.core.blocks import lanes_at, put_lanes
 from hvisph.core.lanes import LANES, all_lanes, total
 from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
@@ -73,7 +73,7 @@ def velocity_gradient(near, first, last, rows, i, kernels):
         inverse = 1.0 / (hm * r)
         ih = r * inverse
         f = scale(ih) * slope(r * ih) * (hm * inverse)
-        put_eight(kernels, k, f)
+        put_lanes(kernels, k, f)
         l = minus(l, outer(times(f * b[V], minus(u, vector(b, U, DIM))), dx))
     return totals(l)
 
@@ -84,7 +84,7 @@ def stress_divergence(near, first, last, rows, i, kernels):
     a = spread(no_vector(DIM))
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        g = times(b[M] * eight_at(kernels, k), minus(x, vector(b, 0, DIM)))
+        g = times(b[M] * lanes_at(kernels, k), minus(x, vector(b, 0, DIM)))
         a = plus(a, on(plus(t, symmetric(b, T, DIM)), g))
     return totals(a)
 
@@ -97,7 +97,7 @@ def poisson(near, first, last, rows, i, kernels, eta2):
         b = neighbours(rows, near, k, WIDTH)
         dx = minus(x, vector(b, 0, DIM))
         r2 = dot(dx, dx)
-        f = b[V] * eight_at(kernels, k)
+        f = b[V] * lanes_at(kernels, k)
         loss += f * dot(minus(u, vector(b, U, DIM)), dx)
         densities = rho + b[RHO]
         c = f * r2 * b[RHO] / (densities * densities * (r2 + eta2))
@@ -111,6 +111,6 @@ def pressure_gradient(near, first, last, rows, i, kernels, own):
     x, a = own_vector(rows, i, 0, DIM), spread(no_vector(DIM))
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        f = (b[WP] + own * b[W]) * eight_at(kernels, k)
+        f = (b[WP] + own * b[W]) * lanes_at(kernels, k)
         a = plus(a, times(f, minus(x, vector(b, 0, DIM))))
     return totals(a)

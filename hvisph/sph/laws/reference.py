@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.blocks import eight_at
+from hvisph.core.blocks import lanes_at
 from hvisph.core.jit import prange
 from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
@@ -97,10 +97,10 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
                 dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
                 r2, ur = dot(dx, dx), dot(du, dx)
                 from_b = minus(x0, vector(b, X0, DIM))
-                g = times(eight_at(slopes, k), from_b)
+                g = times(lanes_at(slopes, k), from_b)
                 other = on_rows(gradient(b, Q, DIM), g)
                 if MIXED or HOURGLASS or PRINTED:
-                    w = eight_at(shapes, k)
+                    w = lanes_at(shapes, k)
                 if MIXED:
                     other = minus(other, times(w, vector(b, QW, DIM)))
                 # What belongs to the pair, with half of its work for each side.

@@ -286,22 +286,23 @@ def accumulate(near, n, rows, i, constants, out):
                 number -= 0.5 * g * receding
                 own_number -= scale(1.0 / h) * slope(q) * receding
                 widening += weight * scale(1.0 / h) * (DIM * shape(q) + q * slope(q))
-    found, inverse_density = totals(l), volume / rows[i, M]
+    gradient_u, inverse_density = totals(l), volume / rows[i, M]
     if CONSISTENT:
         rate = volume * total(number)
         if FOLLOWING:
             widened = total(widening) + scale(1.0 / h) * DIM * shape(0.0)
             rate = (rate + volume * total(own_number)) / (1.0 - rows[i, GROWS] * volume * h / DIM * widened)
-        found, rate = at_edges(found, rate, matrix(totals(moment)), largest(mu) * rows[i, RHO] / zn, rows[i, BEAR])
-        out[i, R_DENSITY] = divergence(found) - rate
+        fastest = largest(mu) * rows[i, RHO] / zn
+        gradient_u, rate = at_edges(gradient_u, rate, matrix(totals(moment)), fastest, rows[i, BEAR])
+        out[i, R_DENSITY] = divergence(gradient_u) - rate
     force, work = totals(a), total(power)
     if REVOLVED:
         if not (CONSISTENT or ONLY_OTHER):
-            found = product(found, sound_inverse(matrix(totals(moment)))[0])
+            gradient_u = product(gradient_u, sound_inverse(matrix(totals(moment)))[0])
         hoop = 0.0 if ONLY_OTHER else radial(s) - rows[i, HOOP]
         hoop = (hoop - total(fullness) * radial(s)) * inverse_ring
         force, work = plus_radial(force, hoop), work - hoop * radial(u)
         out[i, R_HOOP] = radial(u) * inverse_ring
-    write_rates(out, i, times(inverse_density, force), inverse_density * work, largest(mu), found)
+    write_rates(out, i, times(inverse_density, force), inverse_density * work, largest(mu), gradient_u)
     if PARTED:
         out[i, R_SLIP] = inverse_density * total(slip)

@@ -225,14 +225,14 @@ def accumulate(near, n, rows, i, constants, out):
         a = plus(a, times(m, force))
         power += m * dot(apart, plus(own, times(0.5, pair)))
         l = minus(l, outer(times(vf, du), g))
-    force, work, found = totals(a), total(power), totals(l)
+    force, work, gradient_u = totals(a), total(power), totals(l)
     if REVOLVED:
         fullness = totals(moment)
-        found = product(found, sound_inverse(matrix(fullness))[0])
+        gradient_u = product(gradient_u, sound_inverse(matrix(fullness))[0])
         hoop = ((1.0 - radial(fullness)) * radial(t) - rows[i, HOOP]) * rho * inverse_ring
         force, work = plus_radial(force, hoop), work + hoop * radial(u)
         out[i, R_HOOP] = radial(u) * inverse_ring
-    write_rates(out, i, force, -work, largest(mu_max), found)
+    write_rates(out, i, force, -work, largest(mu_max), gradient_u)
     if MASS_FORM or DISSIPATION:
         out[i, R_DENSITY] = inverse_rho * total(density_rate)
     if CORRECTED:

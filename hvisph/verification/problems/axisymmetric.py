@@ -55,9 +55,9 @@ def _noh(dx: float) -> Trial:
         r = np.linalg.norm(vectors(last, "position"), axis=1)
         front = exact.front * last.time
         inside = (r > READ[0] * front) & (r < READ[1] * front)
-        found = float(last.fields["density"][inside].mean()) if inside.any() else float("nan")
+        computed = float(last.fields["density"][inside].mean()) if inside.any() else float("nan")
         why = "of the mean outside the wall-heated zone; the shock is spread over some of the five rows behind it"
-        yield Figure("density behind the shock", found, exact.density, 0.15, why=why)
+        yield Figure("density behind the shock", computed, exact.density, 0.15, why=why)
         yield limit("drift of energy", abs(float(runs[0].summary["conservation"]["energy_drift"])), 1e-12,
                     why="the pairs keep it to round-off")  # fmt: skip
 

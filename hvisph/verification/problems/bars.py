@@ -66,8 +66,8 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
         (ran,) = runs
         for body, exact in ((0, LEFT[dim]), (1, SPEED - LEFT[dim])):
             what = ("striker", "bar")[body]
-            found = float(ran.mean_velocity(body)[0])
-            yield Figure(f"velocity of the {what}", found, exact, TOLERANCE[dim], "m/s", SPEED, WHY[dim])
+            computed = float(ran.mean_velocity(body)[0])
+            yield Figure(f"velocity of the {what}", computed, exact, TOLERANCE[dim], "m/s", SPEED, WHY[dim])
         before = float(ran.mean_velocity(1, ran.snapshots[-2])[0])
         changing = abs(float(ran.mean_velocity(1)[0]) - before)
         yield limit("velocity still changing", changing, 0.01 * SPEED, "m/s", "they have parted before")

@@ -135,7 +135,7 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     cold = [body_material(ran.case, body) for body in ("projectile", "target")]
     at_rest = [cold[0], None, None, cold[1]]
     panels = {}
-    for column, found in (("pressure", last.fields["pressure"]), ("density", last.fields["density"]),
+    for column, computed in (("pressure", last.fields["pressure"]), ("density", last.fields["density"]),
                           ("internal_energy", last.fields["internal_energy"])):  # fmt: skip
         values = [
             {"pressure": s.pressure, "density": s.density, "internal_energy": s.energy}[column] if s
@@ -143,7 +143,7 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
             for s, m in zip(states, at_rest, strict=True)
         ]  # fmt: skip
         panels[column] = [
-            Curve("computed", x[order], found[order]),
+            Curve("computed", x[order], computed[order]),
             Curve("exact", np.repeat(edges, 2)[1:-1], np.repeat(values, 2), exact=True),
         ]
     return panels

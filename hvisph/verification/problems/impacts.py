@@ -37,15 +37,15 @@ def _trial(impact: str, dx: float) -> Trial:
     }  # fmt: skip
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        found = runs[0].summary["measures"]
+        measures = runs[0].summary["measures"]
         for measure, value in {row.measure: row.value for row in published(impact, REFERENCE)}.items():
-            name, got = measure.replace("_", " "), found[measure]["value"]
+            name, got = measure.replace("_", " "), measures[measure]["value"]
             got = float("nan") if got is None else float(got)
             if measure in TOLERANCES:
                 yield Figure(name, got, value, TOLERANCES[measure], "m", 0.0, "what definitions of a length differ by")
             else:
                 yield Figure(name, got, value, PRESSURE, "Pa", why="converged schemes agree to 3 %")
-        yield limit("voids", float(found["void_fraction"]["value"] or 0.0), VOIDS, why="gaps of the lattice")
+        yield limit("voids", float(measures["void_fraction"]["value"] or 0.0), VOIDS, why="gaps of the lattice")
 
     return Trial(f"{impact}, dx {1e3 * dx:g} mm", [Start(case)], figures)
 

@@ -61,8 +61,8 @@ def _trial(dim: int, dx: float) -> Trial:
         inside = (r > READ[0] * front) & (r < READ[1] * front)
         why = "of the mean outside the wall-heated zone; the shock is spread over some particles"
         for name, value in (("density", exact.density), ("pressure", exact.pressure)):
-            found = float(last.fields[name][inside].mean()) if inside.any() else float("nan")
-            yield Figure(f"{name} behind the shock", found, value, TOLERANCE[dim], why=why)
+            computed = float(last.fields[name][inside].mean()) if inside.any() else float("nan")
+            yield Figure(f"{name} behind the shock", computed, value, TOLERANCE[dim], why=why)
         yield limit("drift of energy", abs(float(runs[0].summary["conservation"]["energy_drift"])), 1e-4)
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:

@@ -74,8 +74,8 @@ def _figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         # the later part of the step between both fronts, clear of the plastic front's foot
         begin, end = at / elastic.speed, at / plastic.speed
         inside = _between(time, begin + 0.5 * (end - begin), begin + 0.75 * (end - begin))
-        found = -ran.history[f"gauge.{gauge}.stress_xx"][inside].mean()
-        yield Figure(f"precursor (HEL) at {1e3 * at:g} mm", float(found), plastic.ahead.stress, 0.03, "Pa",
+        computed = -ran.history[f"gauge.{gauge}.stress_xx"][inside].mean()
+        yield Figure(f"precursor (HEL) at {1e3 * at:g} mm", float(computed), plastic.ahead.stress, 0.03, "Pa",
                      why="a front of some particles must settle within the step")  # fmt: skip
     yield from _levels(ran, waves, first.stress)
     yield from _parting(ran, waves)
@@ -87,8 +87,8 @@ def _levels(ran: Ran, waves: Tracked, plateau: float) -> Iterator[Figure]:
     stress, velocity = waves.sample(at, time, "stress"), waves.sample(at, time, "velocity")
     high = np.flatnonzero(np.abs(stress / plateau - 1.0) < 0.01)
     inside = _middle(time, time[high[0]], time[high[-1]])
-    found = -ran.history["gauge.middle.stress_xx"][inside].mean()
-    yield Figure("stress of the plateau", float(found), float(stress[inside].mean()), 0.005, "Pa")
+    computed = -ran.history["gauge.middle.stress_xx"][inside].mean()
+    yield Figure("stress of the plateau", float(computed), float(stress[inside].mean()), 0.005, "Pa")
     low = np.flatnonzero((time > time[high[-1]]) & (np.abs(stress) < 0.05 * plateau))
     # until the release is over: the next wave comes from the other surface
     last = low[np.flatnonzero(np.diff(low) > 1)[0]] if (np.diff(low) > 1).any() else low[-1]
@@ -155,12 +155,12 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     surface, values = waves.surface()
     stress = np.array([-state.stress for state in moments])
     exact = {"stress_xx": (gauge, stress), "velocity_x": (surface, values)}
-    found = {"stress_xx": "gauge.far.stress_xx", "velocity_x": "gauge.surface.velocity_x"}
+    gauges = {"stress_xx": "gauge.far.stress_xx", "velocity_x": "gauge.surface.velocity_x"}
     panels = {}
     for column, (times, right) in exact.items():
         kept = times < until
         panels[column] = [
-            Curve("computed", time, ran.history[found[column]][shown]),
+            Curve("computed", time, ran.history[gauges[column]][shown]),
             Curve("exact", *corners(times[kept], right[kept], until), exact=True),
         ]
     return panels

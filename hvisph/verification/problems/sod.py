@@ -46,20 +46,20 @@ def _trial(states: tuple[GasState, GasState], end: float, lengths: tuple[float, 
         x = vectors(ran.last, "position")[:, 0]
         order = np.argsort(x)
         order = order[np.abs(x[order]) < SEEN]
-        found = {name: ran.last.fields[name].reshape(len(x))[order] for name in COLUMNS}
-        return x[order], found, exact.sample(x[order] / ran.last.time)
+        computed = {name: ran.last.fields[name].reshape(len(x))[order] for name in COLUMNS}
+        return x[order], computed, exact.sample(x[order] / ran.last.time)
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        x, found, right = profiles(runs[0])
+        x, computed, right = profiles(runs[0])
         width = np.gradient(x)  # particles are dense behind the shock: the mean is over the length
         for name in COLUMNS:
-            error = (np.abs(found[name] - right[name]) * width).sum() / (np.abs(right[name]) * width).sum()
+            error = (np.abs(computed[name] - right[name]) * width).sum() / (np.abs(right[name]) * width).sum()
             yield limit(f"L1 error of the {name}", float(error), 0.015, why=WHY)
         yield limit("drift of energy", abs(float(runs[0].summary["conservation"]["energy_drift"])), 1e-4)
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
-        x, found, right = profiles(runs[0])
-        return {n: [Curve("computed", x, found[n]), Curve("exact", x, right[n], exact=True)] for n in COLUMNS}
+        x, computed, right = profiles(runs[0])
+        return {n: [Curve("computed", x, computed[n]), Curve("exact", x, right[n], exact=True)] for n in COLUMNS}
 
     return Trial(f"dx {dx:g}", [Start(case)], figures, curves)
 

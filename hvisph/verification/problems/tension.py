@@ -68,8 +68,8 @@ def _trial(name: str, dim: int, dx: float, end: float) -> Trial:
         (ran,) = runs
         x = vectors(ran.last, "position")
         inside = (np.abs(vectors(ran.first, "position")) < half - EDGE * dx).all(axis=1)
-        found = -float(ran.last.fields["pressure"][inside].mean())
-        yield Figure("tension left", found, TENSION, 0.05, "Pa", why="what is asked of a sound body in 3 us")
+        computed = -float(ran.last.fields["pressure"][inside].mean())
+        yield Figure("tension left", computed, TENSION, 0.05, "Pa", why="what is asked of a sound body in 3 us")
         gap = largest_gap(x, half - EDGE * dx)
         yield limit("largest gap over dx", gap / dx, 1.5, why="the emptiest circle of a square lattice is 1.41 across")
         yield Figure("nearest neighbour over dx", nearest(x) / dx, 1.0, 0.3, why="3 % of noise leave 0.9")
