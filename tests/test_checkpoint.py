@@ -184,7 +184,7 @@ def test_a_finished_run_only_sums_up(copy, finished):
 def test_without_a_checkpoint_it_begins_again(copy, finished):
     for path in list_checkpoints(copy / "checkpoint"):
         path.unlink()
-    (copy / "snapshots" / "000002.h5.partial").write_bytes(b"half")
+    (copy / "snapshots" / "000002.vtkhdf.partial").write_bytes(b"half")
     heard = Told()
     hvisph.resume(copy, listener=heard)
     assert heard.messages[0] == "there is no checkpoint yet; beginning again"
@@ -237,8 +237,8 @@ def test_not_a_run_is_said_so(tmp_path):
 
 def test_snapshots_after_the_checkpoint_go(copy, finished):
     count = len(list_snapshots(finished))
-    (copy / "snapshots" / "000099.h5").write_bytes(b"stale")
-    (copy / "snapshots" / "post_mortem.h5").write_bytes(b"stale")
+    (copy / "snapshots" / "000099.vtkhdf").write_bytes(b"stale")
+    (copy / "snapshots" / "post_mortem.vtkhdf").write_bytes(b"stale")
     hvisph.resume(copy)
     assert len(list_snapshots(copy)) == count
 

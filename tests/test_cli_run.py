@@ -80,7 +80,7 @@ def test_a_run_leaves_what_it_promises(ran):
     assert summary["particles"] == 200
     assert summary["status"] == "done"
     assert [entry["name"] for entry in summary["expected"]] == ["plateau_stress", "interface_velocity"]
-    assert len(list((ran.folder / "snapshots").glob("*.h5"))) == 6
+    assert len(list((ran.folder / "snapshots").glob("*.vtkhdf"))) == 6
     assert load_case(ran.folder / "case.yaml").resolution == 1e-4
 
 
@@ -130,7 +130,7 @@ def test_a_failed_run_is_code_3_with_a_post_mortem():
     SUMMARY.validate(summary)
     assert summary["status"] == "failed"
     assert summary["failure"]["body"] in ("projectile", "target")
-    assert Path("failed/snapshots/post_mortem.h5").exists()
+    assert Path("failed/snapshots/post_mortem.vtkhdf").exists()
 
 
 def test_a_folder_that_cannot_be_used():
@@ -227,12 +227,12 @@ def test_measure_at_a_time_and_at_all(ran):
     assert "0.3 us" in text
     assert "GPa" in text
     assert call("measure", ran.folder, "--at", "4 mm").exit_code == 2
-    assert call("measure", ran.folder / "snapshots/000005.h5").exit_code == 0
+    assert call("measure", ran.folder / "snapshots/000005.vtkhdf").exit_code == 0
 
 
 def test_measure_does_not_need_a_case_that_can_be_read(ran, tmp_path):
     (tmp_path / "copy").mkdir()
-    (tmp_path / "copy/000005.h5").write_bytes((ran.folder / "snapshots/000005.h5").read_bytes())
+    (tmp_path / "copy/000005.vtkhdf").write_bytes((ran.folder / "snapshots/000005.vtkhdf").read_bytes())
     (tmp_path / "copy/case.yaml").write_text("from: the future")
     assert call("measure", tmp_path / "copy").exit_code == 0
 

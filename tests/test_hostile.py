@@ -96,7 +96,7 @@ def finished(tmp_path_factory):
 
 
 @pytest.mark.parametrize("seed", range(8))
-@pytest.mark.parametrize("kind", ["snapshots/*.h5", "vtu/*.vtu"])
+@pytest.mark.parametrize("kind", ["snapshots/*.vtkhdf", "vtu/*.vtu"])
 def test_damaged_snapshots_are_named(kind, seed, finished, tmp_path):
     rng = random.Random(seed)
     path = tmp_path / rng.choice(sorted(finished.glob(kind))).name

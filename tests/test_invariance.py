@@ -144,5 +144,5 @@ def test_any_number_of_threads_gives_the_same_bits(formulation, tmp_path):
     case = load_case("quickstart", ["time.max_steps=40", f"formulation={{type: {formulation}}}"], resolution="0.2 mm")
     for threads in (1, 2):
         run(case, tmp_path / str(threads), threads=threads)
-    for name in ("history.csv", "snapshots/000000.h5", "snapshots/000001.h5"):
+    for name in ("history.csv", "snapshots/000000.vtkhdf", "snapshots/000001.vtkhdf"):
         assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes()

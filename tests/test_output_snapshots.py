@@ -1,5 +1,7 @@
 """Snapshots there and back: exact in both formats, readable by VTK, damage recognised."""
 
+import json
+import shutil
 import subprocess
 import sys
 import textwrap
@@ -292,3 +294,103 @@ def test_importing_the_room_is_light():
         "hvisph.geometry.overlap; print(sorted({'h5py', 'meshio', 'scipy', 'numba'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout.strip() == "[]"
+
+
+def finished(folder, **settings):
+    """A short run of two bodies, one of which fails."""
+    from small_runs import DAMAGED, METAL, row_of
+
+    from hvisph.simulation.run import run
+
+    return run(row_of([METAL, DAMAGED], time={"end": 6e-7}, output={"every": 2e-7}, **settings), folder, threads=1)
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """The folder of a short run."""
+    return finished(tmp_path_factory.mktemp("series") / "run").folder
+
+
+def test_snapshots_say_what_happened_to_each_particle_so_far(ran):
+    files = sorted((ran / "snapshots").iterdir())
+    states = [read_snapshot(path) for path in files]
+    start = states[0].fields["position"]
+    highest = np.full(states[0].count, -np.inf)
+    for state in states:
+        fields = state.fields
+        assert (fields["displacement"] == fields["position"] - start).all()
+        assert (fields["failed"] == (fields["damage"] >= 1.0)).all()
+        highest = np.maximum(highest, fields["pressure"])
+        assert (fields["peak_pressure"] >= highest).all()
+        highest = fields["peak_pressure"]
+    summary = json.loads((ran / "summary.json").read_text())
+    assert highest.max() == pytest.approx(summary["pressures"]["highest"], rel=1e-12)
+
+
+def test_vtk_opens_all_moments_as_one_series(ran, tmp_path):
+    moved = ran.rename(tmp_path / "elsewhere")  # the series goes where the folder goes
+    try:
+        reader = vtkHDFReader()
+        reader.SetFileName(str(moved / "series.vtkhdf"))
+        reader.Update()
+        files = sorted((moved / "snapshots").iterdir())
+        assert reader.GetNumberOfSteps() == len(files) == 4
+        for step, path in enumerate(files):
+            state = read_snapshot(path)
+            reader.SetStep(step)
+            reader.Update()
+            grid = reader.GetOutput()
+            assert reader.GetTimeValue() == state.time
+            assert grid.GetNumberOfCells() == state.count
+            assert (vtk_to_numpy(grid.GetPoints().GetData())[:, :2] == state.fields["position"]).all()
+            for name in ("pressure", "peak_pressure", "temperature", "failed"):
+                np.testing.assert_array_equal(vtk_to_numpy(grid.GetPointData().GetArray(name)), state.fields[name])
+            labels = grid.GetFieldData().GetAbstractArray("body_names")
+            assert [labels.GetValue(k) for k in range(labels.GetNumberOfValues())] == state.bodies
+    finally:
+        moved.rename(ran)
+
+
+def test_pyvista_opens_both(ran):
+    pyvista = pytest.importorskip("pyvista")
+    last = read_snapshot(sorted((ran / "snapshots").iterdir())[-1])
+    grid = pyvista.read(ran / "snapshots" / "000003.vtkhdf")
+    assert (grid["pressure"] == last.fields["pressure"]).all()
+    assert list(grid.field_data["material_names"]) == last.materials
+    reader = pyvista.get_reader(ran / "series.vtkhdf")
+    assert reader.read().n_points == last.count
+
+
+def test_arrays_have_units_and_names_of_any_language(tmp_path):
+    import h5py
+
+    snapshot = make_snapshot(5, 2)
+    write_hdf5(tmp_path / "s.vtkhdf", snapshot)
+    with h5py.File(tmp_path / "s.vtkhdf") as h5:
+        data = h5["VTKHDF/PointData"]
+        assert {name: data[name].attrs["units"] for name in ("velocity", "pressure", "damage")} == {
+            "velocity": "m/s", "pressure": "Pa", "damage": ""}  # fmt: skip
+        assert data["displacement"].attrs["meaning"] == "displacement since the start"
+        assert [text.decode() for text in h5["VTKHDF/FieldData/body_names"]] == snapshot.bodies
+
+
+def test_snapshots_of_earlier_versions_stay_readable(ran, tmp_path):
+    import hvisph
+    from hvisph.output.reader import list_snapshots
+
+    old = shutil.copytree(ran, tmp_path / "old")
+    for path in (old / "snapshots").iterdir():
+        path.rename(path.with_suffix(".h5"))
+    assert [path.name for path in list_snapshots(old)] == [f"{k:06d}.h5" for k in range(4)]
+    assert hvisph.measure(old).as_dict()["measures"] == hvisph.measure(ran).as_dict()["measures"]
+    (old / "snapshots" / "000003.h5").rename(old / "snapshots" / "000003.vtkhdf")  # gone on with by this one
+    assert [path.stem for path in list_snapshots(old)] == [f"{k:06d}" for k in range(4)]
+
+
+def test_the_series_forgets_what_is_forgotten(ran, tmp_path):
+    from hvisph.output.folder import forget_snapshots
+
+    copy = shutil.copytree(ran, tmp_path / "copy")
+    forget_snapshots(copy, last=True)
+    assert [path.name for path in (copy / "snapshots").iterdir()] == ["000003.vtkhdf"]
+    assert not (copy / "series.vtkhdf").exists()

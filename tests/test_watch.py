@@ -78,7 +78,7 @@ def test_each_watcher_names_what_where_and_when(criterion, spoil, tmp_path):
     ):
         assert part in failure["message"]
     assert json.loads((tmp_path / "run" / "summary.json").read_text())["failure"] == failure
-    after = read_snapshot(tmp_path / "run" / "snapshots" / "post_mortem.h5")
+    after = read_snapshot(tmp_path / "run" / "snapshots" / "post_mortem.vtkhdf")
     assert after.time == pytest.approx(failure["time"], rel=0.2)
     assert read_history(tmp_path / "run")["step"][-1] >= 7  # the approach is there
 
@@ -125,10 +125,10 @@ def test_particles_beyond_the_domain_are_retired_and_stay_in_the_balance(tmp_pat
     kept = run(row_of([METAL, METAL], domain=box, **settings), tmp_path / "kept", threads=1).summary
     gone = kept["conservation"]["retired_particles"]
     assert 0 < gone < 0.5 * kept["particles"]
-    last = read_snapshot(tmp_path / "kept" / "snapshots" / "000003.h5")
+    last = read_snapshot(tmp_path / "kept" / "snapshots" / "000003.vtkhdf")
     assert last.count == kept["particles"] - gone
     assert np.abs(last.fields["position"][:, 1]).max() < 3.6e-3
-    mass = read_snapshot(tmp_path / "free" / "snapshots" / "000003.h5").fields["mass"].sum()
+    mass = read_snapshot(tmp_path / "free" / "snapshots" / "000003.vtkhdf").fields["mass"].sum()
     assert last.fields["mass"].sum() + kept["conservation"]["retired_mass"] == pytest.approx(mass, rel=1e-12)
     for summary in (free, kept):  # round-off of some thousand additions
         assert abs(summary["conservation"]["energy_drift"]) < 1e-13

@@ -60,6 +60,9 @@ CATALOGUE: dict[str, Field] = {
         Field("stress", "symmetric", "Pa", "Cauchy stress, tension positive"),
         Field("von_mises_stress", "scalar", "Pa", "equivalent (von Mises) stress"),
         Field("temperature", "scalar", "K", "temperature"),
+        Field("displacement", "vector", "m", "displacement since the start"),
+        Field("peak_pressure", "scalar", "Pa", "highest pressure of the particle so far"),
+        Field("failed", "scalar", "", "1 where damage has reached 1, else 0"),
         Field("previous_velocity", "vector", "m/s", "velocity at the last evaluation of the forces"),
         Field("previous_acceleration", "vector", "m/s^2", "acceleration at the last evaluation"),
         Field("previous_power", "scalar", "W/kg", "rate of internal energy at the last evaluation"),
@@ -78,6 +81,8 @@ CATALOGUE: dict[str, Field] = {
 }
 
 _AXES = "xyz"
+# What snapshots alone hold: a gauge stands somewhere, and these belong to a particle.
+_OF_SNAPSHOTS = ("displacement", "peak_pressure", "failed")
 
 
 def component_names(name: str, dim: int) -> list[str]:
@@ -96,7 +101,7 @@ def recordable(dim: int) -> list[str]:
     """Return the names of all fields, and components of fields, that a gauge can record in `dim` dimensions."""
     columns_of_all = []
     for name in CATALOGUE:
-        if not name.startswith("previous_"):
+        if not name.startswith("previous_") and name not in _OF_SNAPSHOTS:
             columns = component_names(name, dim)
             columns_of_all += [name, *columns] if columns != [name] else columns
     return columns_of_all

@@ -96,8 +96,8 @@ class RunFolder:
         return cls(folder, lock)
 
     def snapshot_path(self, number: int | str) -> Path:
-        """Return the name of the HDF5 snapshot with this number, or of one with a name of its own."""
-        return self.path / names.SNAPSHOTS / f"{_stem(number)}.h5"
+        """Return the name of the VTKHDF snapshot with this number, or of one with a name of its own."""
+        return self.path / names.SNAPSHOTS / f"{_stem(number)}{names.SNAPSHOT_ENDING}"
 
     def vtu_path(self, number: int | str) -> Path:
         """Return the name of the VTU snapshot with this number, or of one with a name of its own."""
@@ -203,11 +203,14 @@ def forget_snapshots(path: Path, last: bool) -> None:
 
     Only files that a run writes there, by their names; never through a link.
     """
-    for name, pattern in ((names.SNAPSHOTS, ".h5"), (names.VTU, ".vtu"), (names.CHECKPOINT, ".h5")):
+    for series in (names.SERIES, names.TIME_SERIES):  # of what is no more
+        if names.is_plain(path / series):
+            (path / series).unlink()
+    for name in names.FOLDERS:
         folder = path / name
-        if folder.is_symlink() or not folder.is_dir():
+        if not names.is_plain_folder(folder):
             continue
-        numbered = sorted(file for file in folder.iterdir() if file.suffix == pattern and file.stem.isdigit())
+        numbered = sorted(file for file in folder.iterdir() if names.is_own(file) and file.stem.isdigit())
         kept = numbered[-1:] if last and name != names.CHECKPOINT else []
         for file in numbered:
             if file not in kept and not file.is_symlink():

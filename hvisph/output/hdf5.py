@@ -3,20 +3,22 @@
 Group `VTKHDF` holds what ParaView reads: points, one vertex cell a particle, every field as point data.
 Dataset `hvisph/header` holds the rest as JSON: time, step, names, metadata. Numbers are stored as they
 are, without compression, which would cost more time than writing; a seal (`hvisph.output.seal`) ends the
-file. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
+file. Units and meanings are attributes, names of bodies and materials texts of the field data. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
 """
 
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hvisph.core.errors import OutputError
+from hvisph.core.fields import CATALOGUE
 from hvisph.output import layout
-from hvisph.output.sealed import reading, writing
+from hvisph.output.sealed import LABELS, reading, writing
 from hvisph.output.snapshot import Snapshot
 
 _VTK_VERTEX = 1
@@ -44,11 +46,7 @@ def read_hdf5(path: str | Path) -> Snapshot:
         When the file is missing, truncated, damaged, of another format version or not a snapshot.
     """
     with reading(path, "a snapshot") as h5:
-        if "hvisph/header" not in h5:
-            raise OutputError("it is an HDF5 file, but not a snapshot of hvisph")
-        header = json.loads(h5["hvisph/header"][()])
-        if not isinstance(header, dict):
-            raise OutputError("it is an HDF5 file, but not a snapshot of hvisph")
+        header = _header(h5)
         if header["format_version"] != layout.FORMAT_VERSION:
             raise OutputError(
                 f"its format is version {header['format_version']}, this hvisph reads {layout.FORMAT_VERSION}"
@@ -59,26 +57,66 @@ def read_hdf5(path: str | Path) -> Snapshot:
         return layout.snapshot_from(header, arrays)
 
 
-def _write_vtk(h5: Any, snapshot: Snapshot) -> None:
+def names_in(h5: Any) -> tuple[list[str], list[str]]:
+    """Return the names of bodies and materials of an open snapshot."""
+    header = _header(h5)
+    return [str(name) for name in header["bodies"]], [str(name) for name in header["materials"]]
+
+
+def _header(h5: Any) -> dict[str, Any]:
+    header = json.loads(h5["hvisph/header"][()]) if "hvisph/header" in h5 else None
+    if not isinstance(header, dict):
+        raise OutputError("it is an HDF5 file, but not a snapshot of hvisph")
+    return header
+
+
+def mark_vtk(h5: Any) -> Any:
+    """Return the group that ParaView reads, made and marked in an open HDF5 file."""
     import h5py
 
-    n = snapshot.count
     root = h5.create_group("VTKHDF")
     # VTK compares this attribute as fixed-length ASCII and rejects h5py's default variable length
     kind = b"UnstructuredGrid"
     root.attrs.create("Type", kind, dtype=h5py.string_dtype("ascii", len(kind)))
     root.attrs["Version"] = np.array([2, 0])
+    return root
+
+
+def write_labels(root: Any, bodies: Sequence[str], materials: Sequence[str]) -> None:
+    """Write names as texts of the field data, in the order of the numbers `body` and `material`."""
+    import h5py
+
+    # VTK reads texts of variable length that claim to be ASCII, and takes what is in them for UTF-8
+    kind = h5py.string_dtype("ascii")
+    for label, names in zip(LABELS, (bodies, materials), strict=True):
+        texts = [name.replace("\0", " ").encode() for name in names]
+        root.create_dataset(f"FieldData/{label}", data=np.array(texts, dtype=object), dtype=kind)
+
+
+def _write_vtk(h5: Any, snapshot: Snapshot) -> None:
+    n = snapshot.count
+    root = mark_vtk(h5)
     for name, count in (("NumberOfPoints", n), ("NumberOfCells", n), ("NumberOfConnectivityIds", n)):
         root.create_dataset(name, data=np.array([count], dtype=np.int64))
     position = snapshot.fields["position"]
-    root.create_dataset("Points", data=layout.to_vtk("position", position, snapshot.dimensions))
+    points = root.create_dataset("Points", data=layout.to_vtk("position", position, snapshot.dimensions))
     root.create_dataset("Connectivity", data=np.arange(n, dtype=np.int64))
     root.create_dataset("Offsets", data=np.arange(n + 1, dtype=np.int64))
     root.create_dataset("Types", data=np.full(n, _VTK_VERTEX, dtype=np.uint8))
     data = root.create_group("PointData")
+    units = snapshot.metadata.get("units") != "none"
+    _describe(points, "position", units)
     for name, values in snapshot.fields.items():
         if name != "position":
-            data.create_dataset(name, data=layout.to_vtk(name, values, snapshot.dimensions))
+            made = data.create_dataset(name, data=layout.to_vtk(name, values, snapshot.dimensions))
+            _describe(made, name, units)
     for name in layout.INDICES:
         data.create_dataset(name, data=getattr(snapshot, name))
     root.create_dataset("FieldData/TimeValue", data=np.array([snapshot.time]))
+    write_labels(root, snapshot.bodies, snapshot.materials)
+
+
+def _describe(made: Any, name: str, units: bool) -> None:
+    if name in CATALOGUE:
+        made.attrs["units"] = CATALOGUE[name].unit if units else ""
+        made.attrs["meaning"] = CATALOGUE[name].meaning

@@ -14,19 +14,22 @@ VTU = "vtu"
 CHECKPOINT = "checkpoint"
 CASE = "case.yaml"
 SERIES = "series.pvd"
+TIME_SERIES = "series.vtkhdf"  # all snapshots as one file, which refers to theirs
 HISTORY = "history.csv"
 SUMMARY = "summary.json"
 LOG = "run.log"
 LOCK = ".hvisph"  # marks the folder as a run's, and is locked while one writes it
 CASE_HEAD = "# Effective case of a run by hvisph"  # how `CASE` begins
 POST_MORTEM = "post_mortem"  # stem of the snapshot of a failure
+SNAPSHOT_ENDING = ".vtkhdf"
+OLD_ENDING = ".h5"  # of snapshots by earlier versions
 PARTIAL = ".partial"  # ends the name of a file that is being written
 
 FOLDERS = (SNAPSHOTS, VTU, CHECKPOINT)
-FILES = (CASE, SERIES, HISTORY, SUMMARY, LOG)
+FILES = (CASE, SERIES, TIME_SERIES, HISTORY, SUMMARY, LOG)
 # What each sub-folder holds.
 PATTERNS = {
-    SNAPSHOTS: re.compile(rf"([0-9]{{6,}}|{POST_MORTEM})\.h5", re.ASCII),
+    SNAPSHOTS: re.compile(rf"([0-9]{{6,}}|{POST_MORTEM})\.(vtkhdf|h5)", re.ASCII),
     VTU: re.compile(r"[0-9]{6,}\.vtu", re.ASCII),
     CHECKPOINT: re.compile(r"[0-9]{12}\.h5", re.ASCII),
 }

@@ -65,7 +65,7 @@ def read_snapshot(path: str | Path, convention: Convention = SI) -> Snapshot:
 
 
 def list_snapshots(run: str | Path) -> list[Path]:
-    """Return the snapshots of a run folder in order of time: its HDF5 files, or its VTU files if it has none.
+    """Return the snapshots of a run folder in order of time: its VTKHDF files, or its VTU files if it has none.
 
     A folder without the sub-folders of a run is searched itself, so that the files of another code
     can be read. Order of time is the order of the numbers in the names.
@@ -78,13 +78,15 @@ def list_snapshots(run: str | Path) -> list[Path]:
     folder = Path(run)
     if not folder.is_dir():
         raise OutputError(f"cannot read {run}: no such folder")
-    for place, pattern in (
-        (folder / names.SNAPSHOTS, "*.h5"),
-        (folder / names.VTU, "*.vtu"),
-        (folder, "*.h5"),
-        *((folder, pattern) for pattern in FOREIGN),
+    own = (f"*{names.SNAPSHOT_ENDING}", f"*{names.OLD_ENDING}")
+    for place, patterns in (
+        (folder / names.SNAPSHOTS, own),
+        (folder / names.VTU, ("*.vtu",)),
+        (folder, own),
+        *((folder, (pattern,)) for pattern in FOREIGN),
     ):
-        files = sorted(place.glob(pattern), key=lambda path: _natural(path.name))
+        there = (path for pattern in patterns for path in place.glob(pattern) if path.name != names.TIME_SERIES)
+        files = sorted(there, key=lambda path: _natural(path.name))
         if place.name == names.SNAPSHOTS and place.parent == folder:  # a copy that a user keeps there is no moment
             files = [path for path in files if names.is_own(path)] or files
         if files:

@@ -18,6 +18,7 @@ from hvisph.simulation.build import Setup
 from hvisph.simulation.clock import Clock, TimeStep
 from hvisph.simulation.fitting import refuse_misfit
 from hvisph.simulation.monitors import Budget
+from hvisph.simulation.peaks import Peaks
 from hvisph.simulation.watch import Watch
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ class Keeper:
     ----------
     case
         The effective case.
-    setup, clock, budget, watch, files, series
+    setup, clock, budget, watch, files, series, peaks
         The run's parts; `series` is that of its VTU snapshots.
     """
 
@@ -68,6 +69,7 @@ class Keeper:
     watch: Watch
     files: Files
     series: list[tuple[float, str]]
+    peaks: Peaks
 
     def capture(self, time_step: TimeStep) -> Checkpoint:
         """Return the state between two steps, `time_step` being the next one."""
@@ -87,7 +89,8 @@ class Keeper:
             "files": vars(self.files),
             "series": self.series,
         }  # fmt: skip
-        arrays: dict[str, np.ndarray] = {"state": particles.data, "tags": particles.tags}
+        arrays: dict[str, np.ndarray] = {"state": particles.data, "tags": particles.tags,
+                                         "peaks": self.peaks.highest}  # fmt: skip
         arrays |= {f"history/{name}": values for name, values in self.setup.stepper.history().items()}
         return Checkpoint(clock.steps, header, arrays)
 
@@ -112,6 +115,7 @@ class Keeper:
     def _restore(self, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> TimeStep:
         clock, budget, particles = self.clock, self.budget, self.setup.particles
         particles.data[...], particles.tags[...] = arrays["state"], arrays["tags"]
+        self.peaks.highest[...] = arrays["peaks"]
         prefix = "history/"
         stepper = self.setup.stepper
         stepper.restore({k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)})

@@ -43,7 +43,7 @@ INTERPRETER = 250_000_000  # [bytes]
 COMPRESSION = 0.8
 HISTORY_LINE = 300  # [bytes]
 # What a snapshot holds beside the state, as padded for ParaView [bytes a particle].
-SNAPSHOT_EXTRAS = 8 * 4 + 17 + 12
+SNAPSHOT_EXTRAS = 8 * 4 + 17 + 24 + 33
 VTU_GROWTH = 4 / 3  # numbers as text in base 64
 
 

@@ -207,7 +207,14 @@ class Run:
         self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.watch)
         self.start = self.writer.start()
         self.keeper = Keeper(
-            self.case, self.setup, self.clock, self.budget, self.watch, self.files.state, self.writer.series
+            self.case,
+            self.setup,
+            self.clock,
+            self.budget,
+            self.watch,
+            self.files.state,
+            self.writer.series,
+            self.writer.peaks,
         )
         if self.checkpoint is not None:
             self.time_step = self.keeper.restore(self.checkpoint)
@@ -254,7 +261,7 @@ class Run:
         limiting, body = int(particles.id[limit.particle]), int(particles.body[limit.particle])
         due = self._complete(following)
         if clock.steps % PERMUTE_EVERY == 0:
-            stepper.permute()
+            self.writer.peaks.permute(stepper.permute())
             self.observer.locate()
             self.domain.retire(self.budget, following.length)
         if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
@@ -283,6 +290,7 @@ class Run:
         stepper.complete(self.done.length, following.length)
         reached = clock.complete(self.done)
         self.budget.record(stepper.sums, self.done.length, stepper.pressures)
+        self.writer.peaks.record()
         due = []
         for time in moments:
             at = between(before, particles, (time - started) / self.done.length, self.done.length)

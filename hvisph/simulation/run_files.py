@@ -104,6 +104,7 @@ class RunFiles:
             self.writer.write(now, names.POST_MORTEM)
         elif self._clock.time != self.state.written:
             self.writer.write(now, self._clock.outputs + 1)
+        self.writer.write_series()
         return now
 
     def checkpoint_due(self) -> bool:

@@ -1,7 +1,8 @@
-"""Snapshots of a run: from the state to HDF5 and VTU files in its folder."""
+"""Snapshots of a run: from the state to VTKHDF and VTU files in its folder."""
 
 from __future__ import annotations
 
+import time as wall
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,8 +17,10 @@ from hvisph.output.atomic import reason
 from hvisph.output.folder import RunFolder
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.snapshot import Snapshot
+from hvisph.output.time_series import write_time_series
 from hvisph.output.vtu import write_pvd, write_vtu
 from hvisph.simulation.build import Setup
+from hvisph.simulation.peaks import Peaks
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
 # Fields of the state that files hold; those that only the integrator needs stay out.
 STATE_FIELDS = ("position", "velocity", "mass", "density", "internal_energy", "smoothing_length", "deviator",
                 "plastic_strain", "damage", "kernel_type")  # fmt: skip
+MOST_TIME = 0.02  # share of a run's wall time that its series may take while it goes on
 
 
 class SnapshotWriter:
@@ -52,6 +56,9 @@ class SnapshotWriter:
         if case.witness is not None:
             self.metadata["witness"] = case.witness.x
         self.series: list[tuple[float, str]] = []
+        self.peaks = Peaks(setup)
+        self._start: np.ndarray | None = None  # positions by permanent number
+        self._series_due = 0.0
 
     def snapshot(self, time: float, step: int, particles: Particles | None = None) -> Snapshot:
         """Return the state as it stands, or another state of the run, ordered by the particles' permanent numbers."""
@@ -62,6 +69,13 @@ class SnapshotWriter:
         fields = {name: particles[name][order] for name in STATE_FIELDS if name in particles.names}
         for name, values in diagnose(particles, stepper.table, stepper.models).items():
             fields[name] = values[order]
+        number = particles.id[order]
+        if self._start is None:
+            self._start = np.zeros((int(number.max()) + 1, particles.dim))
+            self._start[number] = fields["position"]
+        fields["displacement"] = fields["position"] - self._start[number]
+        fields["peak_pressure"] = np.maximum(self.peaks.of(number), fields["pressure"])
+        fields["failed"] = (fields["damage"] >= 1.0).astype(np.uint8)
         return Snapshot(time, step, particles.dim, fields, particles.body[order].astype(np.int64),
                         particles.material[order].astype(np.int64), particles.id[order].astype(np.int64),
                         self.setup.bodies, self.setup.materials, dict(self.metadata))  # fmt: skip
@@ -92,10 +106,20 @@ class SnapshotWriter:
         except OSError as error:
             raise OutputError(f"cannot delete {path}: {reason(error)}") from error
 
+    def write_series(self) -> None:
+        """Write the series of all snapshots so far; the next one is due after a while, the longer this one took."""
+        if "hdf5" in self.formats:
+            began = wall.monotonic()
+            write_time_series(self.folder.path)
+            now = wall.monotonic()
+            self._series_due = now + (now - began) / MOST_TIME
+
     def write(self, snapshot: Snapshot, number: int | str) -> None:
         """Write a snapshot under its number, or one with a name of its own, in every format."""
         if "hdf5" in self.formats or isinstance(number, str):
             write_hdf5(self.folder.snapshot_path(number), snapshot)
+            if wall.monotonic() > self._series_due:
+                self.write_series()
         if "vtu" in self.formats and not isinstance(number, str):
             path = self.folder.vtu_path(number)
             write_vtu(path, snapshot)

@@ -22,7 +22,7 @@ from hvisph.output.folder import looks_like_a_run
 from hvisph.output.reader import list_snapshots
 from hvisph.simulation.summary import case_hash
 
-SNAPSHOTS = (".h5", ".vtu")
+SNAPSHOTS = (".vtkhdf", ".h5", ".vtu")
 ENDED = ("done", "failed")
 
 

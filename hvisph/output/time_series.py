@@ -1,0 +1,130 @@
+"""All snapshots of a run as one VTKHDF file that ParaView opens as a series in time.
+
+It holds no particles: its arrays are virtual, strung together from those of the snapshots, whose files it
+names relative to its own. So it stays small, and goes wherever the run's folder goes.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import OutputError
+from hvisph.output import names
+from hvisph.output.atomic import reason
+from hvisph.output.hdf5 import mark_vtk, names_in, write_labels
+from hvisph.output.sealed import LABELS, reading
+
+COUNTS = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
+TIME = "FieldData/TimeValue"
+
+
+@dataclass(frozen=True)
+class _Outline:
+    """What the series needs to know of a snapshot's file: shapes and types of its arrays, time, names."""
+
+    path: Path
+    arrays: dict[str, tuple[tuple[int, ...], np.dtype]]
+    time: float
+    labels: tuple[list[str], list[str]]
+
+
+def write_time_series(folder: str | os.PathLike[str]) -> None:
+    """Write the series of the numbered snapshots in a run's folder; beside and renamed.
+
+    A snapshot that cannot be read is left out. Without any there is no series, and one that is there is removed.
+
+    Raises
+    ------
+    OutputError
+        When the file cannot be written.
+    """
+    import h5py
+
+    home = Path(folder)
+    target = home / names.TIME_SERIES
+    partial = target.with_name(target.name + names.PARTIAL)
+    outlines = _outlines(home / names.SNAPSHOTS)
+    try:
+        if not outlines:
+            target.unlink(missing_ok=True)
+            return
+        with h5py.File(partial, "w") as h5:
+            _write(h5, outlines)
+        os.replace(partial, target)
+    except OSError as error:
+        raise OutputError(f"cannot write {target}: {reason(error)}") from error
+
+
+def _outlines(place: Path) -> list[_Outline]:
+    files = [path for path in place.glob(f"*{names.SNAPSHOT_ENDING}") if names.is_own(path) and names.is_plain(path)]
+    outlines = []
+    for path in sorted((path for path in files if path.stem.isdecimal()), key=lambda path: int(path.stem)):
+        try:
+            with reading(path, "a snapshot", verified=False) as h5:
+                outlines.append(_outline(path, h5))
+        except OutputError:
+            continue
+    return outlines
+
+
+def _outline(path: Path, h5: Any) -> _Outline:
+    root, arrays = h5["VTKHDF"], {}
+    for name in (
+        "Points",
+        "Connectivity",
+        "Offsets",
+        "Types",
+        TIME,
+        *(f"PointData/{one}" for one in root["PointData"]),
+    ):
+        arrays[name] = (root[name].shape, root[name].dtype)
+    return _Outline(path, arrays, float(root[TIME][0]), names_in(h5))
+
+
+def _write(h5: Any, outlines: Sequence[_Outline]) -> None:
+    root, steps = mark_vtk(h5), len(outlines)
+    sizes = np.array([one.arrays["Points"][0][0] for one in outlines], np.int64)
+    begins = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
+    for name in COUNTS:
+        root[name] = sizes
+    shared = [name for name in outlines[0].arrays if all(name in one.arrays for one in outlines)]
+    for name in shared:
+        _string(root, name, outlines)
+    write_labels(root, *outlines[0].labels)
+    group = root.create_group("Steps")
+    group.attrs["NSteps"] = steps
+    group["Values"] = np.array([one.time for one in outlines])
+    group["PartOffsets"], group["NumberOfParts"] = np.arange(steps), np.ones(steps, np.int64)
+    group["PointOffsets"] = begins
+    group["CellOffsets"], group["ConnectivityIdOffsets"] = begins.reshape(-1, 1), begins.reshape(-1, 1)
+    for name in shared:
+        if name.startswith("PointData/"):
+            group[f"PointDataOffsets/{name.removeprefix('PointData/')}"] = begins
+    for name, offsets, size in ((TIME, np.arange(steps), 1),
+                                *((f"FieldData/{label}", np.zeros(steps, np.int64), len(texts))
+                                  for label, texts in zip(LABELS, outlines[0].labels, strict=True))):  # fmt: skip
+        own = name.removeprefix("FieldData/")
+        group[f"FieldDataOffsets/{own}"] = offsets
+        group[f"FieldDataSizes/{own}"] = np.array([[1, size]] * steps)
+
+
+def _string(root: Any, name: str, outlines: Sequence[_Outline]) -> None:
+    """Make an array of those of all snapshots, one after the other."""
+    import h5py
+
+    (_, *columns), kind = outlines[0].arrays[name]
+    total = sum(one.arrays[name][0][0] for one in outlines)
+    layout = h5py.VirtualLayout((total, *columns), kind)
+    at = 0
+    for one in outlines:
+        shape, dtype = one.arrays[name]
+        file = f"{names.SNAPSHOTS}/{one.path.name}"
+        layout[at : at + shape[0]] = h5py.VirtualSource(file, f"VTKHDF/{name}", shape, dtype)
+        at += shape[0]
+    root.create_virtual_dataset(name, layout)
