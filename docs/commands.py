@@ -1,13 +1,16 @@
-"""Write docs/commands.md from the commands themselves: `python docs/commands.py --write`."""
+"""Write docs/commands.md, and the index of all pages that `hvisph help` searches: `python docs/commands.py --write`."""
 
 from __future__ import annotations
 
+import json
+import re
 import sys
 from pathlib import Path
 
 import typer
 
 PAGE = Path(__file__).with_name("commands.md")
+INDEX = PAGE.parents[1] / "hvisph" / "casefile" / "pages.json"
 
 
 def text() -> str:
@@ -31,6 +34,16 @@ def text() -> str:
     return "\n".join(parts)
 
 
+def index() -> str:
+    """Return the titles and headings of all pages, as JSON."""
+    pages = {}
+    for path in sorted(PAGE.parent.rglob("*.md")):
+        prose = re.sub(r"```.*?```", "", path.read_text(encoding="utf-8"), flags=re.DOTALL)
+        pages[path.relative_to(PAGE.parent).as_posix()] = re.findall(r"^##? (.+)$", prose, re.MULTILINE)
+    pages["commands.md"] = pages["commands.md"][:1]  # the commands themselves are searched
+    return json.dumps(pages, indent=1, ensure_ascii=False) + "\n"
+
+
 def _paragraphs(help_text: str) -> str:
     return "\n\n".join(" ".join(part.split()) for part in help_text.strip().split("\n\n"))
 
@@ -38,5 +51,6 @@ def _paragraphs(help_text: str) -> str:
 if __name__ == "__main__":
     if sys.argv[1:] == ["--write"]:
         PAGE.write_text(text(), encoding="utf-8")
+        INDEX.write_text(index(), encoding="utf-8")
     else:
         sys.stdout.write(text())

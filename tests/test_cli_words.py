@@ -22,10 +22,23 @@ def said(*arguments, code=0):
     ("word", "found"),
     [("jc", "strength.type: johnson_cook"), ("johnson_cook", "damage.type: johnson_cook"), ("cfl", "time.cfl"),
      ("residual_velocity", "measures.residual_velocity"), ("mirror", "symmetry"), ("bodies.shape", "bodies.NAME.shape"),
-     ("copper", "copper-ofhc"), ("quickstart", "quickstart"), ("animate", "hvisph animate")],
+     ("copper", "copper-ofhc"), ("Whipple", "docs/howto/shield.md"), ("Al2024", "aluminium-2024-t351"),
+     ("weldox 460", "steel-weldox-460e"), ("bodies.projectile.shape", "cylinder"), ("paraview", "docs/howto/paraview.md"), ("quickstart", "quickstart"), ("animate", "hvisph animate")],
 )  # fmt: skip
 def test_words_are_found(word, found):
     assert found in said("help", word)
+    explained = said("explain", word)
+    assert found in explained or "cylinder" in explained or "velocity" in explained
+    assert max(map(len, explained.splitlines())) <= 100
+
+
+@pytest.mark.parametrize(
+    ("path", "part"),
+    [("bodies.shape", "cylinder:"), ("bodies.NAME.shape", "cylinder:"), ("bodies.shape.diameter", "Diameter"),
+     ("measures.residual_velocity", "[m/s]"), ("bodies.target.material.eos", "mie_gruneisen:")],
+)  # fmt: skip
+def test_places_are_explained_as_the_pages_write_them(path, part):
+    assert part in said("explain", path)
 
 
 def test_words_that_are_not_there_say_what_is_near():
@@ -59,3 +72,18 @@ def test_sparklines_show_least_and_most():
     assert (line[0], line[-1]) == ("▁", "█")
     assert sparkline([float("nan")]) == ""
     assert len(sparkline(list(range(1000)))) <= 60
+
+
+def test_tables_fit_a_screen():
+    from hvisph.cli.words import SCREEN, table, tables
+
+    long = [["name", "value", "remark"], ["one", "1", "words " * 40], ["two", "2", "short"]]
+    shown = table(long).splitlines()
+    assert max(map(len, shown)) <= SCREEN
+    assert " ".join(line.strip() for line in shown).count("words") == 40
+    assert len(table(long, cut=True).splitlines()) == 3
+    wide = [["run", *(f"measure {k}" for k in range(30))], ["a", *(str(k) for k in range(30))]]
+    blocks = tables(wide).split("\n\n")
+    assert max(len(line) for block in blocks for line in block.splitlines()) <= SCREEN
+    assert all(block.splitlines()[1].split()[0] == "a" for block in blocks)
+    assert [cell for block in blocks for cell in block.splitlines()[1].split()[1:]] == [str(k) for k in range(30)]

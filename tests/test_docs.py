@@ -39,6 +39,7 @@ def test_the_page_of_commands_is_up_to_date():
     commands = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(commands)
     assert commands.PAGE.read_text(encoding="utf-8") == commands.text(), "run: python docs/commands.py --write"
+    assert commands.INDEX.read_text(encoding="utf-8") == commands.index(), "run: python docs/commands.py --write"
 
 
 def test_commands_of_the_pages_exist():

@@ -157,3 +157,22 @@ def test_a_browser_plays_the_run(browser, kind, request):
     assert browser.execute_script("return performance.getEntriesByType('resource').length") == 0
     said = [line for line in browser.get_log("browser") if line["source"] != "rendering"]  # of reading pixels here
     assert said == []
+
+
+@pytest.mark.parametrize("command", ["run", "resume"])
+def test_a_run_writes_its_report_when_it_is_asked_to(command, plane, tmp_path):
+    from typer.testing import CliRunner
+
+    from hvisph.cli.main import app
+
+    folder = tmp_path / "run"
+    if command == "run":
+        settings = ["--resolution", "0.5mm", "--set", "time.end=0.2us", "--set", "output.every=0.1us"]
+        arguments = ["run", "quickstart", *settings, "--out", str(folder), "--report"]
+    else:
+        shutil.copytree(plane, folder)
+        arguments = ["resume", str(folder), "--report"]
+    result = CliRunner().invoke(app, arguments)
+    assert result.exit_code == 0, result.output
+    assert f"Report: {folder / 'report.html'}" in result.output
+    assert "ended as planned" in (folder / "report.html").read_text(encoding="utf-8")

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from hvisph.case.case import Case
-from hvisph.casefile.describe import Spot, keys_of, walk
+from hvisph.casefile.describe import Spot, keys_of, spot_of, walk
 from hvisph.casefile.wording import default_text, value_text
 from hvisph.core.errors import CaseError, nearest
+from hvisph.core.measures import CATALOGUE
 
 
 def explain(path: str) -> str:
@@ -14,15 +15,15 @@ def explain(path: str) -> str:
     Parameters
     ----------
     path
-        Such as ``time.cfl`` or ``bodies.target.shape``; a body or a list entry may have any
-        name, and ``formulation.viscosity`` is looked up in every alternative that has it.
+        Such as ``time.cfl``, ``bodies.target.shape`` or ``bodies.shape`` for that of any body; a body or a
+        list entry may have any name, and ``formulation.viscosity`` is looked up in every alternative that has it.
 
     Raises
     ------
     CaseError
         If nothing can stand there; names the nearest key.
     """
-    keys = [key for key in path.split(".") if key]
+    keys = _written_out([key for key in path.split(".") if key])
     for depth, key in enumerate(keys):
         if walk(Case, keys[: depth + 1]) is None:
             above = walk(Case, keys[:depth])
@@ -30,7 +31,22 @@ def explain(path: str) -> str:
             raise CaseError(f"unknown key{nearest(key, allowed)}", where=".".join(keys[: depth + 1]))
     spot = walk(Case, keys)
     lines = [".".join(keys) or "case", *_about(keys[-1] if keys else "", spot)] if spot else []
+    if len(keys) == 2 and keys[0] == "measures" and keys[1] in CATALOGUE:
+        measure = CATALOGUE[keys[1]]
+        lines.append(f"  {measure.meaning}{f' [{measure.unit}]' if measure.unit else ''}")
     return "\n".join(lines)
+
+
+def _written_out(keys: list[str]) -> list[str]:
+    """Return a path with NAME where the name of a body was left out, as in ``bodies.shape``."""
+    for depth in range(1, len(keys)):
+        spot = walk(Case, keys[:depth])
+        if spot is None or not spot.named or spot.item is None:
+            continue
+        longer = [*keys[:depth], "NAME", *keys[depth:]]
+        if keys[depth] in keys_of(spot_of(spot.item)) and walk(Case, longer) is not None:
+            return longer
+    return keys
 
 
 def _about(name: str, spot: Spot) -> list[str]:

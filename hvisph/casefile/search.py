@@ -1,16 +1,19 @@
-"""Finding a word among keys, values, measures, materials and cases: for `hvisph help WORD`."""
+"""Finding a word among keys, values, measures, materials, cases and pages: for `hvisph help` and `explain`."""
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
 
 from hvisph.case.case import Case
 from hvisph.casefile.data import bundled_cases
 from hvisph.casefile.describe import spot_of
-from hvisph.casefile.material_library import load_material, material_names
+from hvisph.casefile.material_library import Library
 from hvisph.core.measures import CATALOGUE
 
 # What people call things that have another name here.
@@ -32,6 +35,10 @@ SYNONYMS = {
     "bumper": "whipple",
 }
 MOST = 40
+# Titles and headings of the documentation, made by `python docs/commands.py --write`.
+PAGES = Path(__file__).with_name("pages.json")
+# What alloys of aluminium are called for short: Al2024, AA6061-T6.
+ALLOY = re.compile(r"(?:al|aa)_?(\d{4}.*)")
 
 
 @dataclass(frozen=True)
@@ -41,7 +48,7 @@ class Entry:
     Parameters
     ----------
     kind
-        key, value, measure, material, case or command.
+        key, value, measure, material, case, page or command.
     name
         How it is written; of keys the whole path.
     text
@@ -59,12 +66,12 @@ def search(word: str, commands: Sequence[tuple[str, str]] = ()) -> list[Entry]:
     Parameters
     ----------
     word
-        A key, part of a path, a value, a measure, a material, a case, a command, or any word of their texts.
+        A key, part of a path, a value, a measure, a material, a case, a page, a command, or any word of their texts.
     commands
         Names and texts of commands.
     """
     asked = word.strip().lower().replace("-", "_")
-    wanted = {asked, SYNONYMS.get(asked.replace("_", ""), asked)}
+    wanted = {asked, SYNONYMS.get(asked.replace("_", ""), asked), ALLOY.sub(r"aluminium_\1", asked)}
     everything = list(_entries(commands))
     scored = [(max(_score(one, each) for each in wanted), k, one) for k, one in enumerate(everything)]
     ranked = sorted((entry for entry in scored if entry[0] > 0), key=lambda entry: (-entry[0], entry[1]))
@@ -86,11 +93,13 @@ def _score(one: Entry, word: str) -> int:
         return 5
     if name.endswith(f".{word}"):
         return 4
-    if word in last:
+    plain = one.text.lower().replace("-", " ").replace("_", " ")
+    words = word.replace("_", " ")
+    if word in last or (one.kind == "page" and words in plain.partition(":")[0]):  # its title
         return 3
     if word in name:
         return 2
-    return 1 if word.replace("_", " ") in one.text.lower().replace("-", " ").replace("_", " ") else 0
+    return 1 if words in plain else 0
 
 
 def _entries(commands: Sequence[tuple[str, str]]) -> Iterator[Entry]:
@@ -102,8 +111,13 @@ def _entries(commands: Sequence[tuple[str, str]]) -> Iterator[Entry]:
             seen.add(mark)
             yield entry
     yield from (Entry("measure", f"measures.{name}", one.meaning) for name, one in CATALOGUE.items())
-    yield from (Entry("material", name, load_material(name).source) for name in material_names())
+    library = Library()
+    for name in library.names():
+        notes = library.notes(name)
+        yield Entry("material", name, "; ".join([*notes.aliases, *(source.text for source in notes.sources)]))
     yield from (Entry("case", name, "") for name in bundled_cases())
+    for page, (title, *headings) in json.loads(PAGES.read_text(encoding="utf-8")).items():
+        yield Entry("page", f"docs/{page}", ": ".join([title, ", ".join(headings)]) if headings else title)
 
 
 def _keys(model: Any, above: str, parents: tuple[Any, ...]) -> Iterator[Entry]:

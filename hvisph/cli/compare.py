@@ -52,6 +52,7 @@ def compare(
             "solution, and tabulate the differences from it.",
         ),
     ] = None,
+    every: Annotated[bool, typer.Option("--all", help="Show all measures, not only those that matter most.")] = False,
     force: Annotated[bool, typer.Option("--force", help="Run again what has been run.")] = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
@@ -96,7 +97,7 @@ def compare(
         from hvisph.cli.comparison_table import comparison_tables
 
         unitless = any(_unitless(entry) for entry in asked)
-        show(comparison_tables(rows, unitless))
+        show(comparison_tables(rows, unitless, every))
         if overlaid is not None:
             from hvisph.cli.comparison_table import gauge_table
 

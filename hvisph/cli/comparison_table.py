@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from hvisph.cli.words import duration, table
-from hvisph.core.measures import Look, look_of
+from hvisph.cli.words import duration, table, tables
+from hvisph.core.measures import Look, look_of, main_measures
 
 if TYPE_CHECKING:
     from hvisph.measures.compare import Row
@@ -19,9 +19,19 @@ if TYPE_CHECKING:
 MISSED = " *"  # behind a value that is further from the published one than its tolerance
 
 
-def comparison_tables(rows: Sequence[Row], unitless: bool = False) -> str:
-    """Return the two tables, and a word on brackets and marks where there are any."""
-    parts = [_measures(rows, unitless)]
+def comparison_tables(rows: Sequence[Row], unitless: bool = False, every: bool = False) -> str:
+    """Return the tables of measures and of costs, and a word on what is not shown, on brackets and on marks.
+
+    Parameters
+    ----------
+    rows
+        The runs.
+    unitless
+        True for cases without units.
+    every
+        Show all measures, in as many tables as that takes; without, those that matter most.
+    """
+    parts = [_measures(rows, unitless, every)]
     if any(row.conservation or row.cost for row in rows):
         parts += ["", _cost(rows)]
     if any(row.published for row in rows):
@@ -30,17 +40,20 @@ def comparison_tables(rows: Sequence[Row], unitless: bool = False) -> str:
     return _coloured("\n".join(parts))
 
 
-def _measures(rows: Sequence[Row], unitless: bool) -> str:
+def _measures(rows: Sequence[Row], unitless: bool, every: bool) -> str:
     from hvisph.measures.compare import shown_measures
 
     names = shown_measures(rows)
+    most = names if every or any(row.published for row in rows) else main_measures(names)
+    left, names = len(names) - len(most), most
     looks = {name: _look(rows, name, unitless) for name in names}
     lines = [
         ["", *(look.short for look in looks.values())],
         ["", *(look.unit for look in looks.values())],
     ]
     lines += [[row.name, *(_cell(row, name, look) for name, look in looks.items())] for row in rows]
-    return table(lines)
+    more = f"\n  {left} more with --all" if left else ""
+    return tables(lines) + more
 
 
 def _look(rows: Sequence[Row], name: str, unitless: bool) -> Look:
@@ -65,8 +78,9 @@ def _number(value: float, look: Look, sign: str = "") -> str:
 
 def _cost(rows: Sequence[Row]) -> str:
     drifts = list(dict.fromkeys(name for row in rows for name in row.conservation))
-    head = ["", "", *(name.replace("_", " ") for name in drifts), "particles", "steps", "us/p-step", "wall"]
-    lines = [head]
+    words = [name.replace("_", " ").rpartition(" ") for name in drifts]  # such as energy drift, on two lines
+    lines = [["", "", *(of for of, _, _ in words), "particles", "steps", "us a particle-", "wall"],
+             ["", "", *(what for _, _, what in words), "", "", "step", ""]]  # fmt: skip
     for row in rows:
         pace = row.cost.get("microseconds_per_particle_step")
         wall = row.cost.get("wall_seconds")

@@ -30,20 +30,35 @@ def listener_for(case: Case, silent: bool) -> Silence:
     return Live(case)
 
 
-def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool) -> None:
-    """Print how a run ended and leave the command with its exit code."""
+def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool, report: bool = False) -> None:
+    """Print how a run ended, with `report` after writing its page, and leave the command with its exit code."""
+    page = _page(outcome.folder) if report else None
     if as_json:
         from hvisph.cli.words import echo_json
 
         echo_json(outcome.summary)
     elif not quiet:
         show(_results(outcome.summary, outcome.folder, unitless))
+        if page is not None:
+            say(f"Report: {page}")
     failure = outcome.summary["failure"]
     if failure is not None:
         say(f"error: the run failed: {failure['message']}", err=True, red=True)
     if outcome.summary["status"] == "interrupted":
         say(f"stopped by {outcome.signal}; go on with: hvisph resume {outcome.folder}", err=True)
     raise typer.Exit(outcome.exit_code or (FAILED if failure is not None else 0))
+
+
+def _page(folder: Path) -> Path | None:
+    """Return the report of a run, just written; None where it cannot be, which is said and spoils nothing."""
+    from hvisph.core.errors import HvisphError
+    from hvisph.report.build import report
+
+    try:
+        return report([folder])
+    except HvisphError as error:
+        say(f"warning: no report: {error}", err=True)
+        return None
 
 
 SHARES = {"failed": "failed", "above_melting": "above melting", "beyond_range": "beyond the range of its material",

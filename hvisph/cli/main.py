@@ -28,7 +28,6 @@ from hvisph.cli import (
     verify,
     watch,
 )
-from hvisph.cli import help as help_
 from hvisph.cli.group import Group
 from hvisph.cli.guard import guarded
 from hvisph.cli.say import say
@@ -63,6 +62,7 @@ for command in (
     materials.materials,
     point.point,
     explain.explain,
+    explain.help,
     sweep.sweep,
     sweep.converge,
     sweep.limit,
@@ -71,7 +71,6 @@ for command in (
     doctor.doctor,
 ):
     app.command()(guarded(command))
-app.command()(guarded(help_.help))
 
 
 def _version(asked: bool) -> None:

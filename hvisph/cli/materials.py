@@ -63,7 +63,7 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     """Return numbers, sources and what follows, as text."""
     from hvisph.casefile.material_library import CONFIDENCE
     from hvisph.casefile.yaml_text import dump
-    from hvisph.cli.words import quantity, table
+    from hvisph.cli.words import paragraph, quantity, table
     from hvisph.study.material_sheet import derived, hugoniot
 
     lines = ["# SI units", dump(model.model_dump(mode="json", exclude={"name"})).rstrip()]
@@ -71,12 +71,13 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     if notes.aliases:
         lines.append(f"# also called {', '.join(notes.aliases)}")
     if notes.note:
-        lines.append(f"# {notes.note}")
+        lines += [f"# {line}" for line in paragraph(notes.note).splitlines()]
     if notes.sources:
         lines += ["", "sources of the numbers"]
         for source in notes.sources:
             doubt = CONFIDENCE[source.confidence]
-            lines.append(f"  {', '.join(source.of)}: {source.text}{f' [{doubt}]' if doubt else ''}")
+            text = f"{', '.join(source.of)}: {source.text}{f' [{doubt}]' if doubt else ''}"
+            lines.append(paragraph(text, indent=2, hanging=4))
     lines += ["", "what follows from them"]
     lines.append(table([(key, quantity(value, unit)) for key, (value, unit) in derived(model).items()]))
     rows = hugoniot(model)

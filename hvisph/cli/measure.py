@@ -232,7 +232,7 @@ def _series(series: Any, unitless: bool) -> str:
         own = max(map(len, column)) + 2
         if width + own > WIDTH:
             blocks.append([first])
-            width = max(map(len, first)) + 2
+            width = max(map(len, first)) + 4  # with the indent
         blocks[-1].append(column)
         width += own
     return "\n\n".join(table(_lines(block)) for block in blocks)

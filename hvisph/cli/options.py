@@ -26,6 +26,7 @@ PictureOption = Annotated[
     str | None, typer.Option("--picture", metavar="FILE", help="Draw the set-up into this file: setup.png.")
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for programs, SI units, nothing else.")]
+ReportOption = Annotated[bool, typer.Option("--report", help="Write the run's report.html when it ends.")]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
 OutOption = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; runs/NAME unless given.")

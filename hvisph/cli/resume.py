@@ -9,7 +9,7 @@ import typer
 
 from hvisph.cli.ending import conclude, listener_for
 from hvisph.cli.interrupt import noted_interrupts
-from hvisph.cli.options import JsonOption, QuietOption, ThreadsOption
+from hvisph.cli.options import JsonOption, QuietOption, ReportOption, ThreadsOption
 
 
 def resume(
@@ -22,6 +22,7 @@ def resume(
         typer.Option("--max-steps", min=0, metavar="N", help="Stop early after so many steps; 0 for never."),
     ] = None,
     threads: ThreadsOption = None,
+    report: ReportOption = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -38,4 +39,4 @@ def resume(
             outcome = resume_run(folder, case, threads=threads, listener=listener)
     finally:
         listener.close()
-    conclude(outcome, case.units == "none", quiet, as_json)
+    conclude(outcome, case.units == "none", quiet, as_json, report)

@@ -14,6 +14,7 @@ from hvisph.cli.options import (
     JsonOption,
     OutOption,
     QuietOption,
+    ReportOption,
     ResolutionOption,
     SetOption,
     ThreadsOption,
@@ -27,6 +28,7 @@ def run(
     settings: SetOption = None,
     threads: ThreadsOption = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier run in the folder.")] = False,
+    report: ReportOption = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -44,4 +46,4 @@ def run(
             outcome = run_case(loaded, out or run_folder(case), force=force, threads=threads, listener=listener)
     finally:
         listener.close()
-    conclude(outcome, loaded.units == "none", quiet, as_json)
+    conclude(outcome, loaded.units == "none", quiet, as_json, report)

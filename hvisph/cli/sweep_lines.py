@@ -10,10 +10,9 @@ from types import TracebackType
 from typing import Any
 
 from hvisph.cli.say import say
-from hvisph.cli.words import duration, table
+from hvisph.cli.words import duration, table, tables
 
 SHOWN_ROWS = 60  # of the table on the terminal
-MEASURES = ("perforated", "crater_diameter", "penetration", "residual_velocity", "centre_pressure_peak")
 
 
 class Teller:
@@ -46,8 +45,8 @@ class Teller:
         self.done += 1
         if self.silent:
             return
-        values = ", ".join(f"{path.rsplit('.', 2)[-1] if path.count('.') < 2 else '.'.join(path.split('.')[-2:])} "
-                           f"{value}" for path, value in row["values"].items())  # fmt: skip
+        paths = _shortest([*row["values"]])
+        values = ", ".join(f"{path} {value}" for path, value in zip(paths, row["values"].values(), strict=True))
         said = row["message"] or _measured(row, _main(None, [row])[:3])
         left = self._left()
         say(f"{row['number']:5d}  {values}  {row['status']}  {said}{left}")
@@ -66,9 +65,10 @@ class Teller:
 
 def _main(record: Sequence[str] | None, rows: Sequence[dict[str, Any]]) -> list[str]:
     """Return the measures to show: those recorded, or the main ones that have values."""
-    there = {name for row in rows for name, one in row["measures"].items() if one["value"] is not None}
-    names = record if record is not None else [*MEASURES, *sorted(there - set(MEASURES))]
-    return [name for name in names if name in there][:5]
+    from hvisph.core.measures import main_measures
+
+    there = dict.fromkeys(name for row in rows for name, one in row["measures"].items() if one["value"] is not None)
+    return main_measures([*there]) if record is None else [name for name in record if name in there]
 
 
 def _measured(row: dict[str, Any], names: Sequence[str]) -> str:
@@ -105,14 +105,25 @@ def _rows(rows: Sequence[dict[str, Any]], record: Sequence[str] | None) -> str:
     paths = list(dict.fromkeys(key for row in rows for key in row["values"]))
     names = _main(record, rows)
     looks = {name: look_of(name) for name in names}
-    head = ["", *paths, "", *(looks[name].short for name in names)]
+    head = ["", *_shortest(paths), "", *(looks[name].short for name in names)]
     units = ["", *("" for _ in paths), "", *(looks[name].unit for name in names)]
     lines = [head, units]
     for row in rows[:SHOWN_ROWS]:
         cells = [_cell(row["measures"].get(name, {}).get("value"), looks[name]) for name in names]
         lines.append([str(row["number"]), *(str(row["values"].get(key, "")) for key in paths), row["status"], *cells])
     more = f"\n  and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
-    return table(lines) + more
+    return tables(lines, kept=2 + len(paths)) + more
+
+
+def _shortest(paths: Sequence[str]) -> list[str]:
+    """Return paths by as many of their last parts as tell them apart, a number with the key that it belongs to."""
+    shown = []
+    for path in paths:
+        parts = path.split(".")
+        ends = [".".join(parts[-k:]) for k in range(1, len(parts) + 1) if not parts[-k].isdigit() or k == len(parts)]
+        unlike = (end for end in ends if not any(f".{other}".endswith(f".{end}") for other in paths if other != path))
+        shown.append(next(unlike, path))
+    return shown
 
 
 def _cell(value: Any, look: Any) -> str:

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 
 BARS = "▁▂▃▄▅▆▇█"
-WIDTH = 60
+WIDTH = 55
 
 
 def watch(

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import math
+import textwrap
 from collections.abc import Sequence
 from typing import Any
 
 from hvisph.cli.say import show
 from hvisph.core.harmless import harmless
 
+SCREEN = 100  # columns of a terminal that tables fit into
+GAP = 2  # between columns
+NARROWEST = 24  # column in which words are wrapped
 _PREFIXES = (
     (1e9, "G"),
     (1e6, "M"),
@@ -66,12 +70,59 @@ def rounded(count: float) -> str:
     return f"{float(f'{count:.2g}'):.0f}"
 
 
-def table(rows: Sequence[Sequence[str]], indent: int = 2) -> str:
-    """Return `rows` as text in aligned columns; trailing empty cells cost nothing."""
+def table(rows: Sequence[Sequence[str]], indent: int = 2, *, cut: bool = False) -> str:
+    """Return `rows` as text in aligned columns.
+
+    Words in the last column are wrapped, or with `cut` cut off, so that lines fit a screen.
+    """
     rows = [[harmless(cell) for cell in row] for row in rows]
-    widths = [max(len(row[k]) for row in rows if k < len(row)) for k in range(max(map(len, rows), default=0))]
-    lines = ("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)) for row in rows)
+    widths = _widths(rows)
+    room = SCREEN - indent - sum(width + GAP for width in widths[:-1])
+    if widths and widths[-1] > room >= NARROWEST:
+        rows = [line for row in rows for line in _wrapped(row, len(widths), room, cut)]
+        widths = _widths(rows)
+    lines = ((" " * GAP).join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)) for row in rows)
     return "\n".join(" " * indent + line.rstrip() for line in lines)
+
+
+def tables(rows: Sequence[Sequence[str]], kept: int = 1, indent: int = 2) -> str:
+    """Return `rows` as tables below each other, no wider than a screen, which all begin with `kept` columns.
+
+    All rows have the same number of cells.
+    """
+    widths = _widths(rows)
+    least = indent + sum(width + GAP for width in widths[:kept])
+    blocks: list[list[int]] = [[]]
+    used = least
+    for column in range(kept, len(widths)):
+        if blocks[-1] and used + widths[column] > SCREEN:
+            blocks.append([])
+            used = least
+        blocks[-1].append(column)
+        used += widths[column] + GAP
+    chosen = [[*range(kept), *block] for block in blocks]
+    return "\n\n".join(table([[row[k] for k in columns] for row in rows], indent) for columns in chosen)
+
+
+def paragraph(text: str, indent: int = 0, hanging: int | None = None) -> str:
+    """Return `text` in lines that fit a screen, those after the first indented by `hanging`."""
+    rest = " " * (indent if hanging is None else hanging)
+    return textwrap.fill(harmless(text), SCREEN, initial_indent=" " * indent, subsequent_indent=rest,
+                         break_long_words=False, break_on_hyphens=False)  # fmt: skip
+
+
+def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
+    return [max(len(row[k]) for row in rows if k < len(row)) for k in range(max(map(len, rows), default=0))]
+
+
+def _wrapped(row: Sequence[str], columns: int, room: int, cut: bool) -> list[list[str]]:
+    """Return a row as several, whose last cells hold the words of its last one; a shorter row as it is."""
+    if len(row) < columns or len(row[-1]) <= room:
+        return [list(row)]
+    if cut:
+        return [[*row[:-1], f"{row[-1][: room - 3]}..."]]
+    words = textwrap.wrap(row[-1], room, break_long_words=False, break_on_hyphens=False)
+    return [[*row[:-1], words[0]], *([""] * (columns - 1) + [line] for line in words[1:])]
 
 
 def echo_json(content: Any) -> None:

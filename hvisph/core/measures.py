@@ -7,6 +7,7 @@ A new measure is a function in `hvisph.measures`, called in its `measure`, and a
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 # How many of a unit for people are in the SI unit that it stands for; what is not named here is shown as it is.
@@ -217,6 +218,10 @@ CLOUD_CATALOGUE: dict[str, Measure] = {
     )
 }  # fmt: skip
 
+# What is asked first of a shot, and how many measures a table of several runs shows.
+MAIN = ("perforated", "crater_diameter", "penetration", "residual_velocity", "centre_pressure_peak")
+MOST_COLUMNS = 5
+
 # What a run has conserved stands in tables beside its measures.
 DRIFTS = {
     "energy_drift": Look("energy drift", "energy drift", "%", 5),
@@ -236,6 +241,11 @@ def reported(dim: int) -> tuple[str, ...]:
     Only measures of plate impacts, which nobody misses elsewhere, are left out beyond 1D.
     """
     return tuple(name for name, measure in CATALOGUE.items() if dim in measure.dims or measure.dims != _LINE)
+
+
+def main_measures(names: Sequence[str]) -> list[str]:
+    """Return those of `names` that matter most, as many as a table of several runs has columns for."""
+    return [*(name for name in MAIN if name in names), *(name for name in names if name not in MAIN)][:MOST_COLUMNS]
 
 
 def look_of(name: str, unit: str = "", unitless: bool = False) -> Look:

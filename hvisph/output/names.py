@@ -18,6 +18,7 @@ TIME_SERIES = "series.vtkhdf"  # all snapshots as one file, which refers to thei
 HISTORY = "history.csv"
 SUMMARY = "summary.json"
 LOG = "run.log"
+REPORT = "report.html"
 LOCK = ".hvisph"  # marks the folder as a run's, and is locked while one writes it
 CASE_HEAD = "# Effective case of a run by hvisph"  # how `CASE` begins
 POST_MORTEM = "post_mortem"  # stem of the snapshot of a failure
@@ -26,7 +27,7 @@ OLD_ENDING = ".h5"  # of snapshots by earlier versions
 PARTIAL = ".partial"  # ends the name of a file that is being written
 
 FOLDERS = (SNAPSHOTS, VTU, CHECKPOINT)
-FILES = (CASE, SERIES, TIME_SERIES, HISTORY, SUMMARY, LOG)
+FILES = (CASE, SERIES, TIME_SERIES, HISTORY, SUMMARY, LOG, REPORT)
 # What each sub-folder holds.
 PATTERNS = {
     SNAPSHOTS: re.compile(rf"([0-9]{{6,}}|{POST_MORTEM})\.(vtkhdf|h5)", re.ASCII),

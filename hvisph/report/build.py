@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from hvisph.output.atomic import write_text
+from hvisph.output.names import REPORT
 from hvisph.pictures.inline import colour_tables
 from hvisph.report.content import Told
 from hvisph.report.template import PAGE, template
@@ -50,7 +51,7 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
         packed=json.dumps(packed).replace("<", "\\u003c"),
         css=(PAGE / "report.css").read_text(encoding="utf-8"), js=(PAGE / "viewer.js").read_text(encoding="utf-8"),
     )  # fmt: skip
-    target = Path(path) if path is not None else told[0].folder / "report.html"
+    target = Path(path) if path is not None else told[0].folder / REPORT
     write_text(target, text)
     return target
 

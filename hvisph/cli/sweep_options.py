@@ -1,0 +1,92 @@
+"""Options that the commands of many runs share: where they run, where they are written, how much is said."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from functools import wraps
+from pathlib import Path
+from typing import Annotated, Any, get_type_hints
+
+import typer
+
+from hvisph.cli.options import JsonOption, QuietOption, ThreadsOption
+
+
+@dataclass(frozen=True)
+class How:
+    """How a sweep is run and told; each field is an option of the command."""
+
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the sweep; sweeps/NAME unless given.")
+    ] = None
+    workers: Annotated[
+        int | None, typer.Option("--workers", min=1, metavar="N", help="Worker processes; one a core unless given.")
+    ] = None
+    threads: ThreadsOption = None
+    dask: Annotated[
+        str | None,
+        typer.Option("--dask", metavar="ADDRESS", help="Workers on a running Dask cluster, such as tcp://host:8786."),
+    ] = None
+    cluster: Annotated[
+        str | None, typer.Option("--cluster", metavar="KIND", help="Workers as jobs of a queue: slurm, pbs or sge.")
+    ] = None
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw the result: png, pdf, svg.")
+    ] = None
+    quiet: QuietOption = False
+    as_json: JsonOption = False
+
+    @property
+    def silent(self) -> bool:
+        """Whether nothing is said while it goes on."""
+        return self.quiet or self.as_json
+
+    def refuse(self) -> None:
+        """Refuse before anything runs what would fail after it all; raises `CaseError`."""
+        if self.plot is not None:
+            from hvisph.cli.compare import refuse_format
+
+            refuse_format(self.plot, "--plot")
+
+    def crew(self) -> Any:
+        """Return what makes the workers, None for this machine's; raises `CaseError` where there can be none."""
+        from hvisph.core.errors import CaseError
+
+        if self.dask is not None and self.cluster is not None:
+            raise CaseError("give either --dask or --cluster", where="--cluster")
+        if self.dask is None and self.cluster is None:
+            return None
+        from hvisph.sweeps import cluster as clusters
+
+        if self.cluster is not None and self.cluster not in clusters.KINDS:
+            raise CaseError(f"unknown '{self.cluster}'; allowed: {', '.join(clusters.KINDS)}", where="--cluster")
+        if self.dask is not None:
+            client = clusters.connected(self.dask)
+            return lambda folder, threads, options: clusters.DaskCrew(folder, client, threads, options)
+        kind, workers = str(self.cluster), self.workers or 1
+
+        def launch(folder: Any, threads: int, options: Any) -> Any:
+            return clusters.DaskCrew(folder, clusters.launched(kind, workers, threads), threads, options)
+
+        return launch
+
+
+def shared(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command with the options of `How` behind its own; it receives them as its first argument, `how`."""
+    hints = get_type_hints(command, include_extras=True)
+    options = get_type_hints(How, include_extras=True)
+    own = [one.replace(annotation=hints[one.name]) for one in inspect.signature(command).parameters.values()][1:]
+    names = {one.name: one.default for one in fields(How)}
+
+    @wraps(command)
+    def call(**given: Any) -> None:
+        command(How(**{name: given.pop(name) for name in names}), **given)
+
+    kind = inspect.Parameter.KEYWORD_ONLY
+    added = [inspect.Parameter(name, kind, default=first, annotation=options[name]) for name, first in names.items()]
+    parameters = [*(one.replace(kind=kind) for one in own), *added]
+    call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    call.__annotations__ = {one.name: one.annotation for one in parameters}
+    return call
