@@ -31,6 +31,7 @@ def sweep(
     work: Annotated[
         bool, typer.Option("--work", help="Be one more worker of a sweep's folder, as in a job array.")
     ] = False,
+    wanted: Annotated[Path | None, typer.Option("--while", hidden=True)] = None,
 ) -> None:
     """Run many cases that differ from one, and tabulate what they measured; the same command goes on.
 
@@ -41,7 +42,7 @@ def sweep(
     chosen = Selection.parse(only)
     how.refuse()
     if work:
-        _work(source, how.threads, chosen)
+        _work(source, how.threads, chosen, wanted)
     elif dry:
         _list(source, how.as_json)
     elif table:
@@ -140,11 +141,11 @@ def _sixteenth(low: str, high: str) -> str:
     return f"{(b - a) / 16:.12g} {unit}".strip()
 
 
-def _work(source: str, threads: int | None, chosen: Any) -> None:
+def _work(source: str, threads: int | None, chosen: Any, wanted: Path | None) -> None:
     from hvisph.sweeps.begin import existing
     from hvisph.sweeps.worker import Worker
 
-    code = Worker(existing(source), threads, chosen).work()
+    code = Worker(existing(source), threads, chosen, wanted).work()
     if code:
         raise typer.Exit(code)
 

@@ -32,9 +32,7 @@ class How:
     cluster: Annotated[
         str | None, typer.Option("--cluster", metavar="KIND", help="Workers as jobs of a queue: slurm, pbs or sge.")
     ] = None
-    plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Draw the result: png, pdf, svg.")
-    ] = None
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the result: png, pdf, svg.")] = None
     quiet: QuietOption = False
     as_json: JsonOption = False
 

@@ -7,12 +7,15 @@ from __future__ import annotations
 
 import subprocess
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
+from uuid import uuid4
 
 from hvisph.core.errors import CaseError
 from hvisph.sweeps.driver import worker_command
-from hvisph.sweeps.folder import SweepFolder
+from hvisph.sweeps.folder import CLAIMS, SweepFolder
 
+PATIENCE = 60.0  # wall time that workers have to write a checkpoint [s]
 KINDS = {"slurm": "SLURMCluster", "pbs": "PBSCluster", "sge": "SGECluster"}
 
 
@@ -32,8 +35,12 @@ class DaskCrew:
     """
 
     def __init__(self, folder: SweepFolder, client: Any, threads: int, options: Sequence[str] = ()):
+        home = SweepFolder(folder.path.resolve())
         self.client = client
-        self.command = worker_command(SweepFolder(folder.path.resolve()), threads, options)
+        # workers on other machines hear no signal of this one: they work as long as this file is there
+        self.wanted = home.path / CLAIMS / f"crew-{uuid4().hex[:12]}"
+        self.wanted.touch()
+        self.command = worker_command(home, threads, (*options, "--while", str(self.wanted)))
         self.tasks: list[Any] = []
 
     def keep(self, wanted: int) -> int:
@@ -44,9 +51,12 @@ class DaskCrew:
         return len(self.tasks)
 
     def stop(self) -> None:
-        """Withdraw what has not begun; what computes keeps its case, which the folder knows."""
-        for task in self.tasks:
-            task.cancel()
+        """Ask all to keep what they have and end, and wait for them, a minute at most."""
+        self.wanted.unlink(missing_ok=True)
+        distributed = _imported("distributed")
+        with suppress(TimeoutError, distributed.TimeoutError):
+            if self.tasks:
+                distributed.wait(self.tasks, timeout=PATIENCE)
         self.client.close()
 
 

@@ -54,10 +54,8 @@ class LocalCrew:
         self.processes: list[subprocess.Popen[bytes]] = []
 
     def keep(self, wanted: int) -> int:
-        """Start workers until there are as many as wanted; at first one alone, which compiles for all."""
+        """Start workers until there are as many as wanted."""
         self.processes = [process for process in self.processes if process.poll() is None]
-        if not (self.folder.path / STEPPING).exists():
-            wanted = min(wanted, 1)
         while len(self.processes) < wanted:
             self.processes.append(self._start())
         return len(self.processes)
@@ -143,7 +141,7 @@ class Driver:
         failures = len(self._failed())
         while left:
             begun = time.monotonic()
-            self.crew.keep(min(self.workers, len(left)))
+            self.crew.keep(self._wanted(len(left)))
             time.sleep(POLL)
             still = []
             for member in left:
@@ -159,6 +157,10 @@ class Driver:
                 return
             # looking at ten thousand cases takes a while: spend little of the time on it
             time.sleep(min(5.0 * max(time.monotonic() - begun - POLL, 0.0), 5.0))
+
+    def _wanted(self, left: int) -> int:
+        """Return how many workers there should be: at first one alone, which compiles for all."""
+        return min(self.workers, left) if (self.folder.path / STEPPING).exists() else 1
 
     def _failed(self) -> list[Member]:
         return [member for member in self.members if self.folder.standing(member).status in ENDED[1:]]

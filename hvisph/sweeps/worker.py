@@ -24,19 +24,26 @@ from hvisph.sweeps.selection import Selection
 from hvisph.sweeps.table import TableKeeper
 
 POLL = 0.5  # wall time between two looks when all that is left is with others [s]
+LOOK = 1.0  # wall time between two looks whether it is still wanted [s]
 INTERRUPTED = 130
 
 
 class _Limited(Listener):
-    """Interrupts a run after a wall time, and tells the first step of the first case."""
+    """Interrupts a run after a wall time or when it is not wanted any more; tells the first step of the first case."""
 
-    def __init__(self, seconds: float | None, stepping: Any):
+    def __init__(self, seconds: float | None, stepping: Any, wanted: Any):
         self.end = None if seconds is None else time.monotonic() + seconds
-        self.stepping, self.reached = stepping, False
+        self.stepping, self.wanted, self.reached = stepping, wanted, False
+        self.look = time.monotonic() + LOOK
 
     def progress(self, progress: Any) -> None:
         self.stepping()
-        if self.end is not None and time.monotonic() > self.end:
+        now = time.monotonic()
+        if now > self.look:
+            self.look = now + LOOK
+            if not self.wanted():
+                raise KeyboardInterrupt
+        if self.end is not None and now > self.end:
             self.reached = True
             raise KeyboardInterrupt
 
@@ -52,10 +59,14 @@ class Worker:
         Threads of each run.
     selection
         Which cases to take.
+    wanted
+        A file as long as which is there to work; None to work until nothing is left.
     """
 
-    def __init__(self, folder: SweepFolder, threads: int | None = None, selection: Selection | None = None):
+    def __init__(self, folder: SweepFolder, threads: int | None = None, selection: Selection | None = None,
+                 wanted: Path | None = None):  # fmt: skip
         self.folder, self.threads, self.selection = folder, threads, selection or Selection()
+        self.file = wanted
         self.plan: Plan = folder.plan()
         self.sweep: Sweep = self.plan.sweep
         self.table = TableKeeper(folder, self.sweep.record)
@@ -69,6 +80,8 @@ class Worker:
             for member in self.selection.ordered(members):
                 if self._enough_failures(members):
                     return 0
+                if not self._wanted():
+                    return INTERRUPTED
                 if not self.selection.takes(member, self.folder.standing(member)):
                     continue
                 left += 1
@@ -84,6 +97,9 @@ class Worker:
             if busy == left:
                 time.sleep(POLL)
 
+    def _wanted(self) -> bool:
+        return self.file is None or self.file.exists()
+
     def _enough_failures(self, members: Sequence[Member]) -> bool:
         most = self.sweep.stop_after_failures
         if most is None:
@@ -95,7 +111,7 @@ class Worker:
         """Run a case to its end, its limit or a signal; False after a signal."""
         newest = next(iter(list_checkpoints(self.folder.run_folder(member) / names.CHECKPOINT)), None)
         self.folder.note(member, "start", checkpoint=newest.name if newest else None)
-        listener = _Limited(self.sweep.limit, lambda: self._tell(member))
+        listener = _Limited(self.sweep.limit, lambda: self._tell(member), self._wanted)
         try:
             outcome = self._run(member, listener)
         except KeyboardInterrupt:

@@ -1,0 +1,155 @@
+"""Kill driver and workers of a sweep at random, again and again, and hold every case against the same one alone.
+
+    python benchmarks/sweep_kills.py [--dask] [--kills 50] [--cases 60] [--seed 0] [--out DIR]
+
+Without `--dask` the workers are processes of the driver; with it they are tasks of a cluster of two processes, started
+here, and Dask's own processes are killed as well. Each case must be computed to its end once, and its last state be
+that of the same case run alone, bit for bit. Killed is with SIGKILL, a moment after a worker has begun a case.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+import psutil
+
+from hvisph.output.reader import list_snapshots, read_snapshot
+from hvisph.simulation.run import run
+from hvisph.sweeps.begin import begin
+
+SPEED = "bodies.projectile.velocity.0"
+SETTINGS = {"resolution": "0.6 mm", "time.end": "3 us", "output.every": "3 us", "output.formats": ["hdf5"],
+            "output.checkpoint_every": 0.05}  # fmt: skip
+
+
+class Sweep:
+    """A sweep that is driven by a command, which is started again when it dies."""
+
+    def __init__(self, folder, options):
+        self.folder = folder
+        self.command = [sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--workers", "2", "--threads", "1",
+                        "--quiet", *options]  # fmt: skip
+        self.driver = None
+
+    def keep(self):
+        """Start the driver where it is not running."""
+        if self.driver is None or self.driver.poll() is not None:
+            self.driver = subprocess.Popen(self.command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+
+    def workers(self):
+        """Return the processes that compute."""
+        mine = str(self.folder.path)
+        found = []
+        for process in psutil.process_iter(["cmdline"]):
+            command = process.info["cmdline"] or []
+            if "--work" in command and mine in command:
+                found.append(process)
+        return found
+
+    def events(self):
+        """Return what happened to each case, in order."""
+        files = sorted((self.folder.path / "claims").glob("*.jsonl"))
+        return [[json.loads(line) for line in file.read_text().splitlines() if line.endswith("}")] for file in files]
+
+    def starts(self):
+        """Return how often a case has been begun or gone on with."""
+        return sum(event["event"] == "start" for case in self.events() for event in case)
+
+    def left(self):
+        """Return how many cases have not ended."""
+        return sum(self.folder.standing(member).status != "done" for member in self.folder.members())
+
+
+def strike(sweep, rng, cluster):
+    """Kill one process; return what it was."""
+    victims = [("worker", process.pid) for process in sweep.workers()]
+    victims += [("driver", sweep.driver.pid)] if rng.random() < 0.3 else []
+    victims += [("dask", pid) for pid in cluster()] if rng.random() < 0.2 else []
+    if not victims:
+        return None
+    kind, pid = rng.choice(victims)
+    try:
+        os.kill(pid, signal.SIGKILL)
+    except ProcessLookupError:
+        return None
+    return kind
+
+
+def harass(sweep, kills, rng, cluster):
+    """Kill until it is enough, or all cases have ended; return how often each kind was killed."""
+    counts: dict[str, int] = {}
+    while sum(counts.values()) < kills and sweep.left():
+        sweep.keep()
+        seen, end = sweep.starts(), time.monotonic() + 20.0
+        while sweep.starts() == seen and time.monotonic() < end and sweep.left():
+            sweep.keep()
+            time.sleep(0.05)
+        time.sleep(rng.uniform(0.0, 0.6))
+        kind = strike(sweep, rng, cluster)
+        if kind:
+            counts[kind] = counts.get(kind, 0) + 1
+    return counts
+
+
+def judge(sweep, place):
+    """Return cases that were not computed once, and cases that differ from the same one alone."""
+    told, folder = sweep.events(), sweep.folder
+    ends = [sum(event["event"] == "end" and not event["reason"] for event in case) for case in told]
+    unlike = []
+    for member in folder.members():
+        alone = run(folder.plan().case(member.values), place / str(member.number), threads=1).folder
+        a, b = (read_snapshot(list_snapshots(one)[-1]) for one in (folder.run_folder(member), alone))
+        if not all(np.array_equal(a.fields[name], b.fields[name], equal_nan=True) for name in a.fields):
+            unlike.append(member.number)
+    return [number for number, count in enumerate(ends) if count != 1], unlike
+
+
+def main() -> None:
+    """Harass a sweep and print what came of it; exit code 1 where a case was lost, done twice or differs."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--dask", action="store_true")
+    parser.add_argument("--kills", type=int, default=50)
+    parser.add_argument("--cases", type=int, default=60)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--out", type=Path)
+    asked = parser.parse_args()
+    place = asked.out or Path(tempfile.mkdtemp(prefix="sweep_kills"))
+    vary = {"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "4 km/s", "count": asked.cases}}}
+    folder = begin({"case": "quickstart", "set": SETTINGS, "vary": vary}, place / "sweep")
+    rng, options, client = random.Random(asked.seed), [], None
+    if asked.dask:
+        from distributed import Client, LocalCluster
+
+        client = Client(LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=50))
+        options = ["--dask", client.scheduler.address]
+
+    def cluster():
+        return [] if client is None else list(client.run(os.getpid, on_error="ignore").values())
+
+    sweep = Sweep(folder, options)
+    counts = harass(sweep, asked.kills, rng, cluster)
+    while sweep.left():
+        sweep.keep()
+        time.sleep(0.2)
+    sweep.driver.wait()
+    starts = sweep.starts()
+    wrong, unlike = judge(sweep, place / "alone")
+    statuses = sorted({folder.standing(member).status for member in folder.members()})
+    print(f"{asked.cases} cases, {'a Dask cluster' if asked.dask else 'local workers'}; killed: {counts}")
+    print(f"begun or gone on with {starts} times; statuses: {statuses}")
+    print(f"not computed to the end exactly once: {wrong or 'none'}; other bits than alone: {unlike or 'none'}")
+    raise SystemExit(bool(wrong or unlike or statuses != ["done"]))
+
+
+if __name__ == "__main__":
+    main()
