@@ -17,6 +17,9 @@ EULERIAN = {"formulation": {"type": "eulerian"}}
         ([METAL, METAL], 3100.0, "shock"),
         ([LIQUID, LIQUID], 300.0, "without strength"),
         ([METAL], 300.0, "no impact"),
+        (["basalt", "basalt"], 5000.0, "ballistic"),  # rock yields by its pressure: 3.3 GPa under 21
+        (["alumina-ad995", "alumina-ad995"], 100.0, "elastic"),  # a ceramic by its elastic limit
+        (["titanium-ti-6al-4v", "tantalum"], 800.0, "shock"),
     ],
 )
 def test_the_regime_is_that_of_pressure_over_strength(materials, speed, words):

@@ -61,14 +61,12 @@ class Regime:
 def regime(case: Case) -> Regime:
     """Return the regime of a case."""
     materials = _materials(case)
-    known = [y for y in map(_strength, materials) if y is not None]
-    strength = min(known, default=None)
     bodies = list(case.bodies.values())
-    velocity = bodies[0].velocity[0] - bodies[1].velocity[0] if len(bodies) > 1 else 0.0
-    if velocity <= 0.0:
-        return Regime(0.0, 0.0, strength)
-    first, second = (m.density * m.bulk_sound_speed for m in materials[:2])
-    return Regime(velocity, velocity * first * second / (first + second), strength)
+    velocity = max(bodies[0].velocity[0] - bodies[1].velocity[0], 0.0) if len(bodies) > 1 else 0.0
+    first, second = (m.density * m.bulk_sound_speed for m in (*materials, *materials)[:2])
+    pressure = velocity * first * second / (first + second)
+    known = [y for y in (_strength(material, pressure) for material in materials) if y is not None]
+    return Regime(velocity, pressure, min(known, default=None))
 
 
 def advice(case: Case) -> list[str]:
@@ -111,11 +109,14 @@ def _materials(case: Case) -> list[Material]:
     return [material_of(body.material, body.internal_energy) for body in case.bodies.values()]
 
 
-def _strength(material: Material) -> float | None:
+def _strength(material: Material, pressure: float) -> float | None:
+    """Return what a material yields at, cold, slow and undamaged, under a pressure: rock bears more under more."""
+    from hvisph.simulation.material_point import flow_at
+
     name = material.strength.name
     if name == "none":
         return None
-    return math.inf if name == "elastic" else float(getattr(material.strength, "yield_stress", math.inf))
+    return math.inf if name == "elastic" else flow_at(material, None, 0.0, 1.0, pressure)
 
 
 def _slow(case: Case, kind: Regime) -> Iterator[str]:

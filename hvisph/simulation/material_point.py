@@ -114,13 +114,16 @@ def knows_heat(material: Material) -> bool:
     return bool(material.row()[INVERSE_HEAT_CAPACITY] > 0.0)
 
 
-def flow_at(material: Material, temperature: float, plastic_strain: float, rate: float) -> float:
-    """Return the yield stress [Pa] at no pressure, a temperature [K], plastic strain and strain rate [1/s]."""
+def flow_at(
+    material: Material, temperature: float | None, plastic_strain: float, rate: float, pressure: float = 0.0
+) -> float:
+    """Return the yield stress at a temperature [K], that of rest where None, strain, rate [1/s] and pressure [Pa]."""
     table, models = pack([material])
-    capacity = 1.0 / material.row()[INVERSE_HEAT_CAPACITY]
-    e = (temperature - material.temperature(material.density, 0.0)) * capacity
+    e = material.eos.ambient_energy
+    if temperature is not None:
+        e = (temperature - material.temperature(material.density, 0.0)) / material.row()[INVERSE_HEAT_CAPACITY]
     flow = plain(response.flow_stress)
-    return float(flow(table, models, 0, material.density, e, 0.0, plastic_strain, 0.0, rate)[0])
+    return float(flow(table, models, 0, material.density, e, pressure, plastic_strain, 0.0, rate)[0])
 
 
 def drive(material: Material, path: str = "uniaxial_stress", rate: float = 1e3, strain: float = 0.2,
