@@ -6,7 +6,7 @@ def advance(setup, end, cfl=0.3, steps=None, watch=None):
     stepper, criteria = setup.stepper, setup.criteria
 
     def limit():
-        found = criteria.limit(stepper.lengths, stepper.signals, stepper.rates, stepper.place)
+        found = criteria.limit(stepper.lengths, stepper.signals, stepper.rates, stepper.place, stepper.particles.id)
         assert found.criterion != "not_finite"
         return min([(found.dt, found.criterion), *((cfl * t, name) for t, name, _ in stepper.limits())])
 

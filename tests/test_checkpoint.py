@@ -248,7 +248,7 @@ def test_no_damage_to_a_checkpoint_goes_undetected(seed, tmp_path):
     rng = np.random.default_rng(seed)
     arrays = {
         "state": rng.normal(size=(40, 7)),
-        "history/rows": rng.normal(size=(40, 3)),
+        "carried/rows": rng.normal(size=(40, 3)),
         "tags": np.arange(9, dtype=np.uint32),
     }
     path = write_checkpoint(tmp_path, Checkpoint(7, {"a": [1.5, None]}, arrays))

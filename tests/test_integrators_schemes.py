@@ -11,12 +11,13 @@ from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.options import GrayArtificialStress, NoViscosity
 from hvisph.formulations.riemann import Riemann
 from hvisph.formulations.stepper import Stepper
-from hvisph.integrators import update
+from hvisph.integrators import sums as column
 from hvisph.integrators.criteria import Criteria
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.materials.eos import StiffenedGas
 from hvisph.materials.strength import ElasticStrength, VonMises
 from hvisph.materials.table import Material
+from hvisph.sph.cells import Grid
 
 ELASTIC = Material("elastic", 2785.0, StiffenedGas(5328.0, 2.0), ElasticStrength(27.6e9))
 PLASTIC = Material("plastic", 2785.0, StiffenedGas(5328.0, 2.0), VonMises(27.6e9, 0.3e9))
@@ -24,13 +25,14 @@ EVERY = pytest.mark.parametrize("scheme", SCHEMES.values(), ids=SCHEMES)
 DX = 1e-3
 
 
-def stepper(x, u, formulation, material, scheme):
-    """Return a `Stepper`, started, of particles at `x` (n, dim) with velocities `u`."""
+def stepper(x, u, formulation, material, scheme, numbers=None):
+    """Return a `Stepper`, started, of particles at `x` (n, dim) with velocities `u` and permanent `numbers`."""
     n, dim = x.shape
     particles = Particles(dim, n, scheme.extra_fields())
     particles["position"], particles["velocity"] = x, u
     particles["density"], particles["mass"] = material.density, material.density * DX**dim
     particles["smoothing_length"] = 1.4 * DX
+    particles.tags[:, 0] = np.arange(n) if numbers is None else numbers
     made = Stepper(particles, formulation, [material], scheme.stage, scheme.previous, 1.4 * DX)
     made.start()
     if scheme.previous:
@@ -80,54 +82,60 @@ def test_energy_and_momentum_keep_at_any_step(scheme, formulation):
     made = stepper(x, u, formulation, PLASTIC, scheme)
     before = made.sums.copy()
     advance(made, 40, 0.3 * DX / 7000.0)
-    total = before[update.KINETIC] + before[update.INTERNAL]
+    total = before[column.KINETIC] + before[column.INTERNAL]
     change = made.sums - before
-    assert made.sums[update.INTERNAL] > 0.2 * total  # it is an impact
-    assert abs(change[update.KINETIC] + change[update.INTERNAL]) < 1e-13 * total  # rounding of 40 steps
+    assert made.sums[column.INTERNAL] > 0.2 * total  # it is an impact
+    assert abs(change[column.KINETIC] + change[column.INTERNAL]) < 1e-13 * total  # rounding of 40 steps
     momentum = np.abs(made.particles["mass"][:, None] * u).sum()
-    assert np.abs(change[update.MOMENTUM : update.MOMENTUM + 2]).max() < 1e-13 * momentum
+    assert np.abs(change[column.MOMENTUM : column.MOMENTUM + 2]).max() < 1e-13 * momentum
 
 
-def test_any_number_of_threads_and_any_order_of_memory():
+@pytest.mark.parametrize("formulation", [Eulerian(artificial_stress=GrayArtificialStress()), Riemann()],
+                         ids=["standard", "contact"])  # fmt: skip
+def test_any_number_of_threads_any_order_of_memory_and_any_torus(formulation):
     scheme, states = SCHEMES["leapfrog"], []
     x, u = colliding_blocks()
     x = np.vstack([x + np.array([0.0, 0.01 * k]) for k in range(5)])  # more than one chunk
+    u, numbers = np.tile(u, (5, 1)), np.arange(len(x))
+    shuffled = np.random.default_rng(1).permutation(numbers)
     before = numba.get_num_threads()
     try:
-        for threads, permute in ((1, False), (min(2, numba.config.NUMBA_NUM_THREADS), False), (1, True)):
-            numba.set_num_threads(threads)
-            made = stepper(x, np.tile(u, (5, 1)), Eulerian(artificial_stress=GrayArtificialStress()), PLASTIC, scheme)
-            made.particles.tags[:, 0] = np.arange(len(x))
-            advance(made, 10, 0.3 * DX / 7000.0)
-            if permute:
-                made.permute()
-                advance(made, 10, 0.3 * DX / 7000.0)
-            else:
-                advance(made, 10, 0.3 * DX / 7000.0)
-            states.append(made.particles.data[np.argsort(made.particles.id)])
+        for threads, start, torus in ((1, numbers, None), (2, numbers, (4, 4, 1)), (1, shuffled, (16, 8, 1))):
+            numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))
+            made = stepper(x[start], u[start], formulation, PLASTIC, scheme, start)
+            if torus:
+                made.pairs.grid = Grid(torus, made.pairs.grid.edge)
+            for _ in range(4):
+                advance(made, 5, 0.3 * DX / 7000.0)
+                if threads == 1:
+                    made.permute()
+            order = np.argsort(made.particles.id)
+            states.append((made.particles.data[order], made.sums))
     finally:
         numba.set_num_threads(before)
-    assert np.array_equal(states[0], states[1])
-    # sums over neighbours come in another order
-    assert np.all(np.abs(states[2] - states[0]) <= 1e-10 * np.abs(states[0]).max(axis=0))
+    for state, sums in states[1:]:
+        assert np.array_equal(state, states[0][0])
+        assert np.array_equal(sums, states[0][1])
 
 
 def test_the_limit_names_criterion_and_particle():
     criteria = Criteria(2, 1000, 0.3, 2.4)
     rng = np.random.default_rng(0)
     lengths, signals, rates = np.full(1000, 1e-3), np.full(1000, 5000.0), np.zeros((1000, 8))
-    place = rng.permutation(1000).astype(np.uint32)
+    place, numbers = rng.permutation(1000).astype(np.uint32), rng.permutation(1000).astype(np.uint32)
     rates[:, 0] = 1e3
+    found = criteria.limit(lengths, signals, rates, place, numbers)  # all alike
+    assert (found.criterion, numbers[found.particle]) == ("signal", 0)
     rates[place[700], 3] = 2500.0  # largest |mu|: 5000 + 2.4 * 2500 m/s
-    found = criteria.limit(lengths, signals, rates, place)
+    found = criteria.limit(lengths, signals, rates, place, numbers)
     assert (found.criterion, found.particle) == ("signal", 700)
     assert found.dt == pytest.approx(0.3 * 1e-3 / 11000.0)
     rates[place[300], 1] = 1e13
-    found = criteria.limit(lengths, signals, rates, place)
+    found = criteria.limit(lengths, signals, rates, place, numbers)
     assert (found.criterion, found.particle) == ("acceleration", 300)
     assert found.dt == pytest.approx(0.3 * np.sqrt(1e-3 / np.hypot(1e3, 1e13)))
-    for column, value in itertools.product(range(8), (np.nan, np.inf)):
+    for slot, value in itertools.product(range(8), (np.nan, np.inf)):
         broken = rates.copy()
-        broken[place[42], column] = value
-        found = criteria.limit(lengths, signals, broken, place)
+        broken[place[42], slot] = value
+        found = criteria.limit(lengths, signals, broken, place, numbers)
         assert (found.criterion, found.particle) == ("not_finite", 42)

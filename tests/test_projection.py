@@ -9,7 +9,7 @@ from hvisph.formulations.formulation import Smoothing
 from hvisph.formulations.projection import Projection
 from hvisph.formulations.projection_stepper import ProjectionStepper
 from hvisph.formulations.trailing_mean import TrailingMean
-from hvisph.integrators import update
+from hvisph.integrators import sums as column
 from hvisph.materials.damage import NoDamage
 from hvisph.materials.eos import StiffenedGas
 from hvisph.materials.strength import VonMises
@@ -180,12 +180,12 @@ def test_deviator_is_that_of_the_stress_update(dim):
 def test_momentum_stays(dim, options):
     particles = block(dim)
     made = stepper_of(particles, **options)
-    start = made.sums[update.MOMENTUM : update.MOMENTUM + 3].copy()
+    start = made.sums[column.MOMENTUM : column.MOMENTUM + 3].copy()
     size = (particles["mass"] * np.linalg.norm(particles["velocity"], axis=1)).sum()
     run(made, 40, 1e-11)
     assert np.isfinite(particles.data).all()
     # round-off of forces that are a thousand times what they leave
-    assert np.abs(made.sums[update.MOMENTUM : update.MOMENTUM + 3] - start).max() < 1e-12 * size
+    assert np.abs(made.sums[column.MOMENTUM : column.MOMENTUM + 3] - start).max() < 1e-12 * size
 
 
 def test_guard_factor():
@@ -203,8 +203,8 @@ def test_free_fall():
     assert np.allclose(by_id(particles, "velocity"), [0.0, -9.81 * t], rtol=1e-9, atol=1e-15)
     assert np.allclose(by_id(particles, "position") - start, [0.0, -0.5 * 9.81 * t**2], rtol=0, atol=1e-16 * 10)
     # gravity is momentum from outside, which the budget takes from SUPPORT
-    gained = made.sums[update.MOMENTUM + 1]
-    assert gained == pytest.approx(-t * made.sums[update.SUPPORT + 1], rel=1e-9)
+    gained = made.sums[column.MOMENTUM + 1]
+    assert gained == pytest.approx(-t * made.sums[column.SUPPORT + 1], rel=1e-9)
 
 
 def test_clamped_particles_stay_and_what_they_take_is_counted():
@@ -214,16 +214,16 @@ def test_clamped_particles_stay_and_what_they_take_is_counted():
     particles["velocity"][held] = 0.0
     place = particles["position"][held].copy()
     made = stepper_of(particles)
-    before = made.sums[update.MOMENTUM]
+    before = made.sums[column.MOMENTUM]
     taken = 0.0
     made.predict(1e-11)
     for _ in range(10):
         made.evaluate()
         made.complete(1e-11, 1e-11)
-        taken += 1e-11 * made.sums[update.SUPPORT]
+        taken += 1e-11 * made.sums[column.SUPPORT]
     assert (particles["position"][held] == place).all()
     assert abs(taken) > 0.0
-    assert made.sums[update.MOMENTUM] + taken == pytest.approx(before, rel=1e-10)
+    assert made.sums[column.MOMENTUM] + taken == pytest.approx(before, rel=1e-10)
 
 
 def test_mirror_is_as_good_as_the_other_half():

@@ -17,11 +17,13 @@ def advanced(case, steps, disturb=None):
         disturb(setup.particles)
     stepper, criteria = setup.stepper, setup.criteria
     stepper.start()
-    step = criteria.limit(stepper.lengths, stepper.signals, stepper.rates, stepper.place).dt
+    step = criteria.limit(stepper.lengths, stepper.signals, stepper.rates, stepper.place, stepper.particles.id).dt
     stepper.predict(step)
     for number in range(steps):
         stepper.evaluate()
-        following = criteria.limit(stepper.lengths, stepper.signals, stepper.rates, stepper.place).dt
+        following = criteria.limit(
+            stepper.lengths, stepper.signals, stepper.rates, stepper.place, stepper.particles.id
+        ).dt
         stepper.complete(step, following)
         step = following
         if number % 16 == 15:

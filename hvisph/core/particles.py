@@ -94,6 +94,10 @@ class Particles:
         """Permanent numbers (count,)."""
         return self.tags[:, ID]
 
+    def numbers(self) -> np.ndarray:
+        """Return a copy of the permanent numbers (count,), uint64."""
+        return self.tags[:, ID].astype(np.uint64)
+
     @property
     def body(self) -> np.ndarray:
         """Index of each particle's body (count,)."""

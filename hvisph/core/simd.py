@@ -1,4 +1,4 @@
-"""Two vector operations that no compiler finds by itself: filtering neighbours and turning rows into columns.
+"""Vector operations that no compiler finds by itself: filtering neighbours, turning rows into columns, exact sums.
 
 They are written in LLVM's own target-independent vector code, with the same results on every machine.
 """
@@ -165,5 +165,50 @@ def neighbours(typing_context, rows, near, k, width):
                 order = [lane + part + side for lane in range(0, LANES, 2) for side in (0, LANES)]
                 columns.append(joined(even, odd, order))
         return context.make_tuple(builder, signature.return_type, columns[:slots])
+
+    return signature, generate
+
+
+@intrinsic
+def add_rounded(typing_context, sums, i, terms, rounders, finer):
+    """Round eight terms to whole numbers and finer ones, and add them to the first eight columns of sums[i].
+
+    Parameters
+    ----------
+    sums
+        Contiguous array of int64 (count, 2, 8 or more): whole numbers and finer ones.
+    i
+        Row of it.
+    terms, rounders
+        Tuples of eight floats; for rounders see `core.exact`.
+    finer
+        Bits of the finer part, a literal.
+    """
+    if not isinstance(finer, types.Literal):
+        return None
+    share = 2.0**-finer.literal_value
+    eight = types.UniTuple(types.float64, EIGHT)
+    signature = types.void(sums, types.uint64, eight, eight, finer)
+
+    def generate(context, builder, signature, arguments):
+        array, row, terms, rounders, _ = arguments
+        floats, integers = ir.VectorType(_f64, EIGHT), ir.VectorType(_i64, EIGHT)
+
+        def vector(parts):
+            made = ir.Constant(floats, ir.Undefined)
+            for lane, part in enumerate(cgutils.unpack_tuple(builder, parts, EIGHT)):
+                made = builder.insert_element(made, part, ir.Constant(_i32, lane))
+            return made
+
+        term, rounder = vector(terms), vector(rounders)
+        fine = builder.fmul(rounder, ir.Constant(floats, [share] * EIGHT))
+        whole = builder.fadd(term, rounder)
+        rest = builder.fadd(builder.fsub(term, builder.fsub(whole, rounder)), fine)
+        for part, (rounded, base) in enumerate(((whole, rounder), (rest, fine))):
+            count = builder.sub(builder.bitcast(rounded, integers), builder.bitcast(base, integers))
+            place = [row, ir.Constant(_i64, part), ir.Constant(_i64, 0)]
+            address = _address(context, builder, signature.args[0], array, place, integers)
+            builder.store(builder.add(builder.load(address, align=8), count), address, align=8)
+        return context.get_dummy_value()
 
     return signature, generate

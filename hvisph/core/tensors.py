@@ -281,6 +281,12 @@ def in_plane(s, dim):
 
 
 @operation
+def in_space(v):
+    """Return the three components of a vector in the plane."""
+    return (*v, *(0.0,) * (3 - len(v)))
+
+
+@operation
 def from_plane(s):
     """Return six components of a symmetric tensor in the plane, zeros out of it."""
     places = _IN_PLANE[len(_PLACES[len(s)])]

@@ -57,7 +57,7 @@ class BodyContact:
         stiffness = [self.law.of_material(m.density, m.bulk_sound_speed, spacing, dim, carried) for m in materials]
         self._stiffness = np.array(stiffness)[particles.material]
         self._volume = particles["mass"] / np.array([m.density for m in materials])[particles.material]
-        self._bodies = particles.body.astype(np.float64)
+        self._bodies, self._numbers = particles.body.astype(np.float64), particles.numbers()
         self._inner = fullness >= FULL * _of_body(fullness, particles.body)
         layout, constants = laws.row_layout(dim), self.law.coefficients(kernel, formulation.h_over_dx)
         options = {"EXPONENT": self.law.exponent, "UNLOADED": int(self.law.unloaded)}
@@ -79,7 +79,7 @@ class BodyContact:
         """Take the state of `rows` as the unloaded one."""
         if self.law.unloaded:
             everyone = np.arange(self.particles.count)
-            nearest = self._met(self._packed(everyone, rows, slots))[:, self.particles.dim + 1]
+            nearest = self._met(self._packed(everyone, rows, slots), self._numbers)[:, self.particles.dim + 1]
             # round-off must not load what touches
             self.starts = np.maximum(1.0, nearest * (1.0 + 1e-12))
 
@@ -91,7 +91,7 @@ class BodyContact:
         if not len(chosen):
             return
         packed = self._packed(chosen, rows, slots)
-        self.pairs.rows = packed
+        self.pairs.rows, self.pairs.numbers = packed, self._numbers[chosen]
         self.pairs.evaluate(self.h)
         pushed = self.pairs.rates[self.pairs.place[: len(chosen)]]
         rates[chosen, : dim + (not self.law.unloaded)] += pushed[:, : dim + (not self.law.unloaded)]
@@ -102,15 +102,15 @@ class BodyContact:
         self._evaluations += 1
 
     def _look(self, chosen: np.ndarray, packed: np.ndarray, loose: np.ndarray) -> None:
-        filled = self._met(packed)[:, self.particles.dim]
+        filled = self._met(packed, self._numbers[chosen])[:, self.particles.dim]
         inside = chosen[(filled > INSIDE) & self._inner[chosen] & ~loose[chosen]]
         for body in np.unique(self.particles.body[inside]):
             own = inside[self.particles.body[inside] == body]
             if len(own) >= max(FEWEST, SHARE * self._inner[self.particles.body == body].sum()):
                 self.passed = int(own[0])
 
-    def _met(self, packed: np.ndarray) -> np.ndarray:
-        self._meeting.rows = packed
+    def _met(self, packed: np.ndarray, numbers: np.ndarray) -> np.ndarray:
+        self._meeting.rows, self._meeting.numbers = packed, numbers
         self._meeting.evaluate(self.h)
         return self._meeting.rates[self._meeting.place[: len(packed)]]
 
@@ -134,15 +134,18 @@ class BodyContact:
         self._power_before = self._power
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return what the next step needs, by name."""
-        return {"contact": np.array([self.energy, self._power, self._power_before, float(self._evaluations)]),
-                "contact_starts": self.starts, "contact_omega": self.omega}  # fmt: skip
+        """Return what the next step needs of the whole, by name."""
+        return {"contact": np.array([self.energy, self._power, self._power_before, float(self._evaluations)])}
 
-    def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Go back to where `history` was taken."""
+    def carried(self) -> dict[str, np.ndarray]:
+        """Return what the next step needs of each particle, by name."""
+        return {"contact_starts": self.starts, "contact_omega": self.omega}
+
+    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
+        """Go back to where `carried` and `history` were taken."""
         self.energy, self._power, self._power_before, evaluations = (float(one) for one in history["contact"])
         self._evaluations = int(evaluations)
-        self.starts[:], self.omega[:] = history["contact_starts"], history["contact_omega"]
+        self.starts[:], self.omega[:] = carried["contact_starts"], carried["contact_omega"]
 
 
 def _of_body(values: np.ndarray, bodies: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ import numpy as np
 from hvisph.core.binding import bind
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
+from hvisph.integrators import sums as column
 from hvisph.integrators import update as single
 from hvisph.materials import response
 from hvisph.materials.table import Material, pack
@@ -34,10 +35,10 @@ from hvisph.sph.traversal import FAR
 from . import composite_passes
 from .body_contact import BodyContact
 from .reference_changes import ReferenceChanges, stop_at_planes
-from .stepper import Stepper
+from .stepper import Stepper, fastest_sound
 
 # What a checkpoint holds beside the particles, of what every particle has one row.
-KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings")
+KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings", "alone")
 
 
 class CompositeStepper(ReferenceChanges, Stepper):
@@ -72,7 +73,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         self.h_low = self.h_high = self.h_max = h
         self.lengths, self.signals, self.pressures = np.zeros(count), np.zeros(count), np.zeros(count)
         self.loads = np.zeros(count)
-        self._partial = np.zeros((-(-count // single.CHUNK), single.SUMS))
+        self.totals = column.Sums(particles, fastest_sound(materials), h, single.CHUNK)
         self.layout, self._read = formulation.row(dim)
         self.slots = self.layout.slots()
         self._update = self._specialised_update(self.layout, previous, drift)
@@ -81,10 +82,10 @@ class CompositeStepper(ReferenceChanges, Stepper):
         self._at_start = particles["position"].copy()
 
     def _sort(self) -> None:
-        """Put the particles into the order of cells, body by body."""
+        """Put the particles into the order of cells, body by body, and within a cell by number."""
         position = self.particles["position"]
         cells = np.floor(position / (self.formulation.kernel.reach * self.h)).astype(np.int64)
-        self.particles.permute(np.lexsort((*cells.T, self.particles.body)))
+        self.particles.permute(np.lexsort((self.particles.id, *cells.T, self.particles.body)))
 
     def _set_up(self) -> None:
         """Build all that follows from state and reference positions."""
@@ -107,7 +108,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         turning = formulation.conversion.bodies
         self._convertible = np.ones(count, bool) if turning is None else np.isin(body, turning)
         self._selection = Selection(at, body, reach, with_neighbours=formulation.spatial_correction.acts)
-        self._bodies = body.astype(np.float64)
+        self._bodies, self._numbers = body.astype(np.float64), particles.numbers()
         self._one_body = len(np.unique(body)) == 1
         self._can_fail = any(material.damage.name == "johnson_cook" for material in self.materials)
         self._undamaged, self._none = np.zeros(count), np.zeros(count, bool)
@@ -299,7 +300,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
             self.rows_, chosen, self._bodies, self.pressures, self.loads, self.spatial.coefficients, packed
         )
         self._chosen = len(chosen)
-        self.spatial.rows = packed
+        self.spatial.rows, self.spatial.numbers = packed, self._numbers[chosen]
         self.spatial.evaluate(self.h)
         self._add_rates(self.spatial.rates, self.paired, chosen, self._eulerian, self._rates)
 
@@ -358,30 +359,35 @@ class CompositeStepper(ReferenceChanges, Stepper):
         """Leave the particles where they are: reference lists hold their numbers."""
         return np.arange(self.particles.count)
 
-    def history(self) -> dict[str, np.ndarray]:
-        """Return all that the next step needs beside the particles, between steps, by name."""
-        return {name: getattr(self, name) for name in KEPT} | {
-            "rows": self.rows_, "rates": self._rates, "partial_sums": self._partial, "before": self.before,
-            "volume": self.volume, "alone": self.alone, "stage": np.array([self._stage]),
-        } | (self.contact.history() if self.contact is not None else {})  # fmt: skip
+    def carried(self) -> dict[str, np.ndarray]:
+        """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
+        renewed = {"before": self.before} if self.formulation.renew_strain is not None else {}
+        return {name: getattr(self, name) for name in KEPT} | renewed | {
+            "rows": self.rows_[: self.particles.count], "rates": self._rates, "volume": self.volume,
+        } | (self.contact.carried() if self.contact is not None else {})  # fmt: skip
 
-    def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Go back to where `history` was taken; the particles must be those of that moment, in their order."""
+    def history(self) -> dict[str, np.ndarray]:
+        """Return what the next step needs of the whole, between steps, by name."""
+        return self.totals.history() | {"stage": np.array([self._stage])} | (
+            self.contact.history() if self.contact is not None else {}
+        )  # fmt: skip
+
+    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
+        """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
         self._set_up()
-        self.volume[:], self.alone[:] = history["volume"], history["alone"]
+        self.volume[:], self.alone[:] = carried["volume"], carried["alone"]
         self._build_reference()
-        loose = np.asarray(history["loose"], bool)
+        loose = np.asarray(carried["loose"], bool)
         if loose.any():
             self.reference.remove(np.concatenate([loose, loose[self._origin]]))
-        for name in KEPT:
-            getattr(self, name)[...] = history[name]
-        for own, name in ((self.rows_, "rows"), (self._rates, "rates"), (self._partial, "partial_sums"),
-                          (self.before, "before")):  # fmt: skip
-            own[...] = history[name]
+        for name in (*KEPT, *(["before"] if "before" in carried else [])):
+            getattr(self, name)[...] = carried[name]
+        self.rows_[: self.particles.count], self._rates[...] = carried["rows"], carried["rates"]
         if self.contact is not None:
-            self.contact.restore(history)
+            self.contact.restore(carried, history)
         self._stage = float(history["stage"][0])
         self._classify()
+        self.totals.restore(history)
         self._sum_up()
 
 

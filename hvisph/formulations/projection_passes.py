@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hvisph.core.exact import add_vector, add_whole
 from hvisph.core.growth import grown
 from hvisph.core.jit import prange
 from hvisph.core.tensors import (
@@ -28,7 +29,7 @@ from hvisph.core.tensors import (
     put_full_symmetric,
     times,
 )
-from hvisph.integrators.update import FASTEST, KINETIC, MOMENTUM, SUPPORT
+from hvisph.integrators.sums import KINETIC, LENGTH, MOMENTUM, SIZE, SPEED2, SUPPORT
 
 CHUNK = 256
 
@@ -119,18 +120,20 @@ def carry(state, tags, rates, rows, lengths, dt, complete, variable, h_limits, b
     """Complete the step (if `complete`) and pack the rows of the next one; sums as named in `update`."""
     count = np.uint64(state.shape[0])
     h_low, h_high = h_limits
+    wholes, extremes, (of_energy, of_momentum, of_force, _) = sums
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         start = np.uint64(chunk) * np.uint64(CHUNK)
-        kinetic = fastest = 0.0
-        momentum = support = no_vector(DIM)
+        at = np.uint64(chunk)
+        fastest = longest = size = 0.0
+        wholes[at] = 0
         for i in range(start, min(start + np.uint64(CHUNK), count)):
             x, u = own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM)
             h, mass = state[i, S_SMOOTHING_LENGTH], state[i, S_MASS]
             a = own_vector(rates, i, R_ACCELERATION, DIM)
             # What particles do not keep: the forces on clamped ones and, negative, the body force on others.
-            support = minus(support, times(mass, body_force))
+            missing = times(-mass, body_force)
             if tags[i, 3] & np.uint32(1):
-                support = plus(support, times(mass, a))
+                missing = plus(missing, times(mass, a))
                 a = no_vector(DIM)
             if complete:
                 x = plus(x, times(dt, plus(u, times(0.5 * dt, a))))
@@ -142,15 +145,15 @@ def carry(state, tags, rates, rows, lengths, dt, complete, variable, h_limits, b
                     h = min(max(h * grown(dt * expansion / DIM), h_low), h_high)
                     state[i, S_SMOOTHING_LENGTH] = h
             speed2 = dot(u, u)
-            kinetic += 0.5 * mass * speed2
-            momentum = plus(momentum, times(mass, u))
-            fastest = max(fastest, speed2)
+            kinetic = 0.5 * mass * speed2
+            add_whole(wholes, at, KINETIC, kinetic, of_energy)
+            size += kinetic
+            add_vector(wholes, at, MOMENTUM, times(mass, u), of_momentum)
+            add_vector(wholes, at, SUPPORT, missing, of_force)
+            fastest, longest = max(fastest, speed2), max(longest, h)
             put(rows, i, 0, x)
             put(rows, i, U, u)
             rows[i, H] = h
             rows[i, V] = mass / state[i, S_DENSITY]
             lengths[i] = h
-        i = np.uint64(chunk)
-        sums[i, KINETIC], sums[i, FASTEST] = kinetic, fastest
-        put(sums, i, MOMENTUM, momentum)
-        put(sums, i, SUPPORT, support)
+        extremes[at, SPEED2], extremes[at, LENGTH], extremes[at, SIZE] = fastest, longest, size

@@ -9,7 +9,7 @@ import numpy as np
 from hvisph.core.binding import bind
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
-from hvisph.integrators import update
+from hvisph.integrators import sums as column
 from hvisph.materials import response
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates, traversal
@@ -22,6 +22,7 @@ from hvisph.sph.symmetry import Plane, mirror
 from . import projection_passes as passes
 from .formulation import Smoothing
 from .protocol import AnyFormulation
+from .stepper import fastest_sound
 from .trailing_mean import TrailingMean
 
 # How far beyond the kernel's reach neighbours are listed, over h. At the published step the fastest
@@ -101,7 +102,7 @@ class ProjectionStepper:
         self._eta2 = (0.1 * h) ** 2
         self._fullness = formulation.fullness(dim)
         self._body_force = (tuple(map(float, formulation.body_force)) + (0.0,) * dim)[:dim]
-        self._partial = np.zeros((-(-count // passes.CHUNK), update.SUMS))
+        self.totals = column.Sums(particles, fastest_sound(materials), h, passes.CHUNK)
         self._step = 0.0
         self._averaged = TrailingMean(count, formulation.pressure_average)
         self.support = formulation.kernel.reach * h
@@ -175,7 +176,7 @@ class ProjectionStepper:
         """Carry the state over `dt` [s], and announce the step `following`."""
         self._carry(dt, complete=True)
         self._averaged.add(self.particles["pressure"], dt, self.particles.id)
-        self._crossed += dt * float(self.sums[update.FASTEST])
+        self._crossed += dt * float(self.sums[column.FASTEST])
         self._step = following
 
     def predict(self, following: float) -> None:
@@ -200,47 +201,44 @@ class ProjectionStepper:
         self._crossed = np.inf
         return order
 
-    def history(self) -> dict[str, np.ndarray]:
-        """Return all that the next step needs beside the particles, between steps, by name."""
-        return {
-            "rates": self.rates,
-            "partial_sums": self._partial,
-            "rows": self._rows[0][: self.particles.count],
-            "signals": self.signals,
-            "step": np.array([self._step]),
-            "crossed": np.array([self._crossed]),
-            "listed_at": self._listed_at,
-            **self._averaged.history(),
-        }
+    def carried(self) -> dict[str, np.ndarray]:
+        """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
+        listed_at = self._listed_at if len(self._listed_at) else np.zeros_like(self.particles["position"])
+        return {"rates": self.rates, "rows": self._rows[0][: self.particles.count], "signals": self.signals,
+                "listed_at": listed_at, **self._averaged.carried(self.particles.id)}  # fmt: skip
 
-    def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Go back to where `history` was taken; the particles must be those of then, in order."""
-        self.rates[...], self._partial[...] = history["rates"], history["partial_sums"]
-        self._rows[0][: self.particles.count] = history["rows"]
-        self.signals[...] = history["signals"]
+    def history(self) -> dict[str, np.ndarray]:
+        """Return what the next step needs of the whole, between steps, by name."""
+        return self.totals.history() | self._averaged.history() | {
+            "step": np.array([self._step]), "crossed": np.array([self._crossed]),
+        }  # fmt: skip
+
+    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
+        """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
+        self.rates[...], self._rows[0][: self.particles.count] = carried["rates"], carried["rows"]
+        self.signals[...] = carried["signals"]
         self._step, self._crossed = float(history["step"][0]), float(history["crossed"][0])
         self.lengths[...] = self.particles["smoothing_length"]
         if not self._stale():
             crossed = self._crossed
-            apart = np.abs(history["listed_at"] - self.particles["position"]).max()
+            apart = np.abs(carried["listed_at"] - self.particles["position"]).max()
             if not apart <= MARGIN * self.lengths.max():
                 raise ValueError("its neighbours were listed elsewhere")
-            self._make_list(history["listed_at"])
+            self._make_list(carried["listed_at"])
             self._crossed = crossed
-        self._averaged.restore(history)
+        self._averaged.restore(carried, history, self.particles.id)
+        self.totals.restore(history)
         self._sum_up()
 
     def _carry(self, dt: float, complete: bool) -> None:
         particles = self.particles
         variable = self.formulation.smoothing.variable
         self._loops[4](particles.data, particles.tags, self.rates, self._rows[0], self.lengths, dt,
-                       complete, variable, self._h_limits, self._body_force, self._partial)  # fmt: skip
+                       complete, variable, self._h_limits, self._body_force, self.totals.loops)  # fmt: skip
         self._sum_up()
 
     def _sum_up(self) -> None:
-        self.sums = self._partial.sum(axis=0)
-        self.sums[update.FASTEST] = np.sqrt(self._partial[:, update.FASTEST].max())
-        self.sums[update.LONGEST] = self.lengths.max()
+        self.sums = self.totals.total()
 
     def _stale(self) -> bool:
         """Whether particles that the list does not pair may have met; growing lengths are not followed."""
@@ -248,7 +246,7 @@ class ProjectionStepper:
 
     def _make_list(self, positions: np.ndarray) -> None:
         """List the neighbours of particles at `positions`, and make room for what hangs on the list."""
-        self.list.make(positions, self.lengths)
+        self.list.make(positions, self.lengths, self.particles.id)
         self._listed_at = np.array(positions)
         self._crossed = 0.0
         if len(self._kernels) < len(self.list.listed):

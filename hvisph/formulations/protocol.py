@@ -7,6 +7,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from hvisph.core.particles import Particles
+from hvisph.integrators.sums import Sums
 from hvisph.sph.kernels import Kernel
 
 
@@ -22,8 +23,9 @@ class AnyStepper(Protocol):
         The state, and the published scheme.
     table, models
         Packed materials.
-    lengths, sums
-        Smoothing lengths (n,) [m], and sums over the completed state, columns as named in `update`.
+    lengths, sums, totals
+        Smoothing lengths (n,) [m]; sums over the completed state, columns as named in `integrators.sums`, and what
+        makes them.
     has_energy
         Whether the scheme has an energy equation, so that total energy can be kept account of.
     """
@@ -34,6 +36,7 @@ class AnyStepper(Protocol):
     lengths: np.ndarray
     signals: np.ndarray
     sums: np.ndarray
+    totals: Sums
     has_energy: bool
 
     @property
@@ -74,11 +77,14 @@ class AnyStepper(Protocol):
     def permute(self) -> np.ndarray:
         """Put the state into cell order; return the order taken. Call it between steps only."""
 
-    def history(self) -> dict[str, np.ndarray]:
-        """Return all that the next step needs beside the particles, between steps, by name."""
+    def carried(self) -> dict[str, np.ndarray]:
+        """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
 
-    def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Go back to where `history` was taken; the particles must be those of then, in order."""
+    def history(self) -> dict[str, np.ndarray]:
+        """Return what the next step needs of the whole, between steps, by name."""
+
+    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
+        """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
 
 
 class AnyFormulation(Protocol):

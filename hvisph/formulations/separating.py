@@ -55,14 +55,15 @@ class SeparatingContact:
         """Take note of the bodies of particles that were put into another order."""
         self._selection.bodies = bodies.astype(np.uint32)
 
-    def add(self, rows: np.ndarray, slots: dict[str, int], h: float, rates: np.ndarray, place: np.ndarray,
-            at: dict[str, int]) -> None:  # fmt: skip
+    def add(self, rows: np.ndarray, numbers: np.ndarray, slots: dict[str, int], h: float, rates: np.ndarray,
+            place: np.ndarray, at: dict[str, int]) -> None:  # fmt: skip
         """Add the rates of contact.
 
         Parameters
         ----------
-        rows, slots
-            Packed rows of the standard law in the particles' order, and where what stands in them.
+        rows, numbers, slots
+            Packed rows of the standard law in the particles' order, their permanent numbers, and where what stands in
+            them.
         h
             Largest smoothing length [m].
         rates, place, at
@@ -88,7 +89,7 @@ class SeparatingContact:
             copy("RING", "RING")
         copy("T", "T", self._stress, (rho * rho)[:, None])
         packed[:, to["M"]] = np.where(near[:, slots["M"]] > 0.0, near[:, slots["M"]], 1.0)
-        self._pairs.rows = packed
+        self._pairs.rows, self._pairs.numbers = packed, numbers[chosen]
         self._pairs.evaluate(h)
         pushed = self._pairs.rates[self._pairs.place[: len(chosen)]]
         mine, approach, last = place[chosen], at["R_APPROACH"], at["R_GRADIENT"] + dim * dim

@@ -9,11 +9,11 @@ import numpy as np
 from hvisph.core.binding import bind
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import Particles
+from hvisph.integrators import sums as column
 from hvisph.integrators import update as single
 from hvisph.materials import bearing, plane_stress, response
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates
-from hvisph.sph.cells import Grid
 from hvisph.sph.pairs import Pairs
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.symmetry import Plane, turn_back
@@ -80,9 +80,10 @@ class Stepper:
         self.h_low, self.h_high = smoothing.smallest * h, smoothing.largest * h
         self.h_max = h
         self.lengths, self.signals, self.pressures = np.zeros(count), np.zeros(count), np.zeros(count)
-        self._partial = np.zeros((-(-count // single.CHUNK), single.SUMS))
+        self.totals = column.Sums(particles, fastest_sound(materials), h, single.CHUNK)
         self._update = self._specialised_update(layout, previous, drift)
         self.pairs.place[:count] = np.arange(count, dtype=np.uint32)
+        self.pairs.numbers = particles.numbers()
         parts = getattr(formulation, "separating", None)
         self.separating = parts(h, particles, planes) if parts else None
 
@@ -152,7 +153,7 @@ class Stepper:
         self.pairs.evaluate(self.h_max)
         if self.separating:
             at = rates.slots(self.particles.dim)
-            self.separating.add(self.rows, self.pairs.slots, self.h_max, self.rates, self.place, at)
+            self.separating.add(self.rows, self.pairs.numbers, self.pairs.slots, self.h_max, self.rates, self.place, at)
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s] with the last rates, and predict the stage of the step `following`."""
@@ -168,14 +169,12 @@ class Stepper:
         particles = self.particles
         self._update(particles.data, particles.tags, self.place, self.rates, self.stage_rows,
                      (self.table, self.models), self.coefficients, (dt, stage, complete), (self.h_low, self.h_high),
-                     self.rows, (self.lengths, self.signals, self.pressures), self._partial)  # fmt: skip
+                     self.rows, (self.lengths, self.signals, self.pressures), self.totals.loops)  # fmt: skip
         self._sum_up()
 
     def _sum_up(self) -> None:
-        self.sums = self._partial.sum(axis=0)
-        self.sums[single.FASTEST] = np.sqrt(self._partial[:, single.FASTEST].max())
-        self.sums[single.LONGEST] = self._partial[:, single.LONGEST].max()
-        self.h_max = float(self.sums[single.LONGEST])
+        self.sums = self.totals.total()
+        self.h_max = float(self.sums[column.LONGEST])
 
     def limits(self) -> list[tuple[float, str, int]]:
         """Return what else limits the step: times [s] of which a step takes the Courant share, names, particles."""
@@ -193,34 +192,39 @@ class Stepper:
             values[:] = values.take(order)
         pairs.rows[:] = pairs.rows.take(order, axis=0)
         pairs.place[:count] = pairs.place[order]
+        pairs.numbers = self.particles.numbers()
         if self.separating:
             self.separating.renumber(self.particles.body)
         return order
 
-    def history(self) -> dict[str, np.ndarray]:
-        """Return all that the next step needs beside the particles, between steps, by name.
+    def carried(self) -> dict[str, np.ndarray]:
+        """Return all that the next step needs of each particle beside its state, between steps, a row a particle.
 
         The packed rows are among it, though they follow from state and rates: rebuilt by other
         compiled code they might differ in the last bit. A formulation with a memory of its own adds it.
         """
-        pairs = self.pairs
-        return {
-            "rows": self.rows, "rates": self.rates[self.place], "lengths": self.lengths, "signals": self.signals,
-            "pressures": self.pressures, "partial_sums": self._partial, "grid_shape": np.array(pairs.grid.shape),
-            "capacity": np.array([pairs.capacity]),
-        }  # fmt: skip
+        return {"rows": self.rows, "rates": self.rates[self.place], "lengths": self.lengths, "signals": self.signals,
+                "pressures": self.pressures}  # fmt: skip
 
-    def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Go back to where `history` was taken; the particles must be those of that moment, in their order."""
+    def history(self) -> dict[str, np.ndarray]:
+        """Return what the next step needs of the whole, between steps, by name."""
+        return self.totals.history()
+
+    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
+        """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
         pairs, count = self.pairs, self.particles.count
         for name, own in (("rows", self.rows), ("lengths", self.lengths), ("signals", self.signals),
-                          ("pressures", self.pressures), ("partial_sums", self._partial)):  # fmt: skip
-            own[...] = history[name]
-        self.rates[:count] = history["rates"]
+                          ("pressures", self.pressures)):  # fmt: skip
+            own[...] = carried[name]
+        self.rates[:count] = carried["rates"]
         pairs.place[:count] = np.arange(count, dtype=np.uint32)
-        nx, ny, nz = (int(cells) for cells in history["grid_shape"])
-        pairs.grid = Grid((nx, ny, nz), pairs.grid.edge)
-        pairs.capacity = int(history["capacity"][0])
+        pairs.numbers = self.particles.numbers()
         if self.separating:
             self.separating.renumber(self.particles.body)
+        self.totals.restore(history)
         self._sum_up()
+
+
+def fastest_sound(materials: list[Material]) -> float:
+    """Return the largest sound speed of the materials at rest [m/s]."""
+    return max(material.longitudinal_sound_speed for material in materials)

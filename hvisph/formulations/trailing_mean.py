@@ -48,17 +48,16 @@ class TrailingMean:
         """Follow the state into a new order."""
         self._now = self._now[order]
 
-    def history(self) -> dict[str, np.ndarray]:
-        """Return all of it, by name."""
-        return {
-            "parts": self._parts,
-            "part_times": self._times,
-            "part": self._now,
-            "part_time": np.array([self._time]),
-        }
+    def carried(self, ids: np.ndarray) -> dict[str, np.ndarray]:
+        """Return what there is of each of the particles numbered `ids`, by name, a row a particle."""
+        return {"parts": self._parts.T[ids], "part": self._now}
 
-    def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Go back to where `history` was taken."""
-        self._parts[...], self._times[...] = history["parts"], history["part_times"]
-        self._now[...], self._time = history["part"], float(history["part_time"][0])
+    def history(self) -> dict[str, np.ndarray]:
+        """Return the times of the parts, by name."""
+        return {"part_times": self._times, "part_time": np.array([self._time])}
+
+    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray], ids: np.ndarray) -> None:
+        """Go back to where `carried`, of the particles numbered `ids`, and `history` were taken."""
+        self._parts[:, ids], self._times[...] = carried["parts"].T, history["part_times"]
+        self._now[...], self._time = carried["part"], float(history["part_time"][0])
         self._full = self._parts.sum(axis=0)

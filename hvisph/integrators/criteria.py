@@ -9,6 +9,8 @@ None depends on the frame. The smallest over all particles, times the case's cfl
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite, sqrt
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +18,7 @@ from hvisph.core.jit import prange, specialise
 
 NAMES = ("signal", "acceleration")
 CHUNK = 256
+NOBODY = 0xFFFFFFFF
 
 
 @dataclass
@@ -27,37 +30,47 @@ class Limit:
     particle: int
 
 
-def _limits(lengths, signals, rates, place, viscous, least, where):
+def _limits_of(lengths, signals, rates, place, viscous, s):
+    """Return what the criteria allow particle `s`, the second to the fourth power, and a sum that shows its health."""
+    k = np.uint64(place[s])
+    h = lengths[s]
+    a2 = 0.0
+    for f in range(np.uint64(DIM)):
+        a2 += rates[k, f] * rates[k, f]
+    health = a2 + signals[s]
+    for f in range(np.uint64(DIM), np.uint64(DIM + 2 + DIM * DIM)):
+        health += rates[k, f]
+    return h / (signals[s] + viscous * rates[k, DIM + 1]), h * h / a2, health
+
+
+def _limits(lengths, signals, rates, place, viscous, least):
+    """Find the least of each chunk."""
     count = np.uint64(len(signals))
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
-        least_signal = least_acceleration = np.inf
-        at_signal = at_acceleration = bad = np.uint64(0xFFFFFFFF)
+        by_signal = by_acceleration = np.inf
+        whole = 0.0
         for s in range(first, min(first + np.uint64(CHUNK), count)):
-            k = np.uint64(place[s])
-            h = lengths[s]
-            t = h / (signals[s] + viscous * rates[k, DIM + 1])
-            if t < least_signal:
-                least_signal = t
-                at_signal = s
-            a2 = 0.0
-            for f in range(np.uint64(DIM)):
-                a2 += rates[k, f] * rates[k, f]
-            t = h * h / a2
-            if t < least_acceleration:
-                least_acceleration = t
-                at_acceleration = s
-            total = a2 + signals[s]
-            for f in range(np.uint64(DIM), np.uint64(DIM + 2 + DIM * DIM)):
-                total += rates[k, f]
-            if not abs(total) < np.inf:  # np.isfinite takes x - x for 0 where sums may be reordered
-                bad = s
+            signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
+            by_signal, by_acceleration = min(by_signal, signal), min(by_acceleration, acceleration)
+            whole += health
         c = np.uint64(chunk)
-        least[c, 0] = least_signal
-        least[c, 1] = np.sqrt(np.sqrt(least_acceleration))
-        where[c, 0] = at_signal
-        where[c, 1] = at_acceleration
-        where[c, 2] = bad
+        least[c, 0], least[c, 1], least[c, 2] = by_signal, by_acceleration, whole
+
+
+def _which(lengths, signals, rates, place, viscous, numbers, chunk, criterion, value):
+    """Return which particle of a chunk it is, that of the smallest number of several: of `value`, or not finite."""
+    chosen = np.uint64(NOBODY)
+    first = np.uint64(chunk) * np.uint64(CHUNK)
+    for s in range(first, min(first + np.uint64(CHUNK), np.uint64(len(signals)))):
+        signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
+        if criterion == 2:
+            meant = not abs(health) < np.inf  # np.isfinite takes x - x for 0 where sums may be reordered
+        else:
+            meant = (signal if criterion == 0 else acceleration) == value
+        if meant and (chosen == np.uint64(NOBODY) or numbers[s] < numbers[chosen]):
+            chosen = s
+    return chosen
 
 
 class Criteria:
@@ -76,14 +89,19 @@ class Criteria:
     """
 
     def __init__(self, dim: int, count: int, cfl: float, viscous: float):
-        chunks = -(-count // CHUNK)
         self.cfl, self.viscous = cfl, viscous
-        self._found = np.empty((chunks, 2))
-        self._where = np.empty((chunks, 3), np.uint64)
-        self._loop = specialise(_limits, parallel=True, DIM=dim)
+        limits_of = specialise(_limits_of, DIM=dim)
+        self._loop = specialise(_limits, parallel=True, limits_of=limits_of)
+        self._which = specialise(_which, parallel=False, limits_of=limits_of)
+        self.hold(count)
 
-    def limit(self, lengths: np.ndarray, signals: np.ndarray, rates: np.ndarray, place: np.ndarray) -> Limit:
-        """Return what limits the next step.
+    def hold(self, count: int) -> None:
+        """Make room for `count` particles."""
+        self._least = np.empty((-(-count // CHUNK), 3))
+
+    def limit(self, lengths: np.ndarray, signals: np.ndarray, rates: np.ndarray, place: np.ndarray,
+              numbers: np.ndarray) -> Limit:  # fmt: skip
+        """Return what limits the next step; of particles that limit it alike that of the smallest number does.
 
         Parameters
         ----------
@@ -91,17 +109,26 @@ class Criteria:
             Smoothing length [m] and speed of signals without viscosity [m/s], (n,).
         rates, place
             Rows of rates in cell order, and the row of each particle.
+        numbers
+            Permanent numbers (n,).
 
         Returns
         -------
         Limit
             With `criterion` ``not_finite`` and the particle, where a rate is not finite.
         """
-        self._loop(lengths, signals, rates, place, self.viscous, self._found, self._where)
-        bad = self._where[:, 2]
-        if bad.min() < 0xFFFFFFFF:
-            return Limit(0.0, "not_finite", int(bad.min()))
-        rows = self._found.argmin(axis=0)
-        times = self._found[rows, (0, 1)]
-        kind = int(times.argmin())
-        return Limit(self.cfl * float(times[kind]), NAMES[kind], int(self._where[rows[kind], kind]))
+        given = (lengths, signals, rates, place, self.viscous)
+        self._loop(*given, self._least)
+        least = self._least.min(axis=0).tolist()
+        if not isfinite(self._least[:, 2].sum()):
+            bad = np.flatnonzero(~np.isfinite(self._least[:, 2]))
+            return Limit(0.0, "not_finite", self._first(given, numbers, bad, 2, 0.0))
+        times = least[0], sqrt(sqrt(least[1]))
+        kind = int(times[1] < times[0])
+        alike = np.flatnonzero(self._least[:, kind] == least[kind])
+        return Limit(self.cfl * times[kind], NAMES[kind], self._first(given, numbers, alike, kind, least[kind]))
+
+    def _first(self, given: Any, numbers: np.ndarray, chunks: np.ndarray, criterion: int, value: float) -> int:
+        """Return the particle of the smallest number that is meant in any of `chunks`."""
+        chosen = [self._which(*given, numbers, chunk, criterion, value) for chunk in chunks]
+        return int(min(chosen, key=lambda s: numbers[s]))

@@ -12,6 +12,7 @@ from math import pi, sqrt
 
 import numpy as np
 
+from hvisph.core.exact import add_eight, add_vector
 from hvisph.core.growth import grown
 from hvisph.core.jit import prange
 from hvisph.core.tensors import (
@@ -19,6 +20,7 @@ from hvisph.core.tensors import (
     dot,
     double_dot,
     full_gradient,
+    in_space,
     minus,
     no_vector,
     own_full_symmetric,
@@ -35,6 +37,7 @@ from hvisph.core.tensors import (
 from hvisph.sph.viscosity import balsara_share, relaxed_share
 
 from .particle import Limits, Rates, Shown, State
+from .sums import LENGTH, SIZE, SPEED2, SUPPORT
 
 CHUNK = 256
 # The smallest radius of a ring, over h: below it a ring is taken for one of this radius.
@@ -42,11 +45,6 @@ ON_AXIS = 0.07
 # Which share of the viscosity a particle takes: all of it, or by a published switch.
 WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 SWITCHES = {"none": WHOLE, "balsara": BALSARA, "morris_monaghan": MORRIS_MONAGHAN}
-# Columns of the sums that the completed states give: see `Budget`.
-KINETIC, INTERNAL, MOMENTUM, SUPPORT, FASTEST, LONGEST, SLIPPING = 0, 1, 2, 5, 8, 9, 10
-# Of the last step, not the state: work of plastic flow; energy dissipated by viscosity, Riemann fluxes and friction.
-PLASTIC, HEATING = 11, 12
-SUMS = 13
 
 
 def loaded(state, i):
@@ -194,22 +192,25 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
     limits
         Three arrays (n,) that receive smoothing length, speed of signals and pressure at the stage.
     sums
-        (chunks, SUMS) receives sums over the completed state.
+        `Sums.loops`: receive sums over the completed state, chunk by chunk.
     """
     count = np.uint64(state.shape[0])
     table, models = materials
     dt, stage, complete = times_ahead
     h_low, h_high = h_limits
     lengths, signals, pressures = limits
+    wholes, extremes, (of_energy, of_momentum, of_force, of_power) = sums
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
-        kinetic = internal = fastest = longest = slipping = plastic = heating = 0.0
-        momentum = support = no_vector(DIM)
+        i = np.uint64(chunk)
+        fastest = longest = size = 0.0
+        wholes[i] = 0
         for s in range(first, min(first + np.uint64(CHUNK), count)):
             k, m = np.uint64(place[s]), np.uint64(tags[s, 2])
+            flowed = dissipated = 0.0
             mass, now, rate = state[s, S_MASS], loaded(state, s), measured(rates, k)
             if tags[s, 3] & np.uint32(1):  # clamped
-                support = plus(support, times(mass, rate.a))
+                add_vector(wholes, i, SUPPORT, times(mass, rate.a), of_force)
                 rate = Rates(no_vector(DIM), rate.power, rate.l, rate.density, rate.hoop)
             if complete:
                 u, before = own_vector(sorted_rows, k, U, DIM), now
@@ -217,8 +218,7 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                 now, p, c, l, thicker = strained(now, dt, l, swelling, hoop, table, models, m, h_low, h_high)
                 store(state, s, now)
                 flowed, dissipated = works(before, now, l, pressures[s], dt)
-                plastic += mass * flowed
-                heating += mass * dissipated
+                flowed, dissipated = mass * flowed, mass * dissipated
                 if PLANE_STRESS:
                     state[s, S_THICKNESS] *= thicker
                 if SWITCH == MORRIS_MONAGHAN:
@@ -226,12 +226,13 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                         state[s, S_VISCOSITY_SHARE], l, c, now.h, dt, coefficients)  # fmt: skip
                 if PREVIOUS:
                     remember(state, s, u, rate)
-            if SLIPS:
-                slipping += mass * rates[k, R_SLIP]
             speed2 = dot(now.u, now.u)
-            kinetic += 0.5 * mass * speed2
-            internal += mass * now.e
-            momentum = plus(momentum, times(mass, now.u))
+            kinetic, internal = 0.5 * mass * speed2, mass * now.e
+            slipping = mass * rates[k, R_SLIP] if SLIPS else 0.0
+            add_eight(wholes, i,
+                      (kinetic, internal) + in_space(times(mass, now.u)) + (flowed, dissipated, slipping),
+                      (of_energy, of_energy, of_momentum, of_momentum, of_momentum, of_energy, of_energy, of_power))
+            size += kinetic + abs(internal)
             fastest = max(fastest, speed2)
             # The stage: where the rates are evaluated next.
             x = plus(now.x, times(stage, plus(now.u, times(DRIFT * stage, rate.a))))
@@ -264,11 +265,7 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                 rows[s, SHARE] = share
                 # a small share lets no step grow: the shock that raises it may be a step away
                 signals[s] += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
-        i = np.uint64(chunk)
-        sums[i, KINETIC], sums[i, INTERNAL], sums[i, FASTEST], sums[i, LONGEST] = kinetic, internal, fastest, longest
-        sums[i, SLIPPING], sums[i, PLASTIC], sums[i, HEATING] = slipping, plastic, heating
-        put(sums, i, MOMENTUM, momentum)
-        put(sums, i, SUPPORT, support)
+        extremes[i, SPEED2], extremes[i, LENGTH], extremes[i, SIZE] = fastest, longest, size
 
 
 PARTS = (loaded, store, measured, remember, moved, strained, works, ring_radius, viscous_share)

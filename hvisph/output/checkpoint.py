@@ -20,7 +20,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.output import names
 from hvisph.output.sealed import reading, writing
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 KEPT = 2
 _HEADER = "header"
 _ARRAYS = "arrays"

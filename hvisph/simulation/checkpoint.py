@@ -24,6 +24,8 @@ from hvisph.simulation.watch import Watch
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
+# Names of arrays that have a row a particle, in the order of their numbers, and of what is of the whole.
+CARRIED, HISTORY = "carried/", "history/"
 # Checkpoints take at most this share of a run's wall time, whatever cadence is asked for.
 MOST_TIME = 0.02
 # What may differ between the case of a checkpoint and the case that goes on: it touches no step.
@@ -89,9 +91,11 @@ class Keeper:
             "files": vars(self.files),
             "series": self.series,
         }  # fmt: skip
-        arrays: dict[str, np.ndarray] = {"state": particles.data, "tags": particles.tags,
-                                         "peaks": self.peaks.highest}  # fmt: skip
-        arrays |= {f"history/{name}": values for name, values in self.setup.stepper.history().items()}
+        stepper, order = self.setup.stepper, np.argsort(particles.id)
+        arrays: dict[str, np.ndarray] = {"state": particles.data[order], "tags": particles.tags[order],
+                                         "peaks": self.peaks.highest[order]}  # fmt: skip
+        arrays |= {f"{CARRIED}{name}": values[order] for name, values in stepper.carried().items()}
+        arrays |= {f"{HISTORY}{name}": values for name, values in stepper.history().items()}
         return Checkpoint(clock.steps, header, arrays)
 
     def restore(self, checkpoint: Checkpoint) -> TimeStep:
@@ -114,11 +118,11 @@ class Keeper:
 
     def _restore(self, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> TimeStep:
         clock, budget, particles = self.clock, self.budget, self.setup.particles
-        particles.data[...], particles.tags[...] = arrays["state"], arrays["tags"]
-        self.peaks.highest[...] = arrays["peaks"]
-        prefix = "history/"
-        stepper = self.setup.stepper
-        stepper.restore({k.removeprefix(prefix): v for k, v in arrays.items() if k.startswith(prefix)})
+        stepper, order = self.setup.stepper, particles.id.copy()  # as built; what it is does not matter
+        particles.data[...], particles.tags[...] = arrays["state"][order], arrays["tags"][order]
+        self.peaks.highest[...] = arrays["peaks"][order]
+        carried = {k.removeprefix(CARRIED): v[order] for k, v in arrays.items() if k.startswith(CARRIED)}
+        stepper.restore(carried, {k.removeprefix(HISTORY): v for k, v in arrays.items() if k.startswith(HISTORY)})
         for name, value in header["clock"].items():
             setattr(clock, name, value)
         for name in ("momentum", "impulse", "retired", "pending"):

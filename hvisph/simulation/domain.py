@@ -12,7 +12,9 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import CaseError
+from hvisph.core.exact import exact_sum, total
 from hvisph.core.particles import CLAMPED, FLAGS, RETIRED
+from hvisph.integrators.sums import INTERNAL, MOMENTUM, SLIPPING, SUPPORT
 from hvisph.materials.slots import RHO0
 from hvisph.simulation.build import Setup
 from hvisph.simulation.monitors import Budget
@@ -79,16 +81,17 @@ class Domain:
             return 0
         mass, velocity = particles["mass"][gone], particles["velocity"][gone]
         budget.retired[0] += len(gone)
-        budget.retired[1] += mass.sum()
-        budget.retired[2 : 2 + particles.dim] += mass @ velocity
+        units = stepper.totals.units
+        budget.retired[1] += exact_sum(mass)
+        budget.retired[2 : 2 + particles.dim] += total(mass[:, None] * velocity, units[MOMENTUM])
         energy = 0.5 * (velocity**2).sum(axis=1) + particles["internal_energy"][gone]
-        budget.retired[5] += mass @ energy
+        budget.retired[5] += total(mass * energy, units[INTERNAL])
         if particles.has_previous:  # the step under way still gives the others half of what the last forces did
             force = mass[:, None] * particles["previous_acceleration"][gone]
             power = mass * particles["previous_power"][gone]
             power += (force * particles["previous_velocity"][gone]).sum(axis=1)
-            budget.pending[: particles.dim] += 0.5 * force.sum(axis=0)
-            budget.pending[3] += 0.5 * power.sum()
+            budget.pending[: particles.dim] += 0.5 * total(force, units[SUPPORT])
+            budget.pending[3] += 0.5 * total(power, units[SLIPPING])
         length = particles["smoothing_length"][gone]
         particles.begin(gone)
         particles["smoothing_length"][gone] = length

@@ -1,7 +1,7 @@
 """Whether a checkpoint fits the run that it is to go on with: kinds, shapes, and all that compiled loops go by.
 
 A checkpoint that is whole may still be forged, or made of something else. Loops trust indices, so what is used as
-one - bodies, materials, flags, the grid, places in lists - must be what this run has. Values that are only
+one - numbers, bodies, materials, flags - must be what this run has. Values that are only
 computed with are not judged: nonsense there ends in a watcher's message.
 """
 
@@ -13,11 +13,6 @@ import numpy as np
 
 from hvisph.core.particles import BODY, FLAGS, ID, MATERIAL, RETIRED, Particles
 from hvisph.output.checkpoint import Checkpoint
-from hvisph.sph.traversal import MOST_NEIGHBOURS
-
-# Arrays whose number of rows follows the state; their columns are fixed. Rows of a Total Lagrangian body hold the
-# images of its reference, and so vary where that is renewed.
-VARYING, VARYING_WHERE_RENEWED = "history/listed_at", "history/rows"
 
 
 def refuse_misfit(given: Checkpoint, own: Checkpoint, particles: Particles) -> None:
@@ -40,20 +35,18 @@ def refuse_misfit(given: Checkpoint, own: Checkpoint, particles: Particles) -> N
     if given.arrays.keys() != own.arrays.keys():
         raise ValueError(f"it differs in {', '.join(sorted(given.arrays.keys() ^ own.arrays.keys()))}")
     renews = own.header["case"]["formulation"].get("renew_reference") is not None
-    varying = {VARYING, VARYING_WHERE_RENEWED} if renews else {VARYING}
     for name, values in own.arrays.items():
-        other, skip = given.arrays[name], int(name in varying)
-        if other.dtype != values.dtype or other.shape[skip:] != values.shape[skip:]:
+        other = given.arrays[name]
+        if other.dtype != values.dtype or other.shape != values.shape:
             raise ValueError(f"'{name}' has another shape or kind: {other.shape}, not {values.shape}")
     _refuse_other_particles(given.arrays["state"], given.arrays["tags"], particles, renews)
-    _refuse_other_grid(given.arrays, own.arrays)
 
 
 def _refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Particles, renews: bool) -> None:
-    """Raise `ValueError` unless these are the run's particles, in any order, with what never changes as it was."""
+    """Raise `ValueError` unless these are the run's particles in order, with what never changes as it was."""
     count = particles.count
-    if not np.array_equal(np.sort(tags[:, ID]), np.arange(count)):
-        raise ValueError("its particles are not numbered, each once")
+    if not np.array_equal(tags[:, ID], np.arange(count)):
+        raise ValueError("its particles are not in the order of their numbers, each once")
     built = np.empty(count, np.int64)
     built[particles.id] = np.arange(count)
     order = built[tags[:, ID]]  # row of each in the run as built
@@ -75,15 +68,6 @@ def _refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Part
     at = moved["reference_position"]
     if not np.isfinite(at).all() or (not renews and (at != particles["reference_position"][order]).any()):
         raise ValueError("its particles have other places in the reference configuration")
-
-
-def _refuse_other_grid(given: dict[str, np.ndarray], own: dict[str, np.ndarray]) -> None:
-    name = "history/grid_shape"
-    if name in own and (given[name] != own[name]).any():
-        raise ValueError("its grid of cells is another")
-    name = "history/capacity"
-    if name in own and not 0 < int(given[name][0]) <= 4 * MOST_NEIGHBOURS:
-        raise ValueError("its room for neighbours is none that a run has")
 
 
 def _refuse_other_kind(own: Any, given: Any, path: str) -> None:

@@ -148,7 +148,9 @@ class Gauges:
         n = self._weigh(particles.data, gauge.point, reach, rows, weights)
         if n == 0:
             return [float("nan")] * len(gauge.columns)
-        values, share = _Values(self._stepper, rows[:n]), weights[:n] / weights[:n].sum()
+        order = np.argsort(particles.id[rows[:n]])  # a sum that does not depend on where particles are kept
+        rows, weights = rows[:n][order], weights[:n][order]
+        values, share = _Values(self._stepper, rows), weights / weights.sum()
         return [float(share @ values.column(column)) for column in gauge.columns]
 
 

@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.exact import exact_sum, total
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.formulations.eulerian import fallbacks
-from hvisph.integrators import update
+from hvisph.formulations.protocol import AnyStepper
+from hvisph.integrators import sums as column
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
 from hvisph.simulation.build import Setup
 
@@ -59,12 +61,12 @@ class Budget:
 
     def __init__(self, setup: Setup):
         particles, sums = setup.particles, setup.stepper.sums
-        self.energy = float(sums[update.KINETIC] + sums[update.INTERNAL])
-        self.kinetic = float(sums[update.KINETIC])
+        self.energy = float(sums[column.KINETIC] + sums[column.INTERNAL])
+        self.kinetic = float(sums[column.KINETIC])
         self._has_energy, self._stepper = setup.stepper.has_energy, setup.stepper
-        self.momentum = sums[update.MOMENTUM : update.MOMENTUM + 3].copy()
+        self.momentum = sums[column.MOMENTUM : column.MOMENTUM + 3].copy()
         speed = np.sqrt((particles["velocity"] ** 2).sum(axis=1))
-        self.size = float((particles["mass"] * speed).sum())
+        self.size = exact_sum(particles["mass"] * speed)
         self.slip_work = self.plastic_work = self.shock_heating = 0.0
         self.impulse = np.zeros(3)
         self.retired = np.zeros(6)
@@ -73,9 +75,10 @@ class Budget:
         self._particles = particles
         # planes and clamps give angular momentum of which no account is kept
         kept = not setup.planes and not (particles.tags[:, FLAGS] & CLAMPED).any()
-        self.angular_momentum = angular_momentum(particles) if kept else np.zeros(0)
-        lever = particles["position"] - particles["position"].mean(axis=0)
-        self._swing = float((particles["mass"] * speed * np.sqrt((lever**2).sum(axis=1))).sum())
+        self.angular_momentum = angular_momentum(particles, turning_unit(setup.stepper)) if kept else np.zeros(0)
+        middle = [exact_sum(one) / particles.count for one in particles["position"].T]
+        lever = particles["position"] - np.array(middle)
+        self._swing = exact_sum(particles["mass"] * speed * np.sqrt((lever**2).sum(axis=1)))
         free = np.ones(3)
         free[[plane.axis for plane in setup.planes]] = 0.0  # a mirror gives momentum along its normal
         self._free = free
@@ -83,18 +86,18 @@ class Budget:
     def record(self, sums: np.ndarray, dt: float, pressures: np.ndarray) -> None:
         """Take account of a step [s]: forces on clamped particles, works, slip, what is pending, the pressures (n,)."""
         self.highest_pressure = max(self.highest_pressure, float(pressures.max(initial=0.0)))
-        self.slip_work += dt * float(sums[update.SLIPPING])
-        self.plastic_work += float(sums[update.PLASTIC])
-        self.shock_heating += float(sums[update.HEATING])
-        self.impulse += dt * sums[update.SUPPORT : update.SUPPORT + 3]
+        self.slip_work += dt * float(sums[column.SLIPPING])
+        self.plastic_work += float(sums[column.PLASTIC])
+        self.shock_heating += float(sums[column.HEATING])
+        self.impulse += dt * sums[column.SUPPORT : column.SUPPORT + 3]
         self.retired[2:] += dt * self.pending
         self.pending[:] = 0.0
 
     def energies(self, sums: np.ndarray) -> dict[str, float | None]:
         """Return the energies by kind [J; per metre in 2D] of what is computed; None for what is not known."""
         kept = self._has_energy
-        energies = {"initial": self.energy, "kinetic": float(sums[update.KINETIC]),
-                 "internal": float(sums[update.INTERNAL]) if kept else None,
+        energies = {"initial": self.energy, "kinetic": float(sums[column.KINETIC]),
+                 "internal": float(sums[column.INTERNAL]) if kept else None,
                  "plastic_work": self.plastic_work if kept else None,
                  "shock_heating": self.shock_heating if kept else None, "slip_work": self.slip_work}  # fmt: skip
         return {name: value if value is not None and np.isfinite(value) else None for name, value in energies.items()}
@@ -104,12 +107,12 @@ class Budget:
         if not self._has_energy:
             return None
         stored = float(getattr(self._stepper, "stored_energy", 0.0))
-        total = float(sums[update.KINETIC] + sums[update.INTERNAL] + self.retired[5]) + stored
+        total = float(sums[column.KINETIC] + sums[column.INTERNAL] + self.retired[5]) + stored
         return (total - self.energy) / self.energy if self.energy > 0.0 else None
 
     def momentum_drift(self, sums: np.ndarray) -> float | None:
         """Return the change of momentum over the sum of m |v| at the start; None where nothing moved."""
-        now = sums[update.MOMENTUM : update.MOMENTUM + 3] + self.impulse + self.retired[2:5]
+        now = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.impulse + self.retired[2:5]
         change = float(np.linalg.norm((now - self.momentum) * self._free))
         return change / self.size if self.size > 0.0 else None
 
@@ -120,11 +123,16 @@ class Budget:
         """
         if not len(self.angular_momentum) or self.retired[0] or not self._swing > 0.0:
             return None
-        return float(np.linalg.norm(angular_momentum(self._particles) - self.angular_momentum)) / self._swing
+        return (
+            float(
+                np.linalg.norm(angular_momentum(self._particles, turning_unit(self._stepper)) - self.angular_momentum)
+            )
+            / self._swing
+        )
 
     def as_dict(self, sums: np.ndarray) -> dict[str, float | None]:
         """Return the plain form for the summary, without numbers that are not finite."""
-        ratio = float(sums[update.KINETIC]) / self.kinetic if self.kinetic > 0.0 else None
+        ratio = float(sums[column.KINETIC]) / self.kinetic if self.kinetic > 0.0 else None
         kept = {"energy_drift": self.energy_drift(sums), "momentum_drift": self.momentum_drift(sums),
                  "angular_momentum_drift": self.angular_drift(), "kinetic_energy_ratio": ratio}  # fmt: skip
         if self.retired[0]:
@@ -133,11 +141,20 @@ class Budget:
         return {name: value if value is not None and np.isfinite(value) else None for name, value in kept.items()}
 
 
-def angular_momentum(particles: Particles) -> np.ndarray:
-    """Return the angular momentum about the origin [kg m^2/s]: none in 1D and of rings, about z in 2D, (3,) in 3D."""
+def angular_momentum(particles: Particles, unit: float) -> np.ndarray:
+    """Return the angular momentum about the origin [kg m^2/s]: none in 1D and of rings, about z in 2D, (3,) in 3D.
+
+    It is counted in whole numbers of `unit`, see `core.exact`.
+    """
     x, momentum = particles["position"], particles["mass"][:, None] * particles["velocity"]
     pairs: dict[int, tuple[tuple[int, int], ...]] = {1: (), 2: ((0, 1),), 3: ((1, 2), (2, 0), (0, 1))}
-    return np.array([float(x[:, a] @ momentum[:, b] - x[:, b] @ momentum[:, a]) for a, b in pairs[_turns(particles)]])
+    turning = [x[:, a] * momentum[:, b] - x[:, b] * momentum[:, a] for a, b in pairs[_turns(particles)]]
+    return np.array([float(total(one, unit)) for one in turning])
+
+
+def turning_unit(stepper: AnyStepper) -> float:
+    """Return the unit of angular momentum: that of momentum, a million smoothing lengths away."""
+    return float(stepper.totals.units[column.MOMENTUM] * 2.0 ** (20.0 + np.floor(np.log2(stepper.support))))
 
 
 def _turns(particles: Particles) -> int:
@@ -157,8 +174,8 @@ class Observer:
         projectile = np.flatnonzero(particles.body == 0)
         position = particles["position"][projectile]
         self._watched = {
-            CENTRE_COLUMN: particles.id[projectile[centre_particles(position, spacing, axis)]],
-            AXIS_COLUMN: particles.id[projectile[axis_particles(position, spacing, axis)]],
+            CENTRE_COLUMN: np.sort(particles.id[projectile[centre_particles(position, spacing, axis)]]),
+            AXIS_COLUMN: np.sort(particles.id[projectile[axis_particles(position, spacing, axis)]]),
         }
         formulation = setup.stepper.formulation
         self.corrected, self._slips = formulation.corrects, formulation.slips
@@ -189,8 +206,8 @@ class Observer:
         sums, pressures = self._setup.stepper.sums, self._setup.stepper.pressures
         drift = budget.energy_drift(sums)
         return [
-            step, time, dt, criterion, particle, float(sums[update.KINETIC]), float(sums[update.INTERNAL]),
-            *(float(p) for p in sums[update.MOMENTUM : update.MOMENTUM + 3]),
+            step, time, dt, criterion, particle, float(sums[column.KINETIC]), float(sums[column.INTERNAL]),
+            *(float(p) for p in sums[column.MOMENTUM : column.MOMENTUM + 3]),
             float("nan") if drift is None else drift,
             float(pressures[self._at[CENTRE_COLUMN]].mean()), float(pressures[self._at[AXIS_COLUMN]].min()),
             *((fallbacks(self._setup.stepper),) if self.corrected else ()),
@@ -205,7 +222,7 @@ class Observer:
         particles = self._setup.particles
         if step % ANGULAR_EVERY:
             return [float("nan")] * len(ANGULAR_COLUMNS[_turns(particles)])
-        return [float(one) for one in angular_momentum(particles)]
+        return [float(one) for one in angular_momentum(particles, turning_unit(self._setup.stepper))]
 
 
 def mirror_axis(setup: Setup) -> np.ndarray | None:

@@ -232,11 +232,13 @@ class Run:
             stepper.complete(0.0, 0.0)
         self.time_step = self.clock.choose(limit.dt, limit.criterion, None)
         stepper.predict(self.time_step.length)
-        self.files.record(self.time_step, limit.particle, 0.0, self.budget)
+        self.files.record(self.time_step, int(self.setup.particles.id[limit.particle]), 0.0, self.budget)
 
     def _limit(self) -> Limit:
         stepper = self.setup.stepper
-        limit = self.setup.criteria.limit(stepper.lengths, stepper.signals, stepper.rates, stepper.place)
+        limit = self.setup.criteria.limit(
+            stepper.lengths, stepper.signals, stepper.rates, stepper.place, self.setup.particles.id
+        )
         cfl = self.case.time.cfl
         for time, criterion, particle in stepper.limits():
             if cfl * time < limit.dt:

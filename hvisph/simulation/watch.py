@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import RunError
-from hvisph.integrators import update
+from hvisph.integrators import sums as column
 from hvisph.integrators.criteria import Limit
 from hvisph.simulation.build import Setup
 
@@ -65,12 +65,12 @@ class Watch:
 
     def __init__(self, setup: Setup, limits: Any):
         self._setup, self._limits = setup, limits
-        fastest = float(setup.stepper.sums[update.FASTEST])
+        fastest = float(setup.stepper.sums[column.FASTEST])
         scale = fastest if fastest > 0.0 else float(setup.stepper.signals.max())
         self.speed_limit = np.inf if limits.speed_over_initial is None else limits.speed_over_initial * scale
         self.first: float | None = None
-        self._energy = float(setup.stepper.sums[update.KINETIC] + abs(setup.stepper.sums[update.INTERNAL]))
-        self._floor = min(0.0, float(setup.stepper.sums[update.INTERNAL]))
+        self._energy = float(setup.stepper.sums[column.KINETIC] + abs(setup.stepper.sums[column.INTERNAL]))
+        self._floor = min(0.0, float(setup.stepper.sums[column.INTERNAL]))
         self._warned = False
 
     def check_step(self, limit: Limit, time: float, step: int) -> None:
@@ -102,12 +102,12 @@ class Watch:
     def check_state(self, drift: float | None, time: float, step: int) -> None:
         """Judge the state after a step: finite, no runaway, densities, total energy kept but for `drift` of it."""
         sums = self._setup.stepper.sums
-        if not all(map(isfinite, sums[: update.FASTEST + 1].tolist())):
+        if not all(map(isfinite, sums[: column.FASTEST + 1].tolist())):
             bad = ~np.isfinite(self._setup.particles.data).all(axis=1)
             if bad.any():
                 what = "a value of the state is not finite"
                 raise self._failure("not_finite", int(bad.argmax()), time, step, what)
-        if not sums[update.FASTEST] <= self.speed_limit:
+        if not sums[column.FASTEST] <= self.speed_limit:
             speed = np.sqrt((self._setup.particles["velocity"] ** 2).sum(axis=1))
             worst = int(np.argmax(np.where(np.isnan(speed), np.inf, speed)))
             raise self._failure(
@@ -151,7 +151,7 @@ class Watch:
         """Return by how much the internal energy is below zero, or below that at the start, over the energy then."""
         if not (self._setup.stepper.has_energy and self._energy > 0.0):
             return 0.0
-        return (self._floor - float(self._setup.stepper.sums[update.INTERNAL])) / self._energy
+        return (self._floor - float(self._setup.stepper.sums[column.INTERNAL])) / self._energy
 
     @property
     def _power(self) -> int:

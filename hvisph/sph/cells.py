@@ -66,7 +66,7 @@ def _find_cells(rows, inverse_edge, nx, ny, nz, cells):
             cells[i] = cell
 
 
-def _count_and_place(cells, starts, order, place):
+def _count_and_place(cells, starts, order):
     n = np.uint64(cells.shape[0])
     one = np.uint64(1)
     starts[:] = 0
@@ -80,45 +80,66 @@ def _count_and_place(cells, starts, order, place):
     for i in range(n):
         cell = np.uint64(cells[i])
         order[np.uint64(starts[cell])] = i
-        place[i] = starts[cell]
         starts[cell] += np.uint32(1)
     for c in range(np.uint64(starts.shape[0]) - one, np.uint64(0), -1):
         starts[c] = starts[c - one]
     starts[np.uint64(0)] = np.uint32(0)
 
 
-def _gather_rows(rows, order, out, columns):
+def _order_and_gather(rows, numbers, cells, starts, order, place, out, columns):
+    """Put the rows of each cell into the order of their numbers, nearly as they come, and gather them."""
+    n = np.uint64(order.shape[0])
     for chunk in prange((order.shape[0] + 1023) // 1024):
-        first = np.uint64(chunk) * np.uint64(1024)
-        for k in range(first, min(first + np.uint64(1024), np.uint64(order.shape[0]))):
-            i = np.uint64(order[k])
-            for f in range(np.uint64(WIDTH)):
-                out[k, f] = rows[i, f]
-            for f in range(np.uint64(DIM)):
-                columns[f, k] = rows[i, f]
-            columns[DIM, k] = rows[i, H]
+        one = np.uint64(1)
+        begin = np.uint64(chunk) * np.uint64(1024)
+        end = min(begin + np.uint64(1024), n)
+        # A chunk has the cells that begin in it. What it reads of one under another's hands is in the same cell.
+        cell = np.uint64(cells[np.uint64(order[begin])])
+        k = begin if np.uint64(starts[cell]) == begin else np.uint64(starts[cell + one])
+        while k < end:
+            stop = np.uint64(starts[np.uint64(cells[np.uint64(order[k])]) + one])
+            for j in range(k + one, stop):
+                row = order[j]
+                number = numbers[np.uint64(row)]
+                at = j
+                while at > k and numbers[np.uint64(order[at - one])] > number:
+                    order[at] = order[at - one]
+                    at -= one
+                order[at] = row
+            for j in range(k, stop):
+                i = np.uint64(order[j])
+                place[i] = j
+                for f in range(np.uint64(WIDTH)):
+                    out[j, f] = rows[i, f]
+                for f in range(np.uint64(DIM)):
+                    columns[f, j] = rows[i, f]
+                columns[DIM, j] = rows[i, H]
+            k = stop
 
 
-def sort(grid: Grid, rows: np.ndarray, h_slot: int, cells: np.ndarray, order: np.ndarray,
+def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: np.ndarray, order: np.ndarray,
          place: np.ndarray, out: np.ndarray, columns: np.ndarray, dim: int) -> None:  # fmt: skip
-    """Put `rows` into cell order.
+    """Put `rows` into cell order, and within a cell into that of their permanent numbers.
+
+    What is summed over neighbours in this order does not depend on the order of `rows`, nor on the torus' shape.
 
     Parameters
     ----------
     grid
         Its `starts` receive the first sorted index of each cell.
-    rows, h_slot
-        Packed rows (n, width), position first, and the slot of the smoothing length.
+    rows, numbers, h_slot
+        Packed rows (n, width), position first, their permanent numbers (n,) uint64, each once, and the slot of the
+        smoothing length.
     cells, order, place
         Work arrays (n,) uint32; `order[k]` becomes the index in `rows` of sorted row k, `place` its inverse.
     out, columns
         Sorted rows (n or more, width), and their positions and smoothing lengths by column,
         (dim + 1, n + 8).
     """
-    find, count_and_place, gather = _loops(dim, rows.shape[1], h_slot)
+    find, count_and_place, order_and_gather = _loops(dim, rows.shape[1], h_slot)
     find(rows, 1.0 / grid.edge, *grid.sizes, cells)
-    count_and_place(cells, grid.starts, order, place)
-    gather(rows, order, out, columns)
+    count_and_place(cells, grid.starts, order)
+    order_and_gather(rows, numbers, cells, grid.starts, order, place, out, columns)
 
 
 @cache
@@ -126,5 +147,5 @@ def _loops(dim: int, width: int, h_slot: int) -> tuple[Any, Any, Any]:
     return (
         specialise(_find_cells, parallel=True, DIM=dim),
         specialise(_count_and_place, parallel=False),
-        specialise(_gather_rows, parallel=True, DIM=dim, WIDTH=width, H=h_slot),
+        specialise(_order_and_gather, parallel=True, DIM=dim, WIDTH=width, H=h_slot),
     )

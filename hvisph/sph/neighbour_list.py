@@ -20,7 +20,7 @@ from hvisph.core.simd import EIGHT
 from . import cells, traversal
 from .kernels import Kernel
 from .rows import RowLayout
-from .symmetry import Images, Plane, with_images
+from .symmetry import Images, Plane, image_numbers, with_images
 
 # Of the first guess for the room of a chunk's lists.
 SPARE = 1.3
@@ -103,13 +103,13 @@ class NeighbourList:
         self.order[count] = count
         self.present = count
 
-    def make(self, positions: np.ndarray, lengths: np.ndarray) -> None:
+    def make(self, positions: np.ndarray, lengths: np.ndarray, numbers: np.ndarray) -> None:
         """Make the lists anew.
 
         Parameters
         ----------
-        positions, lengths
-            Positions (n, dim) and smoothing lengths (n,) [m].
+        positions, lengths, numbers
+            Positions (n, dim) and smoothing lengths (n,) [m], and permanent numbers (n,).
 
         Raises
         ------
@@ -118,13 +118,14 @@ class NeighbourList:
         """
         rows = np.zeros((self.count, self.layout.width))
         rows[:, : self.dim], rows[:, self.dim] = positions, lengths
-        reach = self.reach * float(lengths.max())
+        reach, numbers = self.reach * float(lengths.max()), numbers.astype(np.uint64)
         if self.planes:
             rows, self.images = with_images(rows, self.planes, self.layout, reach)
+            numbers = image_numbers(numbers, self.images)
         self._make_room(len(rows))
         n = self.present
         self._grid.edge = reach
-        cells.sort(self._grid, rows, self.dim, self._cells[:n], self.order[:n], self._place[:n],
+        cells.sort(self._grid, rows, numbers, self.dim, self._cells[:n], self.order[:n], self._place[:n],
                    self._sorted[:n], self._columns, self.dim)  # fmt: skip
         chunks = -(-n // traversal.CHUNK)
         used = np.zeros(chunks, np.uint64)

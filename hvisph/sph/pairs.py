@@ -16,7 +16,7 @@ from . import cells, rates, traversal
 from .kernels import Kernel
 from .kernels.kernel import scale
 from .rows import RowLayout, aligned_zeros
-from .symmetry import Plane, mirror, with_images
+from .symmetry import Plane, image_numbers, mirror, with_images
 
 
 @dataclass(frozen=True)
@@ -68,6 +68,11 @@ class Pairs:
         Positions at the start (n, dim) [m], for the grid's extent, and the largest smoothing length [m].
     planes
         Planes of symmetry.
+
+    Attributes
+    ----------
+    rows, numbers
+        Packed rows (n, width) of the stage, and their permanent numbers (n,) uint64, each once.
     """
 
     def __init__(self, layout: RowLayout, kernel: Kernel, passes: Sequence[Pass], coefficients: np.ndarray,
@@ -79,6 +84,7 @@ class Pairs:
         self.count = len(positions)
         self.slots = layout.slots()
         self.rows = np.zeros((self.count, layout.width))
+        self.numbers = np.arange(self.count, dtype=np.uint64)
         self.grid = cells.Grid.around(positions, kernel.reach * h)
         self.capacity = 64 * 4 ** (dim - 1)
         self._room = 0
@@ -118,6 +124,8 @@ class Pairs:
     def evaluate(self, h: float) -> None:
         """Sort the packed `rows` and run all passes: `rates[place[i]]` are then those of particle i.
 
+        They depend neither on the order of the rows nor on the grid.
+
         Parameters
         ----------
         h
@@ -128,14 +136,15 @@ class Pairs:
         RunError
             When a particle has too many neighbours to be anything but a collapse.
         """
-        rows = self.rows
+        rows, numbers = self.rows, self.numbers
         if self.planes:
             rows, made = with_images(rows, self.planes, self.layout, self.kernel.reach * h)
+            numbers = image_numbers(numbers, made)
         if len(rows) != self.present:
             self._make_room(len(rows))
         n = self.present
         self.grid.edge = self.kernel.reach * h
-        cells.sort(self.grid, rows, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
+        cells.sort(self.grid, rows, numbers, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
                    self.sorted[:n], self.columns, self.layout.dim)  # fmt: skip
         for sweep, into_rows in self._sweeps:
             self._run(sweep, self.sorted if into_rows else self.rates)

@@ -224,7 +224,8 @@ def _lists(position: np.ndarray, body: np.ndarray, count: int, reach: float) -> 
         columns = np.zeros((dim + 1, n + 8))
         order, place, cell = (np.zeros(n, np.uint32) for _ in range(3))
         grid = cells.Grid.around(rows[:, :dim], reach)
-        cells.sort(grid, rows, dim, cell, order, place, sorted_rows[:n], columns, dim)
+        numbers = np.arange(n, dtype=np.uint64)
+        cells.sort(grid, rows, numbers, dim, cell, order, place, sorted_rows[:n], columns, dim)
         found_by: list[np.ndarray] = []
 
         def room(capacity: int, n: int = n, found_by: list[np.ndarray] = found_by) -> np.ndarray:

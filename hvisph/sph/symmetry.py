@@ -83,6 +83,19 @@ def with_images(
     return rows, made
 
 
+# The number of an image is that of its source with the bit of its plane: so it is unlike any other, and in a cell
+# images come behind particles.
+FIRST_PLANE_BIT = 32
+
+
+def image_numbers(numbers: np.ndarray, made: list[Images]) -> np.ndarray:
+    """Return `numbers` (n,) uint64 of rows followed by those of the images `made` of them."""
+    for k, images in enumerate(made):
+        own = numbers[images.source] | np.uint64(1 << (FIRST_PLANE_BIT + k))
+        numbers = np.concatenate([numbers, own])
+    return numbers
+
+
 def field_signs(rank: str, axis: int, dim: int) -> np.ndarray:
     """Return the sign of each component of a field of a state under reflection along `axis`."""
     vector = "xyz"[:dim]

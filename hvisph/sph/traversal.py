@@ -78,15 +78,16 @@ def sweep(rows, columns, n_rows, grid, reach, constants, capacity, out, overflow
                 ry = (cy + run % three + ny - one) & (ny - one) if DIM > 1 else zero
                 rz = (cz + run // three + nz - one) & (nz - one) if DIM > 2 else zero
                 base = nx * (ry + ny * rz)
-                low = cx - one if cx > zero else zero
-                high = cx + one if cx < nx - one else cx
+                # Cells cx - 1, cx, cx + 1 in this order across the torus' seam, too: sums do not depend on its shape.
+                low = (cx + nx - one) & (nx - one)
+                high = cx + one if zero < cx < nx - one else nx - one
                 begin = np.uint64(starts[base + low])
                 end = np.uint64(starts[base + high + one])
                 for segment in range(np.uint64(2)):
-                    if segment == one:  # the cell on the other side of the torus
+                    if segment == one:  # what lies on the other side of the seam
                         if cx == zero:
-                            begin = np.uint64(starts[base + nx - one])
-                            end = np.uint64(starts[base + nx])
+                            begin = np.uint64(starts[base])
+                            end = np.uint64(starts[base + one + one])
                         elif cx == nx - one:
                             begin = np.uint64(starts[base])
                             end = np.uint64(starts[base + one])

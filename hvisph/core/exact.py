@@ -1,0 +1,89 @@
+"""Sums that do not depend on the order of their terms: every term is rounded to whole numbers of a fixed unit.
+
+A term is taken apart into a whole number of the unit and one of 2^-34 of it, and each is summed as an integer. So any
+order, any number of threads and any number of processes give the same sum to the last bit. With a unit of 2^-40 of the
+whole, the finer part is 2^-74 of it: far below the rounding of the terms themselves.
+
+Adding 1.5 2^52 units to a number below 2^51 of them leaves the whole number in the last bits of the result: the
+rounding costs no conversion.
+"""
+
+from __future__ import annotations
+
+from math import ceil, fsum, log2
+
+import numpy as np
+
+from .jit import compiled
+from .simd import add_rounded
+
+# Bits of the finer part, which leave room for 2^29 terms, and those of a unit below the whole.
+FINER, BELOW = 34, 40
+_FINE = 2.0**-FINER
+# A term of so many units is too large, and sums of their sizes up to it are right.
+LARGEST = 2.0**51
+
+
+def unit_of(whole: float) -> float:
+    """Return the unit in which to count what amounts to `whole` altogether: a power of two; 2^-40 for nothing.
+
+    A sum may reach 2^11 times the whole.
+    """
+    return float(2.0 ** (ceil(log2(whole)) - BELOW)) if 0.0 < whole < np.inf else 2.0**-BELOW
+
+
+def rounder_of(unit: np.ndarray | float) -> np.ndarray | float:
+    """Return what `add_whole` adds to terms to round them to whole numbers of `unit`."""
+    return 1.5 * 2.0**52 * unit
+
+
+@compiled
+def add_whole(sums, i, k, term, rounder):
+    """Add `term` to the whole number sums[i, 0, k] and the finer one sums[i, 1, k], for `rounder` see `rounder_of`."""
+    zero, one, at = np.uint64(0), np.uint64(1), np.uint64(k)
+    fine = rounder * 5.820766091346741e-11  # 2^-34
+    whole = term + rounder
+    rest = (term - (whole - rounder)) + fine
+    sums[i, zero, at] += np.float64(whole).view(np.int64) - np.float64(rounder).view(np.int64)
+    sums[i, one, at] += np.float64(rest).view(np.int64) - np.float64(fine).view(np.int64)
+
+
+@compiled
+def add_vector(sums, i, k, terms, rounder):
+    """Add the components of the vector `terms` to the columns from the k-th on, see `add_whole`."""
+    column = np.uint64(k)
+    for term in terms:
+        add_whole(sums, i, column, term, rounder)
+        column += np.uint64(1)
+
+
+@compiled
+def add_eight(sums, i, terms, rounders):
+    """Add eight `terms` to the first eight columns, each with its rounder: `add_whole` of all, side by side."""
+    add_rounded(sums, i, terms, rounders, FINER)
+
+
+def whole_parts(terms: np.ndarray, unit: float) -> np.ndarray:
+    """Return the sum over the first axis of `terms` (n, ...) in whole numbers and finer ones (2, ...), as `add_whole`."""
+    terms = np.asarray(terms, float)
+    whole = np.rint(terms * (1.0 / unit))
+    rest = np.rint((terms - whole * unit) * (1.0 / (unit * _FINE)))
+    with np.errstate(invalid="ignore"):
+        parts: np.ndarray = np.stack([whole, rest]).astype(np.int64).sum(axis=1)
+    return parts
+
+
+def value_of(parts: np.ndarray, unit: np.ndarray | float) -> np.ndarray:
+    """Return the sums (...) that whole numbers and finer ones (2, ...) stand for."""
+    values: np.ndarray = (parts[0] + parts[1] * _FINE) * unit
+    return values
+
+
+def total(terms: np.ndarray, unit: float) -> np.ndarray:
+    """Return the sum over the first axis of `terms` (n, ...), whatever their order."""
+    return value_of(whole_parts(terms, unit), unit)
+
+
+def exact_sum(terms: np.ndarray) -> float:
+    """Return the sum of `terms` (n,) rounded once: slow, for what is summed once a run."""
+    return fsum(terms.tolist())

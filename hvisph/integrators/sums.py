@@ -1,0 +1,106 @@
+"""Sums over the completed states: the same bits for any order of the particles, of threads and of processes.
+
+Columns of the sums: energies and momentum; of the last step, not the state, work of plastic flow and what viscosity,
+Riemann fluxes and friction dissipated; power of slip, forces on clamped particles; largest speed and smoothing length.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.exact import LARGEST, exact_sum, rounder_of, unit_of, value_of
+from hvisph.core.particles import Particles
+
+KINETIC, INTERNAL, MOMENTUM, PLASTIC, HEATING, SLIPPING, SUPPORT = 0, 1, 2, 5, 6, 7, 8
+FASTEST, LONGEST = 11, 12
+# Columns that are counted in whole numbers, of which eight are added at once; all columns.
+COUNTED, SUMS = 11, 13
+# Columns of the extremes of each chunk: largest speed squared, smoothing length, and sum of the sizes of energies, which shows what integers hide: a number that is none, or too large.
+SPEED2, LENGTH, SIZE = 0, 1, 2
+# A whole that hardly moves is counted as finely as if its energy were this share of M c^2: it may gain 2^11 times that.
+SLOWEST = 2.0**-12
+
+
+class Sums:
+    """Whole-number sums and extremes of chunks of particles, and what they amount to.
+
+    Parameters
+    ----------
+    particles
+        The state at the start: its mass and energy set the units.
+    sound_speed
+        Largest sound speed of the materials at rest [m/s]: the whole holds a share of M c^2 at least.
+    h
+        Smoothing length [m].
+    chunk
+        Particles in a chunk.
+
+    Attributes
+    ----------
+    wholes, extremes
+        What compiled loops write: whole numbers and finer ones (chunks, 2, COUNTED), and floats (chunks, 3).
+    units
+        Of the columns (COUNTED,), see `core.exact`.
+    over
+        Makes sums and extremes of this process those of all.
+    """
+
+    over: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+
+    def __init__(self, particles: Particles, sound_speed: float, h: float, chunk: int):
+        mass = particles["mass"]
+        whole = exact_sum(mass)
+        energy = mass * (0.5 * (particles["velocity"] ** 2).sum(axis=1) + np.abs(particles["internal_energy"]))
+        energy_unit = unit_of(max(SLOWEST * whole * sound_speed**2, exact_sum(energy)))
+        speed = float(np.sqrt(energy_unit / unit_of(whole)))
+        power_unit = energy_unit * 2.0 ** np.ceil(np.log2(max(sound_speed, speed) / h))
+        self.units = np.full(COUNTED, energy_unit)
+        self.units[MOMENTUM : MOMENTUM + 3] = unit_of(whole * speed)
+        self.units[SUPPORT : SUPPORT + 3] = unit_of(power_unit / energy_unit * whole * speed)
+        self.units[SLIPPING] = power_unit
+        self._rounders = (
+            float(rounder_of(self.units[KINETIC])), float(rounder_of(self.units[MOMENTUM])),
+            float(rounder_of(self.units[SUPPORT])), float(rounder_of(self.units[SLIPPING])),
+        )  # fmt: skip
+        self._chunk = chunk
+        self.over = lambda wholes, extremes: (wholes, extremes)
+        self.hold(particles.count)
+
+    def hold(self, count: int) -> None:
+        """Make room for `count` particles."""
+        chunks = -(-count // self._chunk)
+        self.wholes, self.extremes = np.zeros((chunks, 2, COUNTED), np.int64), np.zeros((chunks, 3))
+
+    @property
+    def loops(self) -> tuple[np.ndarray, np.ndarray, tuple[float, float, float, float]]:
+        """What compiled loops take: beside the sums what rounds energies, momenta, forces and powers."""
+        return self.wholes, self.extremes, self._rounders
+
+    def total(self) -> np.ndarray:
+        """Return the sums (SUMS,): energies and momenta not a number, or infinite, where a particle's are."""
+        extremes = np.zeros(3)
+        if len(self.extremes):
+            extremes = self.extremes.max(axis=0)
+            extremes[SIZE] = self.extremes[:, SIZE].sum()
+        self._parts, extremes = self.over(self.wholes.sum(axis=0), extremes)
+        sums = np.empty(SUMS)
+        sums[:COUNTED] = value_of(self._parts, self.units)
+        sums[FASTEST], sums[LONGEST] = np.sqrt(extremes[SPEED2]), extremes[LENGTH]
+        if not extremes[SIZE] < LARGEST * self.units[KINETIC]:
+            sums[:COUNTED] = np.inf if extremes[SIZE] > 0.0 else np.nan
+        self._extremes = extremes
+        return sums
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return what `total` returned was made of, by name."""
+        return {"whole_sums": self._parts, "extremes": self._extremes}
+
+    def restore(self, history: dict[str, Any]) -> np.ndarray:
+        """Go back to where `history` was taken; return its sums."""
+        self.wholes[...], self.extremes[...] = 0, 0.0
+        if len(self.wholes):
+            self.wholes[0], self.extremes[0] = history["whole_sums"], history["extremes"]
+        return self.total()

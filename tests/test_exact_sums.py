@@ -1,0 +1,72 @@
+"""Sums in whole numbers: the compiled loop and its plain twin, any order, what is none or too large."""
+
+import numpy as np
+import pytest
+
+from hvisph.core.exact import (
+    FINER,
+    LARGEST,
+    add_eight,
+    add_whole,
+    exact_sum,
+    rounder_of,
+    total,
+    unit_of,
+    value_of,
+    whole_parts,
+)
+from hvisph.core.jit import specialise
+
+
+def _add_all(terms, rounder, sums):
+    for term in terms:
+        add_whole(sums, np.uint64(0), np.uint64(1), term, rounder)
+
+
+def compiled_parts(terms, unit):
+    """Return the pair of integers that the compiled function adds up to."""
+    sums = np.zeros((1, 2, 9), np.int64)
+    specialise(_add_all, parallel=False)(terms, rounder_of(unit), sums)
+    others = np.delete(sums[0], 1, axis=1)
+    assert not others.any()
+    return sums[0, :, 1]
+
+
+@pytest.mark.parametrize("scale", [1e-30, 1.0, 3e12])
+def test_any_order_and_any_partition_give_the_same_integers(scale):
+    rng = np.random.default_rng(0)
+    terms = scale * rng.normal(size=10_000) * 10.0 ** rng.uniform(-8, 0, 10_000)
+    unit = unit_of(float(np.abs(terms).sum()))
+    whole = whole_parts(terms, unit)
+    assert np.array_equal(whole, compiled_parts(terms, unit))
+    assert np.array_equal(whole, compiled_parts(rng.permutation(terms), unit))
+    assert np.array_equal(whole, sum(whole_parts(part, unit) for part in np.array_split(terms, 7)))
+    # each term is off by half a unit of the finer part at most, 2^-74 of the whole
+    assert abs(total(terms, unit) - exact_sum(terms)) <= len(terms) * unit * 2.0**-FINER + 2e-16 * abs(total(terms, unit))
+
+
+def test_units_are_powers_of_two_and_of_nothing_there_is_one():
+    assert np.log2(unit_of(3.0)) == np.round(np.log2(unit_of(3.0)))
+    assert unit_of(0.0) == unit_of(np.inf) == unit_of(1.0)
+    assert 2.0**11 <= LARGEST * unit_of(7.0) / 7.0 <= 2.0**12
+
+
+def test_sums_below_their_unit_are_kept():
+    assert total(np.full(1000, 1e-7), 1.0) == pytest.approx(1e-4, rel=2.0**-FINER / 1e-7)
+    assert value_of(np.array([3, 1 << (FINER - 1)]), 0.5) == 1.75
+
+
+def _add_all_eight(terms, rounders, sums):
+    for k in range(len(terms)):
+        t = terms[k]
+        add_eight(sums, np.uint64(0), (t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7]), rounders)
+
+
+def test_eight_at_once_are_eight_one_by_one():
+    rng = np.random.default_rng(0)
+    terms, units = rng.normal(size=(100, 8)), 2.0 ** rng.integers(-60, -30, 8)
+    sums = np.zeros((1, 2, 11), np.int64)
+    specialise(_add_all_eight, parallel=False)(terms, tuple(float(one) for one in rounder_of(units)), sums)
+    expected = np.stack([whole_parts(terms[:, k], units[k]) for k in range(8)], 1)
+    assert np.array_equal(sums[0, :, :8], expected)
+    assert not sums[0, :, 8:].any()
