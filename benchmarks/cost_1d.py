@@ -57,7 +57,9 @@ def passes(case: str, overrides: list[str]) -> float:
     calls = (
         stepper.evaluate,
         lambda: stepper.complete(1e-20, 1e-20),
-        lambda: setup.criteria.limit(stepper.lengths, stepper.signals, stepper.rates, stepper.place, stepper.particles.id),
+        lambda: setup.criteria.limit(
+            stepper.lengths, stepper.signals, stepper.rates, stepper.place, stepper.particles.id
+        ),
     )
     return 1e6 / n * sum(best(call, 12) for call in calls)
 

@@ -86,7 +86,9 @@ def main() -> None:
                 for call in (
                     made.evaluate,
                     lambda made=made: made.complete(1e-14, 1e-14),
-                    lambda made=made, c=criteria: c.limit(made.lengths, made.signals, made.rates, made.place, made.particles.id),
+                    lambda made=made, c=criteria: c.limit(
+                        made.lengths, made.signals, made.rates, made.place, made.particles.id
+                    ),
                 )
             ]
             print(f"{law:<20}{dim:>4}{count:>11}{costs[0]:>9.4f}{costs[1]:>9.4f}{costs[2]:>10.4f}{sum(costs):>9.4f}")

@@ -64,7 +64,7 @@ def add_eight(sums, i, terms, rounders):
 
 
 def whole_parts(terms: np.ndarray, unit: float) -> np.ndarray:
-    """Return the sum over the first axis of `terms` (n, ...) in whole numbers and finer ones (2, ...), as `add_whole`."""
+    """Return the sum over the first axis of `terms` (n, ...) as whole numbers and finer ones (2, ...)."""
     terms = np.asarray(terms, float)
     whole = np.rint(terms * (1.0 / unit))
     rest = np.rint((terms - whole * unit) * (1.0 / (unit * _FINE)))

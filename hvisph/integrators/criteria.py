@@ -52,7 +52,8 @@ def _limits(lengths, signals, rates, place, viscous, least):
         whole = 0.0
         for s in range(first, min(first + np.uint64(CHUNK), count)):
             signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
-            by_signal, by_acceleration = min(by_signal, signal), min(by_acceleration, acceleration)
+            by_signal = signal if signal < by_signal else by_signal  # `min` has a rule for what is no number
+            by_acceleration = acceleration if acceleration < by_acceleration else by_acceleration
             whole += health
         c = np.uint64(chunk)
         least[c, 0], least[c, 1], least[c, 2] = by_signal, by_acceleration, whole
@@ -64,10 +65,8 @@ def _which(lengths, signals, rates, place, viscous, numbers, chunk, criterion, v
     first = np.uint64(chunk) * np.uint64(CHUNK)
     for s in range(first, min(first + np.uint64(CHUNK), np.uint64(len(signals)))):
         signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
-        if criterion == 2:
-            meant = not abs(health) < np.inf  # np.isfinite takes x - x for 0 where sums may be reordered
-        else:
-            meant = (signal if criterion == 0 else acceleration) == value
+        # np.isfinite takes x - x for 0 where sums may be reordered
+        meant = not abs(health) < np.inf if criterion == 2 else (acceleration if criterion else signal) == value
         if meant and (chosen == np.uint64(NOBODY) or numbers[s] < numbers[chosen]):
             chosen = s
     return chosen

@@ -18,7 +18,8 @@ KINETIC, INTERNAL, MOMENTUM, PLASTIC, HEATING, SLIPPING, SUPPORT = 0, 1, 2, 5, 6
 FASTEST, LONGEST = 11, 12
 # Columns that are counted in whole numbers, of which eight are added at once; all columns.
 COUNTED, SUMS = 11, 13
-# Columns of the extremes of each chunk: largest speed squared, smoothing length, and sum of the sizes of energies, which shows what integers hide: a number that is none, or too large.
+# Columns of the extremes of each chunk: largest speed squared, smoothing length, and sum of the sizes of energies,
+# which shows what integers hide: a number that is none, or too large.
 SPEED2, LENGTH, SIZE = 0, 1, 2
 # A whole that hardly moves is counted as finely as if its energy were this share of M c^2: it may gain 2^11 times that.
 SLOWEST = 2.0**-12

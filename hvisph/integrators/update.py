@@ -227,11 +227,14 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                 if PREVIOUS:
                     remember(state, s, u, rate)
             speed2 = dot(now.u, now.u)
-            kinetic, internal = 0.5 * mass * speed2, mass * now.e
+            kinetic, internal, momentum = 0.5 * mass * speed2, mass * now.e, in_space(times(mass, now.u))
             slipping = mass * rates[k, R_SLIP] if SLIPS else 0.0
-            add_eight(wholes, i,
-                      (kinetic, internal) + in_space(times(mass, now.u)) + (flowed, dissipated, slipping),
-                      (of_energy, of_energy, of_momentum, of_momentum, of_momentum, of_energy, of_energy, of_power))
+            add_eight(
+                wholes,
+                i,
+                (kinetic, internal, momentum[0], momentum[1], momentum[2], flowed, dissipated, slipping),
+                (of_energy, of_energy, of_momentum, of_momentum, of_momentum, of_energy, of_energy, of_power),
+            )
             size += kinetic + abs(internal)
             fastest = max(fastest, speed2)
             # The stage: where the rates are evaluated next.
