@@ -46,6 +46,10 @@ MAY_IMPORT = {
     "verification": {"core", "case", "casefile", "materials", "simulation", "measures", "pictures", "exact", "output"},
     "report": {"core", "case", "casefile", "measures", "pictures", "output"},
     "sweeps": {"core", "case", "casefile", "simulation", "measures", "output"},
+    "validation": {
+        *("core", "case", "casefile", "materials", "simulation", "sweeps", "verification", "measures", "pictures"),
+        *("exact", "output"),
+    },
     "cli": {
         "core",
         "case",
@@ -55,6 +59,7 @@ MAY_IMPORT = {
         "sweeps",
         "report",
         "verification",
+        "validation",
         "measures",
         "pictures",
         "exact",

@@ -297,3 +297,5 @@ def test_plateau_is_that_before_its_release():
     assert best.stress.value == 4.75e9
     assert best.stress.time == best.velocity.time == 2e-6
     assert before_release([none]).stress.value is None
+    torn = Plateau(Result(-1e9, "Pa"), Result(0.0, "m/s"), 5)
+    assert before_release([(1.0, torn)]).stress.value == -1e9

@@ -25,6 +25,7 @@ from hvisph.cli import (
     run,
     schema,
     sweep,
+    validate,
     verify,
     watch,
 )
@@ -58,6 +59,7 @@ for command in (
     gauges.gauges,
     exact.exact,
     verify.verify,
+    validate.validate,
     cases.cases,
     materials.materials,
     point.point,

@@ -11,7 +11,7 @@ import typer
 from hvisph.cli.guard import FAILED, INTERRUPTED
 from hvisph.cli.options import CaseArgument, SetOption
 from hvisph.cli.say import say
-from hvisph.cli.sweep_options import How, shared
+from hvisph.cli.sweep_options import How, Running, shared
 
 if TYPE_CHECKING:
     from hvisph.sweeps.folder import SweepFolder
@@ -53,7 +53,7 @@ def sweep(
         from hvisph.sweeps.begin import begin
 
         folder = begin(source, how.out)
-        _go(folder, how, chosen, only)
+        go(folder, how, chosen, only)
         _show(folder, how)
 
 
@@ -114,7 +114,7 @@ def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Map
             raise CaseError("a setting looks like time.end=2us", where="--set")
         fixed[path.strip()] = plain(value)
     folder = begin({"case": case, "set": fixed, "vary": vary}, how.out or SWEEPS / f"{kind}-{Path(case).stem}")
-    _go(folder, how, Selection(), None)
+    go(folder, how, Selection(), None)
     _show(folder, how)
 
 
@@ -164,7 +164,7 @@ def _list(source: str, as_json: bool) -> None:
     say(f"\n{len(members)} cases, {sum(m.cost for m in members):.2g} particle-steps in all")
 
 
-def _go(folder: SweepFolder, how: How, chosen: Any, only: str | None) -> None:
+def go(folder: SweepFolder, how: Running, chosen: Any, only: str | None) -> None:
     """Compute what is left, telling of each case as it ends; leave the command where it is interrupted."""
     from hvisph.cli.sweep_lines import Teller
     from hvisph.sweeps.begin import driver

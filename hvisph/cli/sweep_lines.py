@@ -12,6 +12,7 @@ from typing import Any
 from hvisph.cli.say import say
 from hvisph.cli.words import duration, table, tables
 
+SHOT = "experiment.shot"  # names a case by itself
 SHOWN_ROWS = 60  # of the table on the terminal
 
 
@@ -46,7 +47,9 @@ class Teller:
         if self.silent:
             return
         paths = _shortest([*row["values"]])
-        values = ", ".join(f"{path} {value}" for path, value in zip(paths, row["values"].values(), strict=True))
+        values = row["values"].get(SHOT) or ", ".join(
+            f"{path} {value}" for path, value in zip(paths, row["values"].values(), strict=True)
+        )
         said = row["message"] or _measured(row, _main(None, [row])[:3])
         left = self._left()
         say(f"{row['number']:5d}  {values}  {row['status']}  {said}{left}")

@@ -15,12 +15,9 @@ from hvisph.cli.options import JsonOption, QuietOption, ThreadsOption
 
 
 @dataclass(frozen=True)
-class How:
-    """How a sweep is run and told; each field is an option of the command."""
+class Running:
+    """Where cases are computed and how much is said; each field is an option of the command."""
 
-    out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the sweep; sweeps/NAME unless given.")
-    ] = None
     workers: Annotated[
         int | None, typer.Option("--workers", min=1, metavar="N", help="Worker processes; one a core unless given.")
     ] = None
@@ -32,7 +29,6 @@ class How:
     cluster: Annotated[
         str | None, typer.Option("--cluster", metavar="KIND", help="Workers as jobs of a queue: slurm, pbs or sge.")
     ] = None
-    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the result: png, pdf, svg.")] = None
     quiet: QuietOption = False
     as_json: JsonOption = False
 
@@ -40,13 +36,6 @@ class How:
     def silent(self) -> bool:
         """Whether nothing is said while it goes on."""
         return self.quiet or self.as_json
-
-    def refuse(self) -> None:
-        """Refuse before anything runs what would fail after it all; raises `CaseError`."""
-        if self.plot is not None:
-            from hvisph.cli.compare import refuse_format
-
-            refuse_format(self.plot, "--plot")
 
     def crew(self) -> Any:
         """Return what makes the workers, None for this machine's; raises `CaseError` where there can be none."""
@@ -71,16 +60,34 @@ class How:
         return launch
 
 
+@dataclass(frozen=True)
+class How(Running):
+    """How a sweep is run, written and shown; each field is an option of the command."""
+
+    out: Annotated[
+        Path | None, typer.Option("--out", metavar="DIR", help="Folder of the sweep; sweeps/NAME unless given.")
+    ] = None
+    plot: Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw the result: png, pdf, svg.")] = None
+
+    def refuse(self) -> None:
+        """Refuse before anything runs what would fail after it all; raises `CaseError`."""
+        if self.plot is not None:
+            from hvisph.cli.compare import refuse_format
+
+            refuse_format(self.plot, "--plot")
+
+
 def shared(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command with the options of `How` behind its own; it receives them as its first argument, `how`."""
+    """Return a command with the options of its first argument, `how`, behind its own."""
     hints = get_type_hints(command, include_extras=True)
-    options = get_type_hints(How, include_extras=True)
+    kind_of_how = hints["how"]
+    options = get_type_hints(kind_of_how, include_extras=True)
     own = [one.replace(annotation=hints[one.name]) for one in inspect.signature(command).parameters.values()][1:]
-    names = {one.name: one.default for one in fields(How)}
+    names = {one.name: one.default for one in fields(kind_of_how)}
 
     @wraps(command)
     def call(**given: Any) -> None:
-        command(How(**{name: given.pop(name) for name in names}), **given)
+        command(kind_of_how(**{name: given.pop(name) for name in names}), **given)
 
     kind = inspect.Parameter.KEYWORD_ONLY
     added = [inspect.Parameter(name, kind, default=first, annotation=options[name]) for name, first in names.items()]

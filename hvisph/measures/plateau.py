@@ -80,8 +80,9 @@ def before_release(plateaus: Sequence[tuple[float, Plateau]]) -> Plateau:
     if not known:
         return plateaus[-1][1]
     highest = max(one.stress.value or 0.0 for _, one in known)
+    whole = min(WHOLE * highest, highest)  # of what is in tension only the least is whole
     time, best = max(
-        ((time, one) for time, one in known if (one.stress.value or 0.0) >= WHOLE * highest),
+        ((time, one) for time, one in known if (one.stress.value or 0.0) >= whole),
         key=lambda pair: (pair[1].count, pair[0]),
     )
     return Plateau(replace(best.stress, time=time), replace(best.velocity, time=time), best.count)

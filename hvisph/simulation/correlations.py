@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hvisph.core.kinematics import KINEMATICS
 from hvisph.geometry.place import rotation_matrix
 from hvisph.measures.correlations import Impact, Wall, alloy_of
 
@@ -17,8 +18,8 @@ if TYPE_CHECKING:
 
 def impact_of(case: Case) -> tuple[Impact | None, str]:
     """Return the impact of a case, and where it is none that correlations know, the reason."""
-    if case.dim != 3 or case.units != "si":
-        return None, "correlations are for spheres on plates in 3D, in SI units"
+    if not (case.dim == 3 or KINEMATICS[case.kinematics].revolved) or case.units != "si":
+        return None, "correlations are for spheres on plates in 3D or as rings, in SI units"
     names = list(case.bodies)
     shots = [name for name in names if case.bodies[name].shape.type == "sphere" and any(case.bodies[name].velocity)]
     if len(shots) != 1:
@@ -46,7 +47,7 @@ def _plate(body: Any) -> tuple[np.ndarray, float]:
     """Return the normal and the thickness of a plate: its least extent."""
     extent = np.array(body.shape.extent())
     axis = int(np.argmin(extent))
-    normal = np.eye(3)[axis]
+    normal = np.eye(3)[axis, : len(body.velocity)]
     if body.rotation is not None:
         normal = rotation_matrix(3, body.rotation.radians, body.rotation.axis) @ normal
     return normal, float(extent[axis])

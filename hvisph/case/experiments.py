@@ -1,0 +1,68 @@
+"""A set of experiments: what was measured and stands beside it, how finely it is computed, what is asked of it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from hvisph.case.model import Problem, StrictModel, refuse
+from hvisph.case.sweep import Bound, Settings, Text
+from hvisph.case.units import NonNegativeNumber, PositiveNumber
+
+Words = Annotated[str, Field(min_length=1, max_length=4000)]
+JudgeName = Literal["taylor", "shield", "cloud", "limit", "melt", "crater", "spall", "fragments"]
+
+
+class Across(StrictModel):
+    """How many particles lie across what matters, in the full form, in a second one and in a coarse one."""
+
+    of: Text = Field(
+        description="Path of the length that they lie across, such as bodies.bar.shape.diameter; a shot with "
+        "another length names that as experiment.across"
+    )
+    full: PositiveNumber = Field(description="In the runs that are judged")
+    second: PositiveNumber = Field(description="In the runs that tell the error of the first")
+    coarse: PositiveNumber = Field(description="In the runs that only show that all works: seconds")
+
+
+class Asked(StrictModel):
+    """What is asked of a quantity over all of its shots that are judged."""
+
+    mean: NonNegativeNumber | None = Field(default=None, description="Largest mean of the differences, as a share")
+    worst: NonNegativeNumber | None = Field(default=None, description="Largest difference of a shot, as a share")
+    within: NonNegativeNumber | None = Field(default=None, description="Largest difference of a shot, in its unit")
+    between: tuple[float, float] | None = Field(default=None, description="Where every value must lie, in its unit")
+    right: NonNegativeNumber | None = Field(default=None, description="Least share of shots on the right side")
+    wrong_within: NonNegativeNumber | None = Field(
+        default=None, description="How far from the limit curve in diameter a shot on the wrong side may be, as a share"
+    )
+
+
+class Limit(StrictModel):
+    """A value at which something begins to happen, looked for by bisection."""
+
+    set: Settings = Field(default={}, description="Settings of this shot, by path")
+    path: Text = Field(default="bodies.projectile.velocity.0", description="The setting that is varied")
+    between: tuple[Bound, Bound] = Field(description="A value below the limit and one above it")
+    until: Bound = Field(description="Width of the bracket at which to stop")
+
+
+class ExperimentSet(StrictModel):
+    """Experiments of one kind, computed by one scheme at one resolution."""
+
+    title: Text = Field(description="What it is, for a heading")
+    shows: Words = Field(description="What it tells of a code")
+    set_up: Words = Field(description="Formulation, materials and resolution, and why: chosen before any comparison")
+    stands_in: str = Field(default="", max_length=4000, description="What stands for a material whose numbers lack")
+    found: str = Field(default="", max_length=4000, description="What agrees, what does not and why")
+    judge: JudgeName = Field(description="What draws the measured quantities from the runs")
+    across: Across = Field(description="Particles across")
+    asked: dict[Text, Asked] = Field(default={}, description="By quantity; those not named are shown, not judged")
+    limits: dict[Text, Limit] = Field(default={}, description="Shots whose limit is looked for, in place of shots.csv")
+
+    @model_validator(mode="after")
+    def _bisections(self) -> ExperimentSet:
+        if (self.judge == "limit") != bool(self.limits):
+            refuse([Problem(("limits",), "belong to the judge `limit`, and to no other")])
+        return self

@@ -1,0 +1,1 @@
+"""Experiments beside runs: sets of shots that were fired, computed as sweeps, and how far off they are."""

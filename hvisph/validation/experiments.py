@@ -1,0 +1,141 @@
+"""What was measured, and the cases that compute it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+from hvisph.case.experiments import ExperimentSet
+from hvisph.casefile.experiments import bundled_sets, load_set, read_table
+from hvisph.casefile.loader import case_document
+from hvisph.core.errors import CaseError, nearest
+from hvisph.sweeps.values import EXPERIMENT, Values, plain, split
+
+Form = Literal["full", "second", "coarse"]
+SHOT = f"{EXPERIMENT}shot"
+GROUP = f"{EXPERIMENT}group"
+ACROSS = f"{EXPERIMENT}across"  # the length that particles are counted over, where a shot's is another
+UNITS = {"-": 1.0, "mm": 1e-3, "m/s": 1.0, "km/s": 1e3, "us": 1e-6, "GPa": 1e9, "MPa": 1e6, "g": 1e-3}
+CONFIDENCE = ("seen", "derived", "recalled")
+WORDS = {"yes": 1.0, "no": 0.0}
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One number that was measured.
+
+    Parameters
+    ----------
+    shot, quantity
+        Of what; quantities are those of the set's judge.
+    at
+        Where along an outline, or at which velocity, in the set's own unit; None for single numbers.
+    value, unit, scatter
+        The number, a unit of `UNITS`, and how much the experiment itself scatters, in the unit; None where not known.
+        Yes and no are 1 and 0.
+    judged
+        Whether it counts; what is recalled from memory never does.
+    confidence, source
+        How sure the number is, and who says it.
+    """
+
+    shot: str
+    quantity: str
+    at: float | None
+    value: float
+    unit: str
+    scatter: float | None
+    judged: bool
+    confidence: str
+    source: str
+
+    @classmethod
+    def from_row(cls, row: Mapping[str, str]) -> Measured:
+        """Return a row of ``measured.csv``; raises `CaseError` for what cannot be."""
+        if row["unit"] not in UNITS or row["confidence"] not in CONFIDENCE:
+            raise CaseError(f"{row['shot']}, {row['quantity']}: unknown unit or confidence in measured.csv")
+        sure = row["judged"] == "yes" and row["confidence"] != "recalled"
+        value = WORDS[row["value"]] if row["value"] in WORDS else float(row["value"])
+        at, scatter = (float(row[key]) if row[key] else None for key in ("at", "scatter"))
+        return cls(row["shot"], row["quantity"], at, value, row["unit"], scatter, sure, row["confidence"],
+                   row["source"])  # fmt: skip
+
+
+class Experiments:
+    """A set of experiments and the sweeps that compute it.
+
+    Parameters
+    ----------
+    name
+        Of a bundled set; raises `CaseError` for any other.
+    """
+
+    def __init__(self, name: str):
+        known = bundled_sets()
+        if name not in known:
+            raise CaseError(f"there is no set '{name[:200]}'{nearest(name[:200], list(known))}", where="NAME")
+        self.name, self.folder = name, known[name]
+        self.model: ExperimentSet = load_set(self.folder)
+
+    @cached_property
+    def measured(self) -> list[Measured]:
+        """All that was measured."""
+        return [Measured.from_row(row) for row in read_table(self.folder / "measured.csv")]
+
+    @cached_property
+    def shots(self) -> dict[str, Values]:
+        """Settings of every shot by path."""
+        if self.model.limits:
+            return {name: dict(limit.set) for name, limit in self.model.limits.items()}
+        rows = read_table(self.folder / "shots.csv")
+        return {row.pop("shot"): {path: plain(cell) for path, cell in row.items() if cell} for row in rows}
+
+    def particles(self, form: Form, across: float | None = None) -> float:
+        """Return how many particles lie across in a form, or as many as were asked for."""
+        return across or float(getattr(self.model.across, form))
+
+    def sweeps(self, form: Form, across: float | None = None) -> dict[str, dict[str, Any]]:
+        """Return the sweeps that compute the set, by the name of their folder.
+
+        Parameters
+        ----------
+        form
+            ``full``, ``second`` or ``coarse``.
+        across
+            Particles across in place of the form's.
+        """
+        case, number = f"validation/{self.name}/case", self.particles(form, across)
+        cases = [{SHOT: shot} | values | {"resolution": self._spacing(values, number)}
+                 for shot, values in self.shots.items()]  # fmt: skip
+        if not self.model.limits:
+            return {"shots": {"title": self.model.title, "case": case, "vary": {"type": "list", "cases": cases}}}
+        found = {}
+        for values in cases:
+            name = str(values.pop(SHOT))
+            limit = self.model.limits[name]
+            fixed = {path: value for path, value in values.items() if not path.startswith(EXPERIMENT)}
+            vary = {"type": "bisect", "path": limit.path, "between": list(limit.between), "until": limit.until,
+                    "points": 1}  # fmt: skip
+            found[name] = {"title": f"{self.model.title}: {name}", "case": case, "set": fixed, "vary": vary}
+        return found
+
+    @cached_property
+    def _base(self) -> Any:
+        return case_document(f"validation/{self.name}/case").value
+
+    def _spacing(self, values: Mapping[str, Any], number: float) -> str:
+        path = self.model.across.of
+        text: Any = values.get(ACROSS, values.get(path))
+        if text is None:
+            text = self._base
+            for key in path.split("."):
+                text = text[int(key) if isinstance(text, list) else key]
+        length, unit = split(path, text)
+        return f"{length / number:.8g} {unit}".strip()
+
+
+def experiment_names() -> list[str]:
+    """Return the names of all bundled sets."""
+    return list(bundled_sets())

@@ -1,0 +1,38 @@
+"""Shields of two walls: whether the rear wall is perforated, beside the limit curve of Christiansen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hvisph.measures.correlations import critical_diameter
+from hvisph.simulation.correlations import impact_of
+from hvisph.validation.value import Judge, Key, Shot, Value, measure_of
+
+
+def _each(shot: Shot) -> dict[Key, Value]:
+    wall = shot.ran.summary["layers"][-1]
+    found = measure_of(wall["measures"], "perforated")
+    return {("perforated", None): Value(found.value, None, found.reason, ratio(shot.ran.case))}
+
+
+def ratio(case: Any) -> float | None:
+    """Return the sphere's diameter over the critical one; None for what the curve does not know."""
+    impact, _ = impact_of(case)
+    if impact is None or len(impact.walls) != 2 or impact.walls[1].alloy is None:
+        return None
+    bumper, wall = impact.walls
+    return impact.diameter / critical_diameter(impact, bumper, wall, impact.walls[1].alloy.strength)
+
+
+def _curves(shots: Any) -> dict[str, Any]:
+    """Return of every shot impact velocity [km/s], diameter over the critical one, computed and measured verdict."""
+    found = {}
+    for shot in shots:
+        value = _each(shot)["perforated", None]
+        measured = next((one.value for one in shot.measured if one.quantity == "perforated"), None)
+        speed = 1e-3 * max(body.velocity[0] for body in shot.ran.case.bodies.values())
+        found[shot.name] = [speed, value.ratio, value.value, measured]
+    return found
+
+
+JUDGE = Judge({"perforated": "rear wall perforated"}, _each, curves=_curves)

@@ -1,0 +1,192 @@
+"""The page that shows all sets: verdicts first, then each set with its tables and pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from hvisph.core.errors import OutputError
+from hvisph.output import atomic
+from hvisph.validation.compare import Compared, Verdict, verdicts
+from hvisph.validation.experiments import Experiments, experiment_names
+from hvisph.validation.judges import judge_of
+from hvisph.validation.pictures import draw
+from hvisph.validation.results import SetResult, store, stored
+from hvisph.validation.words import CELLS, collapsed, percent, row_cells, verdict_cells
+
+# The order of the page: what is sure of its materials first.
+ORDER = ("j2", "taylor", "taylor_damage", "melt", "cloud", "shield", "perforation", "spall", "crater", "basalt")
+TEXT = """\
+# Held against experiments
+
+Made by `hvisph validate --page docs/validation.md`; do not edit.
+
+Shots that were fired, computed with the formulation, the materials and the resolution that were chosen before any
+comparison, the same within a set; nothing is tuned to a row. What fails stays here.
+
+```sh
+hvisph validate                                # lists the sets
+hvisph validate taylor shield                  # computes them; the same command goes on with what was interrupted
+hvisph validate --all --second                 # the coarser resolution, which tells the error of the first
+hvisph validate taylor --across 40             # finer
+hvisph validate --all --page docs/validation.md
+```
+
+A set is a folder of `cases/validation`: a case, `shots.csv` with what differs, `measured.csv` with every measured
+number, its scatter, its source and how sure it is (`seen` in a public text, `derived` from a formula, `recalled` from
+memory), and `set.yaml` with what was chosen and what is asked. It is computed as a sweep: on all cores, on a cluster,
+resumable. What is recalled is shown and never judged. "Off" is computed less measured over measured; bias is its mean,
+scatter its standard deviation.
+
+## Verdicts
+
+"""
+
+
+def write_page(path: Path, fresh: Sequence[SetResult]) -> Path:
+    """Write the page, with results and pictures in the folder of its name; what is not fresh is read from there.
+
+    Parameters
+    ----------
+    path
+        The page, a Markdown file.
+    fresh
+        Results just computed: they replace those of the same set at the same number of particles across.
+    """
+    folder = path.with_suffix("")
+    for result in fresh:
+        store(result, folder)
+    names = experiment_names()
+    sets = [Experiments(name) for name in (*ORDER, *(name for name in names if name not in ORDER)) if name in names]
+    known = [(one, stored(folder, one.name, one.particles("full"))) for one in sets]
+    lines = _header(("set", *CELLS))
+    for one, kept in known:
+        lines += _summary(one, kept)
+    parts = [TEXT + "\n".join(lines)]
+    parts += ["\n".join(_section(one, kept, folder)) for one, kept in known]
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot write {path.parent}: {atomic.reason(error)}") from error
+    atomic.write_text(path, "\n\n".join(parts) + "\n")
+    return path
+
+
+def _summary(one: Experiments, result: SetResult | None) -> Iterator[str]:
+    link = f"[{one.name}](#{_anchor(one)})"
+    if result is None:
+        yield _line((link, "not computed yet", *[""] * (len(CELLS) - 1)))
+        return
+    words = judge_of(one.model.judge).quantities
+    for verdict in verdicts(result.rows, one.model.asked):
+        yield _line((link, *_cells(verdict, one)))
+    if not any(row.measured.judged for row in result.rows):
+        yield _line((link, ", ".join(words.values()), *[""] * (len(CELLS) - 1)))
+
+
+def _cells(verdict: Verdict, one: Experiments) -> tuple[str, ...]:
+    words = judge_of(one.model.judge).quantities
+    *cells, word = verdict_cells(verdict, one.model.asked.get(verdict.quantity), words)
+    return *cells, f"**{word}**" if word == "MISSED" else word
+
+
+def _anchor(one: Experiments) -> str:
+    return "".join(c for c in one.model.title.lower() if c.isalnum() or c in " -").replace(" ", "-")
+
+
+def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterator[str]:
+    model = one.model
+    yield f"## {model.title}"
+    yield ""
+    yield f"`{one.name}`. {model.shows.strip()}"
+    yield ""
+    yield model.set_up.strip()
+    if model.stands_in:
+        yield ""
+        yield model.stands_in.strip()
+    if model.found:
+        yield ""
+        yield model.found.strip()
+    if result is None:
+        yield ""
+        yield "Not computed yet."
+        return
+    words = judge_of(model.judge).quantities
+    yield ""
+    yield from _resolutions(one, result, folder)
+    for picture in draw(result, folder, words):
+        yield ""
+        yield f"![{model.title}: {picture.stem.rpartition('.')[2]}]({folder.name}/{picture.name})"
+    yield from _by_group(result)
+    yield ""
+    yield f"<details markdown><summary>All {len(result.rows)} numbers</summary>"
+    yield ""
+    yield from _header(("shot", "", "measured", "computed", "off", ""))
+    for line in collapsed(result.rows):
+        yield _line(row_cells(line, words))
+    yield ""
+    yield "</details>"
+    failed = [f"- {name}: {shot['status']}, {shot['message']}" for name, shot in result.shots.items()
+              if shot["status"] != "done"]  # fmt: skip
+    if failed:
+        yield ""
+        yield "Runs without a result:"
+        yield ""
+        yield from failed
+
+
+def _resolutions(one: Experiments, result: SetResult, folder: Path) -> Iterator[str]:
+    """Say how finely and how long was computed, and how far the second resolution is from the first."""
+    number = one.particles("second")
+    second = stored(folder, one.name, number)
+    text = f"{result.across:g} particles across, {result.seconds / 60.0:.1f} minutes of computing on one core."
+    if second is None:
+        yield f"{text} The second resolution is not computed yet."
+        return
+    there = {_key(row): row for row in second.rows}
+    words = judge_of(one.model.judge).quantities
+    changes: dict[str, list[float]] = {}
+    verdict_changes = 0
+    for row in result.rows:
+        other = there.get(_key(row))
+        if other is None or row.computed is None or other.computed is None:
+            continue
+        if row.is_verdict:
+            verdict_changes += (row.computed > 0.5) != (other.computed > 0.5)
+            changes.setdefault(row.measured.quantity, [])
+        elif row.computed:
+            changes.setdefault(row.measured.quantity, []).append(abs(other.computed / row.computed - 1.0))
+    said = [f"{words.get(name, name)} {percent(sum(found) / len(found), mean=True)}" if found
+            else f"{verdict_changes} verdicts" for name, found in changes.items()]  # fmt: skip
+    yield f"{text} With {number:g} across these change, in the mean: {', '.join(said)}."
+
+
+def _key(row: Compared) -> tuple[str, str, float | None, str]:
+    one = row.measured
+    return one.shot, one.quantity, one.at, one.source
+
+
+def _by_group(result: SetResult) -> Iterator[str]:
+    """Yield the bias of every group of shots, where there are such."""
+    groups: dict[str, str] = result.curves.get("groups", {})
+    kinds = list(dict.fromkeys(groups.values()))
+    if len(kinds) < 2:
+        return
+    names = list(dict.fromkeys(row.measured.quantity for row in result.rows if row.measured.judged))
+    yield ""
+    yield from _header(("bias", "shots", *(name.replace("_", " ") for name in names)))
+    for kind in kinds:
+        rows = [row for row in result.rows if groups.get(row.measured.shot) == kind and row.off is not None]
+        cells = []
+        for name in names:
+            offs = [row.off or 0.0 for row in rows if row.measured.quantity == name and row.measured.judged]
+            cells.append(percent(sum(offs) / len(offs)) if offs else "")
+        yield _line((kind, str(sum(one == kind for one in groups.values())), *cells))
+
+
+def _header(names: Sequence[str]) -> list[str]:
+    return [_line(names), _line(["---"] * len(names))]
+
+
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"

@@ -1,0 +1,67 @@
+"""What there is to see of a set, as pictures: none for a set that has only a number or two."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from hvisph.pictures.experiments import Off, Panel, offs_picture, outlines_picture, residual_picture, verdict_map
+from hvisph.validation.results import SetResult
+
+FEWEST = 5  # numbers that are worth a picture of their own
+
+
+def draw(result: SetResult, folder: Path, words: Mapping[str, str]) -> list[Path]:
+    """Draw what there is to see of a set, and return the files."""
+    found = []
+    for name, making in (("outlines", _outlines), ("all", _offs), ("map", _map), ("residual", _residual)):
+        path = making(result, folder / f"{result.name}.{name}.png", words)
+        if path is not None:
+            found.append(path)
+    return found
+
+
+def _outlines(result: SetResult, path: Path, words: Mapping[str, str]) -> Path | None:
+    panels = []
+    for shot, line in result.curves.get("outlines", {}).items():
+        own = [row.measured for row in result.rows if row.measured.quantity == "outline" and row.measured.shot == shot]
+        points = [(one.at or 0.0, one.value) for one in own]
+        panels.append(Panel(shot, line, points, [one.scatter or 0.0 for one in own]))
+    return outlines_picture(panels, path) if panels else None
+
+
+def _offs(result: SetResult, path: Path, words: Mapping[str, str]) -> Path | None:
+    rows = [row for row in result.rows if row.measured.at is None and row.measured.judged and not row.is_verdict]
+    groups, names = result.curves.get("groups", {}), {}
+    found = []
+    for row in rows:
+        one = row.measured
+        if row.off is not None:
+            names[one.quantity] = f"{words[one.quantity]}, measured" + ("" if one.unit == "-" else f" [{one.unit}]")
+            scatter = 100.0 * (one.scatter or 0.0) / abs(one.value)
+            found.append(Off(one.quantity, groups.get(one.shot, ""), one.value, 100.0 * row.off, scatter))
+    return offs_picture(found, names, path) if len(found) >= FEWEST else None
+
+
+def _map(result: SetResult, path: Path, words: Mapping[str, str]) -> Path | None:
+    if not any(row.is_verdict for row in result.rows):
+        return None
+    shots = [
+        (speed, ratio, None if computed is None else computed > 0.5, measured > 0.5)
+        for speed, ratio, computed, measured in result.curves.values()
+        if ratio is not None and measured is not None
+    ]
+    return verdict_map(shots, path) if shots else None
+
+
+def _residual(result: SetResult, path: Path, words: Mapping[str, str]) -> Path | None:
+    limits = {
+        row.measured.shot: row.measured.value for row in result.rows if row.measured.quantity == "ballistic_limit"
+    }
+    panels = []
+    for shot, points in result.curves.items() if limits else ():
+        own = [row.measured for row in result.rows if row.measured.shot == shot]
+        recalled = [(one.at, one.value) for one in own if one.quantity == "residual_velocity" and one.at is not None]
+        known = [(speed, rest) for speed, rest in points if rest is not None]
+        panels.append(Panel(shot, known, recalled, limit=limits.get(shot)))
+    return residual_picture(panels, path) if panels else None

@@ -1,0 +1,148 @@
+"""Sets of experiments: their data, what is said of them, and coarse forms."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from hvisph.case.experiments import Asked
+from hvisph.cli.main import app
+from hvisph.core.errors import CaseError
+from hvisph.sweeps.plan import load_plan
+from hvisph.validation.compare import Compared, verdicts
+from hvisph.validation.experiments import Experiments, Measured, experiment_names
+from hvisph.validation.judges import judge_of
+from hvisph.validation.page import write_page
+from hvisph.validation.results import SetResult, store, stored
+
+NAMES = experiment_names()
+
+
+def call(*arguments):
+    return CliRunner().invoke(app, ["validate", *map(str, arguments)])
+
+
+def row(shot, measured, computed, *, quantity="length", unit="mm", judged=True, **more):
+    one = Measured(shot, quantity, None, measured, unit, 0.1, judged, "seen", "a paper")
+    return Compared(one, computed, 0.05, **more)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_number_belongs_to_a_shot_and_says_its_source(name):
+    one = Experiments(name)
+    known = judge_of(one.model.judge)
+    assert one.measured
+    assert all(measured.source for measured in one.measured)
+    assert not [m for m in one.measured if m.judged and m.confidence == "recalled"]
+    assert {m.quantity for m in one.measured} <= set(known.quantities)
+    assert set(one.model.asked) <= {m.quantity for m in one.measured}
+    if known.each is not None:
+        assert {m.shot for m in one.measured} == set(one.shots)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_cases_load_at_every_resolution(name, monkeypatch):
+    one = Experiments(name)
+    some = list(one.shots)[:: max(1, len(one.shots) // 3)]  # loading all takes a minute
+    monkeypatch.setattr(one, "shots", {shot: one.shots[shot] for shot in some})
+    counts = {
+        form: sum(len(load_plan(sweep).first()) for sweep in one.sweeps(form).values()) for form in ("full", "coarse")
+    }
+    assert counts["full"] == counts["coarse"] >= len(one.shots)
+
+
+def test_the_sets_hold_what_they_should():
+    taylor = Experiments("taylor")
+    assert len(taylor.shots) >= 12
+    assert len({values["bodies.bar.material"] for values in taylor.shots.values()}) >= 3
+    verdict = [m.value for m in Experiments("shield").measured]
+    assert min(verdict.count(1.0), verdict.count(0.0)) >= 12
+
+
+def test_bias_scatter_and_worst_by_hand():
+    rows = [row("a", 10.0, 11.0), row("b", 10.0, 9.8), row("c", 10.0, 30.0, judged=False)]
+    (found,) = verdicts(rows, {"length": Asked(mean=0.07, worst=0.09)})
+    assert (found.mean, found.worst, found.worst_shot) == (pytest.approx(0.06), pytest.approx(0.1), "a")
+    assert found.bias == pytest.approx(0.04)
+    assert found.scatter == pytest.approx(0.12 / 2**0.5)
+    assert found.passed is False
+    (found,) = verdicts(rows, {"length": Asked(mean=0.06 + 1e-9, worst=0.11)})
+    assert found.passed is True
+
+
+def test_a_shot_without_a_value_fails_what_is_asked():
+    rows = [row("a", 10.0, 10.0), row("b", 10.0, None, reason="failed")]
+    (found,) = verdicts(rows, {"length": Asked(mean=0.1)})
+    assert found.shots == (2, 1)
+    assert found.passed is False
+    assert verdicts(rows, {})[0].passed is None
+
+
+def test_verdicts_count_what_is_undecided_as_wrong():
+    def shot(name, measured, computed, ratio):
+        return row(name, measured, computed, quantity="perforated", unit="-", ratio=ratio)
+
+    rows = [shot("a", 1.0, 1.0, 1.4), shot("b", 0.0, 1.0, 0.95), shot("c", 0.0, None, 0.5), shot("d", 0.0, 0.0, 0.6)]
+    (found,) = verdicts(rows, {"perforated": Asked(right=0.5, wrong_within=0.1)})
+    assert found.right == 0.5
+    assert found.farthest == pytest.approx(0.05)
+    assert found.passed is True
+    assert verdicts(rows, {"perforated": Asked(right=0.5, wrong_within=0.04)})[0].passed is False
+
+
+def test_values_within_bounds_in_their_unit():
+    rows = [row("a", 7.2, 7.05)]
+    assert verdicts(rows, {"length": Asked(between=(7.0, 7.2))})[0].passed
+    assert not verdicts(rows, {"length": Asked(between=(7.1, 7.2))})[0].passed
+    assert verdicts(rows, {"length": Asked(within=0.2)})[0].passed
+    assert not verdicts(rows, {"length": Asked(within=0.1)})[0].passed
+
+
+def test_results_are_read_as_they_were_stored(tmp_path):
+    rows = [row("a", 10.0, 11.0), row("b", 10.0, None, reason="failed", ratio=1.25)]
+    result = SetResult(
+        "j2", 8.0, rows, {"a": {"status": "done", "wall_seconds": 1.5, "message": ""}}, {"line": [[1.0, 2.0]]}
+    )
+    store(result, tmp_path)
+    again = stored(tmp_path, "j2", 8.0)
+    assert again == result
+    assert stored(tmp_path, "j2", 9.0) is None
+
+
+def test_what_is_no_set_is_named():
+    with pytest.raises(CaseError, match="did you mean 'taylor'"):
+        Experiments("tailor")
+    assert call("j2", "--coarse", "--second").exit_code == 2
+    assert json.loads(call("--json").stdout)[0]["name"] == NAMES[0]
+
+
+@pytest.mark.parametrize("name", ["j2", "melt", "cloud"])
+def test_coarse_form(name, tmp_path):
+    """All goes through: the sweep, the judge, the page; the same command computes nothing again."""
+    where = ("--coarse", "--workers", 1, "--threads", 1, "--out", tmp_path)
+    first = call(name, *where, "--quiet", "--page", tmp_path / "page.md")
+    assert first.exit_code in (0, 1), first.output
+    again = call(name, *where, "--table", "--json")
+    (found,) = json.loads(again.stdout)
+    assert all(one["status"] == "done" for one in found["shots"].values())
+    assert all(one["computed"] is not None for one in found["rows"])
+    assert all(abs(one["off"]) < 0.5 for one in found["rows"])  # coarse, yet of the right size
+    assert (tmp_path / "page" / f"{name}.{found['across']:g}.json").is_file()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in ("j2", "melt", "cloud")])
+def test_coarse_form_of_the_larger_sets(name, tmp_path):
+    done = call(name, "--coarse", "--out", tmp_path, "--quiet")
+    assert done.exit_code in (0, 1), done.output
+
+
+def test_the_page_draws_what_was_stored(tmp_path):
+    kept = Path(__file__).parents[1] / "docs/validation"
+    result = stored(kept, "taylor", Experiments("taylor").particles("full"))
+    assert result is not None
+    text = write_page(tmp_path / "page.md", [result]).read_text(encoding="utf-8")
+    assert "final length over initial" in text
+    assert "not computed yet" in text
+    assert (tmp_path / "page" / "taylor.outlines.png").stat().st_size > 10_000
