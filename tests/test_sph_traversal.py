@@ -5,11 +5,13 @@ import pytest
 from sph_twins import compiled_rates, packed, random_cloud
 
 from hvisph.core.errors import RunError
+from hvisph.core.jit import specialise
+from hvisph.core.lanes import LANES
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.options import GrayArtificialStress
 from hvisph.formulations.riemann import Riemann
 from hvisph.sph import traversal
-from hvisph.sph.cells import Grid
+from hvisph.sph.cells import Grid, sort
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.rows import RowLayout
@@ -79,6 +81,76 @@ def test_the_smallest_torus_wraps_everything(dim):
     pairs = made(x - x.mean(0), h)
     pairs.grid = Grid((4, 4, 4 if dim == 3 else 1), pairs.grid.edge)
     assert_complete(pairs, x - x.mean(0), h)
+
+
+def keep_list(near, n, rows, i, constants, out):
+    """Write the list of particle `i`, its length first."""
+    out[i, 0] = n
+    for k in range(n):
+        out[i, k + np.uint64(1)] = near[k]
+
+
+def lists(pairs, grid, owned):
+    """Return the lists of `pairs` in sorted numbers, a row a particle: of those that are not owned, nothing."""
+    n, dim = pairs.present, pairs.layout.dim
+    sweep, found = traversal.loop(dim, dim, specialise(keep_list)), np.zeros((n, 2000), np.uint32)
+    traversal.complete_sweep(sweep, pairs.sorted, pairs.columns, pairs.order, (n, owned), grid,
+                             pairs.kernel.reach, np.zeros(1), 1500, lambda capacity: found)  # fmt: skip
+    return [row[1 : 1 + row[0]] for row in found]
+
+
+def plain_lists(x, h, grid, reach, owned):
+    """The plain twin: cells in rising order along x, then y, then z, distances in double precision."""
+    dim, shape = x.shape[1], np.array(grid.shape)
+    cells = np.floor(x / grid.edge).astype(np.int64) % shape[:dim]
+    cells = np.hstack([cells, np.zeros((len(x), 3 - dim), np.int64)])
+    inside: dict = {}
+    for k, cell in enumerate(cells):
+        inside.setdefault(tuple(cell), []).append(k)
+    steps = [(-1, 0, 1) if axis < dim else (0,) for axis in range(3)]
+    found = []
+    for k, cell in enumerate(cells):
+        near = [j for dz in steps[2] for dy in steps[1] for dx in steps[0]
+                for j in inside.get(tuple((cell + (dx, dy, dz)) % shape), [])]  # fmt: skip
+        near = np.array([j for j in near if j != k], np.int64)
+        d = x[k] - x[near]
+        r2 = d[:, 0] * d[:, 0]
+        for axis in range(1, dim):
+            r2 = r2 + d[:, axis] * d[:, axis]
+        limit = (h[k] + h[near]) * (0.5 * reach)
+        near = near[r2 < limit * limit]
+        found.append(np.append(near, [len(x)] * (-len(near) % LANES)) if k in owned else np.zeros(0))
+    return found
+
+
+def cloud(kind, dim):
+    """Particles whose neighbours are hard to tell, in more ways than one."""
+    rng = np.random.default_rng(1)
+    if kind == "lattice":  # with neighbours at the very rim, 2h = 3 dx
+        x, h = plate(dim, 7, 1.0)
+        return np.round(x) * 0.37e-3, np.full(len(x), 1.5 * 0.37e-3)
+    x, h = plate(dim, 6, 1e-3)
+    if kind == "lengths":  # from a tenth to all of the largest
+        return x, h * 10.0 ** -rng.random(len(x))
+    x[::7] += np.round(1e3 * rng.normal(size=x[::7].shape)) * 1e-3  # "far": others of a cell of the torus
+    x[1::7] += 1e9
+    return x, h
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+@pytest.mark.parametrize("kind", ["lattice", "lengths", "far"])
+def test_lists_are_those_of_the_plain_twin(kind, dim):
+    x, h = cloud(kind, dim)
+    pairs = made(x, h)
+    pairs.evaluate(h.max())
+    n, order = len(x), pairs.order[: len(x)]
+    for shape in (pairs.grid.shape, (4, 4, 4 if dim == 3 else 1)):
+        grid = Grid(shape, pairs.grid.edge)
+        sort(grid, pairs.rows, dim, pairs.cells[:n], order, pairs.place[:n], pairs.sorted[:n], pairs.columns, dim)
+        owned = np.flatnonzero(order < n - 40)
+        wanted = plain_lists(x[order], h[order], grid, pairs.kernel.reach, set(owned.tolist()))
+        for own, plain in zip(lists(pairs, grid, n - 40), wanted, strict=True):
+            assert np.array_equal(own, plain)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

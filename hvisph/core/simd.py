@@ -1,4 +1,4 @@
-"""Vector operations that no compiler finds by itself: filtering neighbours, turning rows into columns, exact sums.
+"""Vector operations that no compiler finds by itself: turning rows into columns, exact sums; and what `core.nearby` shares.
 
 They are written in LLVM's own target-independent vector code, with the same results on every machine.
 """
@@ -14,10 +14,9 @@ from numba.extending import intrinsic
 
 from .lanes import LANES, lanes, splat
 
-EIGHT = 8  # candidates that the filter takes at once, on every machine
+EIGHT = 8  # candidates that the first filter takes at once, on every machine
 
 _i8, _i32, _i64, _f64 = ir.IntType(8), ir.IntType(32), ir.IntType(64), ir.DoubleType()
-_lane_numbers = ir.Constant(ir.VectorType(_i64, EIGHT), list(range(EIGHT)))
 
 
 def _kept_lanes() -> ir.Constant:
@@ -39,75 +38,6 @@ def _address(context: Any, builder: Any, array_type: Any, array: Any, indices: l
         offset = builder.add(offset, builder.mul(index, stride))
     base = builder.bitcast(view.data, _i8.as_pointer())
     return builder.bitcast(builder.gep(base, [offset]), target.as_pointer())
-
-
-@intrinsic
-def append_near(typing_context, columns, dim, j, end, i, x, y, z, h, half_reach, near, n):
-    """Append to `near`, from place `n` on, those of the particles j to j+7 that are neighbours of `i`.
-
-    Parameters
-    ----------
-    columns
-        Array (dim + 1, count + 8): position components and, last, smoothing length.
-    dim
-        Number of dimensions, a literal.
-    j, end
-        First of the eight, and the end of their run: particles from `end` on are not meant.
-    i, x, y, z, h
-        The particle, its position and smoothing length; it is no neighbour of itself.
-    half_reach
-        Half the kernel's reach: a pair meets within `half_reach` times the sum of both lengths.
-    near, n
-        Array of uint32 with room for eight more, and its used length.
-
-    Returns
-    -------
-    The new used length.
-    """
-    if not isinstance(dim, types.Literal):
-        return None
-    dimensions = dim.literal_value
-    signature = types.uint64(
-        columns, dim, types.uint64, types.uint64, types.uint64, types.float64, types.float64, types.float64,
-        types.float64, types.float64, near, types.uint64,
-    )  # fmt: skip
-
-    def generate(context, builder, signature, arguments):
-        cols, _, j, end, i, x, y, z, h, half_reach, near, n = arguments
-        fast = ("reassoc", "contract", "arcp", "nsz")
-        eight = ir.VectorType(_f64, EIGHT)
-
-        def column(f):
-            place = [ir.Constant(_i64, f), j]
-            return builder.load(_address(context, builder, signature.args[0], cols, place, eight), align=8)
-
-        def spread(value):
-            return splat(builder, value, EIGHT)
-
-        numbers = builder.add(spread(j), _lane_numbers)
-        mask = builder.icmp_unsigned("<", numbers, spread(end))
-        mask = builder.and_(mask, builder.icmp_unsigned("!=", numbers, spread(i)))
-        r2 = None
-        for f, own in enumerate((x, y, z)[:dimensions]):
-            d = builder.fsub(spread(own), column(f), flags=fast)
-            d2 = builder.fmul(d, d, flags=fast)
-            r2 = d2 if r2 is None else builder.fadd(r2, d2, flags=fast)
-        limit = builder.fadd(spread(h), column(dimensions), flags=fast)
-        limit = builder.fmul(limit, spread(half_reach), flags=fast)
-        mask = builder.and_(mask, builder.fcmp_ordered("<", r2, builder.fmul(limit, limit, flags=fast)))
-
-        # The kept numbers side by side: j plus the lanes that a table names for this mask.
-        bits = builder.zext(builder.bitcast(mask, _i8), _i64)
-        table = cgutils.global_constant(builder, "kept_lanes", _kept_lanes())
-        entry = builder.gep(table, [ir.Constant(_i64, 0), bits])
-        entry = builder.bitcast(entry, ir.VectorType(_i8, EIGHT).as_pointer())
-        short = ir.VectorType(_i32, EIGHT)
-        kept = builder.zext(builder.load(entry, align=1), short)
-        kept = builder.add(splat(builder, builder.trunc(j, _i32), EIGHT), kept)
-        builder.store(kept, _address(context, builder, signature.args[10], near, [n], short), align=4)
-        return builder.add(n, builder.ctpop(bits))
-
-    return signature, generate
 
 
 @intrinsic

@@ -85,7 +85,7 @@ class NeighbourList:
         self._room = 0
         self._made = 0
         law = specialise(record, CHUNK=traversal.CHUNK)
-        self._sweep = specialise(traversal.sweep, parallel=True, DIM=self.dim, H=self.dim, law=law)
+        self._sweep = traversal.loop(self.dim, self.dim, law)
         self._make_room(self.count)
 
     def _make_room(self, count: int) -> None:
@@ -137,8 +137,8 @@ class NeighbourList:
             if len(self.listed) < chunks * self._room:
                 self.listed = np.zeros(chunks * self._room, np.uint32)
             self._capacity = traversal.complete_sweep(
-                self._sweep, self._sorted, self._columns, n, self._grid, self.reach, NO_COEFFICIENTS, self._capacity,
-                room)  # fmt: skip
+                self._sweep, self._sorted, self._columns, self.order, (n, n), self._grid, self.reach, NO_COEFFICIENTS,
+                self._capacity, room)  # fmt: skip
             needed = int(used.max())
             if needed <= self._room:
                 return

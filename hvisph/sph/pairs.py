@@ -99,8 +99,7 @@ class Pairs:
         self._sweeps = []
         for one in passes:
             law = bind(one.law, one.options, shared | self.slots | rates.slots(dim) | {"WIDTH": one.reads.used})
-            sweep = specialise(traversal.sweep, parallel=True, DIM=dim, H=self.slots["H"], law=law)
-            self._sweeps.append((sweep, one.into_rows))
+            self._sweeps.append((traversal.loop(dim, self.slots["H"], law), one.into_rows))
 
     def _make_room(self, count: int) -> None:
         """Make the arrays hold `count` rows, with the far row behind them."""
@@ -156,5 +155,5 @@ class Pairs:
 
     def _run(self, sweep: Any, out: np.ndarray) -> None:
         self.capacity = traversal.complete_sweep(
-            sweep, self.sorted, self.columns, self.present, self.grid, self.kernel.reach, self.coefficients,
-            self.capacity, lambda capacity: out)  # fmt: skip
+            sweep, self.sorted, self.columns, self.order, (self.present, len(self.rows)), self.grid, self.kernel.reach,
+            self.coefficients, self.capacity, lambda capacity: out)  # fmt: skip

@@ -214,7 +214,7 @@ def _lists(position: np.ndarray, body: np.ndarray, count: int, reach: float) -> 
     dim = position.shape[1]
     lists: list[np.ndarray] = [np.zeros(0, np.uint32)] * count
     collect = specialise(_collect)
-    sweep = specialise(traversal.sweep, parallel=True, DIM=dim, H=dim, law=collect)
+    sweep = traversal.loop(dim, dim, collect)
     for number in np.unique(body):
         members = np.flatnonzero(body == number)
         n = len(members)
@@ -229,10 +229,11 @@ def _lists(position: np.ndarray, body: np.ndarray, count: int, reach: float) -> 
         found_by: list[np.ndarray] = []
 
         def room(capacity: int, n: int = n, found_by: list[np.ndarray] = found_by) -> np.ndarray:
-            found_by[:] = [np.zeros((n, capacity + 9), np.uint32)]
+            found_by[:] = [np.zeros((n, capacity + 17), np.uint32)]
             return found_by[0]
 
-        traversal.complete_sweep(sweep, sorted_rows, columns, n, grid, reach, np.zeros(1), 64 * 4 ** (dim - 1), room)
+        traversal.complete_sweep(sweep, sorted_rows, columns, order, (n, n), grid, reach, np.zeros(1),
+                                 64 * 4 ** (dim - 1), room)  # fmt: skip
         out = found_by[0]
         for k in range(n):
             i = members[order[k]]

@@ -1,12 +1,13 @@
 """The one traversal of pairs: every pair law runs inside it.
 
-For each particle, in chunks that threads share: filter the contiguous runs of its 3, 9 or 27
-cells into a list of neighbours, fill the list up to whole vectors with a far, massless row, and let the
-pair law sum over it in one branch-free loop. Row i is written by i alone, in an order
-that does not depend on threads: any number of threads gives the same bits.
+The particles of a cell share their candidates: those of its 3, 9 or 27 cells that are near the box around them are
+copied once, and each particle filters the copy into a list of neighbours, which is filled up to whole vectors with
+a far, massless row. Over that the pair law sums in one branch-free loop. Row i is written by i alone, and a list goes
+through the cells along x, y and z in rising order, also where they wrap round: any number of threads gives the same
+bits.
 
 A pair law is a module of `hvisph.sph.laws`; `law(near, n, rows, i, constants, out)` is
-its loop, bound into the template below by `hvisph.core.jit.specialise`. It reads its neighbours, a
+its loop, bound into the template below by `loop`. It reads its neighbours, a
 vector at a time, with `hvisph.core.simd.neighbours`.
 """
 
@@ -18,32 +19,92 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import RunError
-from hvisph.core.jit import prange
+from hvisph.core.jit import prange, specialise
 from hvisph.core.lanes import LANES
-from hvisph.core.simd import append_near
+from hvisph.core.nearby import NUMBERED, SIXTEEN, append_near, append_near_box
 from hvisph.sph import cells
 from hvisph.sph.cells import wrapped
 
 CHUNK = 256
 FAR = 1e30  # coordinate [m] of the row that pads lists: beyond every kernel, and massless
+ROUND_OFF = 1.0 + 1e-9  # of distances to a box: its reach is longer by so much
+# How wrong a squared distance in single precision may be, over the square of a cell's edge: positions are relative
+# to a particle within two edges, each rounded by 2^-24 of that.
+SLACK = 4e-6
 
 
 # A particle with more candidates than this is inside a collapse that no result survives.
 MOST_NEIGHBOURS = 200_000
 
 
-def sweep(rows, columns, n_rows, grid, reach, constants, capacity, out, overflow):
+def enclose(columns, i, end, inverse_edge, box):
+    """Find the box around particle `i` and those up to `end` of its cell; return their end and largest length.
+
+    A cell of the torus may hold particles from far apart: those end before the first that is more than an edge away.
+    """
+    last, h = end, columns[DIM, i]
+    for f in range(np.uint64(DIM)):
+        for k in range(i, end):
+            if abs(columns[f, k] - columns[f, i]) * inverse_edge > 1.0:
+                last = min(last, k)
+    for f in range(np.uint64(DIM)):
+        origin, low, high = columns[f, i], 0.0, 0.0
+        for k in range(i, last):
+            low, high = min(low, columns[f, k] - origin), max(high, columns[f, k] - origin)
+        box[f, 0], box[f, 1], box[f, 2] = origin, 0.5 * (low + high), 0.5 * (high - low)
+    for k in range(i, last):
+        h = max(h, columns[DIM, k])
+    return last, h
+
+
+def gather(columns, place, grid, box, h, half_reach, capacity, copies):
+    """Copy what may meet a particle in the box into `copies`; return how many, and the room that was lacking or 0."""
+    rough, exact, numbers = copies
+    cx, cy, cz = place
+    starts, inverse_edge, nx, ny, nz = grid
+    zero, one, two, three, eight = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(3), np.uint64(8)
+    m = needed = zero
+    for run in range(np.uint64(3 ** (DIM - 1))):
+        ry = (cy + run % three + ny - one) & (ny - one) if DIM > 1 else zero
+        rz = (cz + run // three + nz - one) & (nz - one) if DIM > 2 else zero
+        base = nx * (ry + ny * rz)
+        low = base + cx - one if cx > zero else base + nx - one
+        high = base + nx if cx == zero else base + min(cx + two, nx)
+        for segment in range(two):
+            if segment == one:  # what lies across the seam of the torus
+                low = base
+                high = base + two if cx == zero else base + one if cx == nx - one else base
+            begin, end = np.uint64(starts[low]), np.uint64(starts[high])
+            if m + end - begin > capacity:
+                needed = max(needed, m + end - begin)
+                continue
+            for j in range(begin, end, eight):
+                m = append_near_box(columns, DIM, j, end, box, h, half_reach, numbers, m)
+    for f in range(np.uint64(DIM + 1)):
+        origin = box[f, 0] if f < np.uint64(DIM) else 0.0
+        for k in range(m):
+            value = columns[f, np.uint64(numbers[k])]
+            exact[f, k], rough[f, k] = value, np.float32(value - origin)
+        for k in range(m, m + np.uint64(SIXTEEN)):
+            exact[f, k], rough[f, k] = (FAR, np.float32(FAR)) if f < np.uint64(DIM) else (0.0, np.float32(0.0))
+    return m, needed
+
+
+def sweep(rows, columns, order, counts, grid, reach, constants, capacity, out, overflow):
     """Run the pair law over all particles: the template, see the module's text.
 
-    Bound names: DIM, H (slot of the smoothing length) and law.
+    Bound names: DIM, H (slot of the smoothing length), law and the templates above.
 
     Parameters
     ----------
     rows, columns
         Sorted rows (n_rows + 1, width), the last one far away and massless, and the same positions and
         smoothing lengths by column, (dim + 1, n_rows + 8).
-    n_rows
-        Number of particles, images at symmetry planes included [uint64].
+    order
+        Number before sorting of each row.
+    counts
+        Number of rows, and of those that are the caller's own, numbered before all others [uint64]: the law is summed
+        for them alone. Others are images at symmetry planes.
     grid
         First sorted row of each cell, 1 / edge [1/m], numbers of cells [uint64].
     reach
@@ -51,53 +112,50 @@ def sweep(rows, columns, n_rows, grid, reach, constants, capacity, out, overflow
     constants
         Coefficients of the law.
     capacity
-        Room for the neighbours of a particle [uint64].
+        Room for the candidates of a cell [uint64].
     out
         Result rows; the law writes row i alone.
     overflow
         (chunks,) receives the room that a chunk would have needed, 0 where it sufficed.
     """
     half_reach = 0.5 * reach
-    starts, inverse_edge, nx, ny, nz = grid
+    n_rows, owned = counts
     for chunk in prange((n_rows + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         # Inside the parallel loop: constants from outside would reach its body as arguments in memory.
-        zero, one, three, eight = np.uint64(0), np.uint64(1), np.uint64(3), np.uint64(8)
-        near = np.empty(capacity + eight, np.uint32)
-        needed = zero
+        zero, one, sixteen = np.uint64(0), np.uint64(1), np.uint64(SIXTEEN)
+        starts, inverse_edge, nx, ny, nz = grid
+        room = capacity + sixteen
+        near, numbers, box = np.empty(room, np.uint32), np.empty(room, np.uint32), np.empty((3, 3))
+        rough, exact = np.empty((DIM + 1, room), np.float32), np.empty((DIM + 1, room))
+        slack = SLACK / (inverse_edge * inverse_edge)
         first = np.uint64(chunk) * np.uint64(CHUNK)
-        for i in range(first, min(first + np.uint64(CHUNK), n_rows)):
+        last = min(first + np.uint64(CHUNK), n_rows)
+        needed, m, group, wanted, longest = zero, zero, first, False, 0.0
+        for i in range(first, last):
             x = rows[i, 0]
             y = rows[i, 1] if DIM > 1 else 0.0
             z = rows[i, 2] if DIM > 2 else 0.0
             h = rows[i, H]
-            cx = wrapped(x, inverse_edge, nx)
-            cy = wrapped(y, inverse_edge, ny) if DIM > 1 else zero
-            cz = wrapped(z, inverse_edge, nz) if DIM > 2 else zero
+            if i == group:  # the first of a cell, or of those together in it
+                cx = wrapped(x, inverse_edge, nx)
+                cy = wrapped(y, inverse_edge, ny) if DIM > 1 else zero
+                cz = wrapped(z, inverse_edge, nz) if DIM > 2 else zero
+                end = min(np.uint64(starts[cx + nx * (cy + ny * cz) + one]), last)
+                group, longest = enclose(columns, i, end, inverse_edge, box)
+                wanted = True
+            if np.uint64(order[i]) >= owned:
+                continue
+            if wanted:
+                wanted = False
+                m, lacking = gather(columns, (cx, cy, cz), grid, box, longest, half_reach * ROUND_OFF, capacity,
+                                    (rough, exact, numbers))  # fmt: skip
+                needed = max(needed, lacking)
             n = zero
-            for run in range(np.uint64(3 ** (DIM - 1))):
-                ry = (cy + run % three + ny - one) & (ny - one) if DIM > 1 else zero
-                rz = (cz + run // three + nz - one) & (nz - one) if DIM > 2 else zero
-                base = nx * (ry + ny * rz)
-                # Cells cx - 1, cx, cx + 1 in this order across the torus' seam, too: sums do not depend on its shape.
-                low = (cx + nx - one) & (nx - one)
-                high = cx + one if zero < cx < nx - one else nx - one
-                begin = np.uint64(starts[base + low])
-                end = np.uint64(starts[base + high + one])
-                for segment in range(np.uint64(2)):
-                    if segment == one:  # what lies on the other side of the seam
-                        if cx == zero:
-                            begin = np.uint64(starts[base])
-                            end = np.uint64(starts[base + one + one])
-                        elif cx == nx - one:
-                            begin = np.uint64(starts[base])
-                            end = np.uint64(starts[base + one])
-                        else:
-                            break
-                    if n + end - begin > capacity:
-                        needed = max(needed, n + end - begin)
-                        break
-                    for j in range(begin, end, eight):
-                        n = append_near(columns, DIM, j, end, i, x, y, z, h, half_reach, near, n)
+            for k in range(zero, m, sixteen):
+                n = append_near(rough, exact, numbers, DIM, k, i, (x, y, z, h), box, half_reach, slack, near, n)
+            if not NUMBERED:
+                for k in range(n):
+                    near[k] = numbers[np.uint64(near[k])]
             for k in range(np.uint64(LANES)):
                 near[n + k] = n_rows
             padded = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
@@ -105,8 +163,15 @@ def sweep(rows, columns, n_rows, grid, reach, constants, capacity, out, overflow
         overflow[np.uint64(chunk)] = needed
 
 
-def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, count: int, grid: cells.Grid, reach: float,
-                   constants: np.ndarray, capacity: int, room: Callable[[int], Any]) -> int:  # fmt: skip
+def loop(dim: int, h_slot: int, law: Any) -> Any:
+    """Return the traversal compiled for a bound law and the slot of the smoothing length in its rows."""
+    parts = {part.__name__: specialise(part, DIM=dim) for part in (enclose, gather)}
+    return specialise(sweep, parallel=True, DIM=dim, H=h_slot, law=law, **parts)
+
+
+def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, order: np.ndarray, counts: tuple[int, int],
+                   grid: cells.Grid, reach: float, constants: np.ndarray, capacity: int,
+                   room: Callable[[int], Any]) -> int:  # fmt: skip
     """Run a compiled `sweep`, and again with more room while a list of neighbours overflows.
 
     Parameters
@@ -114,7 +179,7 @@ def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, count: int
     sweep ... constants
         The loop and what it takes, see the template.
     capacity
-        Room for the neighbours of a particle to begin with.
+        Room for the candidates of a cell to begin with.
     room
         Returns `out` for a capacity.
 
@@ -127,10 +192,12 @@ def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, count: int
     RunError
         When a particle has too many neighbours to be anything but a collapse.
     """
+    count, owned = counts
     overflow = np.zeros(-(-count // CHUNK), np.uint64)
+    numbers = np.uint64(count), np.uint64(owned)
     cell_table = (grid.starts, 1.0 / grid.edge, *grid.sizes)
     while True:
-        sweep(rows, columns, np.uint64(count), cell_table, reach, constants, np.uint64(capacity), room(capacity),
+        sweep(rows, columns, order, numbers, cell_table, reach, constants, np.uint64(capacity), room(capacity),
               overflow)  # fmt: skip
         needed = int(overflow.max(initial=0))
         if needed == 0:
