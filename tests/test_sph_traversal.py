@@ -111,7 +111,7 @@ def plain_lists(x, h, grid, reach, owned):
     found = []
     for k, cell in enumerate(cells):
         near = [j for dz in steps[2] for dy in steps[1] for dx in steps[0]
-                for j in inside.get(tuple((cell + (dx, dy, dz)) % shape), [])]  # fmt: skip
+                for j in inside.get(tuple((cell + np.array([dx, dy, dz])) % shape), [])]  # fmt: skip
         near = np.array([j for j in near if j != k], np.int64)
         d = x[k] - x[near]
         r2 = d[:, 0] * d[:, 0]
@@ -146,7 +146,18 @@ def test_lists_are_those_of_the_plain_twin(kind, dim):
     n, order = len(x), pairs.order[: len(x)]
     for shape in (pairs.grid.shape, (4, 4, 4 if dim == 3 else 1)):
         grid = Grid(shape, pairs.grid.edge)
-        sort(grid, pairs.rows, dim, pairs.cells[:n], order, pairs.place[:n], pairs.sorted[:n], pairs.columns, dim)
+        sort(
+            grid,
+            pairs.rows,
+            pairs.numbers,
+            dim,
+            pairs.cells[:n],
+            order,
+            pairs.place[:n],
+            pairs.sorted[:n],
+            pairs.columns,
+            dim,
+        )
         owned = np.flatnonzero(order < n - 40)
         wanted = plain_lists(x[order], h[order], grid, pairs.kernel.reach, set(owned.tolist()))
         for own, plain in zip(lists(pairs, grid, n - 40), wanted, strict=True):

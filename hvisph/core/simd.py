@@ -12,7 +12,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from .lanes import LANES, lanes, splat
+from .lanes import LANES, lanes
 
 EIGHT = 8  # candidates that the first filter takes at once, on every machine
 
