@@ -1,4 +1,4 @@
-"""Vector operations that no compiler finds by itself: turning rows into columns, exact sums; and what `core.nearby` shares.
+"""Vector operations that no compiler finds by itself: rows to columns, exact sums; and what `core.nearby` shares.
 
 They are written in LLVM's own target-independent vector code, with the same results on every machine.
 """

@@ -61,7 +61,7 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
     """Copy what may meet a particle in the box into `copies`; return how many, and the room that was lacking or 0."""
     rough, exact, numbers = copies
     cx, cy, cz = place
-    starts, inverse_edge, nx, ny, nz = grid
+    starts, _, nx, ny, nz = grid
     zero, one, two, three, eight = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(3), np.uint64(8)
     m = needed = zero
     for run in range(np.uint64(3 ** (DIM - 1))):
