@@ -61,6 +61,27 @@ def folder(tmp_path_factory):
     return run(case, tmp_path_factory.mktemp("view") / "impact").folder
 
 
+def test_a_picture_shows_the_extent_of_what_there_is():
+    """The cloud behind a shield: a few particles fly far ahead, and belong to it."""
+    from hvisph.output.snapshot import Snapshot
+    from hvisph.pictures.view import Look, Moment, _projected, extent_of
+
+    rng = np.random.default_rng(7)
+    cloud = rng.normal(size=(5000, 3)) * [1.0, 0.5, 0.5]
+    cloud[:2] = [[9.0, 0.0, 0.0], [0.0, 7.0, 0.0]]
+    zero = np.zeros(5000, int)
+    shot = Snapshot(
+        0.0, 0, 3, {"position": cloud}, zero, zero, np.arange(5000), ["cloud"], ["metal"], {"spacing": 0.01}
+    )
+    for view in ("side", "front", "3d"):
+        moments, look = [Moment(shot)], Look(view=view)
+        projected = [_projected(moment, look) for moment in moments]
+        left, right, bottom, top = extent_of(projected, moments, look)
+        low, high = projected[0][0].min(axis=0), projected[0][0].max(axis=0)
+        assert min(right, high[0]) - max(left, low[0]) >= 0.95 * (high[0] - low[0])
+        assert min(top, high[1]) - max(bottom, low[1]) >= 0.95 * (high[1] - low[1])
+
+
 @pytest.mark.parametrize(
     "options",
     [["--at", "0us,1us"], ["--field", "velocity_x", "--view", "3d"], ["--field", "body"],

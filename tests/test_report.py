@@ -77,7 +77,12 @@ def test_the_page_is_whole_small_and_calls_nobody(plane, solid):
     text = page.read_text(encoding="utf-8")
     assert page.parent == plane
     assert len(text) < 1e6  # of a run as small as the quickstart
-    assert not re.search(r"""(src|href)=["'](?!#)""", text)
+    assert not re.search(r"""src=["'](?!data:image/png)""", text)
+    links = re.findall(r"""href=["']([^#"'][^"']*)""", text)  # to the data beside it, and nowhere else
+    assert {"case.yaml", "summary.json", "history.csv", "series.vtkhdf", "snapshots"} <= set(links)
+    assert all((page.parent / link).exists() for link in links)
+    assert "Lengths" in text
+    assert "contact: " in text
     assert "connect-src 'none'" in text
     assert "ended as planned" in text
     two = report([plane, solid], plane.parent / "two.html").read_text(encoding="utf-8")
@@ -130,7 +135,14 @@ CHANGE = (
 )
 
 
-@pytest.mark.parametrize("kind", ["plane", "solid"])
+@pytest.fixture(scope="module")
+def rings(tmp_path_factory):
+    """The half-plane of a coarse impact about its axis."""
+    case = load_case("sphere_on_plate_axisymmetric", ["time.end=1us", "output.every=0.5us"], "0.5 mm")
+    return run(case, tmp_path_factory.mktemp("rings") / "rings").folder
+
+
+@pytest.mark.parametrize("kind", ["plane", "solid", "rings"])
 def test_a_browser_plays_the_run(browser, kind, request):
     folder = request.getfixturevalue(kind)
     opened(browser, report([folder], folder.parent / "page.html"))
@@ -140,6 +152,14 @@ def test_a_browser_plays_the_run(browser, kind, request):
     first, _ = browser.execute_script(PIXELS)
     assert first != last
     assert "0.00" in browser.find_element("id", "clock-0").text
+    browser.find_element("id", "play").click()  # between the frames as well
+    end = time.monotonic() + 20.0
+    while browser.execute_script("return +document.body.dataset.frames") < 9 and time.monotonic() < end:
+        time.sleep(0.1)
+    assert browser.execute_script(PIXELS)[0] not in (first, last)
+    browser.find_element("id", "play").click()
+    browser.execute_script(CHANGE, "time", "0", "input")
+    assert browser.execute_script(PIXELS)[0] == first
     browser.execute_script(CHANGE, "field-0", "pressure", "change")
     assert browser.execute_script(PIXELS)[0] != first
     assert "pressure" in browser.find_element("id", "ends-0").text
@@ -151,7 +171,7 @@ def test_a_browser_plays_the_run(browser, kind, request):
     assert browser.execute_script(PIXELS)[0] != before[0]
     browser.find_element("id", "reset-0").click()
     assert browser.execute_script(PIXELS) == before
-    if kind == "solid":  # a quarter is shown as the whole, and can be shown as it is
+    if kind != "plane":  # a quarter or a half is shown as the whole, and can be shown as it is
         browser.find_element("id", "mirror-0").click()
         assert browser.execute_script(PIXELS) != before
     assert browser.execute_script("return performance.getEntriesByType('resource').length") == 0

@@ -17,7 +17,8 @@ MOST_POINTS = 400  # of a line
 COLOURS = 256  # of a colour map
 
 
-def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption: str, unitless: bool) -> dict[str, str]:
+def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption: str, unitless: bool,
+          bands: Mapping[str, np.ndarray] | None = None) -> dict[str, str]:  # fmt: skip
     """Return a chart of lines over time: its SVG and its caption.
 
     Parameters
@@ -32,6 +33,8 @@ def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption:
         What it shows.
     unitless
         Whether the case has no units.
+    bands
+        What lines are uncertain by, each (n,), by their labels: drawn as bands, and the values as marks.
     """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -42,12 +45,17 @@ def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption:
         thin = np.unique(np.linspace(0, len(time) - 1, min(len(time), MOST_POINTS)).astype(int))
         factor = 1.0 if unitless else 1e6
         for label, values in lines.items():
-            axes.plot(time[thin] * factor, values[thin], label=label, linewidth=1.3)
+            spread = (bands or {}).get(label)
+            (line,) = axes.plot(time[thin] * factor, values[thin], label=label, linewidth=1.3,
+                                marker="" if spread is None else ".")  # fmt: skip
+            if spread is not None:
+                low, high = (values + sign * np.nan_to_num(spread) for sign in (-1.0, 1.0))
+                axes.fill_between(time[thin] * factor, low[thin], high[thin], color=line.get_color(), alpha=0.2, lw=0)
         axes.set_xlabel("time" if unitless else "time [µs]")
         axes.set_ylabel(unit)
         axes.margins(x=0.0)
         axes.grid(alpha=0.3)
-        if len(lines) > 1:
+        if len(lines) > 1 or bands:
             axes.legend(fontsize=7, frameon=False)
     return {"svg": embedded(figure, caption), "caption": caption}
 
@@ -64,6 +72,13 @@ def embedded(figure: Figure, caption: str) -> str:
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     label = caption.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
     return re.sub(r"<svg ", f'<svg role="img" aria-label="{label}" ', body, count=1)
+
+
+def embedded_image(figure: Figure, dpi: int) -> str:
+    """Return a figure of many particles as the address of an image that holds itself."""
+    data = io.BytesIO()
+    figure.savefig(data, format="png", dpi=dpi, pil_kwargs={"optimize": True})
+    return f"data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}"
 
 
 def colour_tables(names: Sequence[str]) -> dict[str, str]:

@@ -14,6 +14,7 @@ from hvisph.pictures.plots import BODY_COLOURS, DISC, store
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 MOST_SHOWN = 60_000  # particles of a view; more would not be told apart
 TURN, RAISE = np.radians(-35.0), np.radians(22.0)  # from where a view is seen
@@ -91,6 +92,11 @@ def setup_picture(setup: Setup, path: str | os.PathLike[str]) -> Path:
     path
         File to write; its ending tells the format.
     """
+    return store(setup_figure(setup), path)
+
+
+def setup_figure(setup: Setup) -> Figure:
+    """Return the figure of a set-up."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(13.0 if setup.dim == 3 else 9.0, 7.0), dpi=130, layout="constrained")
@@ -101,7 +107,7 @@ def setup_picture(setup: Setup, path: str | os.PathLike[str]) -> Path:
     figure.suptitle(setup.title, fontsize=11)
     if setup.notes:
         figure.supxlabel("\n".join(setup.notes), fontsize=8)
-    return store(figure, path)
+    return figure
 
 
 def _section(axes: Axes, setup: Setup) -> None:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 PIXELS = 900  # across a picture
 WIDTH, TALLEST = 12.0, 8.0  # of a figure, of a panel [in]
 STRAY = 0.0005  # share of particles that may lie outside of the picture: single ones fly far
+LEAST = 0.96  # of the extent of all that is nevertheless shown
 SHARES = ("body", "material")
 
 
@@ -135,8 +136,12 @@ def extent_of(projected: Any, moments: Sequence[Moment], look: Look) -> tuple[fl
     if isinstance(look.zoom, tuple):
         return look.zoom
     margin = 2.0 * _spacing(moments[0].snapshot)
-    low = np.min([np.quantile(place[:, :2], STRAY, axis=0) for place, _ in projected], axis=0) - margin
-    high = np.max([np.quantile(place[:, :2], 1.0 - STRAY, axis=0) for place, _ in projected], axis=0) + margin
+    everything = np.concatenate([place[:, :2] for place, _ in projected])
+    low = np.min([np.quantile(place[:, :2], STRAY, axis=0) for place, _ in projected], axis=0)
+    high = np.max([np.quantile(place[:, :2], 1.0 - STRAY, axis=0) for place, _ in projected], axis=0)
+    first, last = everything.min(axis=0), everything.max(axis=0)
+    small = high - low < LEAST * (last - first)
+    low, high = np.where(small, first, low) - margin, np.where(small, last, high) + margin
     middle, half = 0.5 * (low + high), 0.5 * (high - low) / (look.zoom or 1.0)
     return (float(middle[0] - half[0]), float(middle[0] + half[0]),
             float(middle[1] - half[1]), float(middle[1] + half[1]))  # fmt: skip

@@ -7,6 +7,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from hvisph.output.atomic import write_text
 from hvisph.output.names import REPORT
@@ -43,15 +44,16 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     _distinct(told)
     contents = [one.content() for one in told]
     tables = colour_tables([field["colours"] for one in contents for field in one["frames"]["fields"]])
+    target = Path(path) if path is not None else told[0].folder / REPORT
     packed = {"colours": tables, "runs": [one["frames"] for one in contents]}
     title = contents[0]["frames"]["title"] if len(contents) == 1 else " / ".join(one["name"] for one in contents)
     text = template("report.html.j2").render(
         title=title or contents[0]["name"], sections=SECTIONS, runs=contents, differences=_differences(told),
+        linked=lambda file: quote(os.path.relpath(file, target.parent).replace(os.sep, "/")),
         # a closing tag inside a script would end it
         packed=json.dumps(packed).replace("<", "\\u003c"),
         css=(PAGE / "report.css").read_text(encoding="utf-8"), js=(PAGE / "viewer.js").read_text(encoding="utf-8"),
     )  # fmt: skip
-    target = Path(path) if path is not None else told[0].folder / REPORT
     write_text(target, text)
     return target
 

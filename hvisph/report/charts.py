@@ -7,7 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.measures import look_of
+from hvisph.measures.measure import Measures
 from hvisph.pictures.inline import chart
+
+# What is drawn over the snapshots, by SI unit: measures that share a unit for people, and what they are.
+OVER_TIME = {"m": (("crater_diameter", "penetration", "extension"), "Lengths"),
+             "m/s": (("residual_velocity", "plug_velocity"), "Velocities")}  # fmt: skip
+TOUCHED = 1e-4  # share of the kinetic energy that is lost at contact
 
 
 def history_charts(history: Mapping[str, np.ndarray], unitless: bool) -> tuple[list[Any], list[Any]]:
@@ -36,6 +43,30 @@ def history_charts(history: Mapping[str, np.ndarray], unitless: bool) -> tuple[l
     return measured, health
 
 
+def measured_charts(measured: Measures) -> list[dict[str, str]]:
+    """Return charts of the main measures over the snapshots, with their bands: lengths, and velocities."""
+    shown = measured.series
+    time = np.array([moment.time for moment in shown])
+    charts = []
+    for unit, (names, caption) in OVER_TIME.items():
+        lines, bands = {}, {}
+        for name in names:
+            results = [moment.results.get(name) for moment in shown]
+            look = look_of(name, unit, measured.unitless)
+            values = np.array([_or_nan(one and one.value) for one in results]) * look.factor
+            if np.isfinite(values).sum() > 1:
+                lines[look.label] = values
+                bands[look.label] = np.array([_or_nan(one and one.uncertainty) for one in results]) * look.factor
+        if lines:
+            axis = "" if measured.unitless else f" [{look_of(names[0], unit).unit}]"
+            charts.append(chart(time, lines, f"{caption}{axis}".lower(), caption, measured.unitless, bands))
+    return charts
+
+
+def _or_nan(value: Any) -> float:
+    return float("nan") if value is None else float(value)
+
+
 def energy_columns(history: Mapping[str, np.ndarray]) -> list[str]:
     """Return the columns of the history that are energies."""
     return [name for name in history if name.endswith(("_energy", "_work", "_heat")) or name == "energy"]
@@ -53,14 +84,25 @@ def _column(history: Mapping[str, np.ndarray], name: str) -> np.ndarray:
         return np.array([float(cell) if cell else np.nan for cell in history[name]])
 
 
-def moments(history: Mapping[str, np.ndarray], end: float, measures: Mapping[str, Any]) -> list[tuple[str, float]]:
+def moments(history: Mapping[str, np.ndarray], end: float, measures: Mapping[str, Any],
+            layers: Sequence[Mapping[str, Any]] = ()) -> list[tuple[str, float]]:  # fmt: skip
     """Return the moments of a run that are worth a look, by name, in order of time [s]."""
-    marks: list[tuple[str, float]] = [("begin", 0.0)]
-    for name, label in (("centre_pressure_peak", "peak pressure"), ("perforated", "perforation")):
-        time = measures.get(name, {}).get("time")
-        if isinstance(time, int | float) and 0.0 < time < end:
-            marks.append((label, float(time)))
+    named: list[tuple[str, Any]] = [("contact", _contact(history))]
+    named.append(("peak pressure", measures.get("centre_pressure_peak", {}).get("time")))
+    for layer in layers:
+        time = layer["measures"].get("perforation_time", {}).get("value")
+        named.append((f"perforation of {layer['body']}", time))
+    marks = [("begin", 0.0), *((name, float(t)) for name, t in named if isinstance(t, int | float) and 0.0 < t < end)]
     return [*sorted(marks, key=lambda one: one[1]), ("end", end)]
+
+
+def _contact(history: Mapping[str, np.ndarray]) -> float | None:
+    """Return when the bodies have touched: the first record with less kinetic energy; None where it cannot be told."""
+    if "kinetic_energy" not in history:
+        return None
+    energy = _column(history, "kinetic_energy")
+    less = np.flatnonzero(energy < (1.0 - TOUCHED) * energy[0])
+    return float(np.asarray(history["time"], float)[less[0]]) if len(less) else None
 
 
 def criteria(history: Mapping[str, np.ndarray]) -> Sequence[tuple[str, float]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,12 @@ from hvisph.measures.table import Row, rows
 from hvisph.output import names
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot, read_summary
 from hvisph.output.snapshot import Snapshot
-from hvisph.report.charts import criteria, history_charts, moments
+from hvisph.report import setting
+from hvisph.report.charts import criteria, history_charts, measured_charts, moments
 from hvisph.report.frames import Frames, frames
 
 MOST_PIECES = 12
+MOST_MEASURED = 1_000_000  # particles times snapshots that are measured for charts
 LARGE_DRIFT = 1e-3  # of the total energy: beyond it a remark
 
 
@@ -61,6 +63,7 @@ class Told:
         """Return all that the page's template asks for."""
         packed = self.frames()
         measured, health = history_charts(self.history, self.unitless) if self.history else ([], [])
+        measured = [*self._over_time(), *measured]
         table = self._rows()
         shown = [row for row in table if row.value != "-" or row.passed is not None]
         status = self.summary.get("status", "unfinished")
@@ -80,11 +83,12 @@ class Told:
             "health_charts": health,
             "debris": self._debris(),
             "health": self._health(status),
-            "setup": self._setup(),
-            "materials": self._materials(),
+            "picture": setting.picture(self),
+            "setup": setting.facts(self),
+            "materials": setting.materials(self),
             "case": self._text(names.CASE),
-            "reproduce": self._reproduce(),
-            "files": self._files(),
+            "reproduce": setting.reproduce(self),
+            "files": setting.files(self),
         }
 
     def frames(self) -> Frames:
@@ -107,7 +111,7 @@ class Told:
             parts.append(str(failure.get("message", "")))
         headline = self.summary.get("answer")
         if headline:
-            parts.append(str(headline))
+            parts.append(f"{headline[:1].upper()}{headline[1:].rstrip('.')}.")
         expected = self.summary.get("expected", [])
         if expected:
             met = sum(bool(one["passed"]) for one in expected)
@@ -134,8 +138,14 @@ class Told:
             told.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": shown})
         return told
 
+    def _over_time(self) -> list[dict[str, str]]:
+        """Return charts of the main measures over the snapshots; none where measuring them all would take long."""
+        if not 2 < len(self.paths) <= MOST_MEASURED / self.last.count or self.last.dimensions == 1:
+            return []
+        return measured_charts(measure(self.folder, at="all"))
+
     def _moments(self) -> list[tuple[str, float, str]]:
-        marks = moments(self.history, self.last.time, self.measures)
+        marks = moments(self.history, self.last.time, self.measures, self.summary.get("layers", ()))
         return [(name, t, f"{t:.4g}" if self.unitless else f"{t * 1e6:.2f} µs") for name, t in marks]
 
     def _debris(self) -> list[dict[str, Any]]:
@@ -149,7 +159,7 @@ class Told:
                 angle = float(np.degrees(np.arccos(np.clip(velocity[0] / speed, -1.0, 1.0)))) if speed > 0.0 else None
                 share = fragment.mass / body.mass if body.mass > 0.0 else float("nan")
                 tables.append({"name": f"{body.body}{': ' + role if role else ''}", "particles": fragment.count,
-                              "share": f"{100.0 * share:.2g} %", "speed": f"{speed:.4g}",
+                              "share": f"{100.0 * share:.3g} %", "speed": f"{speed:.4g}",
                               "angle": "-" if angle is None else f"{angle:.0f}"})  # fmt: skip
         tables.sort(key=lambda row: -row["particles"])
         return [row for row in tables if row["particles"] >= 5][:MOST_PIECES]
@@ -172,53 +182,6 @@ class Told:
         lines = self._text(names.LOG).splitlines()
         warnings = [line.partition("warning: ")[2] for line in lines if "warning: " in line]
         return remarks + [(False, text) for text in dict.fromkeys(warnings)]
-
-    def _setup(self) -> list[tuple[str, str]]:
-        last, metadata = self.last, self.last.metadata
-        facts = [("title", str(metadata.get("title", ""))), ("kinematics", str(metadata.get("kinematics", ""))),
-                 ("dimensions", str(last.dimensions)), ("particles", str(last.count))]  # fmt: skip
-        if "spacing" in metadata:
-            spacing = float(metadata["spacing"])
-            facts.append(("resolution", f"{spacing:.4g}" if self.unitless else f"{spacing * 1e3:.4g} mm"))
-        if self.case is not None:
-            facts.append(("formulation", self.case.formulation.type))
-            for name, body in self.case.bodies.items():
-                shape = body.shape.model_dump(exclude_defaults=True)
-                sizes = ", ".join(f"{key} {_shown(value)}" for key, value in shape.items() if key != "type")
-                velocity = ", ".join(f"{part:.4g}" for part in _parts(body.velocity))
-                facts.append((f"body {name}", f"{body.shape.type} {sizes}; velocity ({velocity}) m/s"))
-        for key, label in (("steps", "steps"), ("threads", "threads"), ("wall_seconds", "wall time [s]"),
-                           ("code_version", "version of hvisph"), ("case_hash", "hash of the case")):  # fmt: skip
-            if key in self.summary:
-                value = self.summary[key]
-                facts.append((label, f"{value:.4g}" if isinstance(value, float) else str(value)))
-        return [(name, text) for name, text in facts if text]
-
-    def _materials(self) -> list[dict[str, str]]:
-        if self.case is None:
-            return []
-        return [
-            {"body": name, "name": body.material.name or "own",
-             "models": ", ".join((body.material.eos.type, body.material.strength.type, body.material.damage.type)),
-             "source": body.material.source}
-            for name, body in self.case.bodies.items()
-        ]  # fmt: skip
-
-    def _reproduce(self) -> str:
-        if not (self.folder / names.CASE).is_file():
-            return "These files hold no case: another program wrote them."
-        version = self.summary.get("code_version", "")
-        return f"pip install hvisph=={version}\nhvisph run {self.folder / names.CASE} --out again"
-
-    def _files(self) -> list[tuple[str, str]]:
-        what = {
-            names.CASE: "the effective case",
-            names.SUMMARY: "measures and cost",
-            names.HISTORY: "energies, step, pressures",
-            names.LOG: "what happened when",
-        }
-        files = [(str(self.folder / name), text) for name, text in what.items() if (self.folder / name).is_file()]
-        return [*files, (str(self.paths[0].parent), f"{len(self.paths)} snapshots")]
 
     def _case(self) -> Any:
         try:
@@ -265,15 +228,3 @@ def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
     if damage is not None and damage.any():
         lines.append((True, f"{100.0 * float(mass[damage >= 1.0].sum() / mass.sum()):.2g} % of the mass has failed"))
     return lines
-
-
-def _parts(value: Any) -> Sequence[float]:
-    return [float(part) for part in value] if isinstance(value, Sequence) and not isinstance(value, str) else []
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, float):
-        return f"{value * 1e3:.4g} mm"
-    if isinstance(value, Sequence) and not isinstance(value, str):
-        return " x ".join(_shown(part) for part in value)
-    return str(value)

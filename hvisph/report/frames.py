@@ -86,7 +86,7 @@ def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
         "title": str(first.metadata.get("title", "")),
         "dimensions": dim,
         "count": len(kept),
-        "spacing": _spacing(first) * (len(ids) / len(kept)) ** (1.0 / dim),
+        "spacing": spacing_of(first) * (len(ids) / len(kept)) ** (1.0 / dim),
         "times": [moment.time for moment in moments],
         "unitless": first.metadata.get("units") == "none",
         "kinematics": str(first.metadata.get("kinematics", "")),
@@ -147,7 +147,8 @@ def _bytes8(values: np.ndarray, low: float, high: float) -> bytes:
     return np.clip(np.nan_to_num(scaled), 0, COLOURS - 1).astype(np.uint8).tobytes()
 
 
-def _spacing(moment: Snapshot) -> float:
+def spacing_of(moment: Snapshot) -> float:
+    """Return the spacing of the particles [m]: the case's, or what their volumes come to."""
     if "spacing" in moment.metadata:
         return float(moment.metadata["spacing"])
     volume = moment.fields["mass"] / moment.fields["density"]

@@ -1,6 +1,6 @@
 "use strict";
 // Plays packed runs: particles as shaded discs, drawn into a picture of its own, so that every browser shows the same.
-const NOWHERE = 65535;
+const NOWHERE = 65535, PLAYED = 6000;  // mark of a particle that is not there; how long a run plays [ms]
 
 async function unpack(text) {
   const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
@@ -84,28 +84,30 @@ class View {
     }
     return table;
   }
-  draw(frame) {
+  draw(frame, share = 0) {  // a frame, or a share of the way from it to the next one
     const {run, canvas} = this, W = canvas.width, H = canvas.height, n = run.count, base = frame * n;
-    const context = canvas.getContext("2d"), picture = context.createImageData(W, H);
-    const pixels = new Uint32Array(picture.data.buffer), depth = new Float32Array(W * H).fill(-Infinity);
-    this.pick = new Int32Array(W * H).fill(-1);
+    const context = canvas.getContext("2d");
+    if (!this.picture) Object.assign(this, {picture: context.createImageData(W, H), depth: new Float32Array(W * H), pick: new Int32Array(W * H)});
+    const {picture, depth, pick} = this, pixels = new Uint32Array(picture.data.buffer);
+    pixels.fill(0); depth.fill(-Infinity); pick.fill(-1);
     if (run.dimensions === 1) return this.profile(context, frame);
+    const ahead = share > 0 ? n : 0, valued = share < 0.5 ? 0 : ahead;
     const {scale, middle, right, up, eye} = this.camera();
     const colours = this.colours(), values = this.field === "body" ? null : run.values[this.field];
     const radius = Math.max(0.75 * run.spacing * scale, 0.5), disc = discOf(radius);
     const step = run.low.map((l, k) => (run.high[k] - l) / 65534), solid = run.dimensions === 3;
     const [px, py, pz] = run.position;
     for (const copy of this.signs()) for (let i = 0; i < n; i++) {
-      const at = base + i;
+      const at = base + i, to = px[at + ahead] === NOWHERE ? at : at + ahead;
       if (px[at] === NOWHERE || !this.shown[run.body[i]]) continue;
-      const x = copy[0] * (run.low[0] + step[0] * px[at]) - middle[0];
-      const y = copy[1] * (run.low[1] + step[1] * py[at]) - middle[1];
-      const z = solid ? copy[2] * (run.low[2] + step[2] * pz[at]) - middle[2] : 0;
+      const x = copy[0] * (run.low[0] + step[0] * (px[at] + share * (px[to] - px[at]))) - middle[0];
+      const y = copy[1] * (run.low[1] + step[1] * (py[at] + share * (py[to] - py[at]))) - middle[1];
+      const z = solid ? copy[2] * (run.low[2] + step[2] * (pz[at] + share * (pz[to] - pz[at]))) - middle[2] : 0;
       const sx = 0.5 * W + this.pan[0] + scale * (x * right[0] + y * right[1] + z * right[2]);
       const sy = 0.5 * H + this.pan[1] - scale * (x * up[0] + y * up[1] + z * up[2]);
       if (!(sx > -radius && sx < W + radius && sy > -radius && sy < H + radius)) continue;
       const sz = solid ? scale * (x * eye[0] + y * eye[1] + z * eye[2]) : 0;
-      const colour = values ? values[at] : run.body[i], cx = Math.round(sx), cy = Math.round(sy);
+      const colour = values ? values[at + valued] : run.body[i], cx = Math.round(sx), cy = Math.round(sy);
       for (const [dy, half, shades, rise] of disc) {
         const row = cy + dy;
         if (row < 0 || row >= H) continue;
@@ -116,7 +118,7 @@ class View {
           if (near < depth[p]) continue;
           depth[p] = near;
           pixels[p] = colours[(solid ? shades[dx + half] : 3) * 256 + colour];
-          this.pick[p] = i;
+          pick[p] = i;
         }
       }
     }
@@ -210,26 +212,36 @@ async function main() {
   const times = [...new Set(views.flatMap(v => v.run.times))].sort((a, b) => a - b);
   slider.max = times.length - 1;
   let frameTimes = 0, drawn = 0;
-  function show() {
-    const t = times[+slider.value], began = performance.now();
+  function show(moment) {  // a time between two of the slider's while it plays, else that of the slider
+    const playing = typeof moment === "number", t = playing ? moment : times[+slider.value], began = performance.now();
     for (const [number, view] of views.entries()) {
-      view.now = view.run.frame(t);
-      view.draw(view.now);
-      document.getElementById(`clock-${number}`).textContent = timeText(view.run, view.run.times[view.now]);
+      const own = view.run.times, k = view.run.frame(t);
+      view.now = k;
+      view.draw(k, playing && k + 1 < own.length ? Math.max(0, (t - own[k]) / (own[k + 1] - own[k])) : 0);
+      document.getElementById(`clock-${number}`).textContent = timeText(view.run, playing ? Math.min(t, own[own.length - 1]) : own[k]);
     }
     slider.setAttribute("aria-valuetext", timeText(views[0].run, t));
     frameTimes += performance.now() - began; drawn++;
-    document.body.dataset.milliseconds = (frameTimes / drawn).toFixed(1);
+    Object.assign(document.body.dataset, {milliseconds: (frameTimes / drawn).toFixed(1), frames: drawn});
   }
-  slider.addEventListener("input", show);
   let timer = null;
-  function stop() { clearInterval(timer); timer = null; play.textContent = "▶ Play"; play.setAttribute("aria-pressed", "false"); }
+  const last = times.length - 1, still = matchMedia("(prefers-reduced-motion: reduce)").matches;
+  function stop() { cancelAnimationFrame(timer); timer = null; play.textContent = "▶ Play"; play.setAttribute("aria-pressed", "false"); }
+  slider.addEventListener("input", () => { stop(); show(); });
   play.addEventListener("click", () => {
-    if (timer) return stop();
-    if (+slider.value >= times.length - 1) slider.value = 0;
+    if (timer !== null) { stop(); return show(); }
+    if (+slider.value >= last) slider.value = 0;
     play.textContent = "❚❚ Pause"; play.setAttribute("aria-pressed", "true");
-    const pace = Math.max(33, Math.min(400, 6000 / times.length));
-    timer = setInterval(() => { if (+slider.value >= times.length - 1) return stop(); slider.value = +slider.value + 1; show(); }, pace);
+    const from = times[+slider.value], pace = (times[last] - times[0]) / PLAYED;
+    let began = null;
+    timer = requestAnimationFrame(function next(now) {
+      began ??= now;
+      const t = from + (now - began) * pace;
+      slider.value = times.findLastIndex(one => one <= t * (1 + 1e-9));
+      if (t >= times[last]) { slider.value = last; stop(); return show(); }
+      show(still ? undefined : t);
+      timer = requestAnimationFrame(next);
+    });
   });
   for (const link of document.querySelectorAll("[data-time]")) link.addEventListener("click", () => {
     const t = +link.dataset.time;
@@ -238,6 +250,7 @@ async function main() {
   });
   slider.value = times.length - 1;
   show();
+  document.body.dataset.shown = views.map(v => `${v.run.count} x ${v.run.times.length}`).join(", ");
   document.body.dataset.ready = "yes";
 }
 
