@@ -81,7 +81,7 @@ def test_a_case_in_3d_becomes_axisymmetric_by_one_key():
 
 
 @pytest.mark.parametrize(("place", "change"), [
-    ("kinematics", {"formulation": {"type": "total_lagrangian"}}),
+    ("formulation.contact.type", {"formulation": {"type": "total_lagrangian", "contact": {"type": "repulsive"}}}),
     ("kinematics", {"formulation": {"type": "projection"}}),
     ("symmetry.0", {"symmetry": [{"axis": "y", "at": 1e-3}]}),
     ("formulation.density_form", {"formulation": {"type": "eulerian", "density_form": "mass"}}),
@@ -99,9 +99,15 @@ def test_bodies_off_the_axis_are_refused(key, value):
         shot(bodies={"ball": body})
 
 
-@pytest.mark.parametrize(("form", "integrator"), [("consistent", "leapfrog"), ("standard", "predictor_corrector")])
+LAGRANGIAN = {"type": "adaptive", "renew_reference": 0.1, "conversion": {"strain": 0.3}}
+
+
+@pytest.mark.parametrize(("form", "integrator"), [("consistent", "leapfrog"), ("standard", "predictor_corrector"),
+                                                  (LAGRANGIAN, "leapfrog")])  # fmt: skip
 def test_an_impact_keeps_its_budgets_and_resumes_with_the_same_bits(form, integrator, tmp_path):
-    case = shot(form, time={"end": 1e-6, "integrator": integrator}, output={"every": 5e-7})
+    further = {"formulation": form} if isinstance(form, dict) else {}
+    case = shot("standard" if further else form, time={"end": 1e-6, "integrator": integrator}, output={"every": 5e-7},
+                **further)  # fmt: skip
     drifts = run(case, tmp_path / "whole", threads=1).summary["conservation"]
     assert abs(drifts["energy_drift"]) < 1e-13
     assert abs(drifts["momentum_drift"]) < 1e-13

@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
+from hvisph.exact.ball import Ball, ThinRing
 from hvisph.exact.beams import Cantilever
 from hvisph.exact.gas import GasState, Noh, riemann
 from hvisph.exact.shells import Shell
@@ -219,6 +220,19 @@ def test_impacts_know_neither_direction_nor_frame(formulation):
     for trial in ("turned by 37 degrees", "seen at 10 km/s"):
         (verdict,) = verdicts(PROBLEMS["invariance"], [formulation], Options(quick=True), only=trial, threads=1)
         assert verdict.passed, verdict.as_dict()
+
+
+@pytest.mark.parametrize(("formulation", "trial"), [("total_lagrangian", "ball"), ("total_lagrangian", "uniform"),
+                                                    ("eulerian", "ring off"), ("riemann", "mirrored"),
+                                                    ("riemann", "10 km/s")])  # fmt: skip
+def test_rings_breathe_rest_and_know_no_frame(formulation, trial):
+    (verdict,) = verdicts(PROBLEMS["axisymmetric_bodies"], [formulation], Options(quick=True), only=trial, threads=1)
+    assert verdict.passed, verdict.as_dict()
+
+
+def test_balls_and_rings_breathe_as_the_textbooks_say():
+    assert Ball(1.0, 1.0, 1.0, 0.25).root == pytest.approx(0.816 * np.pi, abs=2e-4 * np.pi)  # Lamb 1882, four digits
+    assert ThinRing(2.0, 1.0, 4.0).period == pytest.approx(2.0 * np.pi)
 
 
 @pytest.mark.parametrize(("name", "formulation"), HOLDS)

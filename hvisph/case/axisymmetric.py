@@ -11,7 +11,6 @@ from hvisph.case.model import Problem
 from hvisph.case.regions import SymmetryPlane
 from hvisph.core.kinematics import KINEMATICS
 
-FORMULATIONS = ("riemann", "eulerian")
 # Fields of velocity that have a meaning about the axis.
 FIELDS = ("uniform", "radial", "linear", "table")
 _VECTORS = ("velocity", "position")
@@ -75,19 +74,17 @@ def axisymmetric_problems(case: Case) -> Iterator[Problem]:
     if not KINEMATICS[case.kinematics].revolved:
         return
     formulation: Any = case.formulation
-    if formulation.type not in FORMULATIONS:
-        why = {
-            "projection": "its Poisson equation is that of the plane",
-            "total_lagrangian": "its pairs in the reference configuration have no hoop terms",
-            "adaptive": "its pairs in the reference configuration have no hoop terms",
-        }[formulation.type]
-        yield Problem(("kinematics",), f"'{formulation.type}' has no axisymmetric form: {why}; use riemann or eulerian")
-    elif formulation.parted:
+    if formulation.type == "projection":
+        why = "its Poisson equation is that of the plane"
+        yield Problem(("kinematics",), f"'projection' has no axisymmetric form: {why}; use another formulation")
+    elif formulation.contact.type == "repulsive":
         yield Problem(("formulation", "contact", "type"), "'repulsive' has no axisymmetric form; use separating")
     if formulation.type == "eulerian":
         yield from _without(formulation, "correction", "type", "none", "gradients are renormalised as it is")
         yield from _without(formulation, "density_dissipation", "type", "none", "its exchange is one of the plane")
         yield from _without(formulation, "density_form", "", "volume", "the area of a ring follows its volume")
+    if formulation.mixes_kernels:
+        yield from _without(formulation, "spatial_correction", "type", "none", "gradients are renormalised as it is")
     for index, plane in enumerate(case.symmetry):
         if plane.axis != "x":
             yield Problem(("symmetry", index), "a plane along the axis, but not through it; only planes across x")

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
+from hvisph.integrators.update import ON_AXIS
 from hvisph.materials.table import Material
 from hvisph.sph.laws import contact as laws
 from hvisph.sph.pairs import Pairs, Pass
-from hvisph.sph.symmetry import Plane
+from hvisph.sph.symmetry import AXIS, Plane
 
 # Evaluations between two looks at whether bodies pass through each other.
 LOOK_EVERY = 16
@@ -57,10 +58,14 @@ class BodyContact:
         stiffness = [self.law.of_material(m.density, m.bulk_sound_speed, spacing, dim, carried) for m in materials]
         self._stiffness = np.array(stiffness)[particles.material]
         self._volume = particles["mass"] / np.array([m.density for m in materials])[particles.material]
+        self._revolved = particles.kinematics.revolved
+        if self._revolved:  # areas of the section
+            self._volume /= 2.0 * np.pi * np.maximum(at[:, 1], ON_AXIS * h)
+            planes = tuple(plane for plane in planes if plane != AXIS)
         self._bodies, self._numbers = particles.body.astype(np.float64), particles.numbers()
         self._inner = fullness >= FULL * _of_body(fullness, particles.body)
-        layout, constants = laws.row_layout(dim), self.law.coefficients(kernel, formulation.h_over_dx)
-        options = {"EXPONENT": self.law.exponent, "UNLOADED": int(self.law.unloaded)}
+        layout, constants = laws.row_layout(dim, self._revolved), self.law.coefficients(kernel, formulation.h_over_dx)
+        options = {"EXPONENT": self.law.exponent, "UNLOADED": int(self.law.unloaded), "REVOLVED": int(self._revolved)}
         self.pairs, self._meeting = (
             Pairs(layout, kernel, [one], constants, at, h, planes)
             for one in (Pass(laws.accumulate, layout, options), Pass(laws.meet, layout, {}))
@@ -126,6 +131,8 @@ class BodyContact:
         packed[:, to["BODY"]] = self._bodies[chosen]
         packed[:, to["K"]] = self._stiffness[chosen]
         packed[:, to["START"]] = self.starts[chosen]
+        if self._revolved:
+            packed[:, to["RING"]] = own[:, slots["RING"]]
         return packed
 
     def complete(self, dt: float, averaged: bool) -> None:

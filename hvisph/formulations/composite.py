@@ -95,11 +95,15 @@ class CompositeStepper(ReferenceChanges, Stepper):
         reach = formulation.kernel.reach * self.h
         density = np.array([material.density for material in self.materials])[particles.material]
         self._moduli = np.array([(_young_modulus(one), 1.0 / one.first_yield) for one in self.materials])
-        self._rates = np.zeros((count, rate_slots.width(dim)))
+        self._rates = np.zeros((count, rate_slots.width(dim) + 3 * formulation.revolved))
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)
         self.swellings, self.volume = np.ones(count), particles["mass"] / density
-        self.before = np.tile(np.eye(dim).ravel(), (count if formulation.renew_strain else 1, 1))
+        start = np.eye(dim).ravel()
+        if formulation.revolved:  # areas of the section, and the hoop stretch behind F
+            self.volume /= 2.0 * np.pi * self._ring_radius(at)
+            start = np.append(start, 1.0)
+        self.before = np.tile(start, (count if formulation.renew_strain else 1, 1))
         self._stage, self._chosen = 0.0, 0
         self.loose = np.zeros(count, bool)
         self.alone = self.loose.copy()
@@ -128,6 +132,8 @@ class CompositeStepper(ReferenceChanges, Stepper):
         rows[:-1, x0 : x0 + dim] = extended[:, :dim]
         rows[-1, :dim] = rows[-1, x0 : x0 + dim] = FAR
         rows[-1, slots["RHO"]] = 1.0
+        if "RING0" in slots:
+            rows[:-1, slots["RING0"]] = np.copysign(self._ring_radius(extended), extended[:, 1])
         if "EM" in slots:
             rows[:-1, slots["EM"]] = self._moduli[particles.material[origin], 0]
         self.rows_ = rows
@@ -137,6 +143,10 @@ class CompositeStepper(ReferenceChanges, Stepper):
             extended[:, :dim], self.volume[origin], bodies[origin], count, kernel, self.h, formulation.correction
         )
 
+    def _ring_radius(self, position: np.ndarray) -> np.ndarray:
+        """Return the radius [m] of rings at `position` (n, dim) [m], as the pass over single particles has it."""
+        return np.maximum(np.abs(position[:, 1]), single.ON_AXIS * self.h)
+
     def _specialise(self) -> None:
         formulation, slots, dim = self.formulation, self.slots, self.particles.dim
         kernel = formulation.kernel
@@ -144,7 +154,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
             "DIM": dim, "MIXED": int(formulation.correction == "mixed"), "PRINTED": int(formulation.printed_viscosity),
             "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": self._read, "PLACES": 3 * dim,
             "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
-            "RENEWS": int(formulation.renew_strain is not None),
+            "RENEWS": int(formulation.renew_strain is not None), "REVOLVED": int(formulation.revolved),
             "equilibrium_state": response.equilibrium_state, "longitudinal_speed": response.longitudinal_speed,
             "shear_modulus": response.shear_modulus,
             **{name: self.particles.bindings()[name] for name in ("S_DENSITY", "S_PLASTIC_STRAIN")},
@@ -160,7 +170,8 @@ class CompositeStepper(ReferenceChanges, Stepper):
         parts = {part.__name__: bind(part, {}, offered) for part in deformation.PARTS}
         self._deform = bound(deformation.deform, **parts)
         self._map = bound(deformation.map_particles, gradients=parts["gradients"])
-        self._sums = {coupled: bound(reference.accumulate, COUPLED=coupled) for coupled in (0, 1)}
+        self._sums = {coupled: bound(reference.accumulate, COUPLED=coupled,
+                                     BY_PAIRS=int(coupled or formulation.revolved)) for coupled in (0, 1)}  # fmt: skip
         euler = formulation.eulerian
         layout = RowLayout(dim, (*euler.layout(dim).fields, *coupling.FIELDS))
         to = layout.slots()
@@ -168,7 +179,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         shares = specialise(coupling.shares, DIM=dim, KIND=to["KIND"], BODY=to["BODY"], D=to["D"],
                             CONTACT=float(parted),
                             STRESS_AT_INTERFACE=float(formulation.stress_at_interface))  # fmt: skip
-        coupled = {"COUPLED": 1, "shares": shares}
+        coupled = {"COUPLED": 1, "shares": shares, "HYBRID": int(formulation.revolved)}
         passes = [replace(one, reads=layout, options=one.options | coupled) for one in euler.passes(dim)]
         constants = np.append(euler.coefficients(), (kernel.reach * self.h) ** 2)
         self.pairs = self.spatial = Pairs(layout, kernel, passes, constants, self._at_start, self.h,

@@ -22,10 +22,12 @@ def spatial_rows(rows, chosen, bodies, pressures, loads, coefficients, out):
             put(out, k, TO_D, minus(x, own_vector(rows, i, X0, DIM)))
             out[k, TO_KIND] = rows[i, KIND]
             out[k, TO_BODY] = bodies[i]
-            s = from_plane(own_symmetric(rows, i, S, DIM))
+            s, ring = from_plane(own_symmetric(rows, i, S, DIM)), 0.0
+            if REVOLVED:
+                s, ring = (s[0], s[1], -s[0] - s[1], s[3], 0.0, 0.0), rows[i, RING]
             write(out, k, coefficients, Shown(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
                                               pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s, bodies[i],
-                                              0.0))  # fmt: skip
+                                              ring))  # fmt: skip
 
 
 def add_rates(spatial, place, chosen, eulerian, rates):
@@ -45,3 +47,5 @@ def add_rates(spatial, place, chosen, eulerian, rates):
             rates[i, R_APPROACH] = max(rates[i, R_APPROACH], spatial[at, R_APPROACH])
             if eulerian[i] == 1:
                 put(rates, i, R_GRADIENT, own_gradient(spatial, at, R_GRADIENT, DIM))
+                if REVOLVED:
+                    rates[i, R_HOOP] = spatial[at, R_HOOP]

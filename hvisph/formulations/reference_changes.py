@@ -87,10 +87,15 @@ class ReferenceChanges:
         tied[self._tied] = True
         f = self._maps(np.flatnonzero(tied))
         density = self.rows_[:count, self.slots["RHO"]]
-        self.volume = particles["mass"] / density
+        # of rings the mass of the section
+        self.volume = self.rows_[:count, self.slots["M"]] / density
         self.volume[tied] = self.reference.volume[:count][tied] * np.linalg.det(f) * self.swellings[tied]
         dim = particles.dim
-        self.before[tied] = (f @ self.before[tied].reshape(-1, dim, dim)).reshape(-1, dim * dim)
+        own = self.before[:, : dim * dim]
+        own[tied] = (f @ own[tied].reshape(-1, dim, dim)).reshape(-1, dim * dim)
+        if "RING0" in self.slots:
+            now, then = (self.rows_[:count, self.slots[name]] for name in ("RING", "RING0"))
+            self.before[tied, dim * dim] *= (now / then)[tied]
         particles["reference_position"] = self.rows_[:count, :dim]
         self.swellings[:], self.latest[:] = 1.0, 0.0
         self.alone = self.loose.copy()

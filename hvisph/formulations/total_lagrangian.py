@@ -65,6 +65,8 @@ class TotalLagrangian:
         Contact between bodies; None where they meet through the spatial sums.
     conversion
         When Total Lagrangian particles turn Eulerian.
+    revolved
+        Whether particles are rings about the axis x.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -84,6 +86,7 @@ class TotalLagrangian:
     renew_strain: float | None = None
     contact: Contact | None = field(default_factory=Contact)
     conversion: Conversion = field(default_factory=Conversion)
+    revolved: bool = False
 
     name = "total_lagrangian"
     fields: tuple[str, ...] = ("kernel_type", "reference_position")
@@ -122,6 +125,7 @@ class TotalLagrangian:
             artificial_stress=self.artificial_stress,
             correction=self.spatial_correction,
             product=self.product,
+            revolved=self.revolved,
         )
 
     def passes(self, dim: int) -> list[Pass]:
@@ -134,7 +138,8 @@ class TotalLagrangian:
 
     def row(self, dim: int) -> tuple[RowLayout, int]:
         """Return the row of a particle, and how many of its slots neighbours read."""
-        return reference.row_layout(dim, self.correction == "mixed", self.printed_viscosity, self.hourglass != 0.0)
+        ways = self.correction == "mixed", self.printed_viscosity, self.hourglass != 0.0
+        return reference.row_layout(dim, *ways, self.revolved)
 
     def coefficients(self) -> np.ndarray:
         """Return alpha."""
@@ -142,7 +147,7 @@ class TotalLagrangian:
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
-        return _pack, {}
+        return _pack, {"REVOLVED": int(self.revolved)}
 
     def limits(self) -> None:
         """Return nothing: no law asks for what a particle bears."""
@@ -158,4 +163,6 @@ def _pack(rows, s, coefficients, one):
     rows[s, H] = one.h
     rows[s, E] = one.e
     put(rows, s, S, in_plane(one.s, DIM))
+    if REVOLVED:
+        rows[s, RING] = one.ring
     return one.c_l + 1.2 * coefficients[0] * one.c

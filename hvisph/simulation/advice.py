@@ -127,7 +127,8 @@ def _slow(case: Case, kind: Regime) -> Iterator[str]:
     materials = _materials(case)
     fastest = max(math.dist(body.velocity, (0.0,) * case.dim) for body in case.bodies.values())
     slowest = min(material.bulk_sound_speed for material in materials)
-    size = max(max(body.shape.extent()) for body in case.bodies.values())
+    # some shapes know their size only where they stand
+    size = max((size for body in case.bodies.values() for size in body.shape.extent()), default=math.inf)
     elastic = kind.pressure < ELASTIC * kind.strength
     if elastic and fastest < SLOW * slowest and case.time.end > CROSSINGS * size / slowest:
         yield (

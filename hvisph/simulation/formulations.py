@@ -129,6 +129,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         "viscosity": _viscosity(model.viscosity),
         "artificial_stress": _artificial_stress(model.artificial_stress),
         "contact": contact_of(model.contact) if model.parted else None,
+        "revolved": KINEMATICS[case.kinematics].revolved,
     }
     if model.type == "eulerian":
         return TotalLagrangian(**shared, product=model.momentum_form == "product")

@@ -16,6 +16,13 @@ the softer of its two stiffnesses. The stiffness of a pair against approach,
     k_ab = V_a V_b K n ((n - 1) w^(n-2) (W'/W(dx))^2 + w^(n-1) 3 W(0) / (W(dx) h^2)),
 
 gives the frequency omega^2 = 2 sum_b k_ab / m_a and the limit 2/omega of the step.
+
+Rings of solids of revolution (REVOLVED) meet all round: V are areas of their sections, and
+
+    E    = 2 pi sum over pairs V_a V_b K w^n (r_a + r_b)/2
+
+of which the radii take a part, too: - 2 pi V_a V_b K w^n/2 inwards. Images over the axis do not take part: who is
+opposite is nearer than they are.
 """
 
 from __future__ import annotations
@@ -26,9 +33,24 @@ import numpy as np
 
 from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
-from hvisph.core.tensors import dot, minus, no_gradient, no_vector, own_vector, plus, spread, times, totals, vector
+from hvisph.core.tensors import (
+    dot,
+    minus,
+    no_gradient,
+    no_vector,
+    own_vector,
+    plus,
+    plus_radial,
+    radial,
+    spread,
+    times,
+    totals,
+    vector,
+)
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.rows import RowLayout
+
+from .rings import ring_weight
 
 # Pressure that a plane contact of stiffness K carries, over K dx^d: measured, see Young 2021 sec. 2.4.
 CARRIED = {1: 10.0, 2: 20.0, 3: 40.0}
@@ -90,10 +112,11 @@ class Contact:
         return np.array([1.0 / at_spacing, kernel.shape.py_func(0.0) / at_spacing])
 
 
-def row_layout(dim: int) -> RowLayout:
+def row_layout(dim: int, revolved: bool = False) -> RowLayout:
     """Return what a particle shows its neighbours; K is its stiffness [Pa/m^d], START its own w0."""
+    more = (("ring", "radius"),) if revolved else ()
     return RowLayout(dim, (("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"),
-                           ("body", "scalar"), ("k", "scalar"), ("start", "scalar")))  # fmt: skip
+                           ("body", "scalar"), ("k", "scalar"), ("start", "scalar"), *more))  # fmt: skip
 
 
 def accumulate(near, n, rows, i, constants, out):
@@ -102,6 +125,8 @@ def accumulate(near, n, rows, i, constants, out):
     x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
     h, body, stiffness, start = rows[i, H], rows[i, BODY], rows[i, K], rows[i, START]
     scale_own = rows[i, V] / rows[i, M]
+    if REVOLVED:
+        inverse_ring = 1.0 / rows[i, RING]
     a = spread(no_vector(DIM))
     power = omega2 = all_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
@@ -123,9 +148,15 @@ def accumulate(near, n, rows, i, constants, out):
             lower = min(1e9 * ratio, 1.0) if UNLOADED else all_lanes(1.0)
         power_of_w = lower * ratio
         both = other * b[V] * min(stiffness, b[K]) * float(EXPONENT)
+        if REVOLVED:
+            both = both * ring_weight(b[RING], inverse_ring)[0]
         force = times(-both * power_of_w * slope_ratio / r, dx)
-        a = plus(a, force)
         power += dot(force, minus(u, vector(b, U, DIM)))
+        if REVOLVED:
+            share = other * b[V] * min(stiffness, b[K]) * (power_of_w * ratio * (-0.5 * inverse_ring))
+            force = plus_radial(force, share)
+            power += (2.0 * radial(u)) * share  # all of it its own, not half
+        a = plus(a, force)
         omega2 += both * (
             float(EXPONENT - 1) * lower * slope_ratio * slope_ratio + 3.0 * power_of_w * at_zero * ih * ih
         )

@@ -9,6 +9,12 @@ eq. 13); density and velocity gradient are their own. Row i is written by i alon
 chi is 1 until neighbours leave a list. What is left is fitted by another linear map: chi takes the ratio of both
 determinants, so that volume, density and pressure go on without a jump (P, power and strain follow F as it is).
 
+Rings of solids of revolution (REVOLVED, `sph.laws.rings`) have F_tt = r/r0 beside F, and are held round the axis:
+
+    J = chi det F F_tt,   P_tt = J sigma_tt / F_tt,   a_r += [F0_rr P_rR - P_tt] / (rho0 r0),   de -= the power of it
+
+where F0_rr is 1 - kappa of the reference kernel; their volumes are areas of the section.
+
 In plastic flow the linear viscosity would bear as much shear as the metal. With SHEARS a particle takes of alpha
 only the share max(0.1, |tr L|/(|tr L| + 0.2 D')), D' = sqrt(2/3 dev D : dev D): 0.88 in a plane shock.
 Hourglass control follows the secant modulus with SECANT: E/(1 + E eps_p/Y) (1 - D), Y the first yield stress.
@@ -50,23 +56,28 @@ from hvisph.core.tensors import (
     totals,
     transposed,
     vector,
+    with_zz,
 )
 
 CHUNK = 256
 
 
 @compiled
-def equivalent_strain(f):
-    """Return the equivalent of the deviatoric Green-Lagrange strain, sqrt(2/3 E':E'), of a deformation gradient."""
-    e = stretching(full_gradient(times(0.5, minus(product(transposed(f), f), identity(f)))))
+def equivalent_strain(f, hoop):
+    """Return the equivalent of the deviatoric Green-Lagrange strain, sqrt(2/3 E':E'), of a deformation gradient.
+
+    `hoop` is the stretch out of the plane, 1 of all but rings.
+    """
+    full = full_gradient(times(0.5, minus(product(transposed(f), f), identity(f))))
+    e = stretching(with_zz(full, full[8] + 0.5 * (hoop * hoop - 1.0)))
     e = plus_identity(e, (-1.0 / 3.0) * (e[0] + e[1] + e[2]))
     return np.sqrt((2.0 / 3.0) * double_dot(e, e))
 
 
 @compiled
 def viscous_share(l):
-    """Return the share of the linear viscosity that a particle with the velocity gradient `l` [1/s] takes."""
-    d = stretching(full_gradient(l))
+    """Return the share of the linear viscosity that a particle with the full velocity gradient `l` [1/s] takes."""
+    d = stretching(l)
     swelling = d[0] + d[1] + d[2]
     d = plus_identity(d, (-1.0 / 3.0) * swelling)
     volume = abs(swelling) + 1e-30  # at rest all of it
@@ -118,9 +129,8 @@ def show(rows, i, stress, f, j, inverse, corrections):
 def deform(rows, active, particles, lists, corrections, materials, stage, signal_alpha, results, rates):
     """Compute the deformation of all particles that are `active`: the template.
 
-    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, PLACES, slots of the row, columns of the
-    rates (R_...), S_DENSITY, S_PLASTIC_STRAIN,
-    the templates above, and functions of `hvisph.materials`.
+    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, REVOLVED, PLACES, slots of the row, columns of
+    the rates (R_...), S_DENSITY, S_PLASTIC_STRAIN, the templates above, and functions of `hvisph.materials`.
 
     Parameters
     ----------
@@ -132,7 +142,7 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
     particles
         State, whose density is set to one from which continuity over a step ends on rho0/J; tags; reference
         volumes; pressures added to the particles' own [Pa] (n,); chi (n,); and, for references that are renewed, the
-        deformation gradients of the reference itself (n, dim^2).
+        deformation gradients of the reference itself (n, dim^2), and behind them of rings its hoop stretch.
     lists
         Of the reference neighbours: starts, near, slopes, shapes.
     corrections
@@ -148,7 +158,7 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
         Lagrangian particles pressure [Pa] and signal speed [m/s].
     rates
         (n, width of rates): receives the velocity gradient of Total Lagrangian particles, and of those that
-        meet no Eulerian ones the power of their own stress.
+        meet no Eulerian ones the power of their own stress; of rings what holds them round the axis, and its power.
     """
     count = np.uint64(active.shape[0])
     state, tags, volume, loads, swellings, before = particles
@@ -161,9 +171,11 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
                 continue
             f, rate = gradients(rows, i, lists, corrections)
             of_list = determinant(f)
-            j = swellings[i] * of_list
+            section = swellings[i] * of_list
+            stretch = rows[i, RING] / rows[i, RING0] if REVOLVED else 1.0
+            j = section * stretch
             inverse = times(1.0 / of_list, adjugate(f))
-            jacobians[i], strains[i] = j, equivalent_strain(f)
+            jacobians[i], strains[i] = j, equivalent_strain(f, stretch)
             if RENEWS:
                 latest[i] = strains[i]
             if SECANT:
@@ -171,20 +183,35 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
                 rows[i, EM] = secant_modulus(own[0], own[1], state[i, S_PLASTIC_STRAIN], rows[i, DAMAGE])
             if rows[i, KIND] == 1.0:
                 if RENEWS:
-                    strains[i] = equivalent_strain(product(f, own_gradient(before, i, 0, DIM)))
+                    before_it = before[i, DIM * DIM] if REVOLVED else 1.0
+                    strains[i] = equivalent_strain(product(f, own_gradient(before, i, 0, DIM)), stretch * before_it)
                 l = product(rate, inverse)
                 put(rates, i, R_GRADIENT, l)
-                m, rho = np.uint64(tags[i, 2]), rows[i, M] / (volume[i] * j)
+                full, swelling = full_gradient(l), divergence(l)
+                if REVOLVED:
+                    hoop = rows[i, U + 1] / rows[i, RING]
+                    rates[i, R_HOOP] = hoop
+                    full, swelling = with_zz(full, hoop), swelling + hoop
+                # mass over volume; of rings both are those of the section
+                m, rho = np.uint64(tags[i, 2]), rows[i, M] / (volume[i] * section)
                 p, c = equilibrium_state(table, models, m, rho, rows[i, E], rows[i, DAMAGE])
                 shear = shear_modulus(table, models, m, rho, rows[i, E], p)
                 signals[i] = longitudinal_speed(c, rho, shear) + signal_alpha * c
                 pressures[i] = p
-                rows[i, RHO], rows[i, C] = rho, viscous_share(l) * c if SHEARS else c
-                state[i, S_DENSITY] = rho * grown(stage * divergence(l))
+                rows[i, RHO], rows[i, C] = rho, viscous_share(full) * c if SHEARS else c
+                state[i, S_DENSITY] = rho * grown(stage * swelling)
             sigma = plus_identity(own_symmetric(rows, i, S, DIM), -(pressures[i] + loads[i]))
             stress = times(j, product(matrix(sigma), transposed(inverse)))
             show(rows, i, stress, f, j, inverse, corrections)
-            rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
+            if REVOLVED:
+                if rows[i, KIND] == 1.0:
+                    around = section * (-rows[i, S] - rows[i, S + 1] - (pressures[i] + loads[i]))
+                    left = corrections[2][i, DIM * DIM - 1]  # 1 - kappa
+                    held = (left * stress[DIM * DIM - 1] - around) * volume[i] / (rows[i, M] * rows[i, RING])
+                    rates[i, R_ACCELERATION + 1] = held
+                    rates[i, R_POWER] = -held * rows[i, U + 1]
+            else:
+                rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
 
 
 def map_particles(chosen, rows, lists, corrections, maps):

@@ -11,6 +11,10 @@ Viscosity: Monaghan's with the plain kernel gradient at current positions (dissi
 or the printed form of Young 2021 eqs. 2 and 9 in reference gradients. Hourglass control after
 Ganzenmueller 2015: f_ab = - alpha V0_a V0_b W0 / (2 R^2) (E_a delta_a + E_b delta_b) x_ab / r with
 delta_a = (F_a X_ab - x_ab) . x_ab / r, in his sign convention x_ab = x_b - x_a.
+
+Rings of solids of revolution (REVOLVED) have the weights of `sph.laws.rings`: at the radii of the reference for what is
+summed in its gradients, at the present ones for the viscosity. The work of a particle's own stress is summed by pairs,
+as its force is, so that energy is kept to round-off.
 """
 
 from __future__ import annotations
@@ -30,7 +34,10 @@ from hvisph.core.tensors import (
     own_gradient,
     own_vector,
     plus,
+    plus_radial,
     put,
+    radial,
+    scaled_apart,
     spread,
     times,
     totals,
@@ -39,15 +46,19 @@ from hvisph.core.tensors import (
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
+from .rings import ring_weight
+
 CHUNK = 256
 
 
-def row_layout(dim: int, mixed: bool, printed_viscosity: bool, hourglass: bool) -> tuple[RowLayout, int]:
+def row_layout(
+    dim: int, mixed: bool, printed_viscosity: bool, hourglass: bool, revolved: bool = False
+) -> tuple[RowLayout, int]:
     """Return the row of a particle and how many of its slots `accumulate` reads of neighbours.
 
     X0 is the reference position, KIND 1 for Total Lagrangian and 0 for Eulerian, Q and QW the
     stress with the corrections; N, NW and IJ belong to the printed viscosity, FG and EM to hourglass
-    control. Those after them are the particle's own.
+    control, RING and RING0, the radius now and in the reference, to rings. Those after them are the particle's own.
     """
     fields = [("x", "vector"), ("u", "vector"), ("x0", "vector"), ("kind", "scalar"), ("m", "scalar"),
               ("rho", "scalar"), ("c", "scalar"), ("q", "gradient")]  # fmt: skip
@@ -57,6 +68,8 @@ def row_layout(dim: int, mixed: bool, printed_viscosity: bool, hourglass: bool) 
         fields += [("n", "gradient"), ("nw", "vector"), ("ij", "scalar")]
     if hourglass:
         fields += [("fg", "gradient"), ("em", "scalar")]
+    if revolved:
+        fields += [("ring", "radius"), ("ring0", "radius")]
     read = RowLayout(dim, tuple(fields)).used
     fields += [("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), ("damage", "scalar")]
     return RowLayout(dim, tuple(fields)), read
@@ -68,7 +81,7 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
     Parameters are those of `deform` and of `sph.reference` (`sums`: first and zeroth), alpha and beta of the
     viscosity, the hourglass coefficient and 1/h [1/m]. `rates` receives acceleration, power and largest |mu|.
     Without Eulerian neighbours (COUPLED 0) the particle's own stress comes in as a whole, and its power is known
-    from `deform`.
+    from `deform`; BY_PAIRS is 1 where it comes in pair by pair: with such neighbours, and of rings.
     """
     count = np.uint64(active.shape[0])
     starts, near, slopes, shapes = lists
@@ -90,6 +103,9 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
                 own_f, own_modulus = own_gradient(rows, i, FG, DIM), rows[i, EM]
             # All of the reference density of its neighbours: they are of one body.
             inverse_rho0 = volume[i] / rows[i, M]
+            if REVOLVED:
+                inverse_rho0 *= rows[i, RING0] / rows[i, RING]
+                inverse_ring, inverse_ring0 = 1.0 / rows[i, RING], 1.0 / rows[i, RING0]
             factor = scale(ih)
             a, power, mu_max = spread(no_vector(DIM)), all_lanes(0.0), all_lanes(0.0)
             for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)]), np.uint64(LANES)):
@@ -118,23 +134,42 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
                 else:
                     gradient_r = factor * slope(r * ih) * (inverse * soft * densities)
                     pair = times(-pi * b[M] * gradient_r / inverse_rho0, dx)
+                apart = du
+                if REVOLVED:
+                    weight, real = ring_weight(b[RING0], inverse_ring0)
+                    other = times(weight, other)
+                    pair = times(weight if PRINTED else ring_weight(b[RING], inverse_ring)[0], pair)
+                    # of an image over the axis: the radial work of the two real rings
+                    apart = scaled_apart(du, real, 0.0)
+                    apart = plus_radial(apart, radial(u) - (2.0 * real - 1.0) * b[U + 1])
                 if HOURGLASS:
                     # Errors of the distances that F_a and F_b predict, along the pair.
                     own_error = dot(on_rows(own_f, from_b), dx) - r2
                     error = own_modulus * own_error + b[EM] * (dot(on_rows(gradient(b, FG, DIM), from_b), dx) - r2)
                     # the far row's infinite distance meets a zero in w
-                    pair = plus(pair, times(0.5 * hourglass * w * error / (dot(from_b, from_b) * r2), dx))
-                if COUPLED:
-                    share = 0.5 * (kind + b[KIND]) * inverse_rho0
+                    strength = 0.5 * hourglass * w * error / (dot(from_b, from_b) * r2)
+                    if REVOLVED:
+                        strength = strength * weight
+                    pair = plus(pair, times(strength, dx))
+                if BY_PAIRS:
+                    share = 0.5 * (kind + b[KIND]) * inverse_rho0 if COUPLED else all_lanes(inverse_rho0)
                     own = on_rows(q, g)
                     if MIXED:
                         own = plus(own, times(w, qw))
-                    a = plus(a, times(share, plus(plus(own, other), pair)))
-                    power += share * dot(du, plus(own, times(0.5, pair)))
+                    if REVOLVED:
+                        own = times(weight, own)
+                    force = plus(plus(own, other), pair)
+                    if REVOLVED:
+                        force = scaled_apart(force, real, 1.0)
+                    a = plus(a, times(share, force))
+                    power += share * dot(apart, plus(own, times(0.5, pair)))
                 else:
                     a = plus(a, plus(other, pair))
                     power += dot(du, pair)
-            if COUPLED:
+            if REVOLVED:
+                put(rates, i, R_ACCELERATION, plus(own_vector(rates, i, R_ACCELERATION, DIM), totals(a)))
+                rates[i, R_POWER] -= total(power)
+            elif BY_PAIRS:
                 put(rates, i, R_ACCELERATION, totals(a))
                 rates[i, R_POWER] = -total(power)
             else:

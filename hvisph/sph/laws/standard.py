@@ -77,8 +77,9 @@ from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 from .rings import ring_weight
 
 # Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
-# viscosity, corrected gradients, their test by component, pairs beside Total Lagrangian particles, exponent n of f.
-PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = BY_COMPONENT = COUPLED = REVOLVED = 0
+# viscosity, corrected gradients, their test by component, pairs beside Total Lagrangian particles, rings, rings beside
+# Total Lagrangian ones, exponent n of f.
+PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = BY_COMPONENT = COUPLED = REVOLVED = HYBRID = 0
 EXPONENT = 4
 
 # A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
@@ -230,6 +231,8 @@ def accumulate(near, n, rows, i, constants, out):
         fullness = totals(moment)
         gradient_u = product(gradient_u, sound_inverse(matrix(fullness))[0])
         hoop = ((1.0 - radial(fullness)) * radial(t) - rows[i, HOOP]) * rho * inverse_ring
+        if HYBRID:  # a Total Lagrangian ring has this from its own pass
+            hoop = hoop * (1.0 - rows[i, KIND])
         force, work = plus_radial(force, hoop), work + hoop * radial(u)
         out[i, R_HOOP] = radial(u) * inverse_ring
     write_rates(out, i, force, -work, largest(mu_max), gradient_u)

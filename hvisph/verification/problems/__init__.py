@@ -3,6 +3,7 @@
 from hvisph.verification.problem import Problem
 from hvisph.verification.problems import (
     axisymmetric,
+    axisymmetric_bodies,
     bars,
     blobs,
     cantilever,
@@ -37,6 +38,8 @@ PROBLEMS: dict[str, Problem] = {
         spinning_disc.PROBLEM,
         implosion.PROBLEM,
         axisymmetric.PROBLEM,
+        axisymmetric.GAS_PROBLEM,
+        axisymmetric_bodies.PROBLEM,
         core.PROBLEM,
         impacts.PROBLEM,
         blobs.PROBLEM,
