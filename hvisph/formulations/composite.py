@@ -179,7 +179,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         shares = specialise(coupling.shares, DIM=dim, KIND=to["KIND"], BODY=to["BODY"], D=to["D"],
                             CONTACT=float(parted),
                             STRESS_AT_INTERFACE=float(formulation.stress_at_interface))  # fmt: skip
-        coupled = {"COUPLED": 1, "shares": shares, "HYBRID": int(formulation.revolved)}
+        coupled = {"COUPLED": 1, "shares": shares} | ({"HYBRID": 1} if formulation.revolved else {})
         passes = [replace(one, reads=layout, options=one.options | coupled) for one in euler.passes(dim)]
         constants = np.append(euler.coefficients(), (kernel.reach * self.h) ** 2)
         self.pairs = self.spatial = Pairs(layout, kernel, passes, constants, self._at_start, self.h,
