@@ -52,6 +52,8 @@ from hvisph.sph.rows import RowLayout
 
 from .rings import ring_weight
 
+# Option of the law, off unless bound: rings about an axis.
+REVOLVED = 0
 # Pressure that a plane contact of stiffness K carries, over K dx^d: measured, see Young 2021 sec. 2.4.
 CARRIED = {1: 10.0, 2: 20.0, 3: 40.0}
 # k of an unloaded contact: bars of elastic metal leave 1.6 of 50 m/s with it, of 100 particles each.
