@@ -3,8 +3,9 @@
 import numpy as np
 
 from hvisph.sph.laws.edges import SOUND, SOUND_MEAN
-from hvisph.sph.laws.interface import MIXED_UP, OPEN
+from hvisph.sph.laws.interface import MIXED_UP, OPEN, SHUT
 from hvisph.sph.laws.riemann import HOLDING, NO_SHEAR, SHOCK_SLOPE
+from hvisph.sph.laws.unlike import FAINTEST, LEAST, depths
 
 
 def limited(name, d, other):
@@ -31,6 +32,36 @@ class Pairs:
                     self.ends[a] -= self.volume[b] * slope * e
                 else:
                     self.fills[a] += self.volume[b] * slope * e
+        if formulation.unlike:
+            table = depths(self.kernel).reshape(3, -1)[self.dim - 1]
+            faint = np.sqrt(2 * np.maximum(-np.log(np.linalg.norm(self.ends, axis=1) * cloud.h / table[0] + 1e-30), 0))
+            depth = np.interp(faint, np.linspace(0, FAINTEST, len(table) - 1), table[1:])
+            self.depth = cloud.h * np.maximum(depth, LEAST)
+            for a, near in enumerate(self.near):
+                self.fills[a] = sum(
+                    (self.filled(a, b) for b in near if cloud.body[a] != cloud.body[b]), self.fills[a] * 0
+                )
+
+    def along_normal(self, a, b):
+        """Return k of unlike spacings."""
+        h, depth = self.cloud.h, self.depth
+        return (depth[a] / h[a] + depth[b] / h[b]) / (depth[a] + depth[b])
+
+    def stretched(self, a, b, n):
+        """Return k, h_ab, s, the vector t, and w'(q) norm / (h_a h_b h_ab^(dim - 1) q) of unlike spacings."""
+        h, x_ba = self.cloud.h, self.cloud.x[b] - self.cloud.x[a]
+        k, mean, s = self.along_normal(a, b), 0.5 * (h[a] + h[b]), x_ba @ n
+        t = x_ba - s * n
+        q = np.hypot(k * s, np.linalg.norm(t) / mean)
+        norm = self.kernel.norm(self.dim) / (h[a] * h[b] * mean ** (self.dim - 1))
+        return k, mean, s, t, -norm * self.kernel.slope.py_func(q) / q
+
+    def filled(self, a, b):
+        """Return what b fills of what a lacks, the gradient of the stretched kernel over k."""
+        n = self.ends[a] - self.ends[b]
+        n = n / (np.linalg.norm(n) + 1e-30)
+        k, mean, s, t, slope = self.stretched(a, b, n)
+        return self.volume[b] * slope * (k * s * n + t / (mean * mean * k))
 
     def geometry(self, a, b):
         """Return distance, line of centres and |dW/dr|."""
@@ -62,7 +93,7 @@ class Pairs:
         fills = self.fills[a] - self.fills[b]
         n = fills / np.linalg.norm(fills)
         free = (self.ends[a] - self.ends[b]) @ n
-        gate = 1.0 if free <= 0.0 else np.clip((np.linalg.norm(fills) / free - OPEN) / (1.0 - OPEN), 0.0, 1.0)
+        gate = 1.0 if free <= 0.0 else np.clip((np.linalg.norm(fills) / free - OPEN) / (SHUT - OPEN), 0.0, 1.0)
         return (n, n @ e, gate) if n @ e >= MIXED_UP else (e, 1.0, gate)
 
 
@@ -74,6 +105,9 @@ def contact(pairs, grad_u, grad_s, a, b):
     if parted:
         e, cosine, gate = pairs.across(a, b, e)
         slope = slope * cosine
+        if formulation.unlike:
+            k, _, s, _, slope = pairs.stretched(a, b, e)
+            slope *= k * s
     along = np.outer(e, e)
     sides = {}
     for name, part in (("normal", along), ("tangential", np.eye(pairs.dim) - along)):
@@ -156,9 +190,13 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             slip += 2.0 * volume[a] * volume[b] * slope * slipped / cloud.m[a]
             mu = max(mu, (cloud.u[a] - cloud.u[b]) @ x_ba / r)
             weight = gate if pairs.parted(a, b) else 1.0
+            crowd = 1.0
+            if formulation.unlike and pairs.parted(a, b):
+                weight *= pairs.along_normal(a, b) * h
+                crowd = (cloud.h[b] / h) ** dim
             strain = weight * 2.0 * slope * np.outer(u_star - cloud.u[a], e)
             gradient += volume[b] * strain
-            rate += volume[a] * np.trace(strain)
+            rate += volume[a] * crowd * np.trace(strain)
             moment += weight * volume[b] * slope * (x_ba @ e) * np.outer(e, e)
             if following:
                 receding = weight * (cloud.u[b] - cloud.u[a]) @ e

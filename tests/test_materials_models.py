@@ -6,7 +6,7 @@ import pytest
 from hvisph.casefile.loader import library, load_material
 from hvisph.core.errors import CaseError
 from hvisph.core.jit import plain
-from hvisph.materials import melting, response, slots
+from hvisph.materials import bearing, melting, response, slots
 from hvisph.materials.damage import (
     CockcroftLatham,
     GradyKipp,
@@ -338,3 +338,14 @@ def test_uniaxial_paths_are_second_order():
     metal = Material("x", 2700.0, EOS, VonMises(27e9, 0.3e9))
     ends = [drive(metal, "cycle", 1e3, 0.05, n)["internal_energy"][-1] for n in (100, 800, 6400)]
     assert np.log2(abs(ends[0] - ends[2]) / abs(ends[1] - ends[2])) / 3.0 > 1.6
+
+
+@pytest.mark.parametrize(("name", "tension"), [("silicon-carbide", True), ("aluminium-6061-t6", False)])
+def test_what_has_failed_bears_no_tension_across_a_plane(name, tension):
+    table, models = pack([material_of(load_material(name))])
+    s, row = (1e6, -1e6, 0.0, 0.0, 0.0, 0.0), np.uint64(0)
+    sound, half, broken = (bearing.bearable_tension(table, models, row, s, damage) for damage in (0.0, 0.5, 1.0))
+    assert broken == pytest.approx(np.sqrt(2.0) * 1e6, rel=1e-12)  # its deviator alone
+    assert sound > 1e8
+    if tension:  # what is left of the tensile strength
+        assert half - broken == pytest.approx(0.5 * (sound - broken), rel=1e-9)

@@ -58,6 +58,18 @@ def test_a_solid_that_tears_says_so_unless_it_may_fail(plate):
     assert said(snapshot(torn), snapshot(torn)) == []  # it was in pieces from the start
 
 
+def test_a_plate_that_is_cut_in_two_has_not_torn(plate):
+    halves = plate + np.where(plate[:, :1] > 9.5 * DX, 5 * DX, 0.0)
+    halves[:10] -= 40 * DX  # and of which 5 % are gone
+    cut, torn = snapshot(halves), snapshot(halves)
+    cut.fields["plastic_strain"] = np.where(np.abs(plate[:, 0] - 9.5 * DX) < 2 * DX, 1.2, 0.1)
+    torn.fields["plastic_strain"] = np.full(len(plate), 0.05)
+    (text,) = said(cut, snapshot(plate))
+    assert "5 % of it has torn off" in text
+    (text,) = said(torn, snapshot(plate))
+    assert "50 % of it has torn off" in text
+
+
 def test_internal_energy_below_zero(plate):
     start = snapshot(plate, velocity=100.0)
     energy = np.zeros(len(plate))

@@ -12,6 +12,7 @@ from hvisph.formulations.formulation import Smoothing
 from hvisph.formulations.options import GrayArtificialStress, MonaghanViscosity
 from hvisph.formulations.riemann import Riemann
 from hvisph.sph import artificial_stress
+from hvisph.sph.laws import unlike
 
 FORMULATIONS = {
     "standard": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1)),
@@ -20,6 +21,7 @@ FORMULATIONS = {
     "contact_van_leer": Riemann(reconstruction="van_leer", consistent=False),
     "consistent": Riemann(reconstruction="minmod", held=False),
     "separating": Riemann(parted=True, friction=0.3),
+    "unlike": Riemann(parted=True, friction=0.3, unlike=True),
     "following": Riemann(parted=True, reconstruction="none", smoothing=Smoothing(True)),
 }
 EVERY = pytest.mark.parametrize("formulation", FORMULATIONS.values(), ids=FORMULATIONS)
@@ -148,3 +150,19 @@ def test_tensile_parts_are_those_of_the_principal_stresses(shift):
         assert found == pytest.approx(components(tensile(three[None]))[0], abs=1e-13)  # rounding of values of 5
         found = artificial_stress.tensile_part(2)(tuple(components(two[None])[0]))
         assert found == pytest.approx(components(tensile(two[None]))[0], abs=1e-13)
+
+
+@DIMS
+def test_depths_are_those_of_a_half_space(dim):
+    """A lattice that fills a half space: what a particle lacks of its kernel says how deep it lies."""
+    kernel, side = Riemann.kernel, {1: 12, 2: 12, 3: 9}[dim]
+    axes = [np.arange(side) - side // 2.0] * (dim - 1)
+    x = np.stack(np.meshgrid(-0.5 - np.arange(8.0), *axes, indexing="ij"), -1).reshape(-1, dim)
+    table = unlike.depths(kernel)[(dim - 1) * unlike.ENTRIES : dim * unlike.ENTRIES]
+    for at in (0.5, 1.5):
+        d = x - np.array([-at] + [0.0] * (dim - 1))
+        r = np.linalg.norm(d, axis=1)
+        near = (r > 0.0) & (r < kernel.reach * 1.2)
+        ends = sum(kernel.derivative(size, 1.2, dim) * each / size for size, each in zip(r[near], d[near], strict=True))
+        # a lattice beside the integral; W is flat near the face and faint at depth
+        assert unlike.depth(tuple(ends), 1.2, table) == pytest.approx(at, abs=0.2)

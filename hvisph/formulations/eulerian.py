@@ -56,6 +56,8 @@ class Eulerian:
         Whether bodies separate and slide, or are welded, and Coulomb's coefficient between them.
     revolved
         Whether particles are rings about the axis x.
+    unlike
+        Whether bodies that are parted differ in spacing.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -70,6 +72,7 @@ class Eulerian:
     parted: bool = False
     friction: float = 0.0
     revolved: bool = False
+    unlike: bool = False
 
     name = "eulerian"
     stepper = Stepper
@@ -110,7 +113,7 @@ class Eulerian:
         if not self.parted:
             return None
         return SeparatingContact(self.kernel, h, particles["position"], particles.body, self.friction, planes,
-                                 self.revolved)  # fmt: skip
+                                 self.revolved, unlike=self.unlike)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: the corrections into each row, where there are any, then all rates at once."""
@@ -179,6 +182,10 @@ class Eulerian:
             "REVOLVED": int(self.revolved),
             "tensile_part": artificial_stress.tensile_part(dim),
         }
+
+    def sparsest(self, dim: int) -> float:
+        """Return 0: the rate of density is one of its logarithm."""
+        return 0.0
 
     def limits(self) -> None:
         """Return nothing: no law asks for what a particle bears."""

@@ -37,6 +37,9 @@ class Formulation(AnyFormulation, Protocol):
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the function that packs a particle's row, and the constants to bind into it."""
 
+    def sparsest(self, dim: int) -> float:
+        """Return the least rho h^dim/m of a particle, 0 where nothing keeps density from falling."""
+
     def limits(self) -> tuple[Any, dict[str, Any]] | None:
         """Return the function that packs what a particle bears, and its constants; None where no law asks for it."""
 

@@ -13,18 +13,14 @@ import numpy as np
 
 from hvisph.core.tensors import in_plane, plus_identity, put
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
-from hvisph.sph.laws import riemann
+from hvisph.sph.laws import riemann, unlike
 from hvisph.sph.laws.limiters import LIMITERS
-from hvisph.sph.laws.riemann import SLIPPERY, UNLIMITED
+from hvisph.sph.laws.riemann import SLIPPERY
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
 
 from .formulation import Smoothing
 from .stepper import Stepper
-
-# Largest volume of a particle over that of one alone, 1/W(0): what has parted takes up no more room than its kernel,
-# and its density, which follows the number of particles, stays above zero.
-ROOM = 2.0
 
 
 @dataclass(frozen=True)
@@ -47,6 +43,8 @@ class Riemann:
         Coulomb's coefficient between bodies that are parted.
     revolved
         Whether particles are rings about the axis x.
+    unlike
+        Whether bodies that are parted differ in spacing.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -58,6 +56,7 @@ class Riemann:
     parted: bool = False
     friction: float = 0.0
     revolved: bool = False
+    unlike: bool = False
 
     name = "riemann"
     corrects = False
@@ -80,17 +79,23 @@ class Riemann:
         return self.parted
 
     @property
+    def meets_unlike(self) -> bool:
+        """Whether bodies of unlike spacings part."""
+        return self.parted and self.unlike
+
+    @property
     def _reconstructs(self) -> bool:
         return self.reconstruction != "none"
 
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         following = self.consistent and self.smoothing.variable
-        return riemann.row_layout(dim, reconstruct, self.consistent, self.parted, following, self.revolved)
+        return riemann.row_layout(dim, reconstruct, self.consistent, self.parted, following, self.revolved,
+                                  self.meets_unlike)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
         limiter = LIMITERS["minmod" if not self._reconstructs else self.reconstruction]  # bound, perhaps not called
-        ways = {"RECONSTRUCTION": int(self._reconstructs), "PARTED": int(self.parted)}
+        ways = {"RECONSTRUCTION": int(self._reconstructs), "PARTED": int(self.parted), "UNLIKE": int(self.meets_unlike)}
         flux = Pass(riemann.accumulate, self.layout(dim), ways | {
             "limit": limiter[0], "share": limiter[1], "CONSISTENT": int(self.consistent),
             "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.consistent and self.smoothing.variable),
@@ -98,24 +103,27 @@ class Riemann:
         }, density_rate=self.consistent, slips=self.parted, rings=self.revolved)  # fmt: skip
         if not (self._reconstructs or self.parted):
             return [flux]
-        return [Pass(riemann.gradients, self._row(dim, False), ways, into_rows=True), flux]
+        first = [Pass(riemann.gradients, self._row(dim, False), ways, into_rows=True)]
+        if self.meets_unlike:
+            first.append(Pass(unlike.facing, self._row(dim, False), {}, into_rows=True))
+        return [*first, flux]
 
     def layout(self, dim: int) -> RowLayout:
         """Return the row of the contact law."""
         return self._row(dim, self._reconstructs)
 
     def coefficients(self) -> np.ndarray:
-        """Return 1 over the kernel's width, and the friction."""
-        return np.array([1.0 / self.kernel.width, self.friction])
+        """Return 1 over the kernel's width, the friction, and depths where spacings are unlike."""
+        further = unlike.depths(self.kernel) if self.meets_unlike else ()
+        return np.array([1.0 / self.kernel.width, self.friction, *further])
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
-        alone = self.kernel.norm(dim) * self.kernel.shape.py_func(0.0)
-        return _pack, {
-            "PARTED": int(self.parted),
-            "REVOLVED": int(self.revolved),
-            "MOST": ROOM / float(alone) if self.consistent else UNLIMITED,
-        }
+        return _pack, {"PARTED": int(self.parted), "REVOLVED": int(self.revolved)}
+
+    def sparsest(self, dim: int) -> float:
+        """Return the least rho h^dim/m: that of a particle alone, W(0), where density is the number of particles."""
+        return float(self.kernel.value(0.0, 1.0, dim)) if self.consistent else 0.0
 
     def limits(self) -> tuple[Any, dict[str, Any]] | None:
         """Return the function that packs what a particle bears, and what it is bound to; none in the printed form."""
@@ -129,10 +137,7 @@ def _pack(rows, s, coefficients, one):
     rows[s, H] = one.h
     # a retired particle has neither mass nor volume: not 0/0 but no force
     rows[s, M] = one.mass if one.mass > 0.0 else 1.0
-    most = MOST
-    for _ in range(DIM):
-        most = most * one.h
-    rows[s, V] = min(one.mass / one.rho, most)
+    rows[s, V] = one.mass / one.rho
     rows[s, ZN] = one.rho * one.c_l
     # A liquid slips: a shear impedance of next to nothing, for with none at all u* of the pair is 0/0.
     rows[s, ZT] = one.rho * max(one.c_t, SLIPPERY * one.c_l)

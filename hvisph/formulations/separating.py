@@ -13,6 +13,7 @@ import numpy as np
 from hvisph.core.tensors import SIZE
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.laws import riemann
+from hvisph.sph.laws import unlike as unlike_spacings
 from hvisph.sph.laws.limiters import LIMITERS
 from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.selection import Selection
@@ -34,20 +35,24 @@ class SeparatingContact:
         Planes of symmetry.
     revolved
         Whether particles are rings about the axis x.
+    unlike
+        Whether the bodies differ in spacing.
     """
 
     def __init__(self, kernel: Kernel, h: float, positions: np.ndarray, bodies: np.ndarray, friction: float,
-                 planes: tuple[Plane, ...], revolved: bool = False):  # fmt: skip
+                 planes: tuple[Plane, ...], revolved: bool = False, unlike: bool = False):  # fmt: skip
         dim = positions.shape[1]
-        layout = riemann.row_layout(dim, reconstruct=False, parted=True, revolved=revolved)
+        layout = riemann.row_layout(dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike)
         limiter = LIMITERS["minmod"]  # bound, never called
-        ways = {"RECONSTRUCTION": 0, "PARTED": 1}
+        ways = {"RECONSTRUCTION": 0, "PARTED": 1, "UNLIKE": int(unlike)}
         passes = [
             Pass(riemann.gradients, layout, ways, into_rows=True),
+            *([Pass(unlike_spacings.facing, layout, {}, into_rows=True)] if unlike else []),
             Pass(riemann.accumulate, layout, ways | {"ONLY_OTHER": 1, "limit": limiter[0], "share": limiter[1],
                                               "REVOLVED": int(revolved)}, slips=True, rings=revolved),
         ]  # fmt: skip
-        self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction]), positions, h, planes)
+        further = unlike_spacings.depths(kernel) if unlike else ()
+        self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
         self._selection = Selection(positions, bodies, kernel.reach * h, with_neighbours=True)
         self._stress = SIZE["symmetric"][dim - 1]
 

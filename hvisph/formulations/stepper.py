@@ -102,7 +102,7 @@ class Stepper:
             "longitudinal_speed": response.longitudinal_speed, "shear_speed": response.shear_speed,
             "bearable_tension": bearing.bearable_tension, "bearable_shear": bearing.bearable_shear,
             "failed": bearing.failed, "orderly": bearing.orderly,
-            "SLIPS": int(self.formulation.slips),
+            "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
             "shear_modulus": response.shear_modulus,
         }  # fmt: skip
         packer, options = self.formulation.pack(dim)

@@ -149,6 +149,10 @@ class TotalLagrangian:
         """Return the packing function and what it is bound to."""
         return _pack, {"REVOLVED": int(self.revolved)}
 
+    def sparsest(self, dim: int) -> float:
+        """Return 0: the rate of density is one of its logarithm."""
+        return 0.0
+
     def limits(self) -> None:
         """Return nothing: no law asks for what a particle bears."""
 

@@ -115,10 +115,18 @@ def moved(state, i, now, rate, u, dt):
     return after, l, divergence(l) - density, hoop
 
 
-def strained(now, dt, l, swelling, hoop, table, models, m, h_low, h_high):
+def sparsest(mass, x, h, thickness):
+    """Return the least density [kg/m^3] that particles of `mass` at `x` can have: that of one alone, m W(0)."""
+    least = SPARSEST * mass / thickness
+    for _ in range(DIM):
+        least /= h
+    return least / (2.0 * pi * ring_radius(x, h)) if REVOLVED else least
+
+
+def strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
     """Strain a particle over `dt` at the velocity gradient `l` in the plane and its rate of volume `swelling` there.
 
-    A ring's circumference grows at the rate `hoop`; its smoothing length follows its area.
+    A ring's circumference grows at the rate `hoop`; its smoothing length follows its area. Density stays above `least`.
     Returns the state, pressure, bulk sound speed, full velocity gradient, and growth of the thickness.
     """
     full, thicker, rho = full_gradient(l), 1.0, now.rho
@@ -131,6 +139,8 @@ def strained(now, dt, l, swelling, hoop, table, models, m, h_low, h_high):
         rho *= grown(-dt * (swelling + hoop))
     else:
         rho *= grown(-dt * swelling)
+    if SPARSEST:
+        rho = max(rho, least)
     h = min(max(now.h * grown(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
     s, plastic_strain, damage, p, c, memory = recall(
         table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip
@@ -168,7 +178,8 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
     """Complete a step and pack the stage of the next one: the template.
 
     Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
-    DENSITY_RATE (1 where the rates hold one of ln(rho)), DRIFT (share of the acceleration in the stage's
+    SPARSEST (least rho h^dim/m, 0 for none), DENSITY_RATE (1 where the rates hold one of ln(rho)),
+    DRIFT (share of the acceleration in the stage's
     position), PLANE_STRESS, REVOLVED, SWITCH (share of the viscosity), REMEMBERS (1 where
     particles have a memory), NOTHING (else), columns of the state (S_...) and of the rates (R_...),
     slots of the row (U, SHARE), the templates above, and functions of `hvisph.materials` and `pack`.
@@ -212,10 +223,12 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
             if tags[s, 3] & np.uint32(1):  # clamped
                 add_vector(wholes, i, SUPPORT, times(mass, rate.a), of_force)
                 rate = Rates(no_vector(DIM), rate.power, rate.l, rate.density, rate.hoop)
+            least = sparsest(mass, now.x, now.h, state[s, S_THICKNESS] if PLANE_STRESS else 1.0) if SPARSEST else 0.0
             if complete:
                 u, before = own_vector(sorted_rows, k, U, DIM), now
                 now, l, swelling, hoop = moved(state, s, now, rate, u, dt)
-                now, p, c, l, thicker = strained(now, dt, l, swelling, hoop, table, models, m, h_low, h_high)
+                now, p, c, l, thicker = strained(
+                    now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)  # fmt: skip
                 store(state, s, now)
                 flowed, dissipated = works(before, now, l, pressures[s], dt)
                 flowed, dissipated = mass * flowed, mass * dissipated
@@ -243,7 +256,7 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                           now.plastic_strain, now.damage, now.memory)  # fmt: skip
             swelling = divergence(rate.l) - rate.density
             ahead, p, c, l, thicker = strained(
-                ahead, stage, rate.l, swelling, rate.hoop, table, models, m, h_low, h_high)  # fmt: skip
+                ahead, stage, rate.l, swelling, rate.hoop, least, table, models, m, h_low, h_high)  # fmt: skip
             pressures[s], lengths[s], longest = p, ahead.h, max(longest, ahead.h)
             shear = shear_modulus(table, models, m, ahead.rho, ahead.e, p)
             c_l, c_t = longitudinal_speed(c, ahead.rho, shear), shear_speed(ahead.rho, shear)
@@ -271,4 +284,4 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
         extremes[i, SPEED2], extremes[i, LENGTH], extremes[i, SIZE] = fastest, longest, size
 
 
-PARTS = (loaded, store, measured, remember, moved, strained, works, ring_radius, viscous_share)
+PARTS = (loaded, store, measured, remember, moved, sparsest, strained, works, ring_radius, viscous_share)

@@ -1,6 +1,7 @@
 """What a material bears at most across a plane: the limits of a traction between particles.
 
-tension  -p_min + |S|  with a pressure cut-off,  0 of a gas and of failed material,  else without limit
+tension  -p_least + |S|,  p_least the lowest pressure that the material bears at its damage: 0 of a gas and of failed
+         material, a cut-off where there is one, of crushed ceramic what is left of its tensile strength; else no limit
 shear    Y / sqrt(3),  0 of failed material,  without limit where nothing yields
 """
 
@@ -12,8 +13,8 @@ from ..core.jit import compiled
 from ..core.tensors import divergence, double_dot, plus_identity, stretching
 from .eos.ideal_gas import IdealGas
 from .eos.jwl import JonesWilkinsLee
-from .response import flow_stress
-from .slots import EOS_TAG, FAILED_FRICTION, PRESSURE_MINIMUM, STRENGTH_TAG
+from .response import flow_stress, least_pressure
+from .slots import DAMAGE_TAG, EOS_TAG, FAILED_FRICTION, STRENGTH_TAG, parameters
 from .strength import JohnsonHolmquist, NoStrength, Rock
 
 _GAS, _PRODUCTS = IdealGas.tag, JonesWilkinsLee.tag
@@ -37,10 +38,10 @@ def failed(table, models, m, damage):
 @compiled
 def bearable_tension(table, models, m, s, damage):
     """Return the largest normal traction [Pa] at the deviator `s`, six components [Pa]."""
-    if models[m, EOS_TAG] in (_GAS, _PRODUCTS) or failed(table, models, m, damage):
-        return sqrt(double_dot(s, s))
-    least = table[m, PRESSURE_MINIMUM]
-    return sqrt(double_dot(s, s)) - least if least > -UNLIMITED else UNLIMITED
+    deviator = sqrt(double_dot(s, s))
+    if models[m, EOS_TAG] in (_GAS, _PRODUCTS):
+        return deviator
+    return deviator - least_pressure(models[m, DAMAGE_TAG], damage, parameters(table, m))
 
 
 @compiled

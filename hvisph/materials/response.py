@@ -148,6 +148,12 @@ def _borne(damage_tag, p, felt, row):
 
 
 @compiled
+def least_pressure(damage_tag, damage, row):
+    """Lowest pressure [Pa] that the material bears at its damage: -1e300 where nothing limits its tension."""
+    return _borne(damage_tag, -1e300, _felt(damage, row), row)
+
+
+@compiled
 def _pressure(tag, rho, e, memory, row):
     """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first number remembered."""
     if row[DISTENSION] > 1.0:

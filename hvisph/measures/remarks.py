@@ -17,6 +17,8 @@ CLUMPED, CLUMPS = 0.3, 0.01
 BELOW_ZERO, TORN = 1e-3, 0.01
 # Particles nearer than so many spacings hang together.
 LINK = 2.0
+# A piece of at least this share of the largest was cut off, not torn, where its edge had flowed by this plastic strain.
+PIECE, CUT = 0.25, 0.5
 
 
 def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequence[bool], spacing: float,
@@ -46,8 +48,9 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
         position = now.fields["position"][mine]
         told += [f"{name}: {text}" for text in _of_body(now, mine, position)]
         if has_no_damage:
-            before = start.fields["position"][start.body == number]
-            told += [f"{name}: {text}" for text in _torn(position, before, spacing)]
+            before = start.fields["position"][mine]
+            strain = now.fields["plastic_strain"][mine] if "plastic_strain" in now.fields else np.zeros(mine.sum())
+            told += [f"{name}: {text}" for text in _torn(position, before, strain, spacing)]
     return [*told, *_energy(now, start)]
 
 
@@ -65,16 +68,30 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray) -> Iterator[
         )
 
 
-def _torn(position: np.ndarray, before: np.ndarray, spacing: float) -> Iterator[str]:
-    def parted(at: np.ndarray) -> float:
-        return float((connected_groups(at, spacing, LINK) != 0).mean())
-
-    share = parted(position)
-    if share > TORN and share > parted(before) + TORN:
+def _torn(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spacing: float) -> Iterator[str]:
+    links, pieces = _links(before, spacing), connected_groups(position, spacing, LINK)
+    sizes = np.bincount(pieces)
+    large = np.flatnonzero(sizes >= PIECE * sizes[0])
+    sound = [piece for piece in large if piece == 0 or _is_cut(pieces == piece, links, strain)]
+    share = 1.0 - float(sizes[sound].sum()) / len(position)
+    if share > TORN and share > float((connected_groups(before, spacing, LINK) != 0).mean()) + TORN:
         yield (
             f"{100 * share:.2g} % of it has torn off, and its material has no model of damage: where and when a "
             "lattice of particles tears is not physics; give the material `damage`"
         )
+
+
+def _links(position: np.ndarray, spacing: float) -> np.ndarray:
+    """Return the pairs (n, 2) of particles that hang together at `position`."""
+    from scipy.spatial import cKDTree
+
+    return cKDTree(position.reshape(len(position), -1)).query_pairs(LINK * spacing, output_type="ndarray")
+
+
+def _is_cut(piece: np.ndarray, links: np.ndarray, strain: np.ndarray) -> bool:
+    """Whether a piece was cut off by flow: what a penetrator parts has flowed, what tears in tension hardly has."""
+    broken = links[piece[links[:, 0]] != piece[links[:, 1]]]
+    return len(broken) > 0 and float(np.median(strain[broken])) >= CUT
 
 
 def _energy(now: Snapshot, start: Snapshot) -> Iterator[str]:

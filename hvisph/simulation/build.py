@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +10,9 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
+from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.protocol import AnyStepper
+from hvisph.formulations.riemann import Riemann
 from hvisph.formulations.stepper import Stepper
 from hvisph.integrators.criteria import Criteria
 from hvisph.integrators.scheme import SCHEMES
@@ -26,6 +28,9 @@ from hvisph.sph.symmetry import AXIS, Plane
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
+
+# Spacings that differ by more than this share of the case's are unlike; filling a shape exactly changes them by less.
+UNLIKE = 0.005
 
 
 @dataclass
@@ -108,8 +113,9 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)
     lengths = np.full(particles.count, h)
-    if formulation.stepper is Stepper:  # the others have one smoothing length for all
+    if isinstance(formulation, Riemann | Eulerian):  # the others have one smoothing length for all
         lengths = formulation.h_over_dx * np.concatenate([body.spacing for body in placed])
+        formulation = replace(formulation, unlike=bool(np.ptp(lengths) > UNLIKE * h))
     particles["smoothing_length"] = lengths
     means = [particles["velocity"][particles.body == number].mean(axis=0) for number in range(len(placed))]
     own = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]

@@ -36,9 +36,9 @@ Between different bodies (PARTED), with normal and gate of `sph.laws.interface` 
     u*_a = u_a + (t* - t_a)/Z_a,  u*_b = u_b - (t* - t_b)/Z_b    each side's own, equal where t* is the full one
     D    = F . (u*_b - u*_a)/2 >= 0                              heat of slip and of the gate, to each side
 
-and the velocity gradient takes the pair by its gate. In all forms the energies of a pair and the work of its force
-sum to nothing. Rings of solids of revolution (REVOLVED) add what `sph.laws.rings` says; in the printed form their
-velocity gradient is renormalised.
+and the velocity gradient takes the pair by its gate. Bodies of UNLIKE spacings meet as `sph.laws.unlike` says. In all
+forms the energies of a pair and the work of its force sum to nothing. Rings of solids of revolution (REVOLVED) add what
+`sph.laws.rings` says; in the printed form their velocity gradient is renormalised.
 
 Source: Parshikov & Medin 2002 as used by Mehra & Chaturvedi 2006; reconstruction after van Leer 1979; h that
 follows density after Springel & Hernquist 2002.
@@ -89,9 +89,13 @@ from .edges import at_edges
 from .interface import across
 from .limiters import TINY
 from .rings import ring_weight
+from .unlike import ENTRIES, along_normal, depth, stretched
+
+# Where in the constants the tables of depths begin.
+DEPTH_TABLE = 2
 
 # Options of the law, off unless bound.
-RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = ONLY_OTHER = REVOLVED = 0
+RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = UNLIKE = ONLY_OTHER = REVOLVED = 0
 
 # Slope of the shock's speed over its jump of velocity, for the impedance; metals have 1.2 to 1.5.
 SHOCK_SLOPE = 1.2
@@ -108,11 +112,11 @@ NO_SHEAR = 1e-4
 
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
-               following: bool = False, revolved: bool = False) -> RowLayout:  # fmt: skip
+               following: bool = False, revolved: bool = False, unlike: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
-    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, FILLS and ENDS N and O of its body, RING and
-    HOOP radius and hoop stress of a ring.
+    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, FILLS and ENDS N and O of its body, DEPTH
+    how deep it lies in it, RING and HOOP radius and hoop stress of a ring.
     """
     fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("zn", "scalar"),
               ("zt", "scalar"), ("t", "symmetric")]  # fmt: skip
@@ -120,6 +124,8 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
         fields += [("rho", "scalar"), ("bear", "scalar"), ("shear", "scalar"), ("order", "scalar")]
     if parted:
         fields += [("body", "scalar"), ("fills", "vector"), ("ends", "vector")]
+    if unlike:
+        fields.append(("depth", "scalar"))
     if revolved:
         fields.append(("ring", "radius"))
     if reconstruct:
@@ -146,7 +152,8 @@ def gradients(near, n, rows, i, constants, out):
         g = times(-b[V] * scale(ih) * slope(r * ih) / r, dx)
         if PARTED:
             other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
-            fills = plus(fills, times(other, g))
+            if not UNLIKE:
+                fills = plus(fills, times(other, g))
             g = times(1.0 - other, g)
             ends = minus(ends, g)
         if RECONSTRUCTION:
@@ -154,8 +161,12 @@ def gradients(near, n, rows, i, constants, out):
             of_u = plus(of_u, outer(minus(vector(b, U, DIM), u), g))
             of_s = plus(of_s, outer(minus(symmetric(b, T, DIM), s), g))
     if PARTED:
-        put(out, i, FILLS, totals(fills))
-        put(out, i, ENDS, totals(ends))
+        lacking = totals(ends)
+        put(out, i, ENDS, lacking)
+        if UNLIKE:
+            out[i, DEPTH] = depth(lacking, h, constants[DEPTH_TABLE + (DIM - 1) * ENTRIES :])
+        else:
+            put(out, i, FILLS, totals(fills))
     if RECONSTRUCTION:
         inverse, _ = sound_inverse(matrix(totals(moment)))
         put(out, i, GU, product(totals(of_u), inverse))
@@ -208,6 +219,11 @@ def accumulate(near, n, rows, i, constants, out):
                 g, approach = g * other, approach * other
             e, cosine, gate = across(e, other, fills, vector(b, FILLS, DIM), ends, vector(b, ENDS, DIM))
             g, half, weight = g * cosine, same, same + other * gate
+            if UNLIKE:
+                ik = along_normal(rows[i, DEPTH], h, b[DEPTH], b[H])
+                q, s_n, _ = stretched(dx, e, ik, ih)
+                across_faces = -2.0 * scale(ih) / (ih * ih * h * b[H]) * slope(q) * s_n * ik / (q + TINY)
+                g, weight = g + other * (across_faces - g), weight * (same + other * (ik * h))
         mu = larger_lanes(mu, min(b[V] * many, 1.0) * approach)
         vg = worked = b[V] * g
         if REVOLVED:
@@ -280,7 +296,11 @@ def accumulate(near, n, rows, i, constants, out):
         if CONSISTENT or REVOLVED:
             moment = plus(moment, symmetric_outer(times((0.5 * weight) * vg * dot(dx, e), e), e))
         if CONSISTENT:
-            number += weight * g * dot(us, e)
+            crowd = g
+            if UNLIKE:
+                for _ in range(DIM):
+                    crowd = crowd * (same + other * (b[H] / h))
+            number += weight * crowd * dot(us, e)
             if FOLLOWING:
                 q, receding = r / h, weight * dot(minus(v, u), e)
                 number -= 0.5 * g * receding

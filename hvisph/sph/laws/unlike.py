@@ -1,0 +1,89 @@
+"""Contact of bodies whose spacings, and so smoothing lengths, are unlike: distances in the measure of each side.
+
+    d_a   how deep a lies under the face of its body: w(d_a / h_a)/h_a = |O_a|, w the kernel's sum over a plane
+    k     = (d_a/h_a + d_b/h_b) / (d_a + d_b)           1/h along the normal n, each side's distance over its own length
+    q^2   = (k s)^2 + (t/h_ab)^2,   s = r . n,  t = |r - s n|,  h_ab = (h_a + h_b)/2
+    G     = |w'(q)| norm / (h_a h_b h_ab^(dim - 1)) k s/q               in place of |dW/dr| e . n
+
+Over faces that touch G sums to what the face of the own body lacks, on both sides, whatever the ratio of the spacings:
+with one length for both it does not, so that neither does pressure balance nor a gate know that the faces touch. With
+equal lengths it is |dW/dr| e . n. Velocity gradients and rates of density of a take the pair by k h_a, for its
+distance is s k h_a in the measure of a, and the rate by the number (h_b/h_a)^dim of particles of a in the room of one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.core.jit import compiled
+from hvisph.core.lanes import LANES
+from hvisph.core.simd import neighbours
+from hvisph.core.tensors import dot, minus, no_vector, own_vector, plus, put, spread, times, totals, vector
+from hvisph.sph.kernels import Kernel
+
+# Of the table of depths: its length, and the largest sqrt(-2 ln(w(q)/w(0))) in it.
+DEPTHS, FAINTEST = 33, 4.0
+ENTRIES = DEPTHS + 1
+# The least depth, in lengths: a particle has some size.
+LEAST = 0.05
+TINY = 1e-30
+
+
+def depths(kernel: Kernel) -> np.ndarray:
+    """Return tables of depth for 1, 2 and 3 dimensions, one after another, `ENTRIES` numbers each.
+
+    Each is w(0), w being the kernel's sum over a plane, and the depth over h at `DEPTHS` even steps of
+    sqrt(-2 ln(w(q)/w(0))) from 0 to `FAINTEST`.
+    """
+    q, radii = np.linspace(0.0, kernel.reach, 201), np.linspace(0.0, kernel.reach, 2001)
+    t = (np.arange(400) + 0.5) * (kernel.reach / 400)  # distance along the plane
+    tables = []
+    for dim, around in ((1, None), (2, np.full_like(t, 2.0)), (3, 2.0 * np.pi * t)):
+        value = np.array([kernel.value(float(each), 1.0, dim) for each in radii])
+        if around is None:
+            w = np.interp(q, radii, value)
+        else:
+            w = np.array([(np.interp(np.hypot(each, t), radii, value) * around).sum() for each in q]) * (t[1] - t[0])
+        faint = np.sqrt(-2.0 * np.log(np.maximum(w / w[0], TINY)))
+        tables += [w[:1], np.interp(np.linspace(0.0, FAINTEST, DEPTHS), faint, q)]
+    return np.concatenate(tables)
+
+
+@compiled
+def depth(ends, h, table):
+    """Return the depth [m] under its body's face of what lacks `ends` [1/m] of its kernel's sum, at most the reach."""
+    lacks = np.sqrt(dot(ends, ends)) * h / table[0]
+    faint = np.sqrt(2.0 * max(-np.log(lacks + TINY), 0.0)) * ((DEPTHS - 1) / FAINTEST)
+    step = min(int(faint), DEPTHS - 2)
+    share = min(faint - step, 1.0)
+    return h * max(table[1 + step] + share * (table[2 + step] - table[1 + step]), LEAST)
+
+
+@compiled
+def along_normal(depth_a, h_a, depth_b, h_b):
+    """Return k [1/m], the inverse length along the normal."""
+    return (depth_a / h_a + depth_b / h_b) / (depth_a + depth_b)
+
+
+@compiled
+def stretched(dx, n, inverse_length, inverse_mean):
+    """Return q, s [m] and the vector t [m] of a pair."""
+    s = dot(dx, n)
+    t = minus(dx, times(s, n))
+    return np.sqrt(s * s * inverse_length * inverse_length + dot(t, t) * inverse_mean * inverse_mean), s, t
+
+
+def facing(near, n, rows, i, constants, out):
+    """Write N, how the other bodies fill what particle `i` lacks, into its row: the law of a pass."""
+    x, h, under, ends = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, DEPTH], own_vector(rows, i, ENDS, DIM)
+    fills = spread(no_vector(DIM))
+    for k in range(np.uint64(0), n, np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
+        towards = minus(ends, vector(b, ENDS, DIM))
+        towards = times(1.0 / (np.sqrt(dot(towards, towards)) + TINY), towards)
+        ik, im = along_normal(under, h, b[DEPTH], b[H]), 2.0 / (h + b[H])
+        q, s, t = stretched(minus(vector(b, 0, DIM), x), towards, ik, im)
+        factor = -other * b[V] * scale(im) / (im * im * h * b[H]) * slope(q) / (q + TINY)
+        fills = plus(fills, plus(times(factor * s * ik, towards), times(factor * im * im / ik, t)))
+    put(out, i, FILLS, totals(fills))
