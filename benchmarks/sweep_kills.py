@@ -26,6 +26,7 @@ import psutil
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.run import run
 from hvisph.sweeps.begin import begin
+from hvisph.sweeps.folder import SweepFolder
 
 SPEED = "bodies.projectile.velocity.0"
 SETTINGS = {"resolution": "0.6 mm", "time.end": "3 us", "output.every": "3 us", "output.formats": ["hdf5"],
@@ -42,9 +43,13 @@ class Sweep:
         self.driver = None
 
     def keep(self):
-        """Start the driver where it is not running."""
+        """Start the driver where it is not running; what was killed too often without coming further is asked for."""
         if self.driver is None or self.driver.poll() is not None:
-            self.driver = subprocess.Popen(self.command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            marked = {self.folder.standing(member).status for member in self.folder.members()} & {"killed"}
+            again = ["--only", "failed"] if marked else []
+            self.driver = subprocess.Popen(
+                [*self.command, *again], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+            )
 
     def workers(self):
         """Return the processes that compute."""
@@ -67,6 +72,7 @@ class Sweep:
 
     def left(self):
         """Return how many cases have not ended."""
+        self.folder = SweepFolder(self.folder.path)  # what has ended is kept in mind, and may be begun again
         return sum(self.folder.standing(member).status != "done" for member in self.folder.members())
 
 
@@ -94,7 +100,7 @@ def harass(sweep, kills, rng, cluster):
         while sweep.starts() == seen and time.monotonic() < end and sweep.left():
             sweep.keep()
             time.sleep(0.05)
-        time.sleep(rng.uniform(0.0, 0.6))
+        time.sleep(rng.uniform(0.0, 2.0))
         kind = strike(sweep, rng, cluster)
         if kind:
             counts[kind] = counts.get(kind, 0) + 1

@@ -7,8 +7,13 @@ from pathlib import Path
 import pytest
 import yaml
 
+from hvisph.case.case import Case
+from hvisph.case.formulations.eulerian import EulerianFormulation
+from hvisph.case.materials import Material
+from hvisph.casefile.describe import spot_of
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import doubted
+from hvisph.core.kernels import REACH
 from hvisph.sweeps.plan import load_plan
 
 ROOT = Path(__file__).parents[1]
@@ -53,6 +58,25 @@ def test_commands_of_the_pages_exist():
     }
     assert named
     assert named <= known
+
+
+def tags(annotation):
+    """The values of `type` that may stand somewhere."""
+    return set(spot_of(annotation).models)
+
+
+def test_theory_has_a_word_on_every_model():
+    text = "".join(
+        (DOCS / page).read_text(encoding="utf-8") for page in PAGES if page.startswith(("theory/", "formulations/"))
+    )
+    of_case, of_material = Case.model_fields, Material.model_fields
+    wanted = tags(of_case["formulation"].annotation) | set(REACH) | {"leapfrog", "predictor_corrector", "staggered"}
+    for part in ("eos", "strength", "damage"):
+        wanted |= tags(of_material[part].annotation)
+    for part in ("contact", "correction", "viscosity"):
+        wanted |= tags(EulerianFormulation.model_fields[part].annotation)
+    unsaid = {tag for tag in wanted - {"none", "monaghan", "elastic"} if f"`{tag}`" not in text}
+    assert not unsaid
 
 
 def examples():
