@@ -96,13 +96,14 @@ def test_options_resume_with_the_same_bits(dim, further, tmp_path):
     assert_same_results(*stopped_and_resumed(row_of(materials, dim=dim, **settings), tmp_path))
 
 
-def test_flaws_pores_and_burn_resume_with_the_same_bits(tmp_path):
+@pytest.mark.parametrize("formulation", ["eulerian", "total_lagrangian"])
+def test_flaws_pores_and_burn_resume_with_the_same_bits(tmp_path, formulation):
     rock = HARDENING | {"damage": {"type": "grady_kipp", "weibull_k": 1e35, "weibull_m": 9.0, "seed": 3}}
     foam = HARDENING | {"density": 2700.0, "damage": {"type": "none"},
                         "porosity": {"distension": 1.5, "elastic_pressure": 1e7, "solid_pressure": 5e8}}  # fmt: skip
     jwl = {"type": "jwl", "a": 371.2e9, "b": 3.231e9, "r1": 4.15, "r2": 0.95, "omega": 0.3, "energy_density": 7e9,
            "detonation": {"points": [[0.0, 0.0]], "speed": 6930.0}}  # fmt: skip
-    case = row_of([rock, foam, {"density": 1630.0, "eos": jwl}], formulation={"type": "eulerian"},
+    case = row_of([rock, foam, {"density": 1630.0, "eos": jwl}], formulation={"type": formulation},
                   output={"every": 3e-7})  # fmt: skip
     whole, parts = stopped_and_resumed(case, tmp_path, 11)
     assert_same_results(whole, parts)

@@ -265,13 +265,57 @@ def test_failed_material_fails_for_good_in_principal_stress():
 def test_pores_crush_and_an_explosive_burns_in_the_stress_update():
     solid = MieGrueneisen(5350.0, 2.0, 1.34)
     porous = Material("al", 2700.0, solid, porosity=Porosity(1.3, 0.05e9, 0.7e9))
-    _, _, _, p, _, memory = recalled(porous, 2180.7692, 1e4, memory=(1.3, 0.0, 1.0, 0.0))
+    _, _, _, p, _, memory = recalled(porous, 2180.7692, 1e4, memory=(1.3, 0.0, 1.0, 0.0, 0.0))
     assert (memory[0], p) == pytest.approx((1.2395944, 1.1911381e8), rel=POINT)
     tnt = Material("tnt", 1630.0, JonesWilkinsLee(371.2e9, 3.231e9, 4.15, 0.95, 0.3, 7e9, 1630.0, burn_rate=1e6))
     for since, share in ((-1e-6, 0.0), (0.25e-6, 0.25), (2e-6, 1.0)):
-        p, memory = recalled(tnt, 1630.0, 4e6, memory=(since - 1e-9, 0.0, 1.0, 0.0), dt=1e-9)[3::2]
+        p, memory = recalled(tnt, 1630.0, 4e6, memory=(since - 1e-9, 0.0, 1.0, 0.0, 0.0), dt=1e-9)[3::2]
         assert p == pytest.approx(share * 8.2396955e9, rel=POINT, abs=1e-3)
         assert memory[0] == pytest.approx(since, abs=1e-15)
+
+
+def test_porous_material_has_the_solids_heat_and_its_share_of_the_strength():
+    """At rest it is at room temperature; deviators act on the solid's share of a section, 1/alpha."""
+    made = Material("al", 2703.0, EOS, VonMises(27.6e9, 0.3e9), porosity=Porosity(1.5, 0.05e9, 0.7e9), heat_capacity=900.0)
+    record = drive(made, "shear", 1.0, 0.05, 50)
+    assert record["temperature"][0] == pytest.approx(300.0)
+    assert record["von_mises_stress"][-1] == pytest.approx(0.3e9 / 1.5, rel=1e-9)
+    assert record["xy"][1] == pytest.approx(27.6e9 / 1.5 * 1e-3, rel=1e-6)
+    crushed = drive(made, "uniaxial_strain", 1.0, -0.6, 400)
+    assert crushed["von_mises_stress"][-1] == pytest.approx(0.3e9, rel=1e-9)
+    # what crushing takes, p d(1/rho) of some 0.3 GPa, is heat: 50 K and more, not the 1 K of an expanded solid
+    assert crushed["temperature"].min() == pytest.approx(300.0, abs=1.0)
+    assert crushed["temperature"][-1] > 350.0
+
+
+def test_a_smoothed_rate_forgets_a_tenth_a_step():
+    """A jump of the strain rate is felt bit by bit, as 1 - 0.9^k, and the yield stress with it."""
+    strength = CowperSymonds(80e9, 0.25e9, 40.4, 5.0)
+    l = np.diag([1e3, -0.5e3, -0.5e3]).ravel()
+    rate, memory, stress = 1e3, response.NOTHING, []
+    s = (0.0,) * 6
+    smoothed = Material("steel", 7850.0, EOS, strength, rate_smoothing=10)
+    assert smoothed.remembers
+    for k in range(40):
+        s, _, _, _, _, memory = recalled(smoothed, 7850.0, memory=memory, dt=1e-5, s=s, l=tuple(l))
+        assert memory[4] == pytest.approx(rate * (1.0 - 0.9 ** (k + 1)), rel=1e-12)
+        stress.append(np.sqrt(1.5 * sum(x * x * w for x, w in zip(s, (1, 1, 1, 2, 2, 2), strict=True))))
+    assert stress[-1] == pytest.approx(0.25e9 * (1.0 + (memory[4] / 40.4) ** 0.2), rel=1e-9)
+    at_once, *_ = recalled(Material("steel", 7850.0, EOS, strength), 7850.0, dt=1e-5, s=s, l=tuple(l))
+    assert 1.5 * at_once[0] == pytest.approx(0.25e9 * (1.0 + (rate / 40.4) ** 0.2), rel=1e-9)
+    kept = recalled(smoothed, 7850.0, memory=memory, dt=0.0, s=s, l=tuple(l))[5]
+    assert kept[4] == memory[4]  # no time, no change
+
+
+def test_a_point_of_brittle_rock_has_the_flaws_of_its_volume():
+    rock = Material("basalt", 2700.0, MieGrueneisen(3145.0, 2.0, 1.3), ElasticStrength(22.7e9), GradyKipp(4e35, 9.0))
+    record = drive(rock, "uniaxial_strain", 1e2, 0.004, 400)
+    assert record["damage"][-1] == 1.0
+    weakest = (1.0 / (4e35 * 1e-9)) ** (1.0 / 9.0)  # strain of the weakest flaw in a cubic millimetre
+    begins = record["xx"][np.flatnonzero(record["damage"] > 0.0)[0]]
+    bulk = 2700.0 * 3145.0**2
+    young = 9.0 * bulk * 22.7e9 / (3.0 * bulk + 22.7e9)
+    assert begins == pytest.approx(young * weakest, rel=0.02)
 
 
 def shear_stress(steps):

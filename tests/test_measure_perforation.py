@@ -7,8 +7,9 @@ import pytest
 from measure_bodies import MM, ball, box, snapshot
 
 from hvisph.core.measures import LAYER_CATALOGUE
-from hvisph.measures.layers import layer_measures, perforated, with_times
+from hvisph.measures.layers import layer_measures, perforated
 from hvisph.measures.measure import measure_snapshot
+from hvisph.measures.passage import Moment, moment_of, with_history
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.roles import roles_of
 from hvisph.measures.scene import Scene
@@ -172,14 +173,29 @@ def test_time_of_perforation_is_found_by_halving():
 
     def at(number):
         asked.append(number)
-        return 1e-6 * number, ["yes" if number >= 13 else "no", "yes" if number >= 61 else "not yet"]
+        states = ("yes" if number >= 13 else "no", "yes" if number >= 61 else "not yet")
+        return Moment(1e-6 * number, states, (number >= 17, False), {"passage_velocity": Result(10.0 * number, "m/s")})
 
-    first, second = with_times(layers, 65, at)
+    first, second = with_history(layers, 65, at)
+    assert first.results["passage_time"].value == pytest.approx(16.5e-6)
+    assert first.results["passage_velocity"].value == 170.0
+    assert "not behind" in second.results["passage_velocity"].reason
     assert first.results["perforation_time"].value == pytest.approx(12.5e-6)
     assert second.results["perforation_time"].value == pytest.approx(60.5e-6)
     assert first.results["perforation_time"].uncertainty == pytest.approx(0.5e-6)
-    assert len(asked) < 16
+    assert len(asked) < 20
     assert len(asked) == len(set(asked))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_projectile_as_it_passes_a_layer(dim):
+    start, now = holed(dim, 10 * MM, 500.0, (True, False))
+    moment = moment_of(Scene.of(now, start))
+    assert moment.passed == (True, False)
+    assert moment.projectile["passage_velocity"].value == pytest.approx(500.0)
+    assert moment.projectile["passage_largest_share"].value == pytest.approx(1.0)
+    assert moment_of(Scene.of(start, start)).passed == (False, False)
+    assert moment_of(Scene.of(start, start)).projectile is None
 
 
 def at_layer(start, now, number=0):

@@ -230,12 +230,12 @@ class JwlEos(StrictModel):
 
 
 class TableEos(StrictModel):
-    """A table of pressure and energy over density and temperature: SESAME's text (its table 301) or CSV."""
+    """A table of pressure and energy over density and temperature: SESAME's text (its table 301), CSV or HDF5."""
 
     type: Literal["table"] = "table"
     file: DataFile = Field(
-        description="SESAME text, or CSV with the columns density, temperature, pressure and energy in SI; beside "
-        "the case file unless the path is absolute"
+        description="SESAME text; CSV with the columns, or HDF5 (.h5, .hdf5) with the datasets, density, temperature, "
+        "pressure and energy in SI; beside the case file unless the path is absolute"
     )
     number: int | None = Field(default=None, description="SESAME number of the material; the first of the file")
 

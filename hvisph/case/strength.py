@@ -26,6 +26,15 @@ InverseTemperature = Annotated[float, Quantity(INVERSE_TEMPERATURE, minimum=0)]
 _SHEAR = "Shear modulus G [Pa]; left out where the equation of state is `elastic`, which implies it"
 
 
+class RateDependent(StrictModel):
+    """What models have that depend on the strain rate."""
+
+    rate_smoothing: Annotated[int, Field(strict=True, ge=0, le=10_000)] = Field(
+        default=0,
+        description="Steps over which the strain rate is smoothed, such as 10; 0: that of the step, noise and all",
+    )
+
+
 class NoStrength(StrictModel):
     """A fluid: no deviatoric stress."""
 
@@ -58,7 +67,7 @@ class LinearHardeningStrength(StrictModel):
     )
 
 
-class JohnsonCookStrength(StrictModel):
+class JohnsonCookStrength(RateDependent):
     """Y = (A + B eps_p^n) (1 + C ln(rate/reference)) (1 - T*^m), T* = (T - T_room)/(T_melt - T_room)."""
 
     type: Literal["johnson_cook"] = "johnson_cook"
@@ -93,7 +102,7 @@ class SteinbergGuinanStrength(StrictModel):
     initial_strain: NonNegativeNumber = Field(default=0.0, description="eps_i [-], at least 0")
 
 
-class SteinbergLundStrength(SteinbergGuinanStrength):
+class SteinbergLundStrength(SteinbergGuinanStrength, RateDependent):
     """Y = (Y_T(rate, T) + min(Y_A (1 + beta (eps_p + eps_i))^n, Ymax)) f: Steinberg-Guinan with a rate."""
 
     type: Literal["steinberg_lund"] = "steinberg_lund"  # type: ignore[assignment]
@@ -104,7 +113,7 @@ class SteinbergLundStrength(SteinbergGuinanStrength):
     peierls_stress: PositivePressure = Field(description="Y_P, limit of Y_T [Pa]")
 
 
-class ZerilliArmstrongStrength(StrictModel):
+class ZerilliArmstrongStrength(RateDependent):
     """fcc: Y = C0 + C2 eps_p^(1/2) E; bcc: Y = C0 + C1 E + C5 eps_p^n; E = exp(-C3 T + C4 T ln rate)."""
 
     type: Literal["zerilli_armstrong"] = "zerilli_armstrong"
@@ -120,7 +129,7 @@ class ZerilliArmstrongStrength(StrictModel):
     melt_temperature: PositiveTemperature | None = Field(default=None, description="Above it no strength is left [K]")
 
 
-class CowperSymondsStrength(StrictModel):
+class CowperSymondsStrength(RateDependent):
     """Y = (Y0 + H eps_p) (1 + (rate/D)^(1/q))."""
 
     type: Literal["cowper_symonds"] = "cowper_symonds"
@@ -150,7 +159,7 @@ class RockStrength(StrictModel):
     )
 
 
-class JohnsonHolmquistStrength(StrictModel):
+class JohnsonHolmquistStrength(RateDependent):
     """JH-2 of glass and ceramics: q_i = s_H A x^N f, q_f = s_H B (p/P_HEL)^M f, Y = q_i - D (q_i - q_f)."""
 
     type: Literal["johnson_holmquist"] = "johnson_holmquist"

@@ -64,7 +64,7 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     from hvisph.casefile.material_library import CONFIDENCE
     from hvisph.casefile.yaml_text import dump
     from hvisph.cli.words import paragraph, quantity, table
-    from hvisph.study.material_sheet import derived, hugoniot
+    from hvisph.study.material_sheet import beside_measured, derived, hugoniot
 
     lines = ["# SI units", dump(model.model_dump(mode="json", exclude={"name"})).rstrip()]
     notes = known.notes(name)
@@ -88,6 +88,12 @@ def _sheet(known: Any, name: str, model: Any) -> str:
             kelvin = f"{heat:.0f} K" if heat == heat else "unknown"
             shown.append((f"{u:g} m/s", f"{speed:.0f} m/s", quantity(pressure, "Pa"), f"{density:.0f} kg/m^3", kelvin))
         lines.append(table(shown))
+    beside = beside_measured(model, notes.hugoniot)
+    if beside:
+        apart = [100.0 * (ours / measured - 1.0) for _, measured, ours in beside]
+        mean, spread = sum(apart) / len(apart), sum(value**2 for value in apart) / len(apart)
+        lines += ["", f"beside {len(beside)} measured points from {beside[0][0]:g} to {beside[-1][0]:g} m/s its shock speed is "
+                      f"{mean:+.1f} % off in the mean, {spread**0.5:.1f} % in root mean square, {max(apart, key=abs):+.1f} % at most"]
     return "\n".join(lines)
 
 

@@ -77,6 +77,7 @@ CATALOGUE: dict[str, Field] = {
         Field("flaw_strain", "scalar", "", "strain of the weakest flaw; or Grady's limit to tension [Pa]"),
         Field("flaw_exponent", "scalar", "", "exponent of the number of active flaws"),
         Field("flaws", "scalar", "", "number of flaws"),
+        Field("strain_rate", "scalar", "1/s", "smoothed equivalent strain rate"),
     )
 }
 

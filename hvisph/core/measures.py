@@ -142,6 +142,13 @@ LAYER_CATALOGUE: dict[str, Measure] = {
     for measure in (
         _measure("perforated", "", _SOLID, "Whether the layer is perforated: 1 or 0", "perforated", "", 0),
         _measure("perforation_time", "s", _SOLID, "When a way first led through it", "perforated at", "us", 2),
+        _measure("passage_time", "s", _SOLID, "When the projectile's centre of mass was behind it",
+                 "passed at", "us", 2),
+        _measure("passage_velocity", "m/s", _SOLID, "Axial velocity of all of the projectile's matter then",
+                 "projectile's velocity then", "m/s", 1),
+        _measure("passage_largest_share", "", _SOLID, "Share of the projectile's mass in its largest piece then",
+                 "largest piece then", "%", 1),
+        _measure("passage_length", "m", _SOLID, "Length of that piece then", "its length then", "mm", 2),
         _measure("hole_diameter", "m", _SOLID, "Mean diameter of the hole over the layer's thickness",
                  "hole diameter", "mm", 2),
         _measure("hole_diameter_least", "m", _SOLID, "Least diameter in any direction and depth",

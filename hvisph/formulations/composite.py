@@ -93,12 +93,11 @@ class CompositeStepper(ReferenceChanges, Stepper):
         count = particles.count
         at, body = self._at_start, particles.body
         reach = formulation.kernel.reach * self.h
-        density = np.array([material.density for material in self.materials])[particles.material]
         self._moduli = np.array([(_young_modulus(one), 1.0 / one.first_yield) for one in self.materials])
         self._rates = np.zeros((count, rate_slots.width(dim) + 3 * formulation.revolved))
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)
-        self.swellings, self.volume = np.ones(count), particles["mass"] / density
+        self.swellings, self.volume = np.ones(count), particles["mass"] / particles["density"]
         start = np.eye(dim).ravel()
         if formulation.revolved:  # areas of the section, and the hoop stretch behind F
             self.volume /= 2.0 * np.pi * self._ring_radius(at)
@@ -114,7 +113,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         self._selection = Selection(at, body, reach, with_neighbours=formulation.spatial_correction.acts)
         self._bodies, self._numbers = body.astype(np.float64), particles.numbers()
         self._one_body = len(np.unique(body)) == 1
-        self._can_fail = any(material.damage.name == "johnson_cook" for material in self.materials)
+        self._can_fail = any(material.can_fail for material in self.materials)
         self._undamaged, self._none = np.zeros(count), np.zeros(count, bool)
         self._specialise()
         self._classify()
@@ -155,9 +154,11 @@ class CompositeStepper(ReferenceChanges, Stepper):
             "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": self._read, "PLACES": 3 * dim,
             "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
             "RENEWS": int(formulation.renew_strain is not None), "REVOLVED": int(formulation.revolved),
-            "equilibrium_state": response.equilibrium_state, "longitudinal_speed": response.longitudinal_speed,
+            "remembered_state": response.remembered_state, "longitudinal_speed": response.longitudinal_speed,
             "shear_modulus": response.shear_modulus,
-            **{name: self.particles.bindings()[name] for name in ("S_DENSITY", "S_PLASTIC_STRAIN")},
+            "REMEMBERS": int("memory" in self.particles.offsets), "S_MEMORY": 0,
+            **{name: at for name, at in self.particles.bindings().items()
+               if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_MEMORY")},
             "slope": kernel.slope,
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }  # fmt: skip

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import namedtuple
 
 # The state of a particle: position, velocity, density, specific internal energy, smoothing length, deviator
-# (six components), plastic strain, damage and memory (four numbers, see `materials.response`); what it stands for is
+# (six components), plastic strain, damage and memory (five numbers, see `materials.response`); what it stands for is
 # in `hvisph.core.fields`.
 State = namedtuple("State", "x u rho e h s plastic_strain damage memory")
 

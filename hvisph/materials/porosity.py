@@ -11,7 +11,8 @@ the solid. alpha solves alpha = A(p(alpha)) by bisection, since Newton's method 
     p_rho = P_r alpha/d,  p_e = P_e/d,  d = alpha + A'(p - rho P_r)
 
 with P_r, P_e the slopes of the solid at (alpha rho, e), and A' the crush curve's slope, 0 on unloading. The time
-step takes the solid's sound speed, to which the material stiffens when it unloads.
+step takes the solid's sound speed, to which the material stiffens when it unloads. Temperature and melting are those
+of the solid at alpha rho; shear modulus and yield stress are the solid's over alpha.
 
 Herrmann 1969, J. Appl. Phys. 40, 2490; Carroll & Holt 1972, J. Appl. Phys. 43, 1626;
 Jutzi et al. 2008, Icarus 198, 242.

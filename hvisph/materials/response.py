@@ -13,7 +13,8 @@ Yield returns radially (von Mises with the full deviator: S:S <= 2/3 Y^2). The p
 increment solves q - 3 G x = Y(eps_p + x) by one secant from the increment without hardening:
 exact for perfect plasticity and linear hardening. Where Y is concave (Johnson-Cook) it is above
 the solution by second-order terms and leaves the stress on the safe side of the new yield
-surface. Johnson-Cook's rate is the equivalent deviatoric strain rate of the step.
+surface. The strain rate of the models is the equivalent deviatoric one of the step; where `rate_smoothing` N is given,
+its running mean, to which a step adds 1/N.
 
 The energy handed in holds all the work done on the particle, plastic work included: heating by
 plastic work needs no term of its own.
@@ -66,6 +67,8 @@ from .slots import (
     INVERSE_HEAT_CAPACITY,
     KEEPS_STRESS,
     PRESSURE_MINIMUM,
+    RATE_WEIGHT,
+    RHO0,
     SHEAR_MODULUS,
     STRENGTH_TAG,
     parameters,
@@ -103,8 +106,11 @@ _ON_THE_SURFACE = 1.0 + 1e-13
 # A half-angle whose tangent the series gives to rounding.
 _SMALL_ANGLE_SQUARED = 2.5e-3
 # What a particle remembers beside plastic strain and damage: of porous material the distension, of an explosive the
-# time since its ignition [s], of JH-2 the pressure of bulking [Pa]; then flaws, or Grady's limit. This is none of it.
-NOTHING = (1.0, 0.0, 1.0, 0.0)
+# time since its ignition [s], of JH-2 the pressure of bulking [Pa]; then flaws, or Grady's limit; the smoothed strain
+# rate [1/s]. This is none of it.
+NOTHING = (1.0, 0.0, 1.0, 0.0, 0.0)
+# The strain rates that a smoothed one is held between [1/s].
+_SLOWEST, _FASTEST = 1e-6, 1e9
 
 
 @compiled
@@ -187,9 +193,11 @@ def equilibrium_state(table, models, m, rho, e, damage):
 
 
 @compiled
-def temperature_of(table, m, rho, e):
-    """Temperature [K] of a particle; not a number where no heat capacity is known."""
+def temperature_of(table, m, rho, e, memory):
+    """Temperature [K] of a particle with the first number of its memory; not a number without a heat capacity."""
     row = parameters(table, m)
+    if row[DISTENSION] > 1.0:
+        rho *= memory
     return temperature(rho, e, row) if row[INVERSE_HEAT_CAPACITY] > 0.0 else nan
 
 
@@ -200,6 +208,8 @@ def shear_modulus(table, models, m, rho, e, p):
     if strength != _STEINBERG_GUINAN and strength != _STEINBERG_LUND:
         return table[m, SHEAR_MODULUS]
     row = parameters(table, m)
+    if row[DISTENSION] > 1.0:
+        rho = max(rho, row[RHO0])
     melt = melt_temperature(rho, p, row)
     return row[SHEAR_MODULUS] * conditions(strength, rho, e, p, temperature(rho, e, row), melt, 0.0, 0.0, 0.0, row)[2]
 
@@ -208,7 +218,8 @@ def shear_modulus(table, models, m, rho, e, p):
 def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     """Yield stress [Pa] of the current state at the equivalent strain rate `rate` [1/s], and shear modulus [Pa].
 
-    The yield stress is infinite for an elastic solid and for a fluid, zero for what has failed and flows.
+    The yield stress is infinite for an elastic solid and for a fluid, zero for what has failed and flows. Of porous
+    material it is that of the solid at rest or denser, an upper limit.
     """
     row, strength = parameters(table, m), models[m, STRENGTH_TAG]
     felt = _felt(damage, row)
@@ -218,6 +229,8 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
         return row[FAILED_FRICTION] * max(p, 0.0), shear
     if strength in (_NO_STRENGTH, _ELASTIC):
         return inf, shear
+    if row[DISTENSION] > 1.0:
+        rho = max(rho, row[RHO0])
     t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
     homologous = homologous_temperature(e, t, melt, row)
     factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, felt, row)
@@ -262,7 +275,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     plastic_strain, damage
         Equivalent plastic strain and damage at its start.
     memory
-        Four more numbers, see `NOTHING`.
+        Five more numbers, see `NOTHING`.
     l
         Velocity gradient [1/s], best at the middle of the step: nine components row by row, xy = du_x/dy.
 
@@ -285,7 +298,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     limit = memory[1]
     if damage_tag == _GRADY_SPALL and damage < 1.0:
         damage, limit = _spalled(solid, rho, c, divergence(l), limit, row)
-    memory = (first, limit, memory[2], memory[3])
+    memory = (first, limit, memory[2], memory[3], memory[4])
     felt = _felt(damage, row)
     p = _borne(damage_tag, solid, felt, row)
     friction = row[FAILED_FRICTION]
@@ -300,13 +313,18 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
             damage, p = 1.0, max(p, 0.0)
         return no_symmetric(3), plastic_strain, damage, p, c, memory
 
-    shear = row[SHEAR_MODULUS]
+    shear, filled = row[SHEAR_MODULUS], 1.0
+    if row[DISTENSION] > 1.0:  # the solid's state; its stress acts on its share of a section
+        rho, filled = rho * first, 1.0 / first
     d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
     factor, offset = 1.0, 0.0
     strain_rate = homologous = t = melt = 0.0
     fails = damage_tag == _JOHNSON_COOK_DAMAGE and damage < 1.0
     if fails or strength >= _JOHNSON_COOK:
         strain_rate = sqrt((2.0 / 3.0) * double_dot(d, d))
+        if row[RATE_WEIGHT] > 0.0:
+            strain_rate = _smoothed(strain_rate, memory[4], dt, row)
+            memory = (first, limit, memory[2], memory[3], strain_rate)
         t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
         homologous = homologous_temperature(e, t, melt, row)
         if strength >= _JOHNSON_COOK:
@@ -314,6 +332,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
             shear *= share
     if damage_tag == _GRADY_KIPP and felt < 1.0 and not owns:
         s = times(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
+    shear *= filled
     half = times(shear * dt, d)
     s = plus(rotated(plus(s, half), times(0.25 * dt, curl(l))), half)
     if shear == 0.0:
@@ -321,7 +340,9 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     flow, increment = inf, 0.0
     if strength != _ELASTIC:
         rubble = felt >= 1.0 and not owns
-        flow = friction * max(p, 0.0) if rubble else yield_stress(strength, plastic_strain, factor, offset, row)
+        flow = friction * max(p, 0.0)
+        if not rubble:
+            flow = yield_stress(strength, plastic_strain, factor, offset, row) * filled
         trial_squared = 1.5 * double_dot(s, s)
         if trial_squared > flow * flow * _ON_THE_SURFACE:
             trial = sqrt(trial_squared)
@@ -329,7 +350,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
             increment = excess / (3.0 * shear)
             hardening = 0.0
             if not rubble:
-                hardening = yield_stress(strength, plastic_strain + increment, factor, offset, row) - flow
+                hardening = yield_stress(strength, plastic_strain + increment, factor, offset, row) * filled - flow
             increment *= excess / (excess + hardening)
             reached = trial - 3.0 * shear * increment
             s = times(reached / trial, s)
@@ -340,12 +361,20 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     if damage_tag > _JOHNSON_COOK_DAMAGE and damage < 1.0:
         s, damage, p, first = _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, increment, flow,
                                       strain_rate, row)  # fmt: skip
-        memory = (first, memory[1], memory[2], memory[3])
+        memory = (first, memory[1], memory[2], memory[3], memory[4])
     if _felt(damage, row) >= 1.0 and damage_tag != _CRUSHING:
         p = max(p, 0.0)
         if friction == 0.0 and not owns:
             s = no_symmetric(3)
     return s, plastic_strain, damage, p, c, memory
+
+
+@compiled
+def _smoothed(rate, before, dt, row):
+    """Strain rate [1/s] as the mean of the past that forgets a share of itself every step."""
+    if dt > 0.0:
+        before += row[RATE_WEIGHT] * (rate - before)
+    return min(max(before, _SLOWEST), _FASTEST)
 
 
 @called

@@ -43,6 +43,8 @@ class Material:
         Law of the melting point, where it is not the strength's own.
     failed_friction
         Friction of failed material [-], 0 where it flows.
+    rate_smoothing
+        Steps over which the strain rate is smoothed; 0 for that of the step.
     """
 
     name: str
@@ -56,10 +58,11 @@ class Material:
     total_energy: bool = False  # temperature from the whole energy, see `isentrope`
     melting: Lindemann | Simon | None = None  # law of the melting point; constant or the strength's own unless given
     failed_friction: float = 0.0  # of failed material [-]; `slots.KEEPS_STRESS` where failing takes nothing
+    rate_smoothing: int = 0  # steps over which the strain rate is smoothed
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "density")
-        slots.require_not_negative(self, "heat_capacity", "room_temperature")
+        slots.require_not_negative(self, "heat_capacity", "room_temperature", "rate_smoothing")
         if isinstance(self.damage, JohnsonCookDamage):
             if isinstance(self.strength, NoStrength):
                 raise CaseError("damage grows with plastic strain, but the material has no strength", where=self.name)
@@ -91,7 +94,13 @@ class Material:
         """Whether its particles carry more than density, energy, stress, plastic strain and damage."""
         burns = isinstance(self.eos, JonesWilkinsLee) and self.eos.burn_rate > 0.0
         remembering = (GradyKipp, GradySpall, JohnsonHolmquistDamage)
-        return burns or self.porosity is not None or isinstance(self.damage, remembering)
+        smooths = self.rate_smoothing > 0
+        return burns or smooths or self.porosity is not None or isinstance(self.damage, remembering)
+
+    @property
+    def can_fail(self) -> bool:
+        """Whether damage may reach 1: a cut-off that holds its tension never does."""
+        return bool(getattr(self.damage, "fails", not isinstance(self.damage, NoDamage)))
 
     def at_temperature(self, temperature: float) -> tuple[float, float]:
         """Return density [kg/m^3] and energy [J/kg] of the material at no pressure and `temperature` [K].
@@ -134,6 +143,7 @@ class Material:
         row[slots.DISTENSION] = 1.0
         row[slots.MELT_TEMPERATURE] = np.inf
         row[slots.FAILED_FRICTION] = self.failed_friction
+        row[slots.RATE_WEIGHT] = 1.0 / self.rate_smoothing if self.rate_smoothing else 0.0
         for model in (self.eos, self.strength, self.damage):
             model.pack(row, self.density)
         if self.heat_capacity > 0.0:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from hvisph.core.measures import LAYER_CATALOGUE
@@ -11,6 +11,10 @@ from hvisph.measures.marks import marks, unit_of
 from hvisph.measures.perforation import NO, NOT_YET, YES, Perforation, perforation
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import Scene
+
+
+# Measures that earlier moments tell, see `passage`.
+IN_TIME = ("perforation_time", "passage_time", "passage_velocity", "passage_largest_share", "passage_length")
 
 
 @dataclass(frozen=True)
@@ -63,41 +67,6 @@ def perforated(layers: Sequence[LayerMeasures]) -> Result:
     return meaningless("", f"not yet: {stopped.body}: {stopped.results['perforated'].reason.removeprefix('not yet: ')}")
 
 
-def with_times(layers: Sequence[LayerMeasures], count: int, moment: Callable[[int], tuple[float, Sequence[str]]]
-               ) -> tuple[LayerMeasures, ...]:  # fmt: skip
-    """Return the layers with the times at which they were perforated, found by halving among the snapshots.
-
-    Parameters
-    ----------
-    layers
-        Measured at the last of them.
-    count
-        Number of snapshots up to it.
-    moment
-        Returns the time [s] of the snapshot of an index, and the layers' states then.
-    """
-    known: dict[int, tuple[float, Sequence[str]]] = {}
-
-    def at(index: int) -> tuple[float, Sequence[str]]:
-        if index not in known:
-            known[index] = moment(index)
-        return known[index]
-
-    timed = []
-    for number, layer in enumerate(layers):
-        before, after = 0, count - 1
-        if layer.state != YES or count < 2 or at(before)[1][number] == YES:
-            timed.append(layer)
-            continue
-        while after - before > 1:
-            middle = (before + after) // 2
-            before, after = (before, middle) if at(middle)[1][number] == YES else (middle, after)
-        early, late = at(before)[0], at(after)[0]
-        time = Result(0.5 * (early + late), "s", 0.5 * (late - early))
-        timed.append(replace(layer, results=layer.results | {"perforation_time": time}))
-    return tuple(timed)
-
-
 def states(scene: Scene) -> list[str]:
     """Return whether every layer is perforated, in the order along the shot line."""
     return [_perforation(scene, body)[0] for body in scene.layers]
@@ -109,9 +78,10 @@ def _layer(scene: Scene, body: int) -> LayerMeasures:
     name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
     results = {"perforated": _answer(state, reason)}
     if state == YES:
-        results["perforation_time"] = meaningless("s", "a single moment does not tell when")
+        later = "a single moment does not tell when"
     else:
-        results["perforation_time"] = meaningless("s", f"not perforated: {reason}" if state else reason)
+        later = f"not perforated: {reason}" if state else reason
+    results |= {one: meaningless(LAYER_CATALOGUE[one].unit, later) for one in IN_TIME}
     if hole is None or plate is None:
         results |= {
             one: meaningless(unit_of(one, scene.space), reason) for one in LAYER_CATALOGUE if one not in results

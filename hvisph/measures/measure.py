@@ -4,136 +4,22 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.measures import CATALOGUE, reported
 from hvisph.measures.answer import answer
-from hvisph.measures.bars import bar, penetration_ratio
-from hvisph.measures.cloud import Cloud, cloud
-from hvisph.measures.debris import BodyFragments, debris
-from hvisph.measures.hollow import radii
-from hvisph.measures.layers import LayerMeasures, layer_measures, perforated, states, with_times
-from hvisph.measures.lengths import crater_diameter, extension, penetration
-from hvisph.measures.motion import momentum_transfer, residual_velocity
+from hvisph.measures.moment import History, Measures, measure_snapshot, unmeasured
+from hvisph.measures.passage import Moment, moment_of, with_history
 from hvisph.measures.plateau import before_release, plateau
-from hvisph.measures.plug import FEWEST, plug_and_lip
-from hvisph.measures.pressure import centre_pressure_peak, centre_tension_peak
-from hvisph.measures.residue import residue
-from hvisph.measures.result import MASS_UNITS, Result, meaningless
+from hvisph.measures.result import Result
 from hvisph.measures.scene import Scene
-from hvisph.measures.spall import pull_back
 from hvisph.measures.swing import LATELY, MOST, lately, swinging
-from hvisph.measures.voids import void_fraction
-from hvisph.measures.whole import Whole
 from hvisph.output.snapshot import Snapshot
 
-History = Mapping[str, np.ndarray]
-
-
-@dataclass(frozen=True)
-class Measures:
-    """The measures at one moment.
-
-    Parameters
-    ----------
-    source
-        The file or folder that was measured.
-    title
-        The case's title.
-    time, step
-        The moment [s] and the number of steps done.
-    results
-        By name; values in SI.
-    dimensions
-        1, 2 or 3.
-    unitless
-        Whether the case has no units.
-    fragments
-        Of every body, in the order of bodies: its connected groups with masses and velocities.
-    layers
-        What the shot did to every layer, in the order along the shot line.
-    answer
-        One line: which layers are perforated.
-    whole
-        How the whole model, which is what is measured, follows from what was computed.
-    projectile
-        What is left of the projectile, by name.
-    cloud
-        What flies on behind the perforated layers.
-    profile
-        Outline of a bar: ``distance`` from its foot and ``diameter`` [m]; empty where there is none.
-    series
-        Where every moment was asked for: all of them, in the order of time. This one is the last.
-    """
-
-    source: str
-    title: str
-    time: float
-    step: int
-    results: dict[str, Result]
-    dimensions: int = 3
-    unitless: bool = False
-    fragments: tuple[BodyFragments, ...] = field(default=(), compare=False, repr=False)
-    layers: tuple[LayerMeasures, ...] = ()
-    answer: str = ""
-    whole: Whole = field(default_factory=Whole)
-    projectile: dict[str, Result] = field(default_factory=dict)
-    cloud: Cloud = field(default_factory=lambda: Cloud({}))
-    profile: dict[str, list[float]] = field(default_factory=dict)
-    series: tuple[Measures, ...] = field(default=(), compare=False, repr=False)
-
-    def __getitem__(self, name: str) -> Result:
-        return self.results[name]
-
-    @property
-    def mass_unit(self) -> str:
-        """SI unit of a fragment's mass, which is one per depth or area in 2D and 1D; empty without units."""
-        return "" if self.unitless else MASS_UNITS[3 if self.whole.revolution else self.dimensions]
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the plain form for JSON: SI units throughout."""
-        plain: dict[str, Any] = {
-            "source": self.source,
-            "title": self.title,
-            "time": self.time,
-            "step": self.step,
-            "answer": self.answer,
-            "measures": {name: result.as_dict() for name, result in self.results.items()},
-            "layers": [layer.as_dict() for layer in self.layers],
-            "projectile": {"measures": {name: result.as_dict() for name, result in self.projectile.items()}},
-            "cloud": self.cloud.as_dict(),
-            "whole": self.whole.as_dict(),
-        }
-        if self.profile:
-            plain["profile"] = self.profile
-        if self.series:
-            plain["series"] = [moment.as_dict() for moment in self.series]
-        return plain
-
-    def fragments_as_dict(self, fewest: int = FEWEST) -> dict[str, Any]:
-        """Return the fragments in their plain form for JSON: SI units throughout.
-
-        Parameters
-        ----------
-        fewest
-            Particles of a fragment that is listed; smaller ones are summed up.
-        """
-        plain: dict[str, Any] = {
-            "source": self.source,
-            "title": self.title,
-            "time": self.time,
-            "step": self.step,
-            "mass_unit": self.mass_unit,
-            "bodies": [part.as_dict(fewest) for part in self.fragments],
-        }
-        if self.series:
-            plain["series"] = [moment.fragments_as_dict(fewest) for moment in self.series]
-        return plain
+__all__ = ["History", "Measures", "in_time", "measure", "measure_snapshot", "unmeasured"]
 
 
 def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
@@ -192,7 +78,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     history = reader.read_history(path) if (path / files_of.HISTORY).exists() else None
     if at == "all":
         moments = tuple(measure_snapshot(read(file), start, history, str(path)) for file in files)
-        known = [(moment.time, [layer.state for layer in moment.layers]) for moment in moments]
+        known = [one.moment for one in moments]
         moments = tuple(_timed(moment, number + 1, known.__getitem__) for number, moment in enumerate(moments))
         moments = tuple(_swung(moment, moments[:number]) for number, moment in enumerate(moments))
         return replace(moments[-1], series=moments)
@@ -223,9 +109,10 @@ def in_time(now: Measures, files: Sequence[Path], start: Snapshot | None,
 
     read = read or reader.read_snapshot
 
-    def moment(number: int) -> tuple[float, Sequence[str]]:
-        snapshot = read(files[number])
-        return snapshot.time, states(Scene.of(snapshot, start))
+    last = now.moment
+
+    def moment(number: int) -> Moment:
+        return last if number == len(files) - 1 else moment_of(Scene.of(read(files[number]), start))
 
     from hvisph.output import names
 
@@ -273,70 +160,6 @@ def _swung(now: Measures, earlier: Sequence[Measures]) -> Measures:
                    cloud=replace(now.cloud, results=swung(lambda one: one.cloud.results)))  # fmt: skip
 
 
-def _timed(now: Measures, count: int, moment: Callable[[int], tuple[float, Sequence[str]]]) -> Measures:
-    layers = with_times(now.layers, count, moment)
+def _timed(now: Measures, count: int, moment: Callable[[int], Moment]) -> Measures:
+    layers = with_history(now.layers, count, moment)
     return replace(now, layers=layers, answer=answer(layers, now.unitless))
-
-
-def measure_snapshot(
-    now: Snapshot, start: Snapshot | None = None, history: History | None = None, source: str = ""
-) -> Measures:
-    """Measure one moment held in memory.
-
-    Parameters
-    ----------
-    now
-        The moment.
-    start
-        The run's first snapshot; without it the axis and the plate come from `now` (see `scene`).
-    history
-        Columns of ``history.csv`` by name; peaks are taken up to the moment.
-    source
-        What to name as measured.
-    """
-    scene = Scene.of(now, start)
-    if not scene.is_projectile.any():
-        raise OutputError(f"{source or 'the snapshot'}: there is no particle of the projectile")
-    layers, one_bar = layer_measures(scene), bar(scene)
-    results = {
-        "perforated": perforated(layers),
-        **crater_diameter(scene),
-        "extension": extension(scene),
-        "penetration": penetration(scene),
-        "void_fraction": void_fraction(scene),
-        "centre_pressure_peak": centre_pressure_peak(history, now.time),
-        "centre_tension_peak": centre_tension_peak(history, now.time),
-        "residual_velocity": residual_velocity(scene, layers),
-        "momentum_transfer": momentum_transfer(scene),
-        **plug_and_lip(scene),
-        "penetration_ratio": penetration_ratio(scene, layers),
-        **one_bar.results,
-        **radii(scene),
-        **pull_back(history, now),
-    }
-    if now.dimensions == 1:
-        behind_shocks = plateau(scene)
-        results |= {"plateau_stress": behind_shocks.stress, "interface_velocity": behind_shocks.velocity}
-    results = {name: result.finite() for name, result in results.items()}
-    return Measures(
-        source=source,
-        title=str(now.metadata.get("title", "")),
-        time=now.time,
-        step=now.step,
-        results=results,
-        dimensions=now.dimensions,
-        unitless=now.metadata.get("units") == "none",
-        fragments=debris(scene),
-        layers=layers,
-        whole=scene.shot.whole,
-        projectile=residue(scene, layers),
-        cloud=cloud(scene, layers, now.metadata.get("witness")),
-        profile=one_bar.profile,
-        answer=answer(layers, now.metadata.get("units") == "none"),
-    )
-
-
-def unmeasured(now: Snapshot, reason: str) -> Measures:
-    """Return what there is of a moment that cannot be measured: every measure without a value."""
-    results = {name: meaningless(CATALOGUE[name].unit, reason) for name in reported(now.dimensions)}
-    return Measures("", str(now.metadata.get("title", "")), now.time, now.step, results, now.dimensions)

@@ -39,12 +39,12 @@ def pull_back(history: Mapping[str, np.ndarray] | None, now: Snapshot) -> dict[s
         if history is None or column not in history or "time" not in history:
             reason = f"the history has no column '{column}'"
             continue
-        found = _fall(np.asarray(history["time"], float), float(surface["sign"]) * np.asarray(history[column], float),
+        seen = _fall(np.asarray(history["time"], float), float(surface["sign"]) * np.asarray(history[column], float),
                       now.time)  # fmt: skip
-        if found is None:
+        if seen is None:
             reason = f"the surface at gauge '{name}' has not been pulled back"
             continue
-        time, fall, spread = found
+        time, fall, spread = seen
         half = 0.5 * float(surface["impedance"])
         return {"pull_back_velocity": Result(fall, "m/s", spread, time=time),
                 "spall_strength": Result(half * fall, "Pa", half * spread, time=time)}  # fmt: skip

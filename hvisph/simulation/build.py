@@ -151,12 +151,12 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
 
 def _refuse_memory(case: Case, made: list[Material]) -> None:
     """Refuse materials with a memory where a formulation's pressure has none."""
-    if case.formulation.type in ("eulerian", "riemann") and case.kinematics != "plane_stress":
+    if case.formulation.type != "projection" and case.kinematics != "plane_stress":
         return
     name, _ = next((n, m) for n, m in zip(case.bodies, made, strict=True) if m.remembers)
     raise CaseError(
-        "pores, programmed burn, grady_kipp, grady_spall and johnson_holmquist damage need the formulation eulerian or "
-        "riemann, in 1D, plane strain or 3D",
+        "pores, programmed burn, rate_smoothing, grady_kipp, grady_spall and johnson_holmquist damage need another "
+        "formulation than projection, and other kinematics than plane_stress",
         where=f"bodies.{name}.material",
     )
 

@@ -14,13 +14,16 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.core.jit import plain
 from hvisph.materials import isentrope, response
-from hvisph.materials.slots import INVERSE_HEAT_CAPACITY, values
+from hvisph.materials.damage import GradyKipp
+from hvisph.materials.slots import DISTENSION, INVERSE_HEAT_CAPACITY, values
 from hvisph.materials.table import Material, pack
+from hvisph.simulation.starting import with_cracks
 
 PATHS = ("shear", "uniaxial_strain", "uniaxial_stress", "cycle", "rotation")
 # What `drive` records, beside the strain.
 COLUMNS = ("xx", "yy", "zz", "xy", "xz", "yz", "pressure", "von_mises_stress", "plastic_strain", "damage", "density",
            "internal_energy", "temperature")  # fmt: skip
+VOLUME = 1e-9  # of the point [m^3]: flaws and cracks of brittle materials hang on it
 _SIDEWAYS = 40  # secant steps for stress-free sides
 
 
@@ -46,6 +49,7 @@ class PointRecord:
 
 class _Point:
     def __init__(self, material: Material):
+        material = with_cracks(material, VOLUME)
         self.row = material.whole_row
         self.table, self.models = pack([material])
         self.recall, self.heat = plain(response.recall), plain(isentrope.temperature)
@@ -58,6 +62,9 @@ class _Point:
             self.rho /= material.porosity.distension
         elif material.remembers:
             self.memory = (0.0, *self.memory[1:])
+        if isinstance(material.damage, GradyKipp):
+            least, exponent, number = material.damage.flaws("point", 1, VOLUME)[0].tolist()
+            self.memory = (self.memory[0], least, exponent, number, 0.0)
         self.p = 0.0
 
     def tried(self, l: np.ndarray, dt: float) -> tuple:
@@ -83,7 +90,8 @@ class _Point:
         """Return `COLUMNS`."""
         s = _matrix(self.s)
         stress = [*(np.diag(s) - self.p), s[0, 1], s[0, 2], s[1, 2]]
-        t = self.heat(self.rho, self.e, values(self.row))
+        solid = self.rho * self.memory[0] if self.row[DISTENSION] > 1.0 else self.rho
+        t = self.heat(solid, self.e, values(self.row))
         mises = float(np.sqrt(1.5 * (s * s).sum()))
         return [*stress, self.p, mises, self.plastic_strain, self.damage, self.rho, self.e, t]
 

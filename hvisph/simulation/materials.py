@@ -27,6 +27,7 @@ from hvisph.materials.eos import (
     StiffenedGas,
     Table,
     Tillotson,
+    Grid,
     read_grid,
 )
 from hvisph.materials.melting import Lindemann, Simon
@@ -46,6 +47,7 @@ from hvisph.materials.strength import (
     ZerilliArmstrong,
 )
 from hvisph.materials.table import Material
+from hvisph.output.eos_table import SUFFIXES, read_eos_table
 
 
 def material_of(model: Any, internal_energy: float = 0.0) -> Material:
@@ -71,6 +73,7 @@ def material_of(model: Any, internal_energy: float = 0.0) -> Material:
         heat.type == "total_energy",
         _melting(model.melting),
         _failed_friction(model.damage),
+        getattr(model.strength, "rate_smoothing", 0),
     )
 
 
@@ -109,10 +112,14 @@ def _eos(eos: Any, density: float, internal_energy: float) -> Any:
         case "jwl":
             return JonesWilkinsLee(eos.a, eos.b, eos.r1, eos.r2, eos.omega, eos.energy_density, density)
         case "table":
-            return Table(read_grid(Path(eos.file), eos.number), density)
+            return Table(_grid(Path(eos.file), eos.number), density)
         case "ideal_gas":
             return IdealGas(eos.gamma, internal_energy)
     raise ValueError(eos.type)
+
+
+def _grid(path: Path, number: int | None) -> Grid:
+    return Grid(**read_eos_table(path)) if path.suffix in SUFFIXES else read_grid(path, number)
 
 
 def _strength(strength: Any, shear: float) -> Any:

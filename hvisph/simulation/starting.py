@@ -16,24 +16,29 @@ from hvisph.simulation.bodies import PlacedBody
 from hvisph.simulation.materials import material_of
 
 # Fields that hold a particle's memory, in the order of `materials.response.NOTHING`.
-MEMORY = ("memory", "flaw_strain", "flaw_exponent", "flaws")
+MEMORY = ("memory", "flaw_strain", "flaw_exponent", "flaws", "strain_rate")
 
 
 def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
     """Return the material of a body, with what hangs on its particles: growth of cracks, width of the burn."""
     material = material_of(body.model.material, body.model.internal_energy)
-    if isinstance(material.damage, GradyKipp):
-        volume = float(body.volumes.mean()) * dx ** (3 - dim)
-        bulk, shear = material.density * material.bulk_sound_speed**2, material.shear_modulus
-        young = 9.0 * bulk * shear / (3.0 * bulk + shear)
-        speed = GradyKipp.speed_share * material.longitudinal_sound_speed
-        damage = replace(material.damage, crack_speed=speed, young_modulus=young, particle_volume=volume)
-        material = replace(material, damage=damage)
+    material = with_cracks(material, float(body.volumes.mean()) * dx ** (3 - dim))
     detonation = getattr(body.model.material.eos, "detonation", None)
     if isinstance(material.eos, JonesWilkinsLee) and detonation is not None:
         eos = replace(material.eos, burn_rate=detonation.speed / (BURN_SPACINGS * dx))
         material = replace(material, eos=eos)
     return material
+
+
+def with_cracks(material: Material, volume: float) -> Material:
+    """Return a material whose cracks, if it has any, grow through particles of a volume [m^3]."""
+    if not isinstance(material.damage, GradyKipp):
+        return material
+    bulk, shear = material.density * material.bulk_sound_speed**2, material.shear_modulus
+    young = 9.0 * bulk * shear / (3.0 * bulk + shear)
+    speed = GradyKipp.speed_share * material.longitudinal_sound_speed
+    damage = replace(material.damage, crack_speed=speed, young_modulus=young, particle_volume=volume)
+    return replace(material, damage=damage)
 
 
 def start_of(body: PlacedBody, material: Material) -> tuple[float, float]:
@@ -56,7 +61,7 @@ def start_of(body: PlacedBody, material: Material) -> tuple[float, float]:
 
 
 def remembered(body: PlacedBody, material: Material, dim: int, drawn: int, dx: float) -> np.ndarray:
-    """Return the memory that the particles of a body start with, of shape (count, 4)."""
+    """Return the memory that the particles of a body start with, of shape (count, 5)."""
     memory = np.tile(np.array(NOTHING), (len(body.positions), 1))
     memory[:, 0] = 0.0 if material.porosity is None else material.porosity.distension
     detonation = getattr(body.model.material.eos, "detonation", None)
@@ -71,5 +76,5 @@ def remembered(body: PlacedBody, material: Material, dim: int, drawn: int, dx: f
             memory[:, 0] = -detonation.time - distance / detonation.speed
     if isinstance(material.damage, GradyKipp):
         volume = float(body.volumes.sum()) * dx ** (3 - drawn)
-        memory[:, 1:] = material.damage.flaws(body.name, len(body.positions), volume)
+        memory[:, 1:4] = material.damage.flaws(body.name, len(body.positions), volume)
     return memory

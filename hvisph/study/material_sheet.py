@@ -66,6 +66,12 @@ def hugoniot(model: Any, velocities: Sequence[float] = SHOCKS) -> list[tuple[flo
     return rows
 
 
+def beside_measured(model: Any, points: Sequence[tuple[float, float]]) -> list[tuple[float, float, float]]:
+    """Return particle velocity, measured and model's shock speed [m/s] of points [up, Us], as far as the model goes."""
+    shocks = hugoniot(model, [up for up, _ in points])
+    return [(up, us, row[1]) for (up, us), row in zip(points, shocks, strict=False)]
+
+
 def picture(models: Sequence[Any], path: str | os.PathLike[str], points: Sequence[tuple[float, float]] = ()) -> Path:
     """Draw Hugoniot, strength against strain, rate and temperature of materials, and store it.
 

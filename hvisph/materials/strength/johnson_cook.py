@@ -81,7 +81,8 @@ def rate_and_heat_factor(strain_rate, homologous, row):
     if ratio > 1.0:
         factor += row[RATE_COEFFICIENT] * log(ratio)
     if homologous > 0.0:
-        factor *= 1.0 - homologous ** row[THERMAL_EXPONENT]
+        m = row[THERMAL_EXPONENT]
+        factor *= 1.0 - (homologous if m == 1.0 else homologous**m)  # a power costs more than all else here
     return factor
 
 

@@ -194,7 +194,8 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
                     full, swelling = with_zz(full, hoop), swelling + hoop
                 # mass over volume; of rings both are those of the section
                 m, rho = np.uint64(tags[i, 2]), rows[i, M] / (volume[i] * section)
-                p, c = equilibrium_state(table, models, m, rho, rows[i, E], rows[i, DAMAGE])
+                first = state[i, S_MEMORY] if REMEMBERS else 1.0
+                p, c = remembered_state(table, models, m, rho, rows[i, E], rows[i, DAMAGE], first)
                 shear = shear_modulus(table, models, m, rho, rows[i, E], p)
                 signals[i] = longitudinal_speed(c, rho, shear) + signal_alpha * c
                 pressures[i] = p

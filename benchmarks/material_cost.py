@@ -1,0 +1,77 @@
+"""What a step costs with one material and with another: Johnson-Cook and Tillotson against stiffened gas and von Mises.
+
+    python benchmarks/material_cost.py [--blocks 15] [--formulation riemann] [--three]
+
+The same impact with each of them, one thread, all in one process and in turn, block by block of twenty steps of one
+length: user CPU time, ratios block by block, their median.
+"""
+
+from __future__ import annotations
+
+import argparse
+import resource
+
+import numpy as np
+
+from hvisph.casefile.loader import load_case
+from hvisph.simulation.build import build
+from hvisph.simulation.run import set_threads
+
+GAS = "{type: stiffened_gas, sound_speed: 5328, gamma: 2.0}"
+GRUENEISEN = "{type: mie_gruneisen, sound_speed: 5328, gamma: 2.0, s1: 1.338}"
+TILLOTSON = ("{type: tillotson, bulk_modulus: 75.2 GPa, b_modulus: 65 GPa, a: 0.5, b: 1.63, reference_energy: 5e6, alpha: 5, "
+             "beta: 5, incipient_energy: 3e6, complete_energy: 13.9e6}")  # fmt: skip
+MISES = "{type: von_mises, shear_modulus: 27.6 GPa, yield_stress: 0.3 GPa}"
+COOK = ("{type: johnson_cook, shear_modulus: 27.6 GPa, a: 265 MPa, b: 426 MPa, n: 0.34, c: 0.015, m: 1.0, "
+        "melt_temperature: 775, heat_capacity: 875, room_temperature: 294}")  # fmt: skip
+MATERIALS = {
+    "stiffened gas, von Mises": (GAS, MISES),
+    "Mie-Grueneisen, von Mises": (GRUENEISEN, MISES),
+    "Tillotson, von Mises": (TILLOTSON, MISES),
+    "stiffened gas, Johnson-Cook": (GAS, COOK),
+    "Mie-Grueneisen, Johnson-Cook": (GRUENEISEN, COOK),
+    "Tillotson, Johnson-Cook": (TILLOTSON, COOK),
+}
+STEPS = 20
+
+
+def user_seconds() -> float:
+    """Return the user CPU time of this process so far [s]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_utime
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--blocks", type=int, default=15)
+    parser.add_argument("--formulation", default="riemann")
+    parser.add_argument("--three", action="store_true", help="a sphere in 3D in place of a disc in 2D")
+    arguments = parser.parse_args()
+    set_threads(1)
+    name = "sphere_on_plate" if arguments.three else "quickstart"
+    steppers = {}
+    for label, (eos, strength) in MATERIALS.items():
+        material = f"{{name: metal, density: 2700, eos: {eos}, strength: {strength}}}"
+        case = load_case(name, [f"bodies.{body}.material={material}" for body in ("projectile", "target")]
+                         + [f"formulation={{type: {arguments.formulation}}}", "expected={}"])  # fmt: skip
+        steppers[label] = build(case).stepper
+        steppers[label].start()
+    dt = 0.15 * case.resolution / 6000.0
+    found: dict[str, list[float]] = {label: [] for label in steppers}
+    for block in range(arguments.blocks + 1):
+        for label, stepper in steppers.items():
+            began = user_seconds()
+            for _ in range(STEPS):
+                stepper.complete(dt, dt)
+                stepper.evaluate()
+            if block:  # the first compiles
+                found[label].append((user_seconds() - began) / STEPS / stepper.particles.count)
+    least = np.array(next(iter(found.values())))
+    print(f"{name}, {arguments.formulation}, {stepper.particles.count} particles")
+    for label, times in found.items():
+        ratio = np.median(np.array(times) / least)
+        print(f"{label:<32}{1e6 * np.median(times):>8.3f} us a particle-step{ratio:>8.3f}")
+
+
+if __name__ == "__main__":
+    main()

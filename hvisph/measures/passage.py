@@ -1,0 +1,125 @@
+"""What earlier moments tell of the layers: when each was perforated, and how the projectile was as it passed.
+
+Both are found by halving among the snapshots. A layer is passed at the first of them in which the projectile's centre
+of mass is behind the layer's rear face.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hvisph.core.measures import LAYER_CATALOGUE
+from hvisph.measures.layers import LayerMeasures, states
+from hvisph.measures.perforation import YES
+from hvisph.measures.result import Result, meaningless
+from hvisph.measures.scene import Scene
+
+HALF = 0.5  # share of the mass below which the largest piece does not stand for the projectile
+PASSAGE = ("passage_time", "passage_velocity", "passage_largest_share", "passage_length")
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One moment as far as it tells of the layers.
+
+    Parameters
+    ----------
+    time
+        [s].
+    states
+        Whether every layer is perforated, in the order along the shot line.
+    passed
+        Whether the projectile's centre of mass is behind each of them.
+    projectile
+        By name of `PASSAGE`, without the time.
+    """
+
+    time: float
+    states: tuple[str, ...] = ()
+    passed: tuple[bool, ...] = ()
+    projectile: dict[str, Result] | None = None
+
+
+def moment_of(scene: Scene, known: Sequence[str] | None = None) -> Moment:
+    """Return what a moment tells; `known` are the states of its layers where they are known already."""
+    told = tuple(states(scene) if known is None else known)
+    if scene.now.dimensions == 1 or not {"velocity", "mass"} <= scene.now.fields.keys():
+        return Moment(scene.now.time, told, (False,) * len(told))
+    mass = scene.now.fields["mass"] * scene.is_projectile
+    if not mass.sum() > 0.0:
+        return Moment(scene.now.time, told, (False,) * len(told))
+    centre = (mass @ scene.position / mass.sum())[None]
+    plates = [scene.plate(body) for body in scene.layers]
+    passed = tuple(plate is not None and bool(plate.depth(centre)[0] > plate.thickness) for plate in plates)
+    return Moment(scene.now.time, told, passed, _projectile(scene, mass) if any(passed) else None)
+
+
+def with_history(layers: Sequence[LayerMeasures], count: int, moment: Callable[[int], Moment]
+                 ) -> tuple[LayerMeasures, ...]:  # fmt: skip
+    """Return the layers with the times at which they were perforated, and the projectile at its passages.
+
+    Parameters
+    ----------
+    layers
+        Measured at the last of the snapshots.
+    count
+        Number of snapshots up to it.
+    moment
+        What the snapshot of an index tells.
+    """
+    known: dict[int, Moment] = {}
+
+    def at(index: int) -> Moment:
+        if index not in known:
+            known[index] = moment(index)
+        return known[index]
+
+    timed = []
+    for number, layer in enumerate(layers):
+        results = dict(layer.results)
+        if layer.state == YES:
+            opened = _first(count, lambda index, number=number: at(index).states[number] == YES)  # type: ignore[misc]
+            if opened is not None:
+                results["perforation_time"] = _between(at(opened - 1).time, at(opened).time)
+            passed = _first(count, lambda index, number=number: at(index).passed[number])  # type: ignore[misc]
+            if passed is not None:
+                results |= at(passed).projectile or {}
+                results["passage_time"] = _between(at(passed - 1).time, at(passed).time)
+            elif count > 1:
+                reason = "the projectile's centre is not behind it yet"
+                results |= {name: meaningless(results[name].unit, reason) for name in PASSAGE}
+        timed.append(replace(layer, results={name: results[name] for name in LAYER_CATALOGUE}))
+    return tuple(timed)
+
+
+def _first(count: int, holds: Callable[[int], bool]) -> int | None:
+    """Return the first index for which something holds that holds from then on; None where it has always or never."""
+    before, after = 0, count - 1
+    if count < 2 or holds(before) or not holds(after):
+        return None
+    while after - before > 1:
+        middle = (before + after) // 2
+        before, after = (before, middle) if holds(middle) else (middle, after)
+    return after
+
+
+def _between(early: float, late: float) -> Result:
+    return Result(0.5 * (early + late), "s", 0.5 * (late - early))
+
+
+def _projectile(scene: Scene, mass: np.ndarray) -> dict[str, Result]:
+    largest = scene.shot_groups[0]
+    share = largest.mass / (scene.shot_mass or float(mass.sum()))
+    axial = scene.now.fields["velocity"][:, 0]
+    length = float(np.ptp(scene.position[largest.particles, 0])) + scene.spacing
+    broken = f"the projectile's largest piece holds {100.0 * share:.2g} % of its mass"
+    state = {
+        "passage_velocity": Result(float(mass @ axial / mass.sum()), "m/s"),
+        "passage_largest_share": Result(share, ""),
+        "passage_length": Result(length, "m", scene.spacing, spacing=scene.spacing, support=scene.support)
+        if share >= HALF else meaningless("m", broken),
+    }  # fmt: skip
+    return {name: result.finite() for name, result in state.items()}

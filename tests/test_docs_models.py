@@ -1,0 +1,57 @@
+"""The pages on models are made from the models, and their cases run."""
+
+import importlib.util
+import sys
+
+import pytest
+from test_docs import DOCS, ROOT
+
+from hvisph.casefile.loader import load_case
+from hvisph.simulation.materials import material_of
+from hvisph.simulation.run import run
+
+spec = importlib.util.spec_from_file_location("models_pages", DOCS / "models.py")
+models = importlib.util.module_from_spec(spec)
+sys.modules["models_pages"] = models
+spec.loader.exec_module(models)
+PAGES = {page[0]: page for page in models.pages()}
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_is_up_to_date(name):
+    page = (DOCS / "models" / f"{name}.md").read_text(encoding="utf-8")
+    assert page == models.text(*PAGES[name]), "run: python docs/models.py --write --pictures"
+    assert (DOCS / "models" / f"{name}.png").stat().st_size > 5000
+    assert f"models/{name}.md" in (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+
+
+def test_every_model_has_its_page():
+    written = {path.stem for path in (DOCS / "models").glob("*.md")}
+    assert written == set(PAGES)
+
+
+def cases(tmp_path, remembering):
+    (tmp_path / models.TABLE).write_text((DOCS / "models" / models.TABLE).read_text())
+    for name, (_, kind, *_) in PAGES.items():
+        path = tmp_path / f"{name}.yaml"
+        path.write_text(models.case_text(name, kind))
+        case = load_case(path, ["time.max_steps=20", "resolution=0.2 mm"])
+        material = next(iter(case.bodies.values())).material
+        if material_of(material, 1e5).remembers == remembering:
+            yield name, case
+
+
+def check(found, tmp_path):
+    for name, case in found:
+        summary = run(case, tmp_path / f"run {name}", threads=1).summary
+        assert summary["status"] == "done", name
+        assert abs(summary["conservation"]["energy_drift"] or 0.0) < 1e-9, name
+
+
+def test_the_cases_of_the_pages_run(tmp_path):
+    check(cases(tmp_path, False), tmp_path)
+
+
+@pytest.mark.slow
+def test_the_cases_of_models_with_a_memory_run(tmp_path):
+    check(cases(tmp_path, True), tmp_path)
