@@ -30,7 +30,11 @@ def draw(model: Any, kind: str, path: Path) -> None:
 def _state(model: Any) -> list[Panel]:
     material = material_of(model, 0.2e6)
     shocks = Panel("particle velocity [km/s]", "shock speed [km/s]")
-    rows = np.array(hugoniot(model, np.linspace(50.0, 3000.0, 40).tolist()), dtype=float) if model.eos.type != "ideal_gas" else []
+    rows = (
+        np.array(hugoniot(model, np.linspace(50.0, 3000.0, 40).tolist()), dtype=float)
+        if model.eos.type != "ideal_gas"
+        else []
+    )
     if len(rows):
         shocks.curves.append(("Hugoniot", rows[:, 0] * 1e-3, rows[:, 1] * 1e-3))
     pressures = Panel("density over that at rest", "pressure [GPa]")
@@ -64,7 +68,9 @@ def _strength(model: Any) -> list[Panel]:
         warm = Panel("temperature [K]", "yield stress at a strain of 0.05 [MPa]")
         t = np.linspace(250.0, 1400.0, 60)
         for rate in RATES:
-            warm.curves.append((f"{rate:g} 1/s", t, np.array([flow_at(material, float(one), 0.05, rate) for one in t]) * 1e-6))
+            warm.curves.append(
+                (f"{rate:g} 1/s", t, np.array([flow_at(material, float(one), 0.05, rate) for one in t]) * 1e-6)
+            )
         return [strains, warm]
     return [strains]
 
@@ -89,7 +95,10 @@ def _damage(model: Any) -> list[Panel]:
 
 def _pores(model: Any) -> list[Panel]:
     material = material_of(model)
-    there, solid = drive(material, "uniaxial_strain", 1e4, -0.45, 300), material_of(model.model_copy(update={"porosity": None}))
+    there, solid = (
+        drive(material, "uniaxial_strain", 1e4, -0.45, 300),
+        material_of(model.model_copy(update={"porosity": None})),
+    )
     dense = drive(solid, "uniaxial_strain", 1e4, -0.2, 300)
     crush = Panel("density [kg/m^3]", "pressure [GPa]")
     crush.curves += [("porous, crushed", there["density"], there["pressure"] * 1e-9),
@@ -118,10 +127,10 @@ def _melting(model: Any) -> list[Panel]:
 def _temperature(model: Any) -> list[Panel]:
     from hvisph.case.thermal import TotalEnergyTemperature
 
-    heat = Panel("particle velocity [km/s]", "temperature behind a shock [K]")
+    panel = Panel("particle velocity [km/s]", "temperature behind a shock [K]")
     heat = model.temperature
     other = TotalEnergyTemperature(heat_capacity=heat.heat_capacity, room_temperature=heat.room_temperature)
     for label, one in (("isentrope", model), ("total_energy", model.model_copy(update={"temperature": other}))):
         rows = np.array(hugoniot(one, np.linspace(50.0, 3000.0, 50).tolist()))
-        heat.curves.append((label, rows[:, 0] * 1e-3, rows[:, 4]))
-    return [heat]
+        panel.curves.append((label, rows[:, 0] * 1e-3, rows[:, 4]))
+    return [panel]

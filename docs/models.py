@@ -37,7 +37,8 @@ FIRM = "{type: von_mises, shear_modulus: 27.6 GPa, yield_stress: 290 MPa}"
 # Materials of the examples, where the library has none or one that shows more.
 MATERIALS = {
     "linear": "{density: 998, eos: {type: linear, bulk_modulus: 2.2 GPa}}",
-    "elastic": "{density: 2785, eos: {type: elastic, youngs_modulus: 70 GPa, poisson_ratio: 0.33}, strength: {type: elastic}}",
+    "elastic": "{density: 2785, eos: {type: elastic, youngs_modulus: 70 GPa, poisson_ratio: 0.33}, "
+               "strength: {type: elastic}}",
     "stiffened_gas": "aluminium-howell-ball",
     "mie_gruneisen": "copper-ofhc",
     "tillotson": "aluminium-tillotson",
@@ -49,13 +50,14 @@ MATERIALS = {
     "ideal_gas": "{density: 1.2, eos: {type: ideal_gas, gamma: 1.4}}",
     "strength elastic": f"{{density: 2703, eos: {ALUMINIUM}, strength: {{type: elastic, shear_modulus: 27.6 GPa}}}}",
     "von_mises": f"{{density: 2703, eos: {ALUMINIUM}, strength: {FIRM}}}",
-    "linear_hardening": f"{{density: 2703, eos: {ALUMINIUM}, strength: {{type: linear_hardening, shear_modulus: 27.6 GPa, "
-                        "yield_stress: 290 MPa, hardening_modulus: 500 MPa}}",
+    "linear_hardening": f"{{density: 2703, eos: {ALUMINIUM}, strength: {{type: linear_hardening, "
+                        "shear_modulus: 27.6 GPa, yield_stress: 290 MPa, hardening_modulus: 500 MPa}}",
     "johnson_cook": METAL,
     "steinberg_guinan": "copper-ofhc-steinberg",
-    "zerilli_armstrong": "{density: 8930, eos: {type: mie_gruneisen, sound_speed: 3940 m/s, s1: 1.489, gamma: 2.02}, strength: "
-                         "{type: zerilli_armstrong, lattice: fcc, shear_modulus: 47.7 GPa, c0: 65 MPa, c2: 890 MPa, c3: 0.0028 1/K, "
-                         "c4: 1.15e-4 1/K, melt_temperature: 1356 K}, temperature: {type: isentrope, heat_capacity: 383 J/(kg K)}}",
+    "zerilli_armstrong": "{density: 8930, eos: {type: mie_gruneisen, sound_speed: 3940 m/s, s1: 1.489, gamma: 2.02}, "
+                         "strength: {type: zerilli_armstrong, lattice: fcc, shear_modulus: 47.7 GPa, c0: 65 MPa, "
+                         "c2: 890 MPa, c3: 0.0028 1/K, c4: 1.15e-4 1/K, melt_temperature: 1356 K}, "
+                         "temperature: {type: isentrope, heat_capacity: 383 J/(kg K)}}",
     "cowper_symonds": f"{{density: 7850, eos: {STEEL}, strength: {{type: cowper_symonds, shear_modulus: 80 GPa, "
                       "yield_stress: 250 MPa, hardening_modulus: 500 MPa, reference_rate: 40.4 1/s, exponent: 5}}",
     "rock": "granite",
@@ -109,7 +111,11 @@ def case_text(name: str, kind: str) -> str:
     plain = name.removeprefix(f"{kind}-").replace("-", "_")
     body = f"    material: &material {material}" if material.startswith("{") else f"    material: {material}"
     again = "    material: *material" if material.startswith("{") else body
-    lines = [line for part in (body,) for line in textwrap.wrap(part, 118, subsequent_indent="      ", break_on_hyphens=False)]
+    lines = [
+        line
+        for part in (body,)
+        for line in textwrap.wrap(part, 118, subsequent_indent="      ", break_on_hyphens=False)
+    ]
     heat = ["    internal_energy: 0.2 MJ/kg"] if plain == "ideal_gas" else []
     if plain == "jwl":
         return "\n".join(["kinematics: uniaxial_strain", "resolution: 0.1 mm", "bodies:", "  charge:", *lines,
@@ -117,7 +123,8 @@ def case_text(name: str, kind: str) -> str:
                           "symmetry: [{axis: x}]", "time: {end: 2.5 us}"])  # fmt: skip
     speed = SPEEDS.get(plain, "300 m/s")
     return "\n".join(["kinematics: uniaxial_strain", "resolution: 0.05 mm", "bodies:", "  flyer:", *lines, *heat,
-                      "    shape: {type: interval, length: 2 mm}", f"    velocity: [{speed}]", "  target:", again, *heat,
+                      "    shape: {type: interval, length: 2 mm}", f"    velocity: [{speed}]",
+                      "  target:", again, *heat,
                       "    shape: {type: interval, length: 4 mm}",
                       "gauges: {rear: {type: free_surface, at: [3.9 mm], every: 1}}", "time: {end: 2 us}"])  # fmt: skip
 
@@ -158,7 +165,13 @@ def _prose(rest: str) -> str:
 def _default(value: Any) -> str:
     if value is None or value == ():
         return ""
-    return f"`{str(value).lower()}`" if isinstance(value, bool) else f"`{value:g}`" if isinstance(value, float) else f"`{value}`"
+    return (
+        f"`{str(value).lower()}`"
+        if isinstance(value, bool)
+        else f"`{value:g}`"
+        if isinstance(value, float)
+        else f"`{value}`"
+    )
 
 
 def _using(kind: str, models: list[Any]) -> list[str]:

@@ -276,7 +276,9 @@ def test_pores_crush_and_an_explosive_burns_in_the_stress_update():
 
 def test_porous_material_has_the_solids_heat_and_its_share_of_the_strength():
     """At rest it is at room temperature; deviators act on the solid's share of a section, 1/alpha."""
-    made = Material("al", 2703.0, EOS, VonMises(27.6e9, 0.3e9), porosity=Porosity(1.5, 0.05e9, 0.7e9), heat_capacity=900.0)
+    made = Material(
+        "al", 2703.0, EOS, VonMises(27.6e9, 0.3e9), porosity=Porosity(1.5, 0.05e9, 0.7e9), heat_capacity=900.0
+    )
     record = drive(made, "shear", 1.0, 0.05, 50)
     assert record["temperature"][0] == pytest.approx(300.0)
     assert record["von_mises_stress"][-1] == pytest.approx(0.3e9 / 1.5, rel=1e-9)

@@ -92,8 +92,12 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     if beside:
         apart = [100.0 * (ours / measured - 1.0) for _, measured, ours in beside]
         mean, spread = sum(apart) / len(apart), sum(value**2 for value in apart) / len(apart)
-        lines += ["", f"beside {len(beside)} measured points from {beside[0][0]:g} to {beside[-1][0]:g} m/s its shock speed is "
-                      f"{mean:+.1f} % off in the mean, {spread**0.5:.1f} % in root mean square, {max(apart, key=abs):+.1f} % at most"]
+        lines += [
+            "",
+            f"beside {len(beside)} measured points from {beside[0][0]:g} to {beside[-1][0]:g} m/s its shock speed is "
+            f"{mean:+.1f} % off in the mean, {spread**0.5:.1f} % in root mean square, "
+            f"{max(apart, key=abs):+.1f} % at most",
+        ]
     return "\n".join(lines)
 
 

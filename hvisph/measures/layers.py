@@ -12,7 +12,6 @@ from hvisph.measures.perforation import NO, NOT_YET, YES, Perforation, perforati
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import Scene
 
-
 # Measures that earlier moments tell, see `passage`.
 IN_TIME = ("perforation_time", "passage_time", "passage_velocity", "passage_largest_share", "passage_length")
 
@@ -77,10 +76,8 @@ def _layer(scene: Scene, body: int) -> LayerMeasures:
     state, reason, hole = _perforation(scene, body)
     name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
     results = {"perforated": _answer(state, reason)}
-    if state == YES:
-        later = "a single moment does not tell when"
-    else:
-        later = f"not perforated: {reason}" if state else reason
+    later = f"not perforated: {reason}" if state else reason
+    later = "a single moment does not tell when" if state == YES else later
     results |= {one: meaningless(LAYER_CATALOGUE[one].unit, later) for one in IN_TIME}
     if hole is None or plate is None:
         results |= {

@@ -18,6 +18,7 @@ from hvisph.materials.damage import (
 )
 from hvisph.materials.eos import (
     Elastic,
+    Grid,
     IdealGas,
     JonesWilkinsLee,
     Linear,
@@ -27,7 +28,6 @@ from hvisph.materials.eos import (
     StiffenedGas,
     Table,
     Tillotson,
-    Grid,
     read_grid,
 )
 from hvisph.materials.melting import Lindemann, Simon

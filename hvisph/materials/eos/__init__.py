@@ -10,7 +10,6 @@ from ..slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
 from . import elastic, ideal_gas, jwl, linear, mie_gruneisen, murnaghan, polynomial, stiffened_gas, table, tillotson
 from .elastic import Elastic
 from .grid import Grid as Grid
-from .grid import Grid as Grid
 from .grid import read_grid as read_grid
 from .ideal_gas import IdealGas
 from .jwl import JonesWilkinsLee
