@@ -7,11 +7,14 @@ import pytest
 from measure_bodies import MM, box, snapshot
 from test_measure_perforation import DX, holed, moment, plates, same, shot
 
+from hvisph.core.errors import CaseError
 from hvisph.core.measures import CLOUD_CATALOGUE, PROJECTILE_CATALOGUE
-from hvisph.measures.cloud import cloud, weighted_quantile
+from hvisph.measures.cloud import cloud
 from hvisph.measures.layers import layer_measures
 from hvisph.measures.measure import measure_snapshot
 from hvisph.measures.scene import Scene
+from hvisph.measures.statistics import weighted_quantile
+from hvisph.pictures.witness import witness_picture
 
 RATE = 1e5  # [1/s]
 
@@ -81,6 +84,19 @@ def test_what_a_witness_plane_receives():
     whole = (np.array(found.witness["areal_momentum"]) * np.pi * np.diff(edges**2)).sum()
     assert whole == pytest.approx(found.results["cloud_momentum"].value)
     assert found.witness["first"] == pytest.approx(1e-5 + ((100 * MM - x[:, 0]) / (RATE * (x[:, 0] - 5 * MM))).min())
+
+
+def test_a_witness_plane_is_drawn_with_its_pressure(tmp_path):
+    start, now = expanding(3, witness=100 * MM)
+    found = measure_snapshot(now, start).cloud
+    told = found.witness
+    assert told["impulse"] == pytest.approx(found.results["cloud_momentum"].value)
+    # all of it arrives within last - first but the last hundredth; a bin lasts no longer
+    least = np.array(told["areal_momentum"]) / (found.arrivals.when.max() - told["first"])
+    assert (np.array(told["pressure"]) >= 0.999 * least).all()
+    assert witness_picture(found, tmp_path / "plane.png", "cloud").stat().st_size > 10_000
+    with pytest.raises(CaseError, match="no witness plane"):
+        witness_picture(measure_snapshot(start, start).cloud, tmp_path / "none.png")
 
 
 def test_quarter_of_a_cloud_is_the_cloud():

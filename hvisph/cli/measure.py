@@ -54,6 +54,14 @@ def measure(
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw all measures over time; FILE.png or .pdf.")
     ] = None,
+    witness: Annotated[
+        Path | None,
+        typer.Option("--witness", metavar="FILE", help="Draw what the debris does to a witness plane; FILE.png."),
+    ] = None,
+    plane: Annotated[
+        str | None,
+        typer.Option("--plane", metavar="X", help="Witness plane along the shot line, 100mm; the case's unless given."),
+    ] = None,
     units: Annotated[
         str,
         typer.Option("--units", metavar="L,M,T", help="Of another code's files: length, mass and time; mm,g,us say."),
@@ -70,8 +78,12 @@ def measure(
 
     moment = _moment(at)
     measured = measure_source(source, "all" if plot is not None else moment, names=_names(field or []),
-                           units=_units(units))  # fmt: skip
+                              units=_units(units), witness=_plane(plane))  # fmt: skip
     _written(measured, csv, plot, fragments)
+    if witness is not None:
+        from hvisph.pictures.witness import witness_picture
+
+        witness_picture(measured.cloud, witness, measured.title)
     if as_json:
         from hvisph.cli.words import echo_json
 
@@ -80,7 +92,7 @@ def measure(
         return
     text = _fragments(measured, smallest or _fewest()) if fragments else _measures(source, measured, at)
     show(f"{harmless(measured.title or source)}\n{text}")
-    for file in (csv, plot):
+    for file in (csv, plot, witness):
         if file is not None:
             say(str(file))
 
@@ -110,6 +122,20 @@ def _moment(text: str | None) -> float | str | None:
         return parse_quantity(text, TIME)
     except ValueError as error:
         raise CaseError(f"{error}, or all", where="--at") from None
+
+
+def _plane(text: str | None) -> float | None:
+    """Return `--plane` in metres."""
+    if text is None:
+        return None
+    from hvisph.case.dimensions import LENGTH
+    from hvisph.case.units import parse_quantity
+    from hvisph.core.errors import CaseError
+
+    try:
+        return parse_quantity(text, LENGTH)
+    except ValueError as error:
+        raise CaseError(str(error), where="--plane") from None
 
 
 def _names(fields: list[str]) -> dict[str, str]:

@@ -142,6 +142,11 @@ LAYER_CATALOGUE: dict[str, Measure] = {
     for measure in (
         _measure("perforated", "", _SOLID, "Whether the layer is perforated: 1 or 0", "perforated", "", 0),
         _measure("perforation_time", "s", _SOLID, "When a way first led through it", "perforated at", "us", 2),
+        _measure("impulse", "N s", _SOLID, "Momentum along its normal that it has taken up", "impulse", "N s", 4),
+        _measure("struck_diameter", "m", _SOLID, "Width within which 90 % of what has arrived there is",
+                 "struck over", "mm", 2),
+        _measure("mean_pressure", "Pa", _SOLID, "Impulse over that width and the time since the first arrival",
+                 "mean pressure", "GPa", 4),
         _measure("passage_time", "s", _SOLID, "When the projectile's centre of mass was behind it",
                  "passed at", "us", 2),
         _measure("passage_velocity", "m/s", _SOLID, "Axial velocity of all of the projectile's matter then",

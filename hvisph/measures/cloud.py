@@ -19,9 +19,10 @@ from hvisph.measures.perforation import YES
 from hvisph.measures.plug import attached
 from hvisph.measures.result import ENERGY_UNITS, MASS_UNITS, MOMENTUM_UNITS, Result, meaningless
 from hvisph.measures.scene import Scene
+from hvisph.measures.statistics import weighted_quantile
+from hvisph.measures.witness import Arrivals, arrivals, received
 
 ANGLE_BIN = np.radians(2.0)
-WITNESS_BINS = 40
 FEWEST = 20  # particles of a cloud
 
 
@@ -38,12 +39,16 @@ class Cloud:
         ends [rad]), ``mass``, ``momentum``, ``energy``.
     witness
         What a plane across the shot line would receive if all flew on as it does: ``x`` [m], ``radius`` (upper ends
-        [m]), ``mass``, ``momentum``, ``energy`` and, in 3D, ``areal_momentum`` [Pa s]; empty without a plane.
+        [m]), ``mass``, ``momentum``, ``energy``, ``areal_momentum`` [Pa s] and the mean ``pressure`` [Pa] from the
+        first to 99 % of a bin's mass, and all of it: ``impulse``, ``first``, ``last`` [s]; empty without a plane.
+    arrivals
+        The particles behind that.
     """
 
     results: dict[str, Result]
     over_angle: dict[str, list[float]] = field(default_factory=dict)
     witness: dict[str, Any] = field(default_factory=dict)
+    arrivals: Arrivals | None = field(default=None, compare=False, repr=False)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON."""
@@ -85,7 +90,9 @@ def cloud(scene: Scene, layers: tuple[LayerMeasures, ...], witness: float | None
     number = int(np.ceil(angles.max() / ANGLE_BIN + 1e-9))
     over = _binned(angles, ANGLE_BIN, number, mass, velocity[:, 0], energy)
     ends = (ANGLE_BIN * (np.arange(number) + 1)).tolist()
-    return Cloud(results, {"angle": ends} | over, _on_witness(scene, rows, witness, energy))
+    came = arrivals(scene, rows, witness) if witness is not None else None
+    told = received(came, scene.space == 3, scene.spacing) if came is not None else {}
+    return Cloud(results, {"angle": ends} | over, told, came)
 
 
 def members(scene: Scene, layers: tuple[LayerMeasures, ...]) -> np.ndarray:
@@ -105,14 +112,6 @@ def members(scene: Scene, layers: tuple[LayerMeasures, ...]) -> np.ndarray:
     free &= np.isin(scene.now.body, list(known))
     free &= plate.depth(scene.position) > plate.thickness
     return np.flatnonzero(free & (scene.now.fields["velocity"] @ np.array(plate.basis[0]) > 0.0))
-
-
-def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
-    """Return the value that `share` of the weight does not exceed: the same for a part and its mirrored whole."""
-    order = np.argsort(values, kind="stable")
-    cumulated = np.cumsum(weights[order])
-    at = int(np.searchsorted(cumulated, share * cumulated[-1] * (1.0 - 1e-9)))
-    return float(values[order[min(at, len(order) - 1)]])
 
 
 def unit_of(name: str, dim: int) -> str:
@@ -165,39 +164,3 @@ def _binned(where: np.ndarray, width: float, number: int, mass: np.ndarray, axia
     bins = np.minimum((where / width + 1e-9).astype(int), number - 1)
     kinds = {"mass": mass, "momentum": mass * axial, "energy": energy}
     return {name: np.bincount(bins, weights, number).tolist() for name, weights in kinds.items()}
-
-
-def impacts(scene: Scene, rows: np.ndarray, x: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return which particles would reach the plane at `x` [m], where (n, dim - 1) [m] and when [s], flying straight."""
-    velocity = scene.now.fields["velocity"][rows]
-    ahead = x - scene.position[rows, 0]
-    reach = (velocity[:, 0] > 0.0) & (ahead >= 0.0)
-    chosen = rows[reach]
-    flight = ahead[reach] / velocity[reach, 0]
-    where = scene.lateral[chosen] + flight[:, None] * velocity[reach, 1:]
-    return chosen, where, scene.now.time + flight
-
-
-def _on_witness(scene: Scene, rows: np.ndarray, x: float | None, energy: np.ndarray) -> dict[str, Any]:
-    if x is None:
-        return {}
-    chosen, where, when = impacts(scene, rows, x)
-    if len(chosen) == 0:
-        return {"x": x, "mass_share": 0.0}
-    mass, axial = scene.now.fields["mass"][chosen], scene.now.fields["velocity"][chosen, 0]
-    radius = np.sqrt((where**2).sum(axis=1))
-    width = weighted_quantile(radius, mass, 0.99) / WITNESS_BINS or scene.spacing
-    number = int(np.ceil(radius.max() / width + 1e-9))
-    full = np.zeros(scene.now.count)
-    full[rows] = energy
-    results: dict[str, Any] = {
-        "x": x,
-        "mass_share": float(mass.sum() / scene.now.fields["mass"][rows].sum()),
-        "first": float(when.min()),
-        "last": weighted_quantile(when, mass, 0.99),
-        "radius": (width * (np.arange(number) + 1)).tolist(),
-    } | _binned(radius, width, number, mass, axial, full[chosen])
-    edges = width * np.arange(number + 1)
-    size = np.pi * np.diff(edges**2) if scene.now.dimensions == 3 else 2.0 * np.diff(edges)
-    results["areal_momentum"] = (np.array(results["momentum"]) / size).tolist()
-    return results

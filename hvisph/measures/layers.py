@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hvisph.core.measures import LAYER_CATALOGUE
+from hvisph.measures.loads import loads
 from hvisph.measures.marks import marks, unit_of
 from hvisph.measures.perforation import NO, NOT_YET, YES, Perforation, perforation
 from hvisph.measures.result import Result, meaningless
@@ -84,7 +85,7 @@ def _layer(scene: Scene, body: int) -> LayerMeasures:
             one: meaningless(unit_of(one, scene.space), reason) for one in LAYER_CATALOGUE if one not in results
         }
     else:
-        results |= marks(scene, plate, hole)
+        results |= marks(scene, plate, hole) | loads(scene, plate)
     return LayerMeasures(name, state, {one: results[one].finite() for one in LAYER_CATALOGUE},
                          None if plate is None else plate.obliquity)  # fmt: skip
 

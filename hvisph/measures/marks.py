@@ -12,14 +12,14 @@ from hvisph.measures.holes import Opening, opening, openings
 from hvisph.measures.perforation import SLOW, YES, Perforation
 from hvisph.measures.plates import RIM, Plate
 from hvisph.measures.plug import FEWEST, attached
-from hvisph.measures.result import MASS_UNITS, Result, meaningless
+from hvisph.measures.result import MASS_UNITS, MOMENTUM_UNITS, Result, meaningless
 from hvisph.measures.scene import Scene
 
 HOLE = ("hole_diameter", "hole_diameter_least", "hole_diameter_greatest", "hole_diameter_front",
         "hole_diameter_rear", "hole_diameter_clear", "hole_area")  # fmt: skip
 CRATER = ("crater_depth", "crater_diameter", "bulge")
 SPALL = ("spall_mass", "spall_thickness", "spall_velocity")
-UNITS = {"hole_area": "m^2", "spall_velocity": "m/s"}
+UNITS = {"hole_area": "m^2", "spall_velocity": "m/s", "mean_pressure": "Pa"}
 
 
 def marks(scene: Scene, plate: Plate, hole: Perforation) -> dict[str, Result]:
@@ -164,4 +164,6 @@ def _none(scene: Scene, names: tuple[str, ...], reason: str) -> dict[str, Result
 
 def unit_of(name: str, dim: int) -> str:
     """Return the SI unit of a layer's measure: masses are per depth in 2D and per area in 1D."""
+    if name == "impulse":
+        return MOMENTUM_UNITS[dim]
     return MASS_UNITS[dim] if name.endswith(("_mass", "mass_lost")) else UNITS.get(name, "m")

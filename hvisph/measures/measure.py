@@ -24,7 +24,7 @@ __all__ = ["History", "Measures", "in_time", "measure", "measure_snapshot", "unm
 
 def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
             names: Mapping[str, str] | None = None, units: tuple[float, float, float] = (1.0, 1.0, 1.0),
-            ) -> Measures:  # fmt: skip
+            witness: float | None = None) -> Measures:  # fmt: skip
     """Measure a run folder or a single snapshot file.
 
     Parameters
@@ -38,6 +38,8 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
         Of another code's files: their own name of a quantity, ``{"density": "rho_0"}``.
     units
         Of another code's files: units of length [m], mass [kg] and time [s].
+    witness
+        Coordinate of a witness plane along the shot line [m]; the case's unless given.
 
     Returns
     -------
@@ -64,7 +66,10 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     convention = reader.Convention(names or {}, units)
 
     def read(file: Path) -> Snapshot:
-        return reader.read_snapshot(file, convention)
+        snapshot = reader.read_snapshot(file, convention)
+        if witness is not None:
+            snapshot.metadata["witness"] = witness
+        return snapshot
 
     if path.is_file():
         return measure_snapshot(read(path), source=str(path))

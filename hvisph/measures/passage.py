@@ -13,6 +13,7 @@ import numpy as np
 
 from hvisph.core.measures import LAYER_CATALOGUE
 from hvisph.measures.layers import LayerMeasures, states
+from hvisph.measures.loads import is_struck, mean_pressure
 from hvisph.measures.perforation import YES
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import Scene
@@ -33,6 +34,8 @@ class Moment:
         Whether every layer is perforated, in the order along the shot line.
     passed
         Whether the projectile's centre of mass is behind each of them.
+    struck
+        Whether what flies at each of them has reached it.
     projectile
         By name of `PASSAGE`, without the time.
     """
@@ -40,6 +43,7 @@ class Moment:
     time: float
     states: tuple[str, ...] = ()
     passed: tuple[bool, ...] = ()
+    struck: tuple[bool, ...] = ()
     projectile: dict[str, Result] | None = None
 
 
@@ -47,14 +51,15 @@ def moment_of(scene: Scene, known: Sequence[str] | None = None) -> Moment:
     """Return what a moment tells; `known` are the states of its layers where they are known already."""
     told = tuple(states(scene) if known is None else known)
     if scene.now.dimensions == 1 or not {"velocity", "mass"} <= scene.now.fields.keys():
-        return Moment(scene.now.time, told, (False,) * len(told))
+        return Moment(scene.now.time, told, (False,) * len(told), (False,) * len(told))
     mass = scene.now.fields["mass"] * scene.is_projectile
     if not mass.sum() > 0.0:
-        return Moment(scene.now.time, told, (False,) * len(told))
+        return Moment(scene.now.time, told, (False,) * len(told), (False,) * len(told))
     centre = (mass @ scene.position / mass.sum())[None]
     plates = [scene.plate(body) for body in scene.layers]
     passed = tuple(plate is not None and bool(plate.depth(centre)[0] > plate.thickness) for plate in plates)
-    return Moment(scene.now.time, told, passed, _projectile(scene, mass) if any(passed) else None)
+    struck = tuple(plate is not None and is_struck(scene, plate) for plate in plates)
+    return Moment(scene.now.time, told, passed, struck, _projectile(scene, mass) if any(passed) else None)
 
 
 def with_history(layers: Sequence[LayerMeasures], count: int, moment: Callable[[int], Moment]
@@ -91,6 +96,12 @@ def with_history(layers: Sequence[LayerMeasures], count: int, moment: Callable[[
             elif count > 1:
                 reason = "the projectile's centre is not behind it yet"
                 results |= {name: meaningless(results[name].unit, reason) for name in PASSAGE}
+        if count > 1 and results["struck_diameter"].value is not None:
+            first = _first(count, lambda index, number=number: at(index).struck[number])  # type: ignore[misc]
+            since = at(0).time if first is None else 0.5 * (at(first - 1).time + at(first).time)
+            impulse = results["impulse"]
+            results["mean_pressure"] = mean_pressure(impulse, results["struck_diameter"],
+                                                     at(count - 1).time - since, impulse.unit)  # fmt: skip
         timed.append(replace(layer, results={name: results[name] for name in LAYER_CATALOGUE}))
     return tuple(timed)
 

@@ -1,4 +1,4 @@
-"""Spread of results over a sample of cases, and what they depend on."""
+"""Quantiles of what has weights; spread of results over a sample of cases, and what they depend on."""
 
 from __future__ import annotations
 
@@ -29,3 +29,11 @@ def rank_correlations(results: Sequence[float], inputs: Mapping[str, Sequence[An
         else:
             correlations[name] = float(spearmanr(numbers, results).statistic)
     return correlations
+
+
+def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
+    """Return the value that `share` of the weight does not exceed: the same for a part and its mirrored whole."""
+    order = np.argsort(values, kind="stable")
+    cumulated = np.cumsum(weights[order])
+    at = int(np.searchsorted(cumulated, share * cumulated[-1] * (1.0 - 1e-9)))
+    return float(values[order[min(at, len(order) - 1)]])
