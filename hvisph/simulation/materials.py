@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from hvisph.materials.damage import (
     CockcroftLatham,
@@ -32,7 +32,7 @@ from hvisph.materials.eos import (
 )
 from hvisph.materials.melting import Lindemann, Simon
 from hvisph.materials.porosity import Porosity
-from hvisph.materials.slots import KEEPS_STRESS
+from hvisph.materials.slots import KEEPS_STRESS, EquationOfState, Model
 from hvisph.materials.strength import (
     CowperSymonds,
     ElasticStrength,
@@ -49,8 +49,15 @@ from hvisph.materials.strength import (
 from hvisph.materials.table import Material
 from hvisph.output.eos_table import SUFFIXES, read_eos_table
 
+if TYPE_CHECKING:
+    from hvisph.case.damage import Damage as DamageModel
+    from hvisph.case.eos import Eos as EosModel
+    from hvisph.case.materials import Material as MaterialModel
+    from hvisph.case.strength import Strength as StrengthModel
+    from hvisph.case.thermal import Melting as MeltingModel
 
-def material_of(model: Any, internal_energy: float = 0.0) -> Material:
+
+def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
     """Return the material that a case's `model` describes.
 
     Parameters
@@ -77,7 +84,7 @@ def material_of(model: Any, internal_energy: float = 0.0) -> Material:
     )
 
 
-def _melting(melting: Any) -> Lindemann | Simon | None:
+def _melting(melting: MeltingModel | None) -> Lindemann | Simon | None:
     if melting is None:
         return None
     if melting.type == "lindemann":
@@ -85,12 +92,13 @@ def _melting(melting: Any) -> Lindemann | Simon | None:
     return Simon(melting.temperature, melting.a, melting.c)
 
 
-def _failed_friction(damage: Any) -> float:
-    failed = getattr(damage, "failed", "fluid")
-    return KEEPS_STRESS if failed == "keeps_stress" else damage.friction if failed == "rubble" else 0.0
+def _failed_friction(damage: DamageModel) -> float:
+    if damage.type == "none" or damage.type == "johnson_holmquist":
+        return 0.0
+    return KEEPS_STRESS if damage.failed == "keeps_stress" else damage.friction if damage.failed == "rubble" else 0.0
 
 
-def _eos(eos: Any, density: float, internal_energy: float) -> Any:
+def _eos(eos: EosModel, density: float, internal_energy: float) -> EquationOfState:
     match eos.type:
         case "linear":
             return Linear(eos.modulus(density))
@@ -122,7 +130,7 @@ def _grid(path: Path, number: int | None) -> Grid:
     return Grid(**read_eos_table(path)) if path.suffix in SUFFIXES else read_grid(path, number)
 
 
-def _strength(strength: Any, shear: float) -> Any:
+def _strength(strength: StrengthModel, shear: float) -> Model:
     match strength.type:
         case "none":
             return NoStrength()
@@ -159,7 +167,7 @@ def _strength(strength: Any, shear: float) -> Any:
     raise ValueError(strength.type)
 
 
-def _damage(damage: Any) -> Any:
+def _damage(damage: DamageModel) -> Model:
     match damage.type:
         case "none":
             return NoDamage()
