@@ -3,6 +3,7 @@
 import pytest
 from small_runs import GAS, LIQUID, METAL, SPRING, row_of
 
+from hvisph.casefile.loader import load_case
 from hvisph.simulation.advice import advice, regime, sparse, tears
 
 EULERIAN = {"formulation": {"type": "eulerian"}}
@@ -58,3 +59,18 @@ def test_solids_without_damage_are_named_where_tension_follows():
 def test_few_particles_across():
     (text,) = sparse({"plate": 3, "core": 12})
     assert text.startswith("bodies.plate: 3 particles across")
+
+
+def test_a_bar_against_a_wall_meets_its_image():
+    bar = load_case("validation/taylor/case")
+    kind = regime(bar)
+    assert kind.velocity == 380.0  # 190 m/s, and the image comes as fast
+    assert "shock" in kind.words  # 3.3 GPa against 0.09
+    assert regime(load_case("validation/taylor/case", ["bodies.bar.velocity.0=190 m/s"])).velocity == 0.0
+
+
+def test_a_strain_to_failure_that_vanishes_in_tension_is_named():
+    texts = advice(load_case("validation/taylor_damage/case"))
+    assert len(texts) == 1
+    assert "triaxiality of 1.35" in texts[0]
+    assert advice(load_case("validation/taylor/case")) == []

@@ -79,6 +79,12 @@ def test_a_shot_without_a_value_fails_what_is_asked():
     assert verdicts(rows, {})[0].passed is None
 
 
+def test_a_shot_that_has_not_been_computed_leaves_all_open():
+    rows = [row("a", 10.0, 10.0), row("b", 10.0, None, reason="waiting")]
+    (found,) = verdicts(rows, {"length": Asked(mean=0.1)})
+    assert (found.shots, found.mean, found.passed) == ((2, 1), 0.0, None)
+
+
 def test_verdicts_count_what_is_undecided_as_wrong():
     def shot(name, measured, computed, ratio):
         return row(name, measured, computed, quantity="perforated", unit="-", ratio=ratio)

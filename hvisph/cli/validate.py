@@ -80,7 +80,7 @@ def _computed(experiments: Experiments, form: Form, across: float | None, only: 
     from hvisph.sweeps.selection import Selection
     from hvisph.validation.running import folders, result
 
-    sweeps = folders(experiments, form, across, out)
+    sweeps = folders(experiments, form, across, out, table)
     if not table:
         for folder in sweeps.values():
             go(folder, how, Selection.parse(only), only)

@@ -62,17 +62,30 @@ def regime(case: Case) -> Regime:
     """Return the regime of a case."""
     materials = _materials(case)
     bodies = list(case.bodies.values())
-    velocity = max(bodies[0].velocity[0] - bodies[1].velocity[0], 0.0) if len(bodies) > 1 else 0.0
+    velocity = max(bodies[0].velocity[0] - bodies[1].velocity[0], 0.0) if len(bodies) > 1 else against_wall(case)
     first, second = (m.density * m.bulk_sound_speed for m in (*materials, *materials)[:2])
     pressure = velocity * first * second / (first + second)
     known = [y for y in (_strength(material, pressure) for material in materials) if y is not None]
     return Regime(velocity, pressure, min(known, default=None))
 
 
+def against_wall(case: Case) -> float:
+    """Return the closing velocity of a body and its image in a plane across x that it flies at [m/s]; 0 for none."""
+    body = next(iter(case.bodies.values()))
+    if body.position is None:
+        return 0.0
+    closing = [
+        math.copysign(2.0, plane.at - body.position[0]) * body.velocity[0]
+        for plane in case.symmetry
+        if plane.axis == "x"
+    ]
+    return max([0.0, *closing])
+
+
 def advice(case: Case) -> list[str]:
     """Return what a user should consider of formulation, contact, smoothing length and damage."""
     kind = regime(case)
-    return [*_slow(case, kind), *_strong(case, kind), *_gas(case), *_loaded(case)]
+    return [*_slow(case, kind), *_strong(case, kind), *_gas(case), *_loaded(case), *_brittle(case, kind)]
 
 
 def sparse(across: dict[str, int]) -> list[str]:
@@ -142,7 +155,7 @@ def _strong(case: Case, kind: Regime) -> Iterator[str]:
     model: Any = case.formulation
     if kind.velocity <= 0.0:
         return
-    material = _materials(case)[1]
+    material = _materials(case)[-1 if len(case.bodies) < 2 else 1]
     share = 0.5 * kind.velocity / material.bulk_sound_speed
     if model.type == "riemann" and model.form == "printed" and share > STRONG / 2:
         yield (
@@ -183,3 +196,22 @@ def _loaded(case: Case) -> Iterator[str]:
                 f"rest; give it a gap of {case.resolution:g}, or take 'separating'"
             )
             return
+
+
+def _brittle(case: Case, kind: Regime) -> Iterator[str]:
+    """Fits of the strain to failure that leave nothing of it in tension: Taylor bars that held break by them."""
+    if kind.velocity <= 0.0 or kind.strength is None or kind.pressure < kind.strength:
+        return
+    from hvisph.materials.damage.johnson_cook import TRIAXIALITY_LIMIT
+
+    for name, body in case.bodies.items():
+        damage: Any = body.material.damage
+        if damage.type != "johnson_cook" or damage.d1 >= 0.0 or damage.d2 <= -damage.d1 or damage.d3 >= 0.0:
+            continue
+        end = math.log(-damage.d1 / damage.d2) / damage.d3
+        if end < TRIAXIALITY_LIMIT:
+            yield (
+                f"bodies.{name}.material.damage: the strain to failure falls to nothing at a triaxiality of {end:.3g}, "
+                "so that the tension of a release fails it at once: Taylor bars that held break so; where nothing "
+                "breaks, or a spall strength is known, give damage none or pressure_cutoff"
+            )

@@ -61,6 +61,7 @@ class Compared:
         return cls(measured, **{k: plain[k] for k in own})
 
 
+PENDING = ("waiting", "running", "interrupted")  # what has not ended says nothing yet
 VERDICTS = ("perforated", "spalled", "detached")
 
 
@@ -105,7 +106,7 @@ class Verdict:
     farthest
         Of verdicts that are wrong: the largest distance from the limit curve in diameter; None where all are right.
     passed
-        Whether all is as asked; None where nothing is.
+        Whether all is as asked; None where nothing is, or where shots have not been computed yet.
     """
 
     quantity: str
@@ -129,24 +130,26 @@ def verdicts(rows: Sequence[Compared], asked: Mapping[str, Asked]) -> list[Verdi
 
 
 def _verdict(name: str, rows: Sequence[Compared], asked: Asked | None) -> Verdict:
+    pending = any(row.reason in PENDING for row in rows)
+    everything, rows = rows, [row for row in rows if row.reason not in PENDING]
     known = [(row.off, row) for row in rows if row.off is not None]
-    shots = (len({row.measured.shot for row in rows}), len({row.measured.shot for _, row in known}))
-    unit = rows[0].measured.unit
+    shots = (len({row.measured.shot for row in everything}), len({row.measured.shot for _, row in known}))
+    unit = everything[0].measured.unit
     if not known:
-        return Verdict(name, unit, shots, passed=False if asked else None)
+        return Verdict(name, unit, shots, passed=False if asked and not pending else None)
     offs = [off for off, _ in known]
     if rows[0].is_verdict:
         wrong = [row.ratio for off, row in known if off > 0.5 and row.ratio is not None]
         right = 1.0 - sum(offs) / len(rows) - (len(rows) - len(known)) / len(rows)
         farthest = max((abs(ratio - 1.0) for ratio in wrong), default=None)
-        passed = None if asked is None else (
+        passed = None if asked is None or pending else (
             _at_least(right, asked.right) and _at_most(farthest or 0.0, asked.wrong_within))  # fmt: skip
         return Verdict(name, unit, shots, right=right, farthest=farthest, passed=passed)
     mean, bias = sum(map(abs, offs)) / len(offs), sum(offs) / len(offs)
     scatter = sqrt(sum((off - bias) ** 2 for off in offs) / (len(offs) - 1)) if len(offs) > 1 else None
     worst, shot = max((abs(off), row.measured.shot) for off, row in known)
     passed = None
-    if asked is not None:
+    if asked is not None and not pending:
         passed = len(known) == len(rows) and _at_most(mean, asked.mean) and _at_most(worst, asked.worst)
         passed = passed and all(_inside(row, asked) for _, row in known)
     return Verdict(name, unit, shots, mean, worst, shot, bias, scatter, passed=passed)

@@ -8,7 +8,7 @@ from pathlib import Path
 from hvisph.core.errors import OutputError
 from hvisph.output import atomic
 from hvisph.validation.compare import Compared, Verdict, verdicts
-from hvisph.validation.experiments import Experiments, experiment_names
+from hvisph.validation.experiments import Experiments, Form, experiment_names
 from hvisph.validation.judges import judge_of
 from hvisph.validation.pictures import draw
 from hvisph.validation.results import SetResult, store, stored
@@ -58,7 +58,7 @@ def write_page(path: Path, fresh: Sequence[SetResult]) -> Path:
         store(result, folder)
     names = experiment_names()
     sets = [Experiments(name) for name in (*ORDER, *(name for name in names if name not in ORDER)) if name in names]
-    known = [(one, stored(folder, one.name, one.particles("full"))) for one in sets]
+    known = [(one, _best(one, folder)) for one in sets]
     lines = _header(("set", *CELLS))
     for one, kept in known:
         lines += _summary(one, kept)
@@ -70,6 +70,11 @@ def write_page(path: Path, fresh: Sequence[SetResult]) -> Path:
         raise OutputError(f"cannot write {path.parent}: {atomic.reason(error)}") from error
     atomic.write_text(path, "\n\n".join(parts) + "\n")
     return path
+
+
+def _best(one: Experiments, folder: Path) -> SetResult | None:
+    """Return a set's results at its full resolution, or at the second one where that is all there is."""
+    return stored(folder, one.name, one.particles("full")) or stored(folder, one.name, one.particles("second"))
 
 
 def _summary(one: Experiments, result: SetResult | None) -> Iterator[str]:
@@ -138,10 +143,11 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
 def _resolutions(one: Experiments, result: SetResult, folder: Path) -> Iterator[str]:
     """Say how finely and how long was computed, and how far the second resolution is from the first."""
     number = one.particles("second")
-    second = stored(folder, one.name, number)
+    second = None if result.across == number else stored(folder, one.name, number)
     text = f"{result.across:g} particles across, {result.seconds / 60.0:.1f} minutes of computing on one core."
     if second is None:
-        yield f"{text} The second resolution is not computed yet."
+        form: Form = "full" if result.across == number else "second"
+        yield f"{text} The {form} resolution, {one.particles(form):g} across, is not computed yet."
         return
     there = {_key(row): row for row in second.rows}
     words = judge_of(one.model.judge).quantities

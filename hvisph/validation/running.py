@@ -9,10 +9,10 @@ from typing import Any
 
 from hvisph.casefile.loader import load_case
 from hvisph.output import names
-from hvisph.sweeps.begin import begin
+from hvisph.sweeps.begin import begin, existing
 from hvisph.sweeps.folder import SweepFolder
 from hvisph.sweeps.table import Row, rows
-from hvisph.validation.compare import compared
+from hvisph.validation.compare import PENDING, compared
 from hvisph.validation.experiments import SHOT, Experiments, Form
 from hvisph.validation.judges import judge_of
 from hvisph.validation.results import SetResult
@@ -22,8 +22,8 @@ from hvisph.verification.ran import Ran
 FOLDER = Path("validation")
 
 
-def folders(experiments: Experiments, form: Form, across: float | None = None, out: Path | None = None
-            ) -> dict[str, SweepFolder]:  # fmt: skip
+def folders(experiments: Experiments, form: Form, across: float | None = None, out: Path | None = None,
+            there: bool = False) -> dict[str, SweepFolder]:  # fmt: skip
     """Return the folders of a set's sweeps, begun where they were not.
 
     Parameters
@@ -34,6 +34,8 @@ def folders(experiments: Experiments, form: Form, across: float | None = None, o
         How finely: a form, or particles across in place of the form's.
     out
         Where the folders of all sets are; ``validation`` unless given.
+    there
+        Whether only what was begun is wanted, as it was.
 
     Raises
     ------
@@ -41,6 +43,8 @@ def folders(experiments: Experiments, form: Form, across: float | None = None, o
         For anything wrong with a case, before anything runs, and where a folder holds other cases of that name.
     """
     where = (out or FOLDER) / f"{experiments.name}-{experiments.particles(form, across):g}"
+    if there:
+        return {name: existing(where / name) for name in experiments.sweeps(form, across)}
     return {name: begin(sweep, where / name) for name, sweep in experiments.sweeps(form, across).items()}
 
 
@@ -56,7 +60,11 @@ def result(experiments: Experiments, across: float, sweeps: dict[str, SweepFolde
             if row["status"] == "done":
                 shots.append(_shot(shot, row, experiments))
     found = judge.computed(shots)
-    why = {name: one["message"] or one["status"] for name, one in standing.items() if one["status"] != "done"}
+    why = {
+        name: one["status"] if one["status"] in PENDING else one["message"] or one["status"]
+        for name, one in standing.items()
+        if one["status"] != "done"
+    }
     curves = judge.curves(shots) if judge.curves is not None else {}
     return SetResult(experiments.name, across, list(compared(experiments.measured, found, why)), standing, curves)
 

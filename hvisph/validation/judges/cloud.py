@@ -1,4 +1,7 @@
-"""A sphere through a plate: the hole, and the shape of the cloud behind it."""
+"""A sphere through a plate: the hole, and the shape of the cloud behind it.
+
+The crater's diameter is the middle between the hole without lips and the distance from lip to lip, as papers give it.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +14,11 @@ def _each(shot: Shot) -> dict[Key, Value]:
     length, width = measure_of(cloud, "cloud_length"), measure_of(cloud, "cloud_width")
     found: dict[Key, Value] = {
         ("hole_diameter", None): measure_of(layer, "hole_diameter"),
-        ("hole_diameter_clear", None): measure_of(layer, "hole_diameter_clear"),
+        ("lip_to_lip", None): measure_of(shot.ran.summary["measures"], "crater_lip_to_lip"),
     }
+    hole, lips = found["hole_diameter", None], found["lip_to_lip", None]
+    if hole.value is not None and lips.value is not None:
+        found["crater_diameter", None] = Value(0.5 * (hole.value + lips.value), hole.uncertainty)
     if length.value is None or not width.value:
         found["cloud_ratio", None] = Value(None, None, length.reason or width.reason)
     else:
@@ -22,8 +28,9 @@ def _each(shot: Shot) -> dict[Key, Value]:
 
 JUDGE = Judge(
     {
-        "hole_diameter": "hole in the plate",
-        "hole_diameter_clear": "hole, lip to lip",
+        "crater_diameter": "crater",
+        "hole_diameter": "hole without lips",
+        "lip_to_lip": "hole, lip to lip",
         "cloud_ratio": "cloud, length over width",
     },
     _each,

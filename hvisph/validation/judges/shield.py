@@ -1,4 +1,8 @@
-"""Shields of two walls: whether the rear wall is perforated, beside the limit curve of Christiansen."""
+"""Shields of two walls: whether the rear wall is perforated, beside the limit curve of Christiansen.
+
+As in the data, a wall fails by a way through it or by spall that flies off its rear. One without either when the run
+ends has held: runs last until the debris that matters has arrived.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +15,8 @@ from hvisph.validation.value import Judge, Key, Shot, Value, measure_of
 
 def _each(shot: Shot) -> dict[Key, Value]:
     wall = shot.ran.summary["layers"][-1]
-    found = measure_of(wall["measures"], "perforated")
-    return {("perforated", None): Value(found.value, None, found.reason, ratio(shot.ran.case))}
+    failed = wall["perforated"] == "yes" or bool(measure_of(wall["measures"], "spall_mass").value)
+    return {("perforated", None): Value(float(failed), ratio=ratio(shot.ran.case))}
 
 
 def ratio(case: Any) -> float | None:
@@ -35,4 +39,4 @@ def _curves(shots: Any) -> dict[str, Any]:
     return found
 
 
-JUDGE = Judge({"perforated": "rear wall perforated"}, _each, curves=_curves)
+JUDGE = Judge({"perforated": "rear wall fails"}, _each, curves=_curves)
