@@ -76,6 +76,14 @@ class Sweep:
         return sum(self.folder.standing(member).status != "done" for member in self.folder.members())
 
 
+def command_of(process):
+    """Return the words of a process's command; none of one that has gone."""
+    try:
+        return process.cmdline()
+    except psutil.Error:
+        return []
+
+
 def strike(sweep, rng, cluster):
     """Kill one process; return what it was."""
     victims = [("worker", process.pid) for process in sweep.workers()]
@@ -99,7 +107,8 @@ def harass(sweep, kills, rng, cluster):
         seen, end = sweep.starts(), time.monotonic() + 20.0
         while sweep.starts() == seen and time.monotonic() < end and sweep.left():
             sweep.keep()
-            time.sleep(0.05)
+            cluster()
+            time.sleep(0.1)
         time.sleep(rng.uniform(0.0, 2.0))
         kind = strike(sweep, rng, cluster)
         if kind:
@@ -132,21 +141,26 @@ def main() -> None:
     place = asked.out or Path(tempfile.mkdtemp(prefix="sweep_kills"))
     vary = {"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "4 km/s", "count": asked.cases}}}
     folder = begin({"case": "quickstart", "set": SETTINGS, "vary": vary}, place / "sweep")
-    rng, options, client = random.Random(asked.seed), [], None
+    rng, options, there = random.Random(asked.seed), [], None
     if asked.dask:
-        from distributed import Client, LocalCluster
+        from distributed import LocalCluster
 
-        client = Client(LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=50))
-        options = ["--dask", client.scheduler.address]
+        there = LocalCluster(2, threads_per_worker=1, dashboard_address=None, silence_logs=50)
+        options = ["--dask", there.scheduler_address]
 
     def cluster():
-        return [] if client is None else list(client.run(os.getpid, on_error="ignore").values())
+        if there is None:
+            return []
+        there.scale(2)  # what a nanny gave up is started anew
+        own = psutil.Process().children(recursive=True)
+        return [process.pid for process in own if any("spawn_main" in word for word in command_of(process))]
 
     sweep = Sweep(folder, options)
     counts = harass(sweep, asked.kills, rng, cluster)
     while sweep.left():
         sweep.keep()
-        time.sleep(0.2)
+        cluster()
+        time.sleep(0.5)
     sweep.driver.wait()
     starts = sweep.starts()
     wrong, unlike = judge(sweep, place / "alone")

@@ -105,6 +105,18 @@ def test_the_notebook_page_runs(tmp_path, monkeypatch):
     assert space["figure"].axes
 
 
+def test_the_notebook_runs(tmp_path):
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    pytest.importorskip("ipykernel")
+    notebook = nbformat.read(DOCS / "notebooks" / "first_look.ipynb", as_version=4)
+    nbformat.validate(notebook)
+    nbclient.NotebookClient(notebook, timeout=300, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    outputs = [output for cell in notebook.cells if cell.cell_type == "code" for output in cell.outputs]
+    assert any("image/png" in output.get("data", {}) for output in outputs)
+    assert any("measure" in output.get("data", {}).get("text/html", "") for output in outputs)
+    assert (tmp_path / "sweeps" / "first_look" / "table.csv").is_file()
+
+
 def test_numbers_whose_source_was_not_opened_are_all_on_the_page():
     page = (DOCS / "materials.md").read_text(encoding="utf-8")
     listed = [line for line in page.splitlines() if line.count("|") == 5 and "checked" in line]

@@ -209,3 +209,29 @@ def test_a_sweep_of_other_cases_is_not_overwritten(tmp_path):
     assert len(SweepFolder(tmp_path / "sweep").members()) == 2
     with pytest.raises(CaseError, match="other cases"):
         begin(one | {"vary": {"type": "grid", "values": {SPEED: ["2.5 km/s"]}}}, tmp_path / "sweep")
+
+
+def test_correlations_stand_beside_a_limit(tmp_path):
+    from hvisph.sweeps.beside import beside_limit
+
+    case = {
+        "kinematics": "axisymmetric", "resolution": "0.5 mm", "time": {"end": "1 us"},
+        "bodies": {"shot": {"material": "aluminium-2024-t351", "shape": {"type": "sphere", "diameter": "5 mm"}, "velocity": ["3 km/s", 0]},
+                   "plate": {"material": "aluminium-6061-t6", "shape": {"type": "cylinder", "diameter": "30 mm", "length": "6 mm"}}},
+    }  # fmt: skip
+    vary = {"type": "bisect", "path": "bodies.shot.velocity.0", "between": ["1 km/s", "7 km/s"], "until": "1 km/s"}
+    (tmp_path / "case.yaml").write_text(json.dumps(case))
+    made = load_plan({"case": str(tmp_path / "case.yaml"), "vary": vary})
+    limit = {"for": {}, "path": vary["path"], "unit": "km/s", "limit": 2.5, "shots": [{"value": 3.0}]}
+    (one,) = beside_limit(made, limit)["correlations"]
+    # Cour-Palais: 1.8 times the depth of the crater is the plate's thickness
+    depth = 5.24 * 0.5 ** (19 / 18) * 95.0**-0.25 * (2785.0 / 2703.0) ** 0.5 * (one["value"] / 5050.0) ** (2 / 3)
+    assert 1.8 * depth == pytest.approx(0.6, rel=0.02)  # speeds are looked at every 25 m/s
+    assert "recht_ipson" not in beside_limit(made, limit)
+
+    case["bodies"]["shot"]["shape"] = {"type": "cylinder", "diameter": "5 mm", "length": "10 mm"}
+    (tmp_path / "case.yaml").write_text(json.dumps(case))
+    beside = beside_limit(load_plan({"case": str(tmp_path / "case.yaml"), "vary": vary}), limit)
+    share = 10.0 * 2785.0 / (10.0 * 2785.0 + 6.0 * 2703.0)
+    assert beside["recht_ipson"]["residuals"] == [pytest.approx(share * np.sqrt(3000.0**2 - 2500.0**2), rel=5e-3)]
+    assert beside_limit(made, limit | {"limit": None}) == {}

@@ -172,7 +172,16 @@ def _limit(verdict: dict[str, Any]) -> str:
     if curve:
         text += (f"; Lambert-Jonas: {curve['limit']:.4g} m/s, a {curve['a']:.3g}, p {curve['p']:.3g}, "
                  f"off by {curve['deviation']:.3g} m/s")  # fmt: skip
-    return where + text
+    lines = [where + text]
+    lines += [f"  {one['name']}: {one['quantity']}: {one['value']:.0f} m/s ({one['range']})"
+              for one in verdict.get("correlations", [])]  # fmt: skip
+    if "recht_ipson" in verdict:
+        through = [(shot, one) for shot, one in zip(verdict["shots"], verdict["recht_ipson"]["residuals"], strict=True)
+                   if shot["happened"] and shot["residual"] is not None]  # fmt: skip
+        said = ", ".join(f"{abs(shot['residual']):.0f} beside {one:.0f} m/s at {shot['value']:.5g}{unit}"
+                         for shot, one in through)  # fmt: skip
+        lines.append(f"  residual velocities beside Recht-Ipson's about this limit: {said}")
+    return "\n".join(lines)
 
 
 def _sample(verdict: dict[str, Any], record: Sequence[str] | None) -> str:

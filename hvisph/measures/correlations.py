@@ -13,9 +13,11 @@ Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import cos, sqrt
 from typing import Any
+
+import numpy as np
 
 CM, KM, KSI = 1e-2, 1e3, 6.894757e6
 DESIGN, WHIPPLE = "NASA TM-2009-214785 eqs. 4-1 to 4-6", "NASA TM-2009-214785 eqs. 4-23 to 4-26"
@@ -169,6 +171,30 @@ def recht_ipson(speed: float, limit: float, mass: float, plug: float) -> float:
 def correlations(impact: Impact) -> list[Correlation]:
     """Return every correlation that holds for an impact; none where all are out of their range."""
     return [*_single_wall(impact), *_hole(impact), *_whipple(impact)]
+
+
+def limit_speeds(impact: Impact) -> list[Correlation]:
+    """Return the speeds from which correlations have the last wall perforated, the impact's own left aside [m/s].
+
+    None where a correlation has it perforated, or not, over all of its range.
+    """
+    speeds = np.linspace(0.5, 8.0, 301) * KM
+    marks = [[one for one in correlations(replace(impact, speed=float(speed))) if _judges(one)] for speed in speeds]
+    limits = []
+    for name in dict.fromkeys(one.name for some in marks for one in some):
+        there = [(k, one) for k, some in enumerate(marks) for one in some if one.name == name]
+        first = next((at for at, (_, one) in enumerate(there) if one.text.endswith("perforated")), 0)
+        if first == 0:  # perforated at the least speed already, or never
+            continue
+        (before, _), (after, one) = there[first - 1], there[first]
+        speed = float(0.5 * (speeds[before] + speeds[after]))
+        limits.append(Correlation(name, "speed from which it is perforated", speed, "m/s", "", one.range, one.source))
+    return limits
+
+
+def _judges(one: Correlation) -> bool:
+    """Tell whether a correlation says if a wall is perforated."""
+    return one.quantity.startswith(("least thickness", "critical diameter"))
 
 
 def _single_wall(impact: Impact) -> Iterator[Correlation]:

@@ -127,6 +127,14 @@ def _limits(verdicts: Sequence[Mapping[str, Any]]) -> Figure:
 
             x = np.linspace(curve["limit"], max(s["value"] for s in shots) * _to_si(one["unit"]), 200)
             axes.plot(x / _to_si(one["unit"]), LambertJonas(**curve).residual(x), color=FAINT)
+        if "recht_ipson" in one:
+            axes.plot(
+                [s["value"] for s in shots], one["recht_ipson"]["residuals"], "--", color=FAINT, label="Recht-Ipson"
+            )
+        for correlation in one.get("correlations", []):
+            axes.axvline(
+                correlation["value"] / _to_si(one["unit"]), color=FAINT, linestyle=":", label=correlation["name"]
+            )
         axes.set_xlabel(f"{one['path']} [{one['unit'] or 'SI'}]")
         axes.set_ylabel("residual velocity [m/s]")
         axes.legend(title="went through", fontsize=8)

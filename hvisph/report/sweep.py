@@ -74,6 +74,8 @@ def _verdict(said: Mapping[str, Any]) -> str:
             text += f" {where}mixed between {limit['above']:.5g} and {limit['below']:.5g} {limit['unit']}."
         else:
             text += f" {where}The limit is between {limit['below']:.5g} and {limit['above']:.5g} {limit['unit']}."
+        for one in limit.get("correlations", []):
+            text += f" {one['name']} has {one['value']:.0f} m/s."
     return text
 
 

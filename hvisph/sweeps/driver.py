@@ -17,6 +17,7 @@ from typing import Any, Protocol
 
 from hvisph.case.sweep import Bisect
 from hvisph.output import atomic
+from hvisph.sweeps.beside import beside_limit
 from hvisph.sweeps.folder import ENDED, RESULTS, STEPPING, SweepFolder
 from hvisph.sweeps.plan import Member
 from hvisph.sweeps.selection import Selection
@@ -124,6 +125,8 @@ class Driver:
         """Write the table and the results as they stand, and return the results."""
         self.table.write(self.members, last=True)
         said = verdict(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members))
+        for limit in said.get("limits", []):
+            limit |= beside_limit(self.plan, limit)
         atomic.write_text(self.folder.path / RESULTS, json.dumps(said, indent=2, ensure_ascii=False) + "\n")
         return said
 

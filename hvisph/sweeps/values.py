@@ -16,6 +16,8 @@ from hvisph.core.errors import CaseError
 EXPERIMENT = "experiment."
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
 
+FACTORS = {"": 1.0, "m/s": 1.0, "km/s": 1000.0, "mm/us": 1000.0}  # of velocities [m/s]
+
 Values = dict[str, Any]
 
 

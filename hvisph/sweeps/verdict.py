@@ -11,7 +11,7 @@ from hvisph.measures.limit import bracket, lambert_jonas, next_values
 from hvisph.measures.statistics import rank_correlations, spread
 from hvisph.sweeps.folder import ENDED
 from hvisph.sweeps.table import Row
-from hvisph.sweeps.values import Scale, Values, product
+from hvisph.sweeps.values import FACTORS, Scale, Values, product
 
 
 def verdict(vary: Any, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
@@ -90,9 +90,6 @@ def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Se
                               bracket([factor * number for number in numbers], happened))  # fmt: skip
     return {"for": fixed, "path": vary.path, "unit": scale.unit, **limits.as_dict(), "shots": shots,
             "undecided": undecided, "lambert_jonas": None if curve is None else curve.as_dict()}  # fmt: skip
-
-
-FACTORS = {"": 1.0, "m/s": 1.0, "km/s": 1000.0, "mm/us": 1000.0}  # [m/s]
 
 
 def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
