@@ -33,7 +33,7 @@ class Pairs:
                 else:
                     self.fills[a] += self.volume[b] * slope * e
         if formulation.unlike:
-            table = depths(self.kernel).reshape(3, -1)[self.dim - 1]
+            table = depths(self.kernel, formulation.h_over_dx).reshape(3, -1)[self.dim - 1]
             faint = np.sqrt(2 * np.maximum(-np.log(np.linalg.norm(self.ends, axis=1) * cloud.h / table[0] + 1e-30), 0))
             depth = np.interp(faint, np.linspace(0, FAINTEST, len(table) - 1), table[1:])
             self.depth = cloud.h * np.maximum(depth, LEAST)

@@ -113,7 +113,7 @@ class Eulerian:
         if not self.parted:
             return None
         return SeparatingContact(self.kernel, h, particles["position"], particles.body, self.friction, planes,
-                                 self.revolved, unlike=self.unlike)  # fmt: skip
+                                 self.revolved, self.unlike, self.h_over_dx)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: the corrections into each row, where there are any, then all rates at once."""

@@ -114,7 +114,7 @@ class Riemann:
 
     def coefficients(self) -> np.ndarray:
         """Return 1 over the kernel's width, the friction, and depths where spacings are unlike."""
-        further = unlike.depths(self.kernel) if self.meets_unlike else ()
+        further = unlike.depths(self.kernel, self.h_over_dx) if self.meets_unlike else ()
         return np.array([1.0 / self.kernel.width, self.friction, *further])
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:

@@ -37,10 +37,13 @@ class SeparatingContact:
         Whether particles are rings about the axis x.
     unlike
         Whether the bodies differ in spacing.
+    h_over_dx
+        Smoothing length over spacing.
     """
 
     def __init__(self, kernel: Kernel, h: float, positions: np.ndarray, bodies: np.ndarray, friction: float,
-                 planes: tuple[Plane, ...], revolved: bool = False, unlike: bool = False):  # fmt: skip
+                 planes: tuple[Plane, ...], revolved: bool = False, unlike: bool = False,
+                 h_over_dx: float = 1.4):  # fmt: skip
         dim = positions.shape[1]
         layout = riemann.row_layout(dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike)
         limiter = LIMITERS["minmod"]  # bound, never called
@@ -51,7 +54,7 @@ class SeparatingContact:
             Pass(riemann.accumulate, layout, ways | {"ONLY_OTHER": 1, "limit": limiter[0], "share": limiter[1],
                                               "REVOLVED": int(revolved)}, slips=True, rings=revolved),
         ]  # fmt: skip
-        further = unlike_spacings.depths(kernel) if unlike else ()
+        further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
         self._selection = Selection(positions, bodies, kernel.reach * h, with_neighbours=True)
         self._stress = SIZE["symmetric"][dim - 1]

@@ -1,6 +1,6 @@
 """Contact of bodies whose spacings, and so smoothing lengths, are unlike: distances in the measure of each side.
 
-    d_a   how deep a lies under the face of its body: w(d_a / h_a)/h_a = |O_a|, w the kernel's sum over a plane
+    d_a   how deep a lies under the face of its body, from what it lacks of its kernel's sum, |O_a|
     k     = (d_a/h_a + d_b/h_b) / (d_a + d_b)           1/h along the normal n, each side's distance over its own length
     q^2   = (k s)^2 + (t/h_ab)^2,   s = r . n,  t = |r - s n|,  h_ab = (h_a + h_b)/2
     G     = |w'(q)| norm / (h_a h_b h_ab^(dim - 1)) k s/q               in place of |dW/dr| e . n
@@ -22,31 +22,48 @@ from hvisph.core.tensors import dot, minus, no_vector, own_vector, plus, put, sp
 from hvisph.sph.kernels import Kernel
 
 # Of the table of depths: its length, and the largest sqrt(-2 ln(w(q)/w(0))) in it.
-DEPTHS, FAINTEST = 33, 4.0
+DEPTHS, FAINTEST = 257, 4.0
 ENTRIES = DEPTHS + 1
 # The least depth, in lengths: a particle has some size.
 LEAST = 0.05
 TINY = 1e-30
 
 
-def depths(kernel: Kernel) -> np.ndarray:
+def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
     """Return tables of depth for 1, 2 and 3 dimensions, one after another, `ENTRIES` numbers each.
 
-    Each is w(0), w being the kernel's sum over a plane, and the depth over h at `DEPTHS` even steps of
-    sqrt(-2 ln(w(q)/w(0))) from 0 to `FAINTEST`.
+    Each is w(0), and the depth over h at `DEPTHS` even steps of sqrt(-2 ln(|O| h/w(0))) from 0 to `FAINTEST`, straight
+    between those of the layers of a lattice: there, not over the integral, the two sums are to be the same.
+
+    Parameters
+    ----------
+    kernel, h_over_dx
+        Kernel, and smoothing length over spacing.
     """
-    q, radii = np.linspace(0.0, kernel.reach, 201), np.linspace(0.0, kernel.reach, 2001)
-    t = (np.arange(400) + 0.5) * (kernel.reach / 400)  # distance along the plane
-    tables = []
-    for dim, around in ((1, None), (2, np.full_like(t, 2.0)), (3, 2.0 * np.pi * t)):
-        value = np.array([kernel.value(float(each), 1.0, dim) for each in radii])
-        if around is None:
-            w = np.interp(q, radii, value)
-        else:
-            w = np.array([(np.interp(np.hypot(each, t), radii, value) * around).sum() for each in q]) * (t[1] - t[0])
-        faint = np.sqrt(-2.0 * np.log(np.maximum(w / w[0], TINY)))
-        tables += [w[:1], np.interp(np.linspace(0.0, FAINTEST, DEPTHS), faint, q)]
+    dx, tables = 1.0 / h_over_dx, []
+    layers = np.arange(1, int(kernel.reach * h_over_dx) + 2)
+    side = np.arange(-layers[-1], layers[-1] + 1) * dx
+    for dim in (1, 2, 3):
+        across = np.sqrt(sum(np.meshgrid(*[side**2] * (dim - 1)), np.zeros(1)).ravel()) if dim > 1 else np.zeros(1)
+        of_layer = [sum(-kernel.derivative(r, 1.0, dim) * x / r for r in np.hypot(x, across)) for x in layers * dx]
+        lacks = np.cumsum(of_layer[::-1])[::-1] * dx**dim
+        at_face = _at_face(kernel, dim)
+        faint = np.sqrt(2.0 * np.maximum(-np.log(lacks / at_face + TINY), 0.0))
+        known = np.minimum(faint, FAINTEST)
+        first = int(np.argmax(known >= FAINTEST)) + 1  # what lacks nothing stands for all that lie deeper
+        at = np.interp(np.linspace(0.0, FAINTEST, DEPTHS), [0.0, *known[:first]], [0.0, *((layers[:first] - 0.5) * dx)])
+        tables += [[at_face], at]
     return np.concatenate(tables)
+
+
+def _at_face(kernel: Kernel, dim: int) -> float:
+    """Return the integral of W over a plane through its middle [1/h]."""
+    t = (np.arange(400) + 0.5) * (kernel.reach / 400)
+    around = {1: None, 2: np.full_like(t, 2.0), 3: 2.0 * np.pi * t}[dim]
+    if around is None:
+        return kernel.value(0.0, 1.0, 1)
+    value = np.array([kernel.value(float(each), 1.0, dim) for each in t])
+    return float((value * around).sum() * (t[1] - t[0]))
 
 
 @compiled

@@ -22,8 +22,8 @@ SPEED, CENTRE, WIDTH = 10.0, -8e-3, 8e-3  # of the pulse [m/s], [m]
 LENGTHS, THICKNESS = (20e-3, 12e-3), 16e-3  # of the bodies, and of the strip [m]
 C = float(np.sqrt(YOUNGS_MODULUS * (1.0 - POISSON_RATIO) / ((1.0 + POISSON_RATIO) * (1.0 - 2.0 * POISSON_RATIO)) / RHO))
 END = 14e-3 / C  # the pulse is in the second body, what came back is on its way [s]
-# The face is as thick as the kernel of the coarser body: what the pulse, 20 or 10 of its spacings, feels of it.
-REFLECTED = {1: 0.01, 2: 0.02, 4: 0.05}
+# The face is as thick as the kernel of the coarser body, and the pulse as long as 8 to 20 of its spacings.
+REFLECTED = {1: 0.01, 2: 0.03, 4: 0.06}
 
 
 def pulse(x: np.ndarray) -> np.ndarray:
@@ -68,7 +68,7 @@ def _trial(dim: int, dx: float, ratio: int) -> Trial:
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs
         passed = ran.momentum(1)[0] / ran.momentum(0, ran.first)[0]
-        yield Figure("momentum that passes", float(passed), 0.5, 2.0 * REFLECTED[ratio], why="half of the pulse")
+        yield Figure("momentum that passes", float(passed), 0.5, 0.02, why="half of the pulse")
         x, u = _along(ran, 0)
         back = np.abs(u[(x > x.max() - 10e-3) & (x < x.max() - 2e-3)]).max()
         yield limit("wave that comes back, over the one that goes in", float(back / (0.5 * SPEED)),
