@@ -10,15 +10,17 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "benchmarks")]
 
 import h5py  # noqa: E402
 import numpy as np  # noqa: E402
+from campaign import counts  # noqa: E402
 from forging import forge, forge_summary  # noqa: E402
 from small_runs import FORMULATIONS, LIQUID, METAL, every_material, row_of  # noqa: E402
 
 import hvisph  # noqa: E402
 from hvisph.core.errors import HvisphError  # noqa: E402
+from hvisph.measures.compare import row  # noqa: E402
 from hvisph.output import names  # noqa: E402
 from hvisph.output.checkpoint import list_checkpoints  # noqa: E402
 from hvisph.output.reader import list_snapshots  # noqa: E402
@@ -55,85 +57,71 @@ def in_child(action, seconds=60, memory=None):
     return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1]), said
 
 
-def forged(count, work):
+def forged(work):
     """Let snapshots, checkpoints and summaries lie, each with a seal that fits, and measure, compare and resume."""
     elsewhere = work / "elsewhere.h5"
     with h5py.File(elsewhere, "w") as h5:
         h5["secret"] = np.full(10, SECRET)
-    before = elsewhere.read_bytes()
-    runs = []
+    before, runs = elsewhere.read_bytes(), []
     for formulation in FORMULATIONS:
         case = every_material(formulation, time={"end": 4e-7}, output={"every": 1e-7})
         folder = work / f"run_{formulation}"
         code, said = in_child(lambda case=case, folder=folder: run(case, folder, threads=1), seconds=600)
         assert code == 0, said
         runs.append(folder)
-    rng, ends = random.Random(5), {"refused": 0, "read all the same": 0}
-    for k in range(count):
-        folder = work / "forged"
+
+    def trial(number):
+        rng, folder = random.Random(number), work / "forged"
         shutil.rmtree(folder, ignore_errors=True)
-        shutil.copytree(runs[k % len(runs)], folder)
-        what = ("checkpoint", "snapshot", "summary")[k % 3] if k % 7 else "summary"
+        shutil.copytree(runs[number % len(runs)], folder)
+        what = ("checkpoint", "snapshot", "summary")[number % 3] if number % 7 else "summary"
         if what == "summary":
             path = folder / names.SUMMARY
             path.write_text(forge_summary(path.read_text(), rng))
-            action = lambda folder=folder: compared(folder)  # noqa: E731
+            action = lambda: row("x", folder).as_dict()  # noqa: E731
         elif what == "snapshot":
             path = list_snapshots(folder)[-1]
             forge(path, work / "lie.h5", rng, elsewhere)
             shutil.move(work / "lie.h5", path)
-            action = lambda folder=folder: hvisph.measure(folder).as_dict()  # noqa: E731
+            action = lambda: hvisph.measure(folder).as_dict()  # noqa: E731
         else:
             for path in list_checkpoints(folder / names.CHECKPOINT):
                 forge(path, work / "lie.h5", rng, elsewhere)
                 shutil.move(work / "lie.h5", path)
-            action = lambda folder=folder: hvisph.resume(folder, threads=1).exit_code  # noqa: E731
+            action = lambda: hvisph.resume(folder, threads=1).exit_code  # noqa: E731
         code, said = in_child(action)
         if code not in (0, 2) or str(SECRET) in said:
-            keep = Path(os.environ.get("TMPDIR", "/tmp")) / f"hvisph_forged_{k}"
+            keep = Path(os.environ.get("TMPDIR", "/tmp")) / f"hvisph_forged_{number}"
             shutil.copytree(folder, keep, dirs_exist_ok=True)
-            raise SystemExit(f"forged {what} {k} ended with {code}: {said[:300]}, kept as {keep}")
-        ends["refused" if code == 2 else "read all the same"] += 1
+            raise SystemExit(f"forged {what} {number} ended with {code}: {said[:300]}, kept as {keep}")
         assert elsewhere.read_bytes() == before
-    return (
-        f"{count}: {ends['refused']} refused with a message, {ends['read all the same']} of no consequence; "
-        "no crash, nothing read or written elsewhere"
-    )
+        return {"of": {what: 1}, "ends": {"refused with a message" if code == 2 else "read, of no consequence": 1}}
+
+    return trial
 
 
-def compared(folder):
-    from hvisph.measures.compare import row
+def forged_told(tally):
+    """Return the counts in words."""
+    return f"{tally['trials']} ({counts(tally['of'])}): {counts(tally['ends'])}; no crash, nothing read or written elsewhere"
 
-    return row("x", folder).as_dict()
 
-
-def foreign(count, work):
+def foreign(work):
     """Put files and links of somebody else's into run folders, then resume, replace and go on; they stay."""
-    rng, refused = random.Random(6), 0
     case = row_of([METAL, LIQUID], formulation={"type": "eulerian"}, time={"end": 3e-7},
                   output={"every": 1e-7, "formats": ["hdf5", "vtu"], "checkpoint_every": 0.01})  # fmt: skip
-    whole = work / "whole"
+    whole, folder, precious = work / "whole", work / "run", work / "precious"
     assert in_child(lambda: run(case, whole, threads=1), seconds=600)[0] == 0
     own = [path.relative_to(whole) for path in whole.rglob("*")]
-    for _ in range(count):
-        folder, precious = work / "run", work / "precious"
+
+    def trial(number):
+        rng, refused = random.Random(number), 0
         for old in (folder, precious):
             shutil.rmtree(old, ignore_errors=True)
         shutil.copytree(whole, folder)
         precious.mkdir()
-        for number in range(4):
-            (precious / f"{number:06d}.h5").write_text("keep")
-        placed = []
-        for number in range(rng.randint(1, 6)):
-            below = rng.choice(["", "snapshots", "vtu", "checkpoint", "mine"])
-            name = rng.choice(
-                ["notes.txt", "a.partial", "best.h5", "000001.h5.bak", "7.h5", "run.log.1", "000000000001.txt"]
-            )
-            path = folder / below / f"{number}_{name}" if rng.random() < 0.5 else folder / below / name
-            path.parent.mkdir(exist_ok=True)
-            if not path.exists():
-                path.write_text("mine")
-                placed.append(path)
+        for k in range(4):
+            (precious / f"{k:06d}.h5").write_text("keep")
+        placed = _placed(folder, rng)
         links = []
         if rng.random() < 0.5:
             path = folder / rng.choice([*own, Path(names.SNAPSHOTS), Path("history.csv.partial"), Path("run.log")])
@@ -144,15 +132,41 @@ def foreign(count, work):
             path.symlink_to(rng.choice([precious, precious / "000001.h5", precious / "nothing"]))
             links.append((path, os.readlink(path)))
         for action in (
-            lambda folder=folder: hvisph.resume(folder, threads=1),
-            lambda folder=folder: hvisph.resume(folder, end=4e-7, threads=1),
-            lambda folder=folder: run(case, folder, force=True, threads=1),
+            lambda: hvisph.resume(folder, threads=1),
+            lambda: hvisph.resume(folder, end=4e-7, threads=1),
+            lambda: run(case, folder, force=True, threads=1),
         ):
             code, said = in_child(action)
             assert code in (0, 2), said
             refused += code == 2
         assert [path for path in placed if not path.is_file() or path.read_text() != "mine"] == []
         assert [path for path, to in links if not path.is_symlink() or os.readlink(path) != to] == []
-        assert sorted(path.name for path in precious.iterdir()) == [f"{number:06d}.h5" for number in range(4)]
+        assert sorted(path.name for path in precious.iterdir()) == [f"{k:06d}.h5" for k in range(4)]
         assert {path.read_text() for path in precious.iterdir()} == {"keep"}
-    return f"{count} folders, three commands each: all as they were ({refused} commands refused for a link)"
+        return {"files": len(placed), "links": len(links), "refused": refused}
+
+    return trial
+
+
+def _placed(folder, rng):
+    """Put files of somebody else's into a run's folder and return them."""
+    placed = []
+    for number in range(rng.randint(1, 6)):
+        below = rng.choice(["", "snapshots", "vtu", "checkpoint", "mine"])
+        name = rng.choice(
+            ["notes.txt", "a.partial", "best.h5", "000001.h5.bak", "7.h5", "run.log.1", "000000000001.txt"]
+        )
+        path = folder / below / f"{number}_{name}" if rng.random() < 0.5 else folder / below / name
+        path.parent.mkdir(exist_ok=True)
+        if not path.exists():
+            path.write_text("mine")
+            placed.append(path)
+    return placed
+
+
+def foreign_told(tally):
+    """Return the counts in words."""
+    return (
+        f"{tally['trials']} folders with {tally['files']} files and {tally['links']} links, three commands each: all "
+        f"as they were ({tally['refused']} commands refused for a link)"
+    )

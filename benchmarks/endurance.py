@@ -15,12 +15,13 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "benchmarks")]
 
 from attacks import in_child  # noqa: E402
+from campaign import counts  # noqa: E402
 from hostile import GOOD, extreme, mutated  # noqa: E402
 from small_runs import FORMULATIONS, METAL, OPTIONS, row_of  # noqa: E402
 
 from hvisph.casefile.loader import dump_case, load_case  # noqa: E402
 from hvisph.core.errors import CaseError  # noqa: E402
-from hvisph.simulation.estimate import estimate  # noqa: E402
+from hvisph.simulation.estimate import estimate, refuse_impossible  # noqa: E402
 from hvisph.simulation.run import run  # noqa: E402
 
 DIMENSIONS = (1, 2, 3)
@@ -28,27 +29,28 @@ DIMENSIONS = (1, 2, 3)
 
 def texts():
     """Return small cases of every formulation and dimension as text."""
-    found = [GOOD]
+    made = [GOOD]
     for formulation in FORMULATIONS:
         for dim in DIMENSIONS:
             options = {"type": formulation} | OPTIONS.get(formulation, {})
             try:
-                found.append(dump_case(row_of([METAL, METAL], dim=dim, formulation=options)))
+                made.append(dump_case(row_of([METAL, METAL], dim=dim, formulation=options)))
             except CaseError:
                 continue
-    return found
+    return made
 
 
-def shorts(count, work):
+def shorts(work):
     """Run fuzzed cases for five steps; each ends with a documented code, soon, and without a traceback."""
-    rng, cases, ends = random.Random(7), texts(), {}
-    for k in range(count):
+    cases, folder = texts(), work / "short"
+
+    def trial(number):
+        rng = random.Random(number)
         text = extreme(rng.choice(cases), rng)
         content = mutated(text, rng) if rng.random() < 0.2 else text
-        folder = work / "short"
         shutil.rmtree(folder, ignore_errors=True)
 
-        def action(content=content, folder=folder):
+        def action():
             path = work / "case.yaml"
             path.write_text(content, encoding="utf-8", errors="surrogatepass")
             case = load_case(path, ["time.max_steps=5", "output.every=null"])
@@ -58,37 +60,52 @@ def shorts(count, work):
 
         code, said = in_child(action, seconds=60)
         if code not in (0, 2):
-            raise SystemExit(f"short run {k} ended with {code}: {said[:400]}\n{content}")
-        what = {"0": "ended", "1": "ended", "3": "stopped by a watcher"}.get(said, "refused")
-        ends[what] = ends.get(what, 0) + 1
-    return f"{count}: {', '.join(f'{number} {what}' for what, number in sorted(ends.items()))}; no traceback, none over 60 s"
+            raise SystemExit(f"short run {number} ended with {code}: {said[:400]}\n{content}")
+        return {"ends": {{"0": "ended", "1": "ended", "3": "stopped by a watcher"}.get(said, "refused"): 1}}
+
+    return trial
 
 
-def long(steps, work):
-    """Run every formulation for many steps and watch energy, momentum and memory."""
-    told = []
-    for formulation in FORMULATIONS:
-        loose = {"speed_over_initial": None, "energy_drift": None, "density": False}
-        options = {"type": formulation} | OPTIONS.get(formulation, {})
-        output = {"history_every": 1000, "checkpoint_every": 5.0}
-        case = row_of([METAL], speed=10.0, formulation=options, watch=loose, output=output,
-                      time={"end": 1.0, "max_steps": steps})  # fmt: skip
+def shorts_told(tally):
+    """Return the counts in words."""
+    return f"{tally['trials']}: {counts(tally['ends'])}; no traceback, none over 60 s"
 
-        def action(case=case, formulation=formulation):
-            run(case.model_copy(update={"time": case.time.model_copy(update={"max_steps": steps // 10})}),
-                work / f"{formulation}_short", threads=1)  # fmt: skip
-            before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-            summary = run(case, work / formulation, threads=1).summary
-            grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
-            return json.dumps([summary["status"], summary["steps"], summary["conservation"], grown])
 
-        code, said = in_child(action, seconds=3600)
-        assert code == 0, said
-        status, done, kept, grown = json.loads(said)
-        assert (status, done) == ("done", steps), said
-        energy = "no energy" if kept["energy_drift"] is None else f"energy {abs(kept['energy_drift']):.0e}"
-        told.append(f"{formulation} {energy}, momentum {kept['momentum_drift']:.0e}, memory +{grown / 1e3:.1f} MB")
-    return f"{steps:g} steps: {'; '.join(told)}"
+def long(steps):
+    """Return the campaign of one run a formulation for many steps: energy, momentum and memory are watched."""
+
+    def start(work):
+        def trial(number):
+            formulation = FORMULATIONS[number]
+            options = {"type": formulation} | OPTIONS.get(formulation, {})
+            loose = {"speed_over_initial": None, "energy_drift": None, "density": False}
+            case = row_of([METAL], speed=10.0, formulation=options, watch=loose, time={"end": 1.0, "max_steps": steps},
+                          output={"history_every": 1000, "checkpoint_every": 5.0})  # fmt: skip
+
+            def action():
+                early = case.time.model_copy(update={"max_steps": steps // 10})
+                run(case.model_copy(update={"time": early}), work / f"{formulation}_short", threads=1)
+                before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+                summary = run(case, work / formulation, threads=1).summary
+                grown = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before
+                return json.dumps([summary["status"], summary["steps"], summary["conservation"], grown])
+
+            code, said = in_child(action, seconds=3600)
+            assert code == 0, said
+            status, done, kept, grown = json.loads(said)
+            assert (status, done) == ("done", steps), said
+            energy = "no energy" if kept["energy_drift"] is None else f"energy {abs(kept['energy_drift']):.0e}"
+            memory_ = f"memory +{grown / 1e3:.1f} MB"
+            return {"runs": [f"{formulation} {energy}, momentum {kept['momentum_drift']:.0e}, {memory_}"]}
+
+        return trial
+
+    return start
+
+
+def long_told(tally):
+    """Return the runs in words."""
+    return f"1e5 steps each: {'; '.join(tally['runs'])}"
 
 
 PROGRAM = """
@@ -105,7 +122,7 @@ print(json.dumps([self_test()["passed"], summary["steps"], summary["conservation
 """
 
 
-def caches(rounds, work):
+def caches(work):
     """Let five processes, of two versions of the code, meet on one cold cache that is then filled with garbage."""
     other = work / "other"
     shutil.copytree(ROOT / "hvisph", other / "hvisph", ignore=shutil.ignore_patterns("__pycache__"))
@@ -114,63 +131,92 @@ def caches(rounds, work):
     text = file.read_text(encoding="utf-8")
     assert "self.cfl * float(" in text
     file.write_text(text.replace("self.cfl * float(", "0.5 * self.cfl * float("), encoding="utf-8")
-    rng, seen = random.Random(8), {}
-    for number in range(rounds):
-        cache = work / f"cache_{number}"
-        for pass_ in ("cold", "garbage"):
-            started = []
-            for k in range(5):
-                root = other if k % 2 else ROOT
-                program = PROGRAM.format(root=str(root), tests=str(root / "tests"))
-                environment = os.environ | {"HVISPH_CACHE_DIR": str(cache), "PYTHONPATH": str(root)}
-                started.append((k % 2, subprocess.Popen([sys.executable, "-c", program], env=environment,
-                                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)))  # fmt: skip
-            for version, process in started:
-                said, wrong = process.communicate()
-                assert process.returncode == 0, f"{pass_} {number}: {wrong}"
-                passed, steps, drift = json.loads(said.strip().splitlines()[-1])
+    steps = {}
+
+    def trial(number):
+        cache, rng = work / f"cache_{number}", random.Random(number)
+        for stage in ("cold", "garbage"):
+            for version, said in _together(cache, other, f"{stage} {number}"):
+                passed, done, drift = said
                 assert passed
                 assert abs(drift) < 1e-13
-                assert seen.setdefault(version, steps) == steps
+                assert steps.setdefault(version, done) == done
+            assert len(set(steps.values())) == 2
             for path in cache.rglob("*.loop"):
                 content = bytearray(path.read_bytes())
                 kind = rng.randrange(4)
                 path.write_bytes(b"" if kind == 0 else content[: len(content) // 2] if kind == 1
                                  else rng.randbytes(3000) if kind == 2 else content)  # fmt: skip
         shutil.rmtree(cache)
-    assert seen[0] != seen[1]
-    return f"{rounds} rounds, cold and full of garbage, two versions of the code: right results in all {10 * rounds}"
+        return {"processes": 10}
+
+    return trial
 
 
-def memory(count, work):
-    """Compare the memory that `check` promises with the largest that a run takes, and refuse what is just beyond."""
-    told = []
-    for formulation in FORMULATIONS:
-        options = {"type": formulation} | OPTIONS.get(formulation, {})
-        size = (count / 2.0) ** 0.5 * 0.5e-3
-        bodies = {name: {"material": METAL, "shape": {"type": "box", "size": [size, size]},
-                         "velocity": [1500.0 * (name == "a"), 0.0]} for name in "ab"}  # fmt: skip
-        case = load_case({"kinematics": "plane_strain", "resolution": 0.5e-3, "bodies": bodies, "formulation": options,
-                          "time": {"end": 1e-3, "max_steps": 3}})  # fmt: skip
+def _together(cache, other, what):
+    """Start five processes of two versions on one cache; yield the version of each and what it said."""
+    started = []
+    for k in range(5):
+        root = other if k % 2 else ROOT
+        program = PROGRAM.format(root=str(root), tests=str(root / "tests"))
+        environment = os.environ | {"HVISPH_CACHE_DIR": str(cache), "PYTHONPATH": str(root)}
+        started.append((k % 2, subprocess.Popen([sys.executable, "-c", program], env=environment,
+                                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)))  # fmt: skip
+    for version, process in started:
+        said, wrong = process.communicate()
+        assert process.returncode == 0, f"{what}: {wrong}"
+        yield version, json.loads(said.strip().splitlines()[-1])
 
-        def action(case=case, formulation=formulation):
-            run(case, work / formulation, threads=1)
-            return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
 
-        in_child(lambda case=case: run(case.model_copy(update={"resolution": case.resolution * 20}), work / "small"))
-        code, said = in_child(action, seconds=3600)
-        assert code == 0, said
-        promised = estimate(case).memory
-        told.append(
-            f"{formulation} {promised / 1e9:.2f} GB promised, {float(said) / 1e9:.2f} taken ({promised / float(said) - 1:+.0%})"
-        )
-        shutil.rmtree(work / formulation)
-    from hvisph.simulation.estimate import refuse_impossible
+def caches_told(tally):
+    """Return the counts in words."""
+    return (
+        f"{tally['trials']} rounds, cold and full of garbage, two versions of the code: right results in all "
+        f"{tally['processes']} processes"
+    )
 
-    refused = False
-    try:
-        refuse_impossible(case, free=estimate(case).memory * 0.99)
-    except CaseError:
-        refused = True
-    assert refused
-    return f"{count:.1g} particles in 2D: {'; '.join(told)}; a hundredth less is refused"
+
+def memory(count):
+    """Return the campaign that compares what `check` promises with what runs of so many particles take."""
+
+    def start(work):
+        def trial(number):
+            formulation = FORMULATIONS[number]
+            options = {"type": formulation} | OPTIONS.get(formulation, {})
+            size = (count / 2.0) ** 0.5 * 0.5e-3
+            bodies = {name: {"material": METAL, "shape": {"type": "box", "size": [size, size]},
+                             "velocity": [1500.0 * (name == "a"), 0.0]} for name in "ab"}  # fmt: skip
+            case = load_case({"kinematics": "plane_strain", "resolution": 0.5e-3, "bodies": bodies,
+                              "formulation": options, "time": {"end": 1e-3, "max_steps": 3}})  # fmt: skip
+
+            def action():
+                run(case, work / formulation, threads=1)
+                return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+            coarse = case.model_copy(update={"resolution": case.resolution * 20})
+            in_child(lambda: run(coarse, work / "small", threads=1, force=True))  # compiles
+            code, said = in_child(action, seconds=3600)
+            assert code == 0, said
+            shutil.rmtree(work / formulation)
+            promised, taken = estimate(case).memory, float(said)
+            try:
+                refuse_impossible(case, free=promised * 0.99)
+            except CaseError:
+                refused = 1
+            else:
+                raise SystemExit(f"{formulation}: a case beyond memory is not refused")
+            text = (
+                f"{formulation} {promised / 1e9:.2f} GB promised, {taken / 1e9:.2f} taken ({promised / taken - 1:+.0%})"
+            )
+            return {"runs": [text], "refused": refused, "most_off": abs(promised / taken - 1.0)}
+
+        return trial
+
+    return start
+
+
+def memory_told(tally):
+    """Return the runs in words."""
+    return (
+        f"3e6 particles in 2D: {'; '.join(tally['runs'])}; with a hundredth less memory than promised each is refused"
+    )
