@@ -1,4 +1,4 @@
-"""Runs and sweeps that are killed at random times and go on, for `robustness.py`."""
+"""Runs that are killed at random times and go on, for `robustness.py`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import os
 import random
 import shutil
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -31,7 +30,6 @@ from small_runs import (  # noqa: E402
 )
 
 import hvisph  # noqa: E402
-from hvisph.casefile.loader import dump_case  # noqa: E402
 from hvisph.core.errors import CaseError  # noqa: E402
 from hvisph.output.checkpoint import list_checkpoints, read_checkpoint  # noqa: E402
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot  # noqa: E402
@@ -136,15 +134,13 @@ def kills(work):
     made, every = kinds(), {}
     for name in FORMULATIONS:
         every[f"{name} with every material"] = every_material(name)
-    names = [*made, *every, "sweep"]
+    names = [*made, *every]
 
     def trial(number) -> Tally:
         name, rng = names[number % len(names)], random.Random(number)
         folder, whole = work / "killed", work / "whole"
         for old in (folder, whole):
             shutil.rmtree(old, ignore_errors=True)
-        if name == "sweep":
-            return {"kills": {name: _sweep(rng, folder, whole)}}
         try:
             case = every[name] if name in every else long_case(*made[name])
         except CaseError as error:
@@ -170,54 +166,6 @@ def kills(work):
         return {"kills": {name: count}}
 
     return trial
-
-
-def _sweep(rng, folder, whole):
-    """Kill the driver of a sweep, and its workers with it, and go on with it; return how often."""
-    case = row_of([METAL, METAL], dim=1, output={"every": 2e-7, "checkpoint_every": 0.02})
-    path = folder.with_name("sweep.yaml")
-    folder.with_name("case.yaml").write_text(dump_case(case), encoding="utf-8")
-    path.write_text("case: case.yaml\nvary: {type: grid, values: {time.cfl: [0.1, 0.15, 0.2]}}\n", encoding="utf-8")
-
-    def command(to):
-        return [sys.executable, "-m", "hvisph", "sweep", str(path), "--out", str(to),
-                "--workers", "1", "--threads", "1", "--quiet"]  # fmt: skip
-
-    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "start_new_session": True}
-    began = time.perf_counter()
-    subprocess.run(command(whole), check=True, capture_output=True)
-    seconds, count = time.perf_counter() - began, 0
-    process = subprocess.Popen(command(folder), **quiet)
-    while count < KILLS:
-        time.sleep(rng.uniform(0.3, 0.7 * seconds))
-        if process.poll() is not None:
-            break
-        for worker in _workers(folder):
-            os.kill(worker, signal.SIGKILL)
-        process.kill()
-        process.communicate()
-        count += 1
-        process = subprocess.Popen(command(folder), **quiet)
-    wrong = process.communicate()[1].decode()
-    assert process.returncode == 0, wrong
-    ran = sorted(path.parent for path in whole.rglob("summary.json"))
-    assert ran, "the sweep ran nothing"
-    for one in ran:
-        assert_same_results(folder / one.relative_to(whole), one)
-    return count
-
-
-def _workers(folder):
-    """Return the processes that work in a sweep's folder."""
-    workers = []
-    for entry in Path("/proc").glob("[0-9]*/cmdline"):
-        try:
-            words = entry.read_bytes().split(b"\0")
-        except OSError:
-            continue
-        if b"--work" in words and str(folder).encode() in words:
-            workers.append(int(entry.parent.name))
-    return workers
 
 
 def told(tally):
