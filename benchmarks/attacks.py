@@ -120,7 +120,7 @@ def foreign(work):
         shutil.copytree(whole, folder)
         precious.mkdir()
         for k in range(4):
-            (precious / f"{k:06d}.h5").write_text("keep")
+            (precious / f"{k:06d}.vtkhdf").write_text("keep")
         placed = _placed(folder, rng)
         links = []
         if rng.random() < 0.5:
@@ -129,7 +129,7 @@ def foreign(work):
                 shutil.rmtree(path)
                 placed = [one for one in placed if path not in one.parents]
             path.unlink(missing_ok=True)
-            path.symlink_to(rng.choice([precious, precious / "000001.h5", precious / "nothing"]))
+            path.symlink_to(rng.choice([precious, precious / "000001.vtkhdf", precious / "nothing"]))
             links.append((path, os.readlink(path)))
         for action in (
             lambda: hvisph.resume(folder, threads=1),
@@ -141,7 +141,7 @@ def foreign(work):
             refused += code == 2
         assert [path for path in placed if not path.is_file() or path.read_text() != "mine"] == []
         assert [path for path, to in links if not path.is_symlink() or os.readlink(path) != to] == []
-        assert sorted(path.name for path in precious.iterdir()) == [f"{k:06d}.h5" for k in range(4)]
+        assert sorted(path.name for path in precious.iterdir()) == [f"{k:06d}.vtkhdf" for k in range(4)]
         assert {path.read_text() for path in precious.iterdir()} == {"keep"}
         return {"files": len(placed), "links": len(links), "refused": refused}
 
@@ -154,7 +154,7 @@ def _placed(folder, rng):
     for number in range(rng.randint(1, 6)):
         below = rng.choice(["", "snapshots", "vtu", "checkpoint", "mine"])
         name = rng.choice(
-            ["notes.txt", "a.partial", "best.h5", "000001.h5.bak", "7.h5", "run.log.1", "000000000001.txt"]
+            ["notes.txt", "a.partial", "best.h5", "000001.vtkhdf.bak", "7.h5", "run.log.1", "000000000001.txt"]
         )
         path = folder / below / f"{number}_{name}" if rng.random() < 0.5 else folder / below / name
         path.parent.mkdir(exist_ok=True)

@@ -1,0 +1,147 @@
+"""Single lines of physics, each made wrong, and the tests that must notice: a list of what the tests are worth.
+
+    python benchmarks/mutations.py [--only WORD] [--kept FILE]
+
+Each mutation is made in a copy of the sources, and the test that is likeliest to see it runs on that copy. A mutation
+that survives is printed with its line. What was seen is kept in a file, so that a second call goes on.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """A line of `file`, `old`, that becomes `new`; `test` is what must fail: a file, and words for -k."""
+
+    what: str
+    file: str
+    old: str
+    new: str
+    test: str
+
+
+TWIN = "test_total_lagrangian_twin.py -k 2-"
+LENGTHS = "test_lengths_and_clamps.py"
+RESPONSE = "test_materials_response.py"
+MUTATIONS = [
+    Mutation("Total Lagrangian density without J", "sph/laws/deformation.py",
+             "rows[i, M] / (volume[i] * j)", "rows[i, M] / volume[i]", TWIN),
+    Mutation("Total Lagrangian stress without J", "sph/laws/deformation.py",
+             "stress = times(j, product(", "stress = times(1.0, product(", TWIN),
+    Mutation("power of viscosity not halved", "sph/laws/reference.py",
+             "-= 0.5 * inverse_rho0 * total(power)", "-= inverse_rho0 * total(power)", TWIN),
+    Mutation("hourglass control twice as stiff", "sph/laws/reference.py", "0.5 * hourglass * w", "hourglass * w", TWIN),
+    Mutation("printed viscosity with a wrong sign", "sph/laws/reference.py",
+             "both_w = minus(times(b[IJ], nw)", "both_w = plus(times(b[IJ], nw)", TWIN),
+    Mutation("secant modulus blind to damage", "sph/laws/deformation.py",
+             " * (1.0 - min(damage, 1.0))", "", TWIN),
+    Mutation("no share of the viscosity in shear", "sph/laws/deformation.py",
+             "viscous_share(l) * c if SHEARS else c", "c", TWIN),
+    Mutation("volume jumps where neighbours leave", "sph/laws/deformation.py",
+             "j = swellings[i] * of_list", "j = of_list", "test_total_lagrangian.py -k volume_goes_on"),
+    Mutation("contact: frequency without its second part", "sph/laws/contact.py",
+             "+ 3.0 * power_of_w * at_zero * ih * ih", "", "test_contact.py -k frequency"),
+    Mutation("contact: all of the work on each side", "sph/laws/contact.py",
+             "-0.5 * scale_own * total(power)", "-scale_own * total(power)", "test_contact.py -k 'work or energy'"),
+    Mutation("contact: the stiffer of two", "sph/laws/contact.py",
+             "min(stiffness, b[K])", "max(stiffness, b[K])", "test_contact.py"),
+    Mutation("contact: loaded where it starts", "sph/laws/contact.py",
+             "min(start, b[START])", "0.0 * b[START]", "test_contact.py -k unloaded"),
+    Mutation("sliding contact: friction pulls", "sph/laws/riemann.py",
+             "constants[1] * t_n)", "-constants[1] * t_n)", "test_sph_laws.py -k 'formulas and separating-2'"),
+    Mutation("more tension than bearable", "sph/laws/riemann.py",
+             "t_n = min(t_n, min(rows[i, BEAR], b[BEAR]))", "t_n = min(t_n, rows[i, BEAR])",
+             "test_sph_laws.py -k 'formulas and consistent-2'"),
+    Mutation("variable h: no term of the own kernel", "sph/laws/riemann.py",
+             " + scale(1.0 / h) * DIM * shape(0.0)", "", "test_sph_laws.py -k 'formulas and following-2'"),
+    Mutation("variable h follows the volume, not its root", "integrators/update.py",
+             "grown(dt * swelling / DIM), h_low", "grown(dt * swelling), h_low", LENGTHS),
+    Mutation("variable h without its largest value", "integrators/update.py",
+             "min(max(now.h * grown(dt * swelling / DIM), h_low), h_high)",
+             "max(now.h * grown(dt * swelling / DIM), h_low)", f"{LENGTHS} -k limits"),
+    Mutation("what clamps take is not counted", "integrators/update.py",
+             "support = plus(support, times(mass, rate.a))", "support = plus(support, times(0.0, rate.a))",
+             f"{LENGTHS} -k held"),
+    Mutation("clamped particles are pushed", "integrators/update.py",
+             "rate = Rates(no_vector(DIM), rate.power", "rate = Rates(rate.a, rate.power", f"{LENGTHS} -k held"),
+    Mutation("clamped particles of projection are pushed", "formulations/projection_passes.py",
+             "                a = no_vector(DIM)\n", "", "test_projection.py -k clamped"),
+    Mutation("energy without the work at the mean velocity", "integrators/update.py",
+             "now.e + dt * (power - missing)", "now.e + dt * power", "test_integrators_schemes.py -k energy"),
+    Mutation("sheets keep their density as they thin", "integrators/update.py",
+             "rho *= grown(-dt * (swelling + zz))", "rho *= grown(-dt * swelling)", "test_plane_stress.py"),
+    Mutation("rings: no hoop in the density", "integrators/update.py",
+             "rho *= grown(-dt * (swelling + hoop))", "rho *= grown(-dt * swelling)", "test_axisymmetric.py"),
+    Mutation("stress turned half as far", "materials/response.py",
+             "times(0.25 * dt, curl(l))", "times(0.125 * dt, curl(l))", f"{RESPONSE} -k 'rotat'"),
+    Mutation("artificial stress one power higher", "sph/laws/standard.py",
+             "range(EXPONENT - 1)", "range(EXPONENT)", "test_sph_standard_options.py -k exponent"),
+    Mutation("dissipation of density cools", "sph/laws/standard.py",
+             "power -= 0.5 * inverse_rho * flow", "power += 0.5 * inverse_rho * flow",
+             "test_sph_standard_options.py -k dissipation_heats"),
+    Mutation("corrections without the own volume", "sph/laws/corrections.py",
+             " + rows[i, M] / rows[i, RHO] * scale(1.0 / h) * h * shape(0.0)", "", "test_corrections.py -k sums_to_one"),
+    Mutation("corrections: shift without its sign", "sph/laws/corrections.py",
+             "times(-inverse_s * inverse_s,", "times(inverse_s * inverse_s,", "test_corrections.py -k linear"),
+]  # fmt: skip
+
+
+def survives(mutation, copy):
+    """Make the mutation in a copy of the sources; return whether its test passes all the same, and what it said."""
+    path = copy / "hvisph" / mutation.file
+    text = path.read_text(encoding="utf-8")
+    if text.count(mutation.old) != 1:
+        raise SystemExit(f"{mutation.what}: its line stands {text.count(mutation.old)} times in {mutation.file}")
+    path.write_text(text.replace(mutation.old, mutation.new), encoding="utf-8")
+    command = f"{sys.executable} -m pytest -x -q -n 0 -p no:cacheprovider tests/{mutation.test}"
+    environment = os.environ | {"PYTHONPATH": str(copy)}
+    done = subprocess.run(command, shell=True, cwd=copy, env=environment, capture_output=True, text=True, check=False)
+    path.write_text(text, encoding="utf-8")
+    if done.returncode not in (0, 1):
+        raise SystemExit(f"{mutation.what}: {done.stdout[-2000:]}{done.stderr[-2000:]}")
+    return done.returncode == 0, done.stdout
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--kept", type=Path, default=Path("mutations.json"))
+    parser.add_argument("--seconds", type=float, default=float("inf"))
+    asked = parser.parse_args()
+    kept = json.loads(asked.kept.read_text()) if asked.kept.is_file() else {}
+    began = time.perf_counter()
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder)
+        for name in ("hvisph", "tests", "cases", "schemas", "benchmarks", "pyproject.toml"):
+            source = ROOT / name
+            if source.is_dir():
+                shutil.copytree(source, copy / name, ignore=shutil.ignore_patterns("__pycache__"))
+            else:
+                shutil.copy(source, copy / name)
+        for mutation in MUTATIONS:
+            if asked.only not in mutation.what or kept.get(mutation.what) is False:
+                continue
+            if time.perf_counter() - began > asked.seconds:
+                break
+            lives, said = survives(mutation, copy)
+            kept[mutation.what] = lives
+            asked.kept.write_text(json.dumps(kept, indent=1))
+            print(f"{'SURVIVES' if lives else 'noticed '} {mutation.what}: {said.strip().splitlines()[-1]}", flush=True)
+    print(f"{sum(not lives for lives in kept.values())} of {len(kept)} noticed")
+
+
+if __name__ == "__main__":
+    main()
