@@ -7,7 +7,9 @@ from test_total_lagrangian import SPRING, body
 from hvisph.simulation.build import build
 from hvisph.sph.reference import RIM
 
-FLOWING = SPRING | {"strength": {"type": "von_mises", "yield_stress": 0.3e9}}
+# It has flowed and is damaged; nothing that happens here would damage it further.
+FLOWING = SPRING | {"strength": {"type": "von_mises", "yield_stress": 0.3e9},
+                    "damage": {"type": "cockcroft_latham", "critical_work": 1e30}}  # fmt: skip
 HALF = {1: [(0, 0)], 2: [(0, 0), (1, 1), (0, 1)], 3: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]}
 
 
@@ -49,7 +51,7 @@ def written_out(stepper, young_modulus, correction="mixed", hourglass=0.0, print
     count, dim = particles["position"].shape
     rows, slots = stepper.rows_[:count], stepper.slots
     x, u = rows[:, :dim], rows[:, slots["U"] : slots["U"] + dim]
-    at, m, rho = particles["reference_position"], particles["mass"], rows[:, slots["RHO"]]
+    at, m = particles["reference_position"], particles["mass"]
     rho0 = stepper.materials[0].density
     volume = m / rho0
     pairs = reference_gradients(at, volume, kernel, h, correction)
@@ -58,9 +60,10 @@ def written_out(stepper, young_modulus, correction="mixed", hourglass=0.0, print
         f[a] += np.outer((x[b] - x[a]) - (at[b] - at[a]), g)
         rate[a] += np.outer(u[b] - u[a], g)
     j, inverse = stepper.swellings * np.linalg.det(f), np.linalg.inv(f)
-    l = rate @ inverse
+    rho, l = rho0 / j, rate @ inverse
     c = stepper.materials[0].bulk_sound_speed * np.array([share_of_viscosity(one) for one in l])
     modulus = young_modulus / (1.0 + young_modulus * particles["plastic_strain"] / yield_stress)
+    modulus = modulus * (1.0 - rows[:, slots["DAMAGE"]])
     sigma = np.zeros((count, dim, dim))
     for k, (p, q) in enumerate(HALF[dim]):
         sigma[:, p, q] = sigma[:, q, p] = rows[:, slots["S"] + k]
@@ -103,11 +106,15 @@ def test_deformation_forces_and_power_are_those_of_the_formulas(dim, options, pl
     particles["deviator"][:, :2] = 1e8 * random.normal(size=(particles.count, 2))
     particles["deviator"][:, 2] = -particles["deviator"][:, :2].sum(axis=1)
     particles["plastic_strain"] = random.uniform(0.0, 0.5, particles.count)
+    particles["damage"] = random.uniform(0.0, 0.5, particles.count)
     stepper.swellings[:] = random.uniform(0.9, 1.1, particles.count)
     stepper.predict(0.0)
     stepper.evaluate()
     j, gradient, acceleration, power = written_out(stepper, 70e9, **plainly)
     assert stepper.jacobians == pytest.approx(j, rel=1e-12)
+    density = stepper.materials[0].density / j
+    assert stepper.rows_[: particles.count, stepper.slots["RHO"]] == pytest.approx(density, rel=1e-12)
+    assert particles["density"] == pytest.approx(density, rel=1e-12)
     # forces are small sums of large terms of a stiff spring: their rounding is that of the terms
     for found, wanted in ((stepper.rates[:, dim + 2 :], gradient), (stepper.rates[:, :dim], acceleration),
                           (stepper.rates[:, dim], power)):  # fmt: skip

@@ -90,11 +90,11 @@ def remember(state, i, u, rate):
         state[i, S_PREVIOUS_HOOP_RATE] = rate.hoop
 
 
-def moved(state, i, now, rate, u, dt):
+def moved(state, i, now, rate, free, u, dt):
     """Carry position, velocity and energy over a step: return them in a state, and gradient, swelling, hoop's rate.
 
     `u` is the velocity of the evaluation, with which power and gradient were found. The step's rates are those of
-    the evaluation or, with PREVIOUS, the means of them and of the one before.
+    the evaluation or, with PREVIOUS, the means of them and of the one before. `free` is 0 of a particle that is held.
     """
     a, power, l, density, hoop = rate.a, rate.power, rate.l, rate.density, rate.hoop
     if PREVIOUS:
@@ -106,6 +106,7 @@ def moved(state, i, now, rate, u, dt):
             density = 0.5 * (density + state[i, S_PREVIOUS_DENSITY_RATE])
         if REVOLVED:
             hoop = 0.5 * (hoop + state[i, S_PREVIOUS_HOOP_RATE])
+    a = times(free, a)
     # Mean velocity of the step; the work of the forces at it is what the energy receives.
     mean = plus(now.u, times(0.5 * dt, a))
     missing = dot(rate.a, minus(mean, u))
@@ -222,13 +223,17 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
             k, m = np.uint64(place[s]), np.uint64(tags[s, 2])
             flowed = dissipated = 0.0
             mass, now, rate = state[s, S_MASS], loaded(state, s), measured(rates, k)
+            acting, free = rate, 1.0
             if tags[s, 3] & np.uint32(1):  # clamped
-                add_vector(wholes, i, SUPPORT, times(mass, rate.a), of_force)
-                rate = Rates(no_vector(DIM), rate.power, rate.l, rate.density, rate.hoop)
+                held = rate.a
+                if PREVIOUS:
+                    held = times(0.5, plus(held, own_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
+                add_vector(wholes, i, SUPPORT, times(mass, held), of_force)
+                rate, free = Rates(no_vector(DIM), rate.power, rate.l, rate.density, rate.hoop), 0.0
             least = sparsest(mass, now.x, now.h, state[s, S_THICKNESS] if PLANE_STRESS else 1.0) if SPARSEST else 0.0
             if complete:
                 u, before = own_vector(sorted_rows, k, U, DIM), now
-                now, l, swelling, hoop = moved(state, s, now, rate, u, dt)
+                now, l, swelling, hoop = moved(state, s, now, acting, free, u, dt)
                 now, p, c, l, thicker = strained(
                     now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)  # fmt: skip
                 store(state, s, now)
@@ -240,7 +245,7 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                     state[s, S_VISCOSITY_SHARE] = viscous_share(
                         state[s, S_VISCOSITY_SHARE], l, c, now.h, dt, coefficients)  # fmt: skip
                 if PREVIOUS:
-                    remember(state, s, u, rate)
+                    remember(state, s, u, acting)
             speed2 = dot(now.u, now.u)
             kinetic, internal, momentum = 0.5 * mass * speed2, mass * now.e, in_space(times(mass, now.u))
             slipping = mass * rates[k, R_SLIP] if SLIPS else 0.0
