@@ -148,3 +148,17 @@ def test_a_pull_back_is_the_fall_before_the_surface_rises_again():
     found = pull_back({"time": time, "gauge.rear.velocity_x": -held}, now)
     assert "not been pulled back" in found["spall_strength"].reason
     assert "no gauge" in pull_back({"time": time}, snapshot(np.zeros((1, 1))))["spall_strength"].reason
+
+
+def test_temperatures_are_means_of_the_mass():
+    start = snapshot(ball([-2 * MM, 0], 4 * MM, 0.2 * MM), box([0, -9 * MM], [2 * MM, 9 * MM], 0.2 * MM), dx=0.2 * MM)
+    assert "heat capacity" in measure_snapshot(start, start)["projectile_temperature"].reason
+    first = start.body == 0
+    start.fields["temperature"] = np.where(first, 600.0, 300.0)
+    start.fields["temperature"][np.flatnonzero(first)[0]] = np.nan  # of a material without a heat capacity
+    start.fields["temperature"][np.flatnonzero(first)[1]] = 5000.0  # one particle decides nothing
+    found = measure_snapshot(start, start)
+    count = first.sum() - 1
+    assert found["projectile_temperature"].value == pytest.approx((600.0 * (count - 1) + 5000.0) / count)
+    assert found["target_temperature"].value == pytest.approx(300.0)
+    assert found["highest_temperature"].value == 600.0

@@ -170,6 +170,11 @@ def test_histories_come_back_from_their_csv(run, tmp_path):
     assert float(rows[1]["fragments.projectile.loose_mass_share"]) == pytest.approx(5 / 27)
     assert float(rows[1]["fragments.projectile.largest_velocity_x [m/s]"]) == pytest.approx(400.0)
     assert rows[0]["plug_velocity [m/s]"] == rows[1]["void_fraction"].strip("0123456789.e-") == ""
+    assert float(rows[1]["projectile.largest_share"]) == found.projectile["largest_share"].value
+    layer = found.layers[0]
+    lost = layer.results["mass_lost"]
+    assert float(rows[1][f"layer.{layer.body}.mass_lost [{lost.unit}]"]) == lost.value
+    assert not any(name.startswith("cloud.") for name in rows[0])  # nothing is perforated
 
 
 def test_one_moment_is_one_row_and_no_picture(run, tmp_path):

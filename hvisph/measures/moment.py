@@ -14,6 +14,7 @@ from hvisph.measures.answer import answer
 from hvisph.measures.bars import bar, penetration_ratio
 from hvisph.measures.cloud import Cloud, cloud
 from hvisph.measures.debris import BodyFragments, debris
+from hvisph.measures.heat import temperatures
 from hvisph.measures.hollow import radii
 from hvisph.measures.layers import LayerMeasures, layer_measures, perforated
 from hvisph.measures.lengths import crater_diameter, extension, penetration
@@ -168,6 +169,7 @@ def measure_snapshot(
         "residual_velocity": residual_velocity(scene, layers),
         "momentum_transfer": momentum_transfer(scene),
         **plug_and_lip(scene),
+        **temperatures(scene),
         "penetration_ratio": penetration_ratio(scene, layers),
         **one_bar.results,
         **radii(scene),

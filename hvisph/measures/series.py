@@ -38,8 +38,11 @@ def moments(measured: Measures) -> tuple[Measures, ...]:
     return measured.series or (measured,)
 
 
-def columns(measured: Measures) -> dict[str, Column]:
+def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
     """Return every measure over time by its name, and what the fragments of each body come to.
+
+    With `sections` also those of the projectile, the layers and the cloud that have a value at any moment, as
+    ``projectile.<name>``, ``layer.<body>.<name>`` and ``cloud.<name>``.
 
     Of the fragments: ``fragments.<body>.number`` (of five particles or more), ``.loose_mass_share`` (in smaller ones),
     ``.largest_mass_share``, ``.largest_velocity_x`` (``_y``, ``_z``) and ``.largest_speed`` [m/s].
@@ -56,6 +59,17 @@ def columns(measured: Measures) -> dict[str, Column]:
                 row[f"{head}largest_velocity_{axis}"] = "m/s", float(speed)
             row[head + "largest_speed"] = "m/s", largest.speed
         rows.append(row)
+    if sections:
+        for row, moment in zip(rows, moments(measured), strict=True):
+            parts = {"projectile": moment.projectile, "cloud": moment.cloud.results}
+            parts |= {f"layer.{layer.body}": layer.results for layer in moment.layers}
+            row |= {f"{part}.{name}": (one.unit, one.value) for part, results in parts.items()
+                    for name, one in results.items()}  # fmt: skip
+        told = {name for row in rows for name, (_, value) in row.items() if value is not None}
+        inner = ("projectile.", "cloud.", "layer.")
+        rows = [
+            {name: cell for name, cell in row.items() if name in told or not name.startswith(inner)} for row in rows
+        ]
     units = {name: unit for row in rows for name, (unit, _) in row.items()}
     return {
         name: Column(unit, np.array([_number(row.get(name, (unit, None))[1]) for row in rows]))
@@ -73,7 +87,7 @@ def write_series(measured: Measures, path: str | os.PathLike[str]) -> Path:
     OutputError
         When it cannot be written; an earlier file of that name is then untouched.
     """
-    table = columns(measured)
+    table = columns(measured, sections=True)
     head = [_headed("time", "s", measured), "step", *(_headed(name, table[name].unit, measured) for name in table)]
     body = [
         [moment.time, moment.step, *(column.values[row] for column in table.values())]
