@@ -1,6 +1,6 @@
 """Time and memory of all measures at the end of a run: a synthetic Whipple shot in 3D, with a cloud of debris.
 
-    python benchmarks/measures.py [--particles 1e6] [--profile]
+    python benchmarks/measures.py [--particles 1e6] [--moments 20] [--memory] [--profile]
 
 A plate of four spacings with a hole, debris on a widening shell behind it, a wall with a crater: wall-clock time and user
 CPU time of `measure_snapshot`, and the peak of memory over that of the two snapshots, per particle.
@@ -14,10 +14,12 @@ import pstats
 import resource
 import time
 import tracemalloc
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
-from hvisph.measures.measure import Measures, measure_snapshot
+from hvisph.measures.measure import Measures, in_time, measure_snapshot
 from hvisph.output.snapshot import Snapshot
 
 DX = 0.25e-3
@@ -66,11 +68,21 @@ def shot(particles: int) -> tuple[Snapshot, Snapshot]:
     return start, end
 
 
+def between(start: Snapshot, end: Snapshot, share: float) -> Snapshot:
+    """Return a moment between both."""
+    if share in (0.0, 1.0):
+        return start if share == 0.0 else end
+    first, last = start.fields["position"], end.fields["position"]
+    fields = end.fields | {"position": first + share * (last - first)}
+    return replace(end, time=share * end.time, fields=fields)
+
+
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--particles", type=float, default=1e6)
     parser.add_argument("--profile", action="store_true", help="print where the time goes")
+    parser.add_argument("--moments", type=int, default=0, help="and what this many earlier snapshots tell, in memory")
     parser.add_argument("--memory", action="store_true", help="trace memory, which takes several times as long")
     arguments = parser.parse_args()
     start, end = shot(int(arguments.particles))
@@ -81,6 +93,11 @@ def main() -> None:
     if arguments.profile:
         profile.enable()
     found: Measures = measure_snapshot(end, start)
+    if arguments.moments:
+        one = resource.getrusage(resource.RUSAGE_SELF).ru_utime - used
+        print(f"of which the end alone {one:.2f} s of user CPU time")
+        found = in_time(found, [Path(str(k)) for k in range(arguments.moments + 1)], start,
+                        lambda path: between(start, end, int(path.name) / arguments.moments))  # fmt: skip
     profile.disable()
     wall = time.perf_counter() - began
     used = resource.getrusage(resource.RUSAGE_SELF).ru_utime - used

@@ -14,7 +14,33 @@ LINK = 2.0  # particles nearer than this many spacings belong together
 NEAR = 1.3  # spacings within which nearly all neighbours of sound matter are linked already, at few pairs each
 
 
-def connected_groups(position: np.ndarray, spacing: float, link: float = LINK) -> np.ndarray:
+class Neighbours:
+    """Pairs that were neighbours at a run's start: most still are, and searching them is most of the work.
+
+    Parameters
+    ----------
+    start
+        The run's first snapshot.
+    spacing
+        dx [m].
+    """
+
+    def __init__(self, start: Snapshot, spacing: float):
+        self._start, self._spacing = start, spacing
+        self._pairs: dict[tuple[int, ...], np.ndarray] = {}
+
+    def pairs(self, bodies: tuple[int, ...], number: np.ndarray) -> np.ndarray | None:
+        """Return pairs of indices (m, 2) among particles of `bodies` with the numbers (n,); None where others began."""
+        own = np.flatnonzero(np.isin(self._start.body, bodies))
+        if not np.array_equal(self._start.id[own], number):
+            return None
+        if bodies not in self._pairs:
+            self._pairs[bodies] = _near(self._start.fields["position"][own], NEAR * self._spacing)
+        return self._pairs[bodies]
+
+
+def connected_groups(position: np.ndarray, spacing: float, link: float = LINK,
+                     likely: np.ndarray | None = None) -> np.ndarray:  # fmt: skip
     """Return the number of the group that each particle belongs to, the largest group being 0.
 
     Parameters
@@ -25,6 +51,8 @@ def connected_groups(position: np.ndarray, spacing: float, link: float = LINK) -
         dx [m].
     link
         Linking distance in spacings.
+    likely
+        Pairs of indices (m, 2) that are likely to be near each other, such as the start's; sought unless given.
 
     Returns
     -------
@@ -36,19 +64,29 @@ def connected_groups(position: np.ndarray, spacing: float, link: float = LINK) -
         return np.zeros(0, dtype=np.int64)
     position = position.reshape(len(position), -1)
     # what is near is joined first; only what is then still apart needs the search that yields many pairs
-    labels = _linked(position, NEAR * spacing)
+    pairs = (
+        _near(position, NEAR * spacing) if likely is None or link <= NEAR else _still(position, likely, NEAR * spacing)
+    )
+    labels = _components(len(position), pairs[:, 0], pairs[:, 1])
     if link > NEAR:
         apart = np.flatnonzero(labels != np.bincount(labels).argmax())
         labels = _joined(position, labels, apart, link * spacing)
     return _by_size(labels)
 
 
-def _linked(position: np.ndarray, reach: float) -> np.ndarray:
-    """Return the connected components of the particles nearer than `reach` to each other."""
+def _near(position: np.ndarray, reach: float) -> np.ndarray:
+    """Return the pairs of particles nearer than `reach` to each other, shape (m, 2)."""
     from scipy.spatial import cKDTree
 
-    pairs = cKDTree(position).query_pairs(reach, output_type="ndarray")
-    return _components(len(position), pairs[:, 0], pairs[:, 1])
+    pairs = cKDTree(position.reshape(len(position), -1)).query_pairs(reach, output_type="ndarray")
+    return np.asarray(pairs.astype(np.int32))
+
+
+def _still(position: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarray:
+    """Return those of the pairs that are nearer than `reach` to each other."""
+    apart = position[pairs[:, 0]]
+    apart -= position[pairs[:, 1]]
+    return np.asarray(pairs[np.einsum("ij,ij->i", apart, apart) <= reach * reach])
 
 
 def _joined(position: np.ndarray, labels: np.ndarray, apart: np.ndarray, reach: float) -> np.ndarray:

@@ -11,11 +11,13 @@ import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.measures.answer import answer
+from hvisph.measures.groups import Neighbours
 from hvisph.measures.moment import History, Measures, measure_snapshot, unmeasured
 from hvisph.measures.passage import Moment, moment_of, with_history
 from hvisph.measures.plateau import before_release, plateau
 from hvisph.measures.result import Result
 from hvisph.measures.scene import Scene
+from hvisph.measures.shot import spacing_of
 from hvisph.measures.swing import LATELY, MOST, lately, swinging
 from hvisph.output.snapshot import Snapshot
 
@@ -82,7 +84,8 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     # a folder of another code's files has no history; a damaged one is an error
     history = reader.read_history(path) if (path / files_of.HISTORY).exists() else None
     if at == "all":
-        moments = tuple(measure_snapshot(read(file), start, history, str(path)) for file in files)
+        known_pairs = neighbours_of(start)
+        moments = tuple(measure_snapshot(read(file), start, history, str(path), known_pairs) for file in files)
         known = [one.moment for one in moments]
         moments = tuple(_timed(moment, number + 1, known.__getitem__) for number, moment in enumerate(moments))
         moments = tuple(_swung(moment, moments[:number]) for number, moment in enumerate(moments))
@@ -114,10 +117,10 @@ def in_time(now: Measures, files: Sequence[Path], start: Snapshot | None,
 
     read = read or reader.read_snapshot
 
-    last = now.moment
+    last, pairs = now.moment, neighbours_of(start)
 
     def moment(number: int) -> Moment:
-        return last if number == len(files) - 1 else moment_of(Scene.of(read(files[number]), start))
+        return last if number == len(files) - 1 else moment_of(Scene.of(read(files[number]), start, pairs))
 
     from hvisph.output import names
 
@@ -131,8 +134,13 @@ def in_time(now: Measures, files: Sequence[Path], start: Snapshot | None,
             if len(recent) >= MOST or before.time < (1.0 - LATELY) * now.time:
                 break
             recent.append(before)
-        now = _swung(now, [measure_snapshot(one, start) for one in reversed(recent)])
+        now = _swung(now, [measure_snapshot(one, start, neighbours=pairs) for one in reversed(recent)])
     return _timed(now, len(files), moment)
+
+
+def neighbours_of(start: Snapshot | None) -> Neighbours | None:
+    """Return the neighbours of a run's start; None where it is not known."""
+    return None if start is None else Neighbours(start, spacing_of(start))
 
 
 def _plateau_of(now: Measures, files: Sequence[Path], start: Snapshot | None, read: Callable[[Path], Snapshot]

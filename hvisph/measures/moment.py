@@ -14,6 +14,7 @@ from hvisph.measures.answer import answer
 from hvisph.measures.bars import bar, penetration_ratio
 from hvisph.measures.cloud import Cloud, cloud
 from hvisph.measures.debris import BodyFragments, debris
+from hvisph.measures.groups import Neighbours
 from hvisph.measures.heat import temperatures
 from hvisph.measures.hollow import radii
 from hvisph.measures.layers import LayerMeasures, layer_measures, perforated
@@ -139,8 +140,9 @@ class Measures:
 
 
 def measure_snapshot(
-    now: Snapshot, start: Snapshot | None = None, history: History | None = None, source: str = ""
-) -> Measures:
+    now: Snapshot, start: Snapshot | None = None, history: History | None = None, source: str = "",
+    neighbours: Neighbours | None = None,
+) -> Measures:  # fmt: skip
     """Measure one moment held in memory.
 
     Parameters
@@ -153,8 +155,10 @@ def measure_snapshot(
         Columns of ``history.csv`` by name; peaks are taken up to the moment.
     source
         What to name as measured.
+    neighbours
+        Of the start, where several moments of a run are measured.
     """
-    scene = Scene.of(now, start)
+    scene = Scene.of(now, start, neighbours)
     if not scene.is_projectile.any():
         raise OutputError(f"{source or 'the snapshot'}: there is no particle of the projectile")
     layers, one_bar = layer_measures(scene), bar(scene)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.measures.groups import LINK, Fragment, connected_groups, grouped, main_body
+from hvisph.measures.groups import LINK, Fragment, Neighbours, connected_groups, grouped, main_body
 from hvisph.measures.plates import RIM, Plate
 from hvisph.measures.roles import PROJECTILE, members
 from hvisph.measures.shot import Shot, shot_of, spacing_of
@@ -71,11 +71,14 @@ class Scene:
         The run's first snapshot, where there is one, likewise.
     shot
         What is known of the shot.
+    neighbours
+        Of the start, where several moments of a run are measured.
     """
 
     now: Snapshot
     start: Snapshot | None = None
     shot: Shot = field(default_factory=lambda: Shot(()))
+    neighbours: Neighbours | None = field(default=None, repr=False)
     _fragments: dict[tuple[int, ...], list[Fragment]] = field(default_factory=dict, init=False, repr=False)
     _rims: dict[int, np.ndarray] = field(default_factory=dict, init=False, repr=False)
 
@@ -84,11 +87,12 @@ class Scene:
             self.shot = shot_of(self.start, self.now)
 
     @classmethod
-    def of(cls, now: Snapshot, start: Snapshot | None = None) -> Scene:
+    def of(cls, now: Snapshot, start: Snapshot | None = None, neighbours: Neighbours | None = None) -> Scene:
         """Return the scene of a snapshot as a file holds it: the shot found, images filled in, axes turned."""
         shot = shot_of(start, now)
         seen = shot.seen(now)
-        return cls(seen, (seen if start is now else shot.seen(start)) if start is not None else None, shot)
+        begun = (seen if start is now else shot.seen(start)) if start is not None else None
+        return cls(seen, begun, shot, neighbours)
 
     @cached_property
     def position(self) -> np.ndarray:
@@ -219,7 +223,10 @@ class Scene:
             _ = self.position  # says which particle has none
             count = self.now.count // self.shot.whole.images
             part = np.flatnonzero(np.isin(self.now.body[:count], bodies))
-            labels = connected_groups(self.now.fields["position"][part], self.spacing)
+            likely = (
+                self.neighbours.pairs(bodies, self.now.id[part] // self.shot.whole.images) if self.neighbours else None
+            )
+            labels = connected_groups(self.now.fields["position"][part], self.spacing, likely=likely)
             labels = self.shot.whole.joined(labels, self._own_axes(part), LINK * self.spacing)
             copies = part[None] + count * np.arange(self.shot.whole.images)[:, None]
             self._fragments[bodies] = grouped(self.now, copies.ravel(), labels, bodies[0])
