@@ -9,7 +9,8 @@ from pydantic import Field
 from hvisph.case.dimensions import NUMBER
 from hvisph.case.materials import NamedMaterial
 from hvisph.case.model import StrictModel
-from hvisph.case.shapes import Axis, OptionalRotation, Position, Rotation, Shape
+from hvisph.case.plain_shapes import Axis
+from hvisph.case.shapes import OptionalRotation, Position, Rotation, Shape
 from hvisph.case.units import (
     NonNegativeLength,
     NonNegativeSpecificEnergy,

@@ -10,8 +10,9 @@ from typing import Protocol
 from hvisph.case.bodies import Body
 from hvisph.case.formulations.options import KernelOptions
 from hvisph.case.model import Path, Problem
+from hvisph.case.plain_shapes import BoxShape, IntervalShape
 from hvisph.case.regions import SymmetryPlane
-from hvisph.case.shapes import BoxShape, IntervalShape, shape_problems
+from hvisph.case.shapes import shape_problems
 from hvisph.case.velocities import LinearField, UniformField
 from hvisph.core.shapes import SECTION_ARRANGEMENTS, arrangements_of
 
