@@ -7,7 +7,7 @@ import pytest
 
 from hvisph.casefile.loader import bundled_cases, load_case
 from hvisph.core.errors import CaseError
-from hvisph.pictures.setup import DrawnBody, Setup, setup_picture
+from hvisph.pictures.setup import DrawnBody, Setup, setup_figure, setup_picture
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import build
 from hvisph.simulation.first_contact import first_contact
@@ -141,6 +141,18 @@ def test_a_picture_of_the_set_up(dim, tmp_path):
     setup = Setup("set-up", bodies, [(0, 0.0)], {"gauge": [1e-3] * dim}, ["first contact at 3 us"])
     path = setup_picture(setup, tmp_path / "setup.png")
     assert path.stat().st_size > 10_000
+
+
+def test_rings_are_drawn_as_a_whole_section_and_a_view():
+    points = np.stack(np.meshgrid(np.arange(4.0), np.arange(4.0) + 0.5, indexing="ij"), axis=-1).reshape(-1, 2) * 1e-3
+    rod = DrawnBody("rod", "rod: copper", points, np.full(16, 1e-3), np.array([100.0, 0.0]), points[:, 0] > 2e-3)
+    section, view = setup_figure(Setup("rings", [rod], revolved=True)).axes
+    (shown,) = section.collections
+    assert len(shown.get_offsets()) == 2 * 16
+    assert sorted(set(np.round(shown.get_offsets()[:, 1], 3))) == [-3.5, -2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 3.5]
+    # three quarters of each circumference, a particle a spacing
+    (turned,) = view.collections
+    assert len(turned.get_offsets()) == 4 * sum(int(1.5 * np.pi * r) for r in (0.5, 1.5, 2.5, 3.5))
 
 
 @pytest.mark.parametrize("name", [name for name in bundled_cases() if name.startswith("shapes/")])

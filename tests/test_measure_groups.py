@@ -41,6 +41,32 @@ def test_groups_are_the_same_with_the_neighbours_of_the_start(dim):
         np.testing.assert_array_equal(connected_groups(now, dx, likely=pairs), connected_groups(now, dx))
 
 
+def test_groups_of_unlike_spacings_against_brute_force():
+    random = np.random.default_rng(6)
+    position, spacing = random.uniform(0.0, 30.0, (250, 2)), random.choice([0.4, 0.5, 1.0, 1.7], 250)
+    distance = np.linalg.norm(position[:, None] - position[None], axis=2)
+    near = distance <= spacing[:, None] + spacing[None]  # two of the mean
+    for _ in range(8):
+        near = (near.astype(int) @ near.astype(int)) > 0
+    labels = connected_groups(position, spacing)
+    np.testing.assert_array_equal(labels[:, None] == labels[None], near)
+    np.testing.assert_array_equal(connected_groups(position, np.ones(250)), connected_groups(position, 1.0))
+
+
+def test_a_graded_plate_is_one_piece():
+    """Layers that grow by a tenth to four times the finest, cut by a plane of symmetry: one body, whose rim is its own."""
+    steps = 1.1 ** np.minimum(np.arange(30), 15)
+    x = np.cumsum(steps) - 0.5 * steps
+    position = np.stack(np.meshgrid(np.arange(4.0), x, indexing="ij"), -1).reshape(-1, 2) * MM
+    start = snapshot(np.array([[-2.0, 0.5], [-1.0, 0.5]]) * MM, position)
+    start.fields["velocity"][:2] = [1000.0, 0.0]
+    start.fields["smoothing_length"] = 1.2 * np.concatenate([np.ones(2), np.tile(steps, 4)]) * MM
+    start.metadata.update({"spacing": MM, "h_over_dx": 1.2, "shot": {"planes": [{"axis": "y", "at": 0.0}]}})
+    assert len(fragments(start, 1, MM)) > 10  # by the finest alone
+    (whole,) = Scene.of(start, start).fragments(1)
+    assert whole.count == 2 * len(position)
+
+
 def test_fragments_have_their_mass_and_velocity():
     dx = 0.1 * MM
     large, small = ball([0, 0], 3 * MM, dx), ball([9 * MM, 1 * MM], 1 * MM, dx)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from hvisph.core.kinematics import KINEMATICS
+
 
 def draw_setup(case: Any, path: str) -> Path:
     """Draw the set-up of `case` into the file `path`."""
@@ -27,4 +29,5 @@ def draw_setup(case: Any, path: str) -> Path:
         notes.append(f"first contact: {one} and {other} at {shown}")
     planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
     gauges = {name: gauge.at for name, gauge in case.gauges.items()}
-    return setup_picture(Setup(case.title or "untitled case", bodies, planes, gauges, notes, case.units == "si"), path)
+    title, revolved = case.title or "untitled case", KINEMATICS[case.kinematics].revolved
+    return setup_picture(Setup(title, bodies, planes, gauges, notes, case.units == "si", revolved), path)

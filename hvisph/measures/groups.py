@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 LINK = 2.0  # particles nearer than this many spacings belong together
 NEAR = 1.3  # spacings within which nearly all neighbours of sound matter are linked already, at few pairs each
+ALIKE = 1.2  # spacings of a body that differ by no more than this factor are one
 
 
 class Neighbours:
@@ -39,7 +40,7 @@ class Neighbours:
         return self._pairs[bodies]
 
 
-def connected_groups(position: np.ndarray, spacing: float, link: float = LINK,
+def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: float = LINK,
                      likely: np.ndarray | None = None) -> np.ndarray:  # fmt: skip
     """Return the number of the group that each particle belongs to, the largest group being 0.
 
@@ -48,7 +49,7 @@ def connected_groups(position: np.ndarray, spacing: float, link: float = LINK,
     position
         Shape (n, dim) [m].
     spacing
-        dx [m].
+        dx [m], or of every particle its own (n,); two particles are linked by the mean of theirs.
     link
         Linking distance in spacings.
     likely
@@ -63,6 +64,8 @@ def connected_groups(position: np.ndarray, spacing: float, link: float = LINK,
     if len(position) == 0:
         return np.zeros(0, dtype=np.int64)
     position = position.reshape(len(position), -1)
+    if isinstance(spacing, np.ndarray):
+        return _by_size(_linked_unlike(position, spacing, link))
     # what is near is joined first; only what is then still apart needs the search that yields many pairs
     pairs = (
         _near(position, NEAR * spacing) if likely is None or link <= NEAR else _still(position, likely, NEAR * spacing)
@@ -87,6 +90,42 @@ def _still(position: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarray:
     apart = position[pairs[:, 0]]
     apart -= position[pairs[:, 1]]
     return np.asarray(pairs[np.einsum("ij,ij->i", apart, apart) <= reach * reach])
+
+
+def _linked_unlike(position: np.ndarray, spacing: np.ndarray, link: float) -> np.ndarray:
+    """Return the connected components of particles of unlike `spacing` (n,) [m]."""
+    count = len(position)
+    labels = _components(count, *_pairs(position, spacing, np.arange(count), min(NEAR, link)))
+    if link > NEAR:
+        apart = np.flatnonzero(labels != np.bincount(labels).argmax())
+        one, other = _pairs(position, spacing, apart, link)
+        labels = _components(int(labels.max()) + 1, labels[one], labels[other])[labels]
+    return labels
+
+
+def _pairs(position: np.ndarray, spacing: np.ndarray, chosen: np.ndarray, link: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the pairs of the particles `chosen` with any, nearer than `link` times the mean of their spacings.
+
+    They are sought by classes of like spacing, so that no coarse reach is searched among fine particles only.
+    """
+    from scipy.spatial import cKDTree
+
+    classes = np.floor(np.log(spacing / spacing.min()) / np.log(ALIKE)).astype(np.int64)
+    own, rows = classes[chosen], {k: np.flatnonzero(classes == k) for k in np.unique(classes)}
+    trees = {k: cKDTree(position[members]) for k, members in rows.items()}
+    found: list[tuple[np.ndarray, np.ndarray]] = []
+    for k in np.unique(own):
+        mine = chosen[own == k]
+        tree = cKDTree(position[mine])
+        for other, members in rows.items():
+            reach = 0.5 * link * float(spacing[mine].max() + spacing[members].max())
+            near = tree.sparse_distance_matrix(trees[other], reach, output_type="ndarray")
+            one, two = mine[near["i"]], members[near["j"]]
+            kept = near["v"] <= 0.5 * link * (spacing[one] + spacing[two])
+            found.append((one[kept], two[kept]))
+    if not found:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    return np.concatenate([one for one, _ in found]), np.concatenate([two for _, two in found])
 
 
 def _joined(position: np.ndarray, labels: np.ndarray, apart: np.ndarray, reach: float) -> np.ndarray:
@@ -122,7 +161,7 @@ def _by_size(labels: np.ndarray) -> np.ndarray:
     return rank[labels]
 
 
-def main_body(position: np.ndarray, spacing: float, link: float = LINK) -> np.ndarray:
+def main_body(position: np.ndarray, spacing: float | np.ndarray, link: float = LINK) -> np.ndarray:
     """Return the indices of the particles of the largest group linked at `link` spacings."""
     return np.flatnonzero(connected_groups(position, spacing, link) == 0)
 

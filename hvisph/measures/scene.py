@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.measures.groups import LINK, Fragment, Neighbours, connected_groups, grouped, main_body
+from hvisph.measures.groups import ALIKE, LINK, Fragment, Neighbours, connected_groups, grouped, main_body
 from hvisph.measures.plates import RIM, Plate
 from hvisph.measures.roles import PROJECTILE, members
 from hvisph.measures.shot import Shot, shot_of, spacing_of
@@ -113,6 +113,20 @@ class Scene:
     def spacing(self) -> float:
         """Spacing dx [m]: as the run says, or in other codes' files the cell that a particle's mass fills."""
         return spacing_of(self.now)
+
+    def spacings(self, rows: np.ndarray) -> float | np.ndarray:
+        """Return the spacing of the particles `rows` [m]: dx, or where a body has several, of each its own.
+
+        It is that of the start, which the smoothing lengths of then tell.
+        """
+        ratio, start = self.now.metadata.get("h_over_dx"), self.start
+        if ratio is None or start is None or "smoothing_length" not in start.fields or not len(rows):
+            return self.spacing
+        images = self.shot.whole.images  # whose numbers follow those of their particles
+        at = np.searchsorted(start.id[: start.count // images], self.now.id[rows] // images * images)
+        own = start.fields["smoothing_length"][at] / float(ratio)
+        low, high = self.spacing / ALIKE, self.spacing * ALIKE
+        return own if own.min() < low or own.max() > high else self.spacing
 
     @cached_property
     def support(self) -> float:
@@ -226,8 +240,9 @@ class Scene:
             likely = (
                 self.neighbours.pairs(bodies, self.now.id[part] // self.shot.whole.images) if self.neighbours else None
             )
-            labels = connected_groups(self.now.fields["position"][part], self.spacing, likely=likely)
-            labels = self.shot.whole.joined(labels, self._own_axes(part), LINK * self.spacing)
+            spacing = self.spacings(part)
+            labels = connected_groups(self.now.fields["position"][part], spacing, likely=likely)
+            labels = self.shot.whole.joined(labels, self._own_axes(part), LINK * spacing)
             copies = part[None] + count * np.arange(self.shot.whole.images)[:, None]
             self._fragments[bodies] = grouped(self.now, copies.ravel(), labels, bodies[0])
         return self._fragments[bodies]
@@ -303,4 +318,4 @@ class Scene:
 
     def _main(self, chosen: np.ndarray) -> np.ndarray:
         members = np.flatnonzero(chosen)
-        return members[main_body(self.position[members], self.spacing)]
+        return members[main_body(self.position[members], self.spacings(members))]

@@ -93,7 +93,7 @@ class Whole:
         return replace(snapshot, fields=fields, body=np.tile(snapshot.body, images),
                        material=np.tile(snapshot.material, images), id=number)  # fmt: skip
 
-    def joined(self, labels: np.ndarray, position: np.ndarray, reach: float) -> np.ndarray:
+    def joined(self, labels: np.ndarray, position: np.ndarray, reach: float | np.ndarray) -> np.ndarray:
         """Return the groups of the whole from those of the part.
 
         Parameters
@@ -103,7 +103,7 @@ class Whole:
         position
             Their positions, shape (n, dim) [m], in the case's axes.
         reach
-            Distance at which particles are linked [m].
+            Distance at which particles are linked [m], or of each particle its own (n,).
 
         Returns
         -------
@@ -117,9 +117,9 @@ class Whole:
         apart = np.zeros(int(labels.max()) + 1, dtype=np.int64)  # the planes that a group does not touch, as bits
         for number, mirror in enumerate(self.mirrors):
             nearest = np.full(len(apart), np.inf)
-            np.minimum.at(nearest, labels, np.abs(position[:, mirror.axis] - mirror.at))
+            np.minimum.at(nearest, labels, np.abs(position[:, mirror.axis] - mirror.at) - 0.5 * reach)
             if not self.revolution:
-                apart |= np.where(nearest > 0.5 * reach, 1 << number, 0)
+                apart |= np.where(nearest > 0.0, 1 << number, 0)
         keys = labels[None] * self.images + (bits[:, None] & apart[labels][None])
         return np.unique(keys.ravel(), return_inverse=True)[1].reshape(-1)
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hvisph.pictures.camera import revolved
 from hvisph.pictures.plots import BODY_COLOURS, DISC, store
 
 if TYPE_CHECKING:
@@ -62,6 +63,8 @@ class Setup:
         Lines below the picture.
     si
         Whether lengths are in metres.
+    revolved
+        Whether particles are rings about x: the bodies are solids of revolution.
     """
 
     title: str
@@ -70,6 +73,12 @@ class Setup:
     gauges: dict[str, Sequence[float]] = field(default_factory=dict)
     notes: Sequence[str] = ()
     si: bool = True
+    revolved: bool = False
+
+    @property
+    def solid(self) -> bool:
+        """Whether a view shows more than a section."""
+        return self.dim == 3 or self.revolved
 
     @property
     def dim(self) -> int:
@@ -83,7 +92,7 @@ class Setup:
 
 
 def setup_picture(setup: Setup, path: str | os.PathLike[str]) -> Path:
-    """Draw a set-up and store it: in 3D a section along the shot line and a view, else the particles.
+    """Draw a set-up and store it: of solids a section along the shot line and a view, else the particles.
 
     Parameters
     ----------
@@ -99,10 +108,10 @@ def setup_figure(setup: Setup) -> Figure:
     """Return the figure of a set-up."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(13.0 if setup.dim == 3 else 9.0, 7.0), dpi=130, layout="constrained")
-    panels = figure.subplots(1, 2) if setup.dim == 3 else [figure.add_subplot()]
+    figure = Figure(figsize=(13.0 if setup.solid else 9.0, 7.0), dpi=130, layout="constrained")
+    panels = figure.subplots(1, 2) if setup.solid else [figure.add_subplot()]
     _section(panels[0], setup)
-    if setup.dim == 3:
+    if setup.solid:
         _view(panels[1], setup)
     figure.suptitle(setup.title, fontsize=11)
     if setup.notes:
@@ -111,7 +120,7 @@ def setup_figure(setup: Setup) -> Figure:
 
 
 def _section(axes: Axes, setup: Setup) -> None:
-    """Draw the plane through the shot line: x and y, or in 1D x alone."""
+    """Draw the plane through the shot line: x and y, or in 1D x alone; of rings both halves."""
     from matplotlib.collections import EllipseCollection
 
     unit = setup.factor
@@ -119,17 +128,21 @@ def _section(axes: Axes, setup: Setup) -> None:
     middle = _shot_line(setup)
     corners = []
     for number, body in enumerate(setup.bodies):
-        shown = np.ones(len(body.positions), bool)
+        places, spacing, clamped = body.positions, body.spacing, body.held
+        if setup.revolved:
+            places = np.concatenate([places, places * (1.0, -1.0)])
+            spacing, clamped = np.tile(spacing, 2), np.tile(clamped, 2)
+        shown = np.ones(len(places), bool)
         if setup.dim == 3:
             # the layer of particles nearest to the shot line
             away = np.abs(body.positions[:, 2] - middle[2])
             shown = away < max(body.spacing.max(), away.min() + 0.51 * body.spacing.max())
-        x = body.positions[shown, :2] * unit
+        x = places[shown, :2] * unit
         if setup.dim == 1:
             x = np.column_stack([x, np.zeros(len(x))])
-        size = DISC * body.spacing[shown] * unit
+        size = DISC * spacing[shown] * unit
         colour = BODY_COLOURS[number % len(BODY_COLOURS)]
-        edges = ["#111111" if held else colour for held in body.held[shown]]
+        edges = ["#111111" if held else colour for held in clamped[shown]]
         axes.add_collection(
             EllipseCollection(size, size, 0 * size, units="xy", offsets=x, transOffset=axes.transData,
                               facecolors=edges, lw=0.0)
@@ -148,6 +161,8 @@ def _section(axes: Axes, setup: Setup) -> None:
     if setup.planes:
         axes.plot([], [], "-.", color="#c0392b", label="symmetry: " + ", ".join(
             f"{'xyz'[axis]} = {at * unit:g}" for axis, at in setup.planes))  # fmt: skip
+    if setup.revolved:
+        axes.axhline(0.0, color="#666666", ls=(0, (12, 3, 2, 3)), lw=0.8, label="axis")
     for name, place in setup.gauges.items():
         mark = [*(np.asarray(place) * unit), 0.0]
         axes.plot(mark[0], mark[1], "x", color="#111111", ms=6)
@@ -157,9 +172,10 @@ def _section(axes: Axes, setup: Setup) -> None:
     axes.set_ylim(low[1] - margin, high[1] + margin)
     axes.set_aspect("equal")
     axes.set_xlabel("x [mm]" if setup.si else "x")
-    axes.set_ylabel("" if setup.dim == 1 else "y [mm]" if setup.si else "y")
-    axes.set_title(f"section, {len(everything)} particles in all" if setup.dim == 3 else f"{len(everything)} particles",
-                   fontsize=9)  # fmt: skip
+    across = "r" if setup.revolved else "y"
+    axes.set_ylabel("" if setup.dim == 1 else f"{across} [mm]" if setup.si else across)
+    counted = f"{len(everything)} {'rings' if setup.revolved else 'particles'}"
+    axes.set_title(f"section, {counted} in all" if setup.solid else counted, fontsize=9)
     axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2, frameon=False)
 
 
@@ -172,6 +188,8 @@ def _velocities(axes: Axes, setup: Setup, span: float) -> None:
         if speed == 0:
             continue
         start = np.append(body.positions.mean(axis=0) * setup.factor, 0.0)[:2]
+        if setup.revolved:
+            start[1] = 0.0
         end = start + np.append(body.velocity, 0.0)[:2] / max(speeds) * span / 6
         tail, head = (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
         axes.annotate("", head, tail, arrowprops={"arrowstyle": "->", "lw": 2.0, "color": "#111111"})
@@ -181,12 +199,17 @@ def _velocities(axes: Axes, setup: Setup, span: float) -> None:
 
 
 def _view(axes: Axes, setup: Setup) -> None:
-    """Draw all particles from ahead and above, the far ones first, lighter with depth."""
+    """Draw all particles from ahead and above, the far ones first, lighter with depth; of rings three quarters."""
     from matplotlib.colors import to_rgb
 
-    positions = np.concatenate([body.positions for body in setup.bodies]) * setup.factor
-    owner = np.repeat(np.arange(len(setup.bodies)), [len(body.positions) for body in setup.bodies])
-    spacing = np.concatenate([body.spacing for body in setup.bodies]) * setup.factor
+    bodies = [(body.positions, body.spacing) for body in setup.bodies]
+    if setup.revolved:
+        turned = [(revolved(x, float(spacing.mean()), 270.0), spacing) for x, spacing in bodies]
+        # the open quarter towards the eye, which is where z is small
+        bodies = [(places * (1.0, 1.0, -1.0), spacing[ring]) for (places, ring), spacing in turned]
+    positions = np.concatenate([places for places, _ in bodies]) * setup.factor
+    owner = np.repeat(np.arange(len(bodies)), [len(places) for places, _ in bodies])
+    spacing = np.concatenate([own for _, own in bodies]) * setup.factor
     chosen = np.arange(0, len(positions), max(1, -(-len(positions) // MOST_SHOWN)))
     x, y, z = positions[chosen].T
     ahead = np.cos(TURN) * x + np.sin(TURN) * z

@@ -46,9 +46,11 @@ class SnapshotWriter:
 
     def __init__(self, folder: RunFolder, setup: Setup, case: Case, text: str):
         self.folder, self.setup, self.formats = folder, setup, case.output.formats
-        self.metadata: dict[str, Any] = {"spacing": case.resolution, "kernel_reach": case.formulation.support_over_h,
-                         "kinematics": case.kinematics, "title": case.title, "units": case.units,
-                         "code_version": __version__, "case": text}  # fmt: skip
+        self.metadata: dict[str, Any] = {
+            "spacing": case.resolution, "h_over_dx": case.formulation.h_over_dx,
+            "kernel_reach": case.formulation.support_over_h, "kinematics": case.kinematics, "title": case.title,
+            "units": case.units, "code_version": __version__, "case": text,
+        }  # fmt: skip
         self.metadata["shot"] = {
             "roles": [body.role for body in case.bodies.values()],
             "planes": [{"axis": "xyz"[plane.axis], "at": plane.at} for plane in setup.planes],
