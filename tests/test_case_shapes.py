@@ -52,6 +52,22 @@ def test_a_wall_is_a_plane_along_a_face():
     assert masses(BASE | {"bodies": {"bar": bar}, "symmetry": planes})[0] == pytest.approx(math.pi * 27e-9, rel=1e-9)
 
 
+@pytest.mark.parametrize(("shape", "rotation"), [
+    ({"type": "sphere", "diameter": "5 mm"}, 30),
+    ({"type": "cylinder", "diameter": "5 mm", "length": "4 mm"}, {"angle": 20, "axis": [1, 0, 0]}),
+    ({"type": "ogive", "diameter": "5 mm", "nose_length": "6 mm"}, {"angle": 180, "axis": [0, 1, 1]}),
+])  # fmt: skip
+def test_turned_round_bodies_are_cut_like_others(shape, rotation):
+    """A turn that changes nothing of a shape, or points its axis the other way, leaves planes of symmetry what they are."""
+    data = BASE | {"bodies": {"b": body(shape, position=[0, 0, 0], rotation=rotation)}}
+    quarter = data | {"symmetry": [{"axis": "y"}, {"axis": "z"}]}
+    assert 4.0 * masses(quarter) == pytest.approx(masses(data), rel=1e-9)
+    (placed,) = placed_bodies(load_case(quarter))
+    x = placed.positions[:, 0]
+    if shape["type"] == "ogive":  # its nose, where there is least of it, is towards -x
+        assert x.mean() > 0.5 * (x.min() + x.max())
+
+
 @pytest.mark.parametrize(("shape", "more"), [
     ({"type": "box", "size": ["2 mm", "20 mm"]}, {"rotation": 30}),
     ({"type": "box", "size": ["2 mm", "20 mm"]}, {"position": [0, "1 mm"]}),

@@ -17,7 +17,10 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.geometry.contact import Solid, touch
 from hvisph.geometry.filling import Filling
-from hvisph.geometry.shapes import Shape
+from hvisph.geometry.shapes import Annulus, Cylinder, Disc, HollowSphere, Nosed, Ring, Shape, Sphere, Tube
+
+ALL_ROUND = (Disc, Annulus, Sphere, HollowSphere)
+ROUND = (Cylinder, Tube, Nosed, Ring)  # about their `axis`
 
 
 def rotation_matrix(dim: int, angle: float, axis: Sequence[float] = (0.0, 0.0, 1.0)) -> np.ndarray:
@@ -49,6 +52,25 @@ def rotation_matrix(dim: int, angle: float, axis: Sequence[float] = (0.0, 0.0, 1
     x, y, z = direction / length
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.eye(3) + s * cross + (1 - c) * (cross @ cross)
+
+
+def needed_turn(shape: Shape, matrix: np.ndarray) -> np.ndarray | None:
+    """Return what of a turn changes a round shape, (dim, dim); None where nothing does.
+
+    A ball or a disc is the same however it is turned, a solid of revolution as long as its axis points as it does. Its
+    particles, which are not round, then stay mirror images across planes that are planes of symmetry of the shape.
+    """
+    if isinstance(shape, ALL_ROUND):
+        return None
+    if shape.dim != 3 or not isinstance(shape, ROUND):
+        return matrix
+    own = np.eye(3)["xyz".index(shape.axis)]
+    now = matrix @ own
+    across, along = np.cross(own, now), float(own @ now)
+    size = float(np.linalg.norm(across))
+    if size > 1e-12:
+        return rotation_matrix(3, math.atan2(size, along), tuple(across))
+    return None if along > 0.0 else rotation_matrix(3, math.pi, tuple(np.roll(own, 1)))
 
 
 def rotated(filling: Filling, matrix: np.ndarray) -> Filling:

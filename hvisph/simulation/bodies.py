@@ -16,7 +16,7 @@ from hvisph.geometry.graded import Grading, fill_graded
 from hvisph.geometry.mirror import Mirror, crosses, cut
 from hvisph.geometry.overlap import overlaps
 from hvisph.geometry.particle_file import read_particles
-from hvisph.geometry.place import rotated, rotation_matrix, row
+from hvisph.geometry.place import needed_turn, rotated, rotation_matrix, row
 from hvisph.geometry.section import Section, fill_section
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
 from hvisph.simulation.shapes import shape_of
@@ -87,6 +87,8 @@ def placed_bodies(case: Any) -> list[PlacedBody]:
         if model.rotation is not None:
             turn = rotation_matrix(dim, model.rotation.radians, model.rotation.axis)
         try:
+            if turn is not None and mirrors and model.shape.type not in ("particles", "mesh"):
+                turn = needed_turn(shape_of(model.shape, dim), turn)
             shape, filling = _filled(case, model, turn, mirrors)
         except CaseError as error:
             raise CaseError(error.message, where=f"bodies.{name}.{error.where or 'shape'}") from error
