@@ -1,10 +1,15 @@
 """What `check` says of the regime of a case, and where it advises another choice."""
 
+from pathlib import Path
+
 import pytest
 from small_runs import GAS, LIQUID, METAL, SPRING, row_of
 
 from hvisph.casefile.loader import load_case
 from hvisph.simulation.advice import advice, regime, sparse, tears
+from hvisph.simulation.experience import KNOWN, experience
+from hvisph.validation.compare import verdicts
+from hvisph.validation.results import stored
 
 EULERIAN = {"formulation": {"type": "eulerian"}}
 
@@ -74,3 +79,20 @@ def test_a_strain_to_failure_that_vanishes_in_tension_is_named():
     assert len(texts) == 1
     assert "triaxiality of 1.35" in texts[0]
     assert advice(load_case("validation/taylor/case")) == []
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_figures_of_experience_are_those_of_the_page(name):
+    known = KNOWN[name]
+    result = stored(Path(__file__).parents[1] / "docs/validation", name, known.across)
+    assert result is not None
+    means = {one.quantity: one.mean for one in verdicts(result.rows, {})}
+    assert {quantity: pytest.approx(means[quantity], abs=6e-4) for quantity in known.figures} == dict(known.figures)
+    case = load_case(f"validation/{name}/case")
+    assert known.what in experience(case, regime(case))
+
+
+def test_coarse_runs_are_told_that_the_figures_are_of_finer_ones():
+    coarse = load_case("validation/taylor/case", ["resolution=1mm"])
+    assert "here are 7.6, too few" in experience(coarse, regime(coarse))
+    assert experience(row_of([METAL, METAL], speed=3100.0), regime(row_of([METAL, METAL], speed=3100.0))) == ""

@@ -74,6 +74,7 @@ def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
 def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     from hvisph.cli.words import duration, quantity, rounded, size, table
     from hvisph.simulation.advice import regime, tears
+    from hvisph.simulation.experience import experience
 
     si = case.units == "si"
 
@@ -99,6 +100,8 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     facts = [("particles", f"{about}{taken.particles}")]
     kind = regime(case)
     facts += [("regime", kind.words), *([("", text)] if (text := tears(case, kind)) else [])]
+    if known := experience(case, kind):
+        facts.append(("shots fired", known))
     if shock is None:
         facts.append(("plane shock", f"none: {reason}"))
     else:

@@ -1,0 +1,80 @@
+"""What shots that were fired say of cases of their kind: how far off runs of them are, and at which resolution.
+
+The figures are those of `docs/validation.md`; a test holds them against its results.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hvisph.simulation.advice import Regime, against_wall
+
+if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
+    from hvisph.case.case import Case
+
+PAGE = "docs/validation.md"
+THIN = 1.0  # a plate thinner than this many diameters of the sphere is perforated with a cloud behind it
+ENOUGH = 0.75  # of the particles across of the page: with fewer its figures do not speak for a case
+
+
+@dataclass(frozen=True)
+class Experience:
+    """What one set of experiments found.
+
+    Parameters
+    ----------
+    what
+        The shots.
+    figures
+        Mean size of the differences by quantity, as shares.
+    across
+        Particles across the projectile, or the bar, in the runs.
+    """
+
+    what: str
+    figures: Mapping[str, float]
+    across: float
+
+
+# By set of `cases/validation`.
+KNOWN = {
+    "taylor": Experience("41 Taylor bars", {"length_ratio": 0.036, "foot_diameter": 0.038, "outline": 0.035}, 24),
+    "cloud": Experience("a sphere through a plate at 6.2 km/s", {"crater_diameter": 0.049, "cloud_ratio": 0.041}, 40),
+    "crater": Experience("craters at 7 km/s, by the equation", {"crater_depth": 0.050}, 10),
+}
+
+
+def experience(case: Case, kind: Regime) -> str:
+    """Return what experiments say of a case like this one; empty where there are none."""
+    name = _set_of(case, kind)
+    if not name:
+        return ""
+    known = KNOWN[name]
+    said = ", ".join(f"{quantity.replace('_', ' ')} {100 * off:.1f} %" for quantity, off in known.figures.items())
+    first = next(iter(case.bodies.values()))
+    here = _width(first) / case.resolution
+    text = f"{known.what}: {said} off in the mean, with {known.across:g} particles across ({PAGE})"
+    if here < ENOUGH * known.across:
+        text += f"; here are {here:.2g}, too few for these figures"
+    return text
+
+
+def _set_of(case: Case, kind: Regime) -> str:
+    bodies = list(case.bodies.values())
+    if kind.velocity <= 0.0 or kind.strength is None or case.dim == 1 or case.units != "si":
+        return ""
+    if len(bodies) == 1:
+        return "taylor" if against_wall(case) > 0.0 and bodies[0].shape.type == "cylinder" else ""
+    if len(bodies) != 2 or bodies[0].shape.type != "sphere" or not kind.words.startswith("shock"):
+        return ""
+    if case.kinematics not in ("three_d", "axisymmetric"):
+        return ""
+    return "cloud" if min(bodies[1].shape.extent()) < THIN * _width(bodies[0]) else "crater"
+
+
+def _width(body: Body) -> float:
+    """Return the extent of a body across the shot line [m]."""
+    return float(sorted(body.shape.extent()[1:])[0])
