@@ -7,7 +7,7 @@
                                                        1.1, 1.25, 1.5, 2 spacings apart
 
 Both are antisymmetric in the pair, so that its force is. A smeared gap carries nothing: the gate opens with phi from
-0.90 to 0.91, a gap of 0.12 spacings. Faces of unlike lattices touch with phi from 0.92 to 1.05, and all their pairs are
+0.93 to 0.94, a gap of 0.1 spacings. Faces of unlike lattices touch with phi from 0.92 to 1.05, and all their pairs are
 to carry; while a gate opens it is a dashpot, so that it opens at once. Where the line of centres is no way across the
 interface, the bodies being mixed up, it is the normal.
 """
@@ -20,7 +20,7 @@ from hvisph.core.jit import compiled
 from hvisph.core.tensors import dot, minus, plus, times
 
 # Share of the free part of the kernel sum that the other body fills: none, and all of the traction.
-OPEN, SHUT = 0.9, 0.91
+OPEN, SHUT = 0.93, 0.94
 # Below this cosine between line of centres and normal the bodies are mixed up.
 MIXED_UP = 0.1
 TINY = 1e-30
