@@ -118,12 +118,12 @@ def moved(state, i, now, rate, free, u, dt):
     return after, l, divergence(l) - density, hoop
 
 
-def sparsest(mass, x, h, thickness):
-    """Return the least density [kg/m^3] that particles of `mass` at `x` can have: that of one alone, m W(0)."""
+def sparsest(mass, ring, h, thickness):
+    """Return the least density [kg/m^3] that particles of `mass`, rings of a radius, can have: of one alone, m W(0)."""
     least = SPARSEST * mass / thickness
     for _ in range(DIM):
         least /= h
-    return least / (2.0 * pi * ring_radius(x, h)) if REVOLVED else least
+    return least / (2.0 * pi * ring) if REVOLVED else least
 
 
 def strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
@@ -230,7 +230,9 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                     held = times(0.5, plus(held, own_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
                 add_vector(wholes, i, SUPPORT, times(mass, held), of_force)
                 rate, free = Rates(no_vector(DIM), rate.power, rate.l, rate.density, rate.hoop), 0.0
-            least = sparsest(mass, now.x, now.h, state[s, S_THICKNESS] if PLANE_STRESS else 1.0) if SPARSEST else 0.0
+            thickness = state[s, S_THICKNESS] if PLANE_STRESS else 1.0
+            ring = ring_radius(now.x, now.h) if REVOLVED else 0.0
+            least = sparsest(mass, ring, now.h, thickness) if SPARSEST else 0.0
             if complete:
                 u, before = own_vector(sorted_rows, k, U, DIM), now
                 now, l, swelling, hoop = moved(state, s, now, acting, free, u, dt)
