@@ -14,7 +14,7 @@ import numpy as np
 
 from hvisph.core.exact import add_eight, add_vector
 from hvisph.core.growth import grown
-from hvisph.core.jit import prange
+from hvisph.core.jit import compiled, prange
 from hvisph.core.tensors import (
     divergence,
     dot,
@@ -164,6 +164,7 @@ def works(before, now, l, p, dt):
     return plastic, now.e - before.e - pressed - sheared
 
 
+@compiled
 def ring_radius(x, h):
     """Return the radius of the ring at `x` [m], at the axis that of a tenth of a spacing or so."""
     return max(abs(radial(x)), ON_AXIS * h)
@@ -293,4 +294,4 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
         extremes[i, SPEED2], extremes[i, LENGTH], extremes[i, SIZE] = fastest, longest, size
 
 
-PARTS = (loaded, store, measured, remember, moved, sparsest, strained, works, ring_radius, viscous_share)
+PARTS = (loaded, store, measured, remember, moved, sparsest, strained, works, viscous_share)
