@@ -23,13 +23,14 @@ MAY_IMPORT = {
     "sph": {"core"},
     "formulations": {"core", "materials", "sph", "integrators"},
     "integrators": {"core", "sph"},
+    "parallel": {"core"},
     "output": {"core"},
     "measures": {"core", "geometry", "output"},
     "pictures": {"core", "measures", "output"},
     "exact": {"core", "materials"},
     "simulation": {
         *("core", "case", "casefile", "geometry", "materials", "sph", "formulations", "integrators", "output"),
-        *("measures", "exact"),
+        *("measures", "exact", "parallel"),
     },
     "study": {
         "core",
@@ -63,6 +64,7 @@ MAY_IMPORT = {
         "measures",
         "pictures",
         "exact",
+        "parallel",
     },
 }
 # `measures` and `pictures` work on files alone: of `output` it may know what reads them, and how a picture is written whole.
@@ -87,11 +89,12 @@ LIBRARIES = {
     "llvmlite": {"core"},
     "platformdirs": {"core"},
     "psutil": {"simulation", "cli"},
+    "mpi4py": {"parallel"},
     "numba": {"core", "simulation"},
     "numpy": {*MAY_IMPORT} - {"cli", "case", "casefile"},
 }
 # Slow to import and seldom needed: only within functions, so that nobody pays who does not use them.
-LAZY = {"PIL", "trimesh", "jinja2", "scipy", "matplotlib", "h5py", "meshio", "pint", "psutil"}
+LAZY = {"PIL", "trimesh", "jinja2", "scipy", "matplotlib", "h5py", "meshio", "pint", "psutil", "mpi4py"}
 # Outside `core`, numba is for the number of threads; what compiles is in `core` alone.
 NUMBA_OUTSIDE_CORE = {"config", "get_num_threads", "set_num_threads", "threading_layer"}
 # Rooms that must load without numba: nothing that they do needs a compiler.

@@ -11,6 +11,7 @@ import typer
 from hvisph.cli.guard import FAILED
 from hvisph.cli.say import say, show
 from hvisph.core.harmless import harmless
+from hvisph.parallel.launch import is_first
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -21,7 +22,7 @@ def listener_for(case: Case, silent: bool) -> Silence:
     """Return what tells people how the run goes: a live display on a terminal, lines elsewhere."""
     from hvisph.cli.lines import Lines, Silence
 
-    if silent:
+    if silent or not is_first():
         return Silence()
     if not sys.stdout.isatty():
         return Lines(case)
@@ -32,6 +33,8 @@ def listener_for(case: Case, silent: bool) -> Silence:
 
 def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool, report: bool = False) -> None:
     """Print how a run ended, with `report` after writing its page, and leave the command with its exit code."""
+    if not is_first():  # of several processes one speaks
+        raise typer.Exit(outcome.exit_code)
     page = _page(outcome.folder) if report else None
     if as_json:
         from hvisph.cli.words import echo_json

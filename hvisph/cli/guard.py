@@ -12,6 +12,7 @@ import typer
 
 from hvisph.cli.say import say
 from hvisph.core.errors import HvisphError
+from hvisph.parallel.launch import is_first
 
 FAILED = 3
 INTERRUPTED = 130  # 128 + SIGINT, as shells have it
@@ -43,7 +44,7 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             raise typer.Exit(0) from None
         except HvisphError as error:
-            _end(f"error: {error}", error.exit_code)
+            _end(f"error: {error}" if is_first() else "", error.exit_code)
         except MemoryError:
             _end("error: out of memory; use a coarser resolution or a larger machine", FAILED)
         except Exception as error:
@@ -61,5 +62,6 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def _end(message: str, code: int) -> None:
-    say(message, err=True, red=code == FAILED)
+    if message:  # of several processes one speaks
+        say(message, err=True, red=code == FAILED)
     raise typer.Exit(code) from None

@@ -9,6 +9,7 @@ import typer
 
 from hvisph.cli.ending import conclude, listener_for
 from hvisph.cli.interrupt import noted_interrupts
+from hvisph.parallel.launch import is_first
 from hvisph.cli.options import JsonOption, QuietOption, ReportOption, ThreadsOption
 
 
@@ -30,7 +31,7 @@ def resume(
     from hvisph.simulation.resume import ended, resume_case, resume_run
 
     case = resume_case(folder, end, max_steps)
-    if end is None and max_steps is None and ended(folder) and not (quiet or as_json):
+    if end is None and max_steps is None and ended(folder) and not (quiet or as_json) and is_first():
         typer.echo("the run has ended: this only sums it up anew; --end TIME goes on", err=True)
     listener = listener_for(case, quiet or as_json)
     listener.opening()

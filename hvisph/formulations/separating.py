@@ -6,16 +6,19 @@ PARTED): only particles near another body, and their neighbours, are packed and 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from hvisph.core.tensors import SIZE
+from hvisph.sph.copies import Halo
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.laws import riemann
 from hvisph.sph.laws import unlike as unlike_spacings
 from hvisph.sph.laws.limiters import LIMITERS
 from hvisph.sph.pairs import Pairs, Pass
+from hvisph.sph.rows import RowLayout
 from hvisph.sph.selection import Selection
 from hvisph.sph.symmetry import Plane
 
@@ -57,11 +60,30 @@ class SeparatingContact:
         further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
         self._selection = Selection(positions, bodies, kernel.reach * h, with_neighbours=True)
+        self._seen: Halo | None = None
+        self.renumber(bodies)
         self._stress = SIZE["symmetric"][dim - 1]
 
     def renumber(self, bodies: np.ndarray) -> None:
-        """Take note of the bodies of particles that were put into another order."""
-        self._selection.bodies = bodies.astype(np.uint32)
+        """Take note of the bodies of particles that were put into another order, or are others."""
+        self._bodies = bodies.astype(np.uint32)
+
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        self._pairs.halo = halo_for(self._pairs.layout)
+        self._seen = halo_for(_places(self._pairs.layout.dim))
+
+    def _chosen(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> np.ndarray:
+        """Return the particles near another body, or near one that is: more than these do no harm."""
+        if self._seen is None:
+            return self._selection.near_other_bodies(rows, self._bodies, reach)
+        dim, own = self._pairs.layout.dim, len(rows)
+        places = np.zeros((own, _places(dim).width))
+        places[:, :dim], places[:, dim] = rows[:, :dim], self._bodies
+        # a cell is chosen by what is up to two cells away
+        places, _ = self._seen.append(places, numbers, 3.0 * reach)
+        near = self._selection.near_other_bodies(places, places[:, dim].astype(np.uint32), reach)
+        return near[near < own]
 
     def add(self, rows: np.ndarray, numbers: np.ndarray, slots: dict[str, int], h: float, rates: np.ndarray,
             place: np.ndarray, at: dict[str, int]) -> None:  # fmt: skip
@@ -78,8 +100,8 @@ class SeparatingContact:
             Rows of rates, the row of each particle, and where which rate stands in it.
         """
         rates[:, at["R_SLIP"]] = 0.0
-        chosen = self._selection.near_other_bodies(rows, self._pairs.kernel.reach * h)
-        if not len(chosen):
+        chosen = self._chosen(rows, numbers, self._pairs.kernel.reach * h)
+        if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
             return
         dim, to, near = self._pairs.layout.dim, self._pairs.slots, rows[chosen]
         packed = np.zeros((len(chosen), self._pairs.layout.width))
@@ -105,3 +127,8 @@ class SeparatingContact:
         rates[mine, :last] += pushed[:, :last]
         rates[mine, approach] = closing
         rates[mine, at["R_SLIP"]] = pushed[:, at["R_SLIP"]]
+
+
+def _places(dim: int) -> RowLayout:
+    """Return the layout of what decides who is near another body."""
+    return RowLayout(dim, (("x", "vector"), ("body", "scalar")))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from hvisph.integrators import update as single
 from hvisph.materials import bearing, plane_stress, response
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates
+from hvisph.sph.cells import Grid
+from hvisph.sph.copies import Halo
 from hvisph.sph.pairs import Pairs
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.symmetry import Plane, turn_back
@@ -150,10 +153,14 @@ class Stepper:
 
     def evaluate(self) -> None:
         """Evaluate the pair forces at the stage."""
-        self.pairs.evaluate(self.h_max)
-        if self.separating:
-            at = rates.slots(self.particles.dim)
-            self.separating.add(self.rows, self.pairs.numbers, self.pairs.slots, self.h_max, self.rates, self.place, at)
+        try:
+            self.pairs.evaluate(self.h_max)
+        finally:  # other processes wait for this one's part in the contact, also where it has failed
+            if self.separating:
+                at = rates.slots(self.particles.dim)
+                self.separating.add(
+                    self.rows, self.pairs.numbers, self.pairs.slots, self.h_max, self.rates, self.place, at
+                )
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s] with the last rates, and predict the stage of the step `following`."""
@@ -209,6 +216,30 @@ class Stepper:
     def history(self) -> dict[str, np.ndarray]:
         """Return what the next step needs of the whole, between steps, by name."""
         return self.totals.history()
+
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        self.pairs.halo = halo_for(self.pairs.layout)
+        if self.separating:
+            self.separating.join(halo_for)
+
+    def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+        """Have these particles in place of all others, between steps; see `carried`."""
+        particles, pairs, count = self.particles, self.pairs, len(data)
+        particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
+        self.lengths, self.signals, self.pressures = (
+            carried[name].copy() for name in ("lengths", "signals", "pressures")
+        )
+        self.totals.hold(count)
+        pairs.hold(np.ascontiguousarray(carried["rows"]), particles.numbers())
+        pairs.rates[:count] = carried["rates"]
+        if self.separating:
+            self.separating.renumber(particles.body)
+
+    def fit_grid(self) -> None:
+        """Make the grid of cells anew, around the particles that there are now."""
+        if self.particles.count:
+            self.pairs.grid = Grid.around(self.particles["position"], self.pairs.grid.edge)
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
         """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""

@@ -81,7 +81,7 @@ class Sums:
         return self.wholes, self.extremes, self._rounders
 
     def total(self) -> np.ndarray:
-        """Return the sums (SUMS,): energies and momenta not a number, or infinite, where a particle's are."""
+        """Return the sums (SUMS,): whole numbers count as none where a particle's are none or too large."""
         extremes = np.zeros(3)
         if len(self.extremes):
             extremes = self.extremes.max(axis=0)
@@ -91,7 +91,7 @@ class Sums:
         sums[:COUNTED] = value_of(self._parts, self.units)
         sums[FASTEST], sums[LONGEST] = np.sqrt(extremes[SPEED2]), extremes[LENGTH]
         if not extremes[SIZE] < LARGEST * self.units[KINETIC]:
-            sums[:COUNTED] = np.inf if extremes[SIZE] > 0.0 else np.nan
+            sums[:COUNTED] = np.nan
         self._extremes = extremes
         return sums
 

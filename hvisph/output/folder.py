@@ -13,7 +13,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.output import atomic, names
 from hvisph.output.atomic import reason
 from hvisph.output.lock import FileLock
-from hvisph.output.log import RunLog
+from hvisph.output.log import RunLog, SilentLog
 
 
 class RunFolder:
@@ -132,6 +132,25 @@ class RunFolder:
         self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+class SilentFolder(RunFolder):
+    """The folder of a run for a process that writes nothing there: another one does.
+
+    Parameters
+    ----------
+    path
+        The folder.
+    """
+
+    def __init__(self, path: Path):
+        self.path, self.log = path, SilentLog(path / names.LOG)
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write nothing."""
+
+    def close(self) -> None:
+        """Hold no lock."""
 
 
 def looks_like_a_run(folder: Path) -> bool:

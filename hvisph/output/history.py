@@ -15,6 +15,24 @@ from hvisph.core.errors import OutputError
 from hvisph.output.atomic import reason, write_text
 
 
+class NoHistory:
+    """The history of a process that writes none."""
+
+    last_step: int | None = None
+
+    def append(self, record: Mapping[str, Any] | Sequence[Any]) -> None:
+        """Drop a record."""
+
+    def sync(self) -> None:
+        """Write nothing."""
+
+    def __enter__(self) -> NoHistory:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Close nothing."""
+
+
 class HistoryWriter:
     """Appends records to a CSV file whose first line names the columns.
 

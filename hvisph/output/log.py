@@ -39,3 +39,10 @@ class RunLog:
                 file.write(block)
         except OSError as error:
             raise OutputError(f"cannot write {self.path}: {reason(error)}") from error
+
+
+class SilentLog(RunLog):
+    """The log of a process that writes none."""
+
+    def write(self, text: str) -> None:
+        """Write nothing."""

@@ -21,6 +21,7 @@ from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.formulations import formulation_of
 from hvisph.simulation.gauges import Gauges
 from hvisph.simulation.impact_pressure import stiff_enough
+from hvisph.simulation.share import Share
 from hvisph.simulation.kernel_types import filled_region, set_kernel_types, set_loads
 from hvisph.simulation.starting import MEMORY, body_material, remembered, start_of
 from hvisph.simulation.velocities import initial_velocity
@@ -49,6 +50,8 @@ class Setup:
         What is recorded where.
     density_limits
         Density [kg/m^3] of each material below which its equation of state holds, infinite for most.
+    share
+        What of it this process has.
     notes
         Which sizes had to give way to the spacing of particles.
     """
@@ -60,6 +63,7 @@ class Setup:
     planes: tuple[Plane, ...]
     gauges: Gauges
     density_limits: np.ndarray
+    share: Share
     notes: tuple[str, ...] = ()
 
     @property
@@ -146,7 +150,8 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
         if body.filling.note
     )
     limits = np.array([_largest_density(material) for material in materials])
-    return Setup(stepper, criteria, names, [material.name for material in materials], planes, gauges, limits, notes)
+    return Setup(stepper, criteria, names, [material.name for material in materials], planes, gauges, limits,
+                 Share(stepper, criteria, planes), notes)  # fmt: skip
 
 
 def _refuse_memory(case: Case, made: list[Material]) -> None:

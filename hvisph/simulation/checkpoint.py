@@ -73,8 +73,8 @@ class Keeper:
     series: list[tuple[float, str]]
     peaks: Peaks
 
-    def capture(self, time_step: TimeStep) -> Checkpoint:
-        """Return the state between two steps, `time_step` being the next one."""
+    def capture(self, time_step: TimeStep) -> Checkpoint | None:
+        """Return the state between two steps, `time_step` being the next one; None but on the first process."""
         clock, budget, particles = self.clock, self.budget, self.setup.particles
         header: dict[str, Any] = {
             "case": self.case.model_dump(mode="json"),
@@ -86,15 +86,18 @@ class Keeper:
                        "pending": budget.pending.tolist(),
                        "slip_work": budget.slip_work, "plastic_work": budget.plastic_work,
                        "shock_heating": budget.shock_heating,
-                       "highest_pressure": budget.highest_pressure},
+                       "highest_pressure": budget.highest()},
             "first_step": self.watch.first,
             "files": vars(self.files),
             "series": self.series,
         }  # fmt: skip
-        stepper, order = self.setup.stepper, np.argsort(particles.id)
-        arrays: dict[str, np.ndarray] = {"state": particles.data[order], "tags": particles.tags[order],
-                                         "peaks": self.peaks.highest[order]}  # fmt: skip
-        arrays |= {f"{CARRIED}{name}": values[order] for name, values in stepper.carried().items()}
+        stepper = self.setup.stepper
+        carried = {"peaks": self.peaks.highest} | {f"{CARRIED}{k}": v for k, v in stepper.carried().items()}
+        whole = self.setup.share.whole(particles, *carried.values())
+        if whole is None:
+            return None
+        arrays: dict[str, np.ndarray] = {"state": whole[0].data, "tags": whole[0].tags}
+        arrays |= dict(zip(carried, whole[1], strict=True))
         arrays |= {f"{HISTORY}{name}": values for name, values in stepper.history().items()}
         return Checkpoint(clock.steps, header, arrays)
 
@@ -111,7 +114,9 @@ class Keeper:
         header = checkpoint.header
         refuse_changed(checkpoint, self.case)
         try:
-            refuse_misfit(checkpoint, self.capture(TimeStep(1.0, "")), self.setup.particles)
+            own = self.capture(TimeStep(1.0, ""))
+            assert own is not None  # all processes begin with the whole
+            refuse_misfit(checkpoint, own, self.setup.particles)
             return self._restore(header, checkpoint.arrays)
         except (LookupError, ValueError, TypeError, AttributeError, OverflowError) as error:
             raise OutputError(f"the checkpoint of step {checkpoint.step} does not fit this run: {error}") from error

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.core.exact import exact_sum, total
+from hvisph.core.exact import value_of, whole_parts
 from hvisph.core.particles import CLAMPED, FLAGS, RETIRED
 from hvisph.integrators.sums import INTERNAL, MOMENTUM, SLIPPING, SUPPORT
 from hvisph.materials.slots import RHO0
@@ -77,12 +77,18 @@ class Domain:
         setup = self._setup
         particles, stepper = setup.particles, setup.stepper
         gone = np.flatnonzero(self._outside() & ((particles.tags[:, FLAGS] & (CLAMPED | RETIRED)) == 0))
-        if not len(gone):
+        share = setup.share
+        count = int(share.total(np.array([len(gone)]))[0])
+        if not count:
             return 0
+
+        def total(terms: np.ndarray, unit: float) -> np.ndarray:
+            return value_of(share.total(whole_parts(terms, unit)), unit)
+
         mass, velocity = particles["mass"][gone], particles["velocity"][gone]
-        budget.retired[0] += len(gone)
+        budget.retired[0] += count
         units = stepper.totals.units
-        budget.retired[1] += exact_sum(mass)
+        budget.retired[1] += total(mass, units[MOMENTUM])
         budget.retired[2 : 2 + particles.dim] += total(mass[:, None] * velocity, units[MOMENTUM])
         energy = 0.5 * (velocity**2).sum(axis=1) + particles["internal_energy"][gone]
         budget.retired[5] += total(mass * energy, units[INTERNAL])
@@ -100,14 +106,14 @@ class Domain:
         particles.tags[gone, FLAGS] |= RETIRED
         stepper.rates[stepper.place[gone]] = 0.0
         stepper.predict(following)
-        return len(gone)
+        return count
 
     def _parked(self, number: np.ndarray) -> np.ndarray:
         """Return the parking places (n, dim) [m] of particles by their permanent numbers."""
         assert self._parking is not None
         axis, edge, sign = self._parking
         particles, support = self._setup.particles, self._setup.stepper.support
-        side = int(np.ceil(particles.count ** (1.0 / particles.dim)))
+        side = int(np.ceil(self._setup.share.count ** (1.0 / particles.dim)))
         places = np.empty((len(number), particles.dim))
         rest = number.astype(np.int64)
         for k in range(particles.dim):

@@ -20,10 +20,11 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import SYMMETRIC_COMPONENTS, component_names, field_of
 from hvisph.core.jit import specialise
-from hvisph.core.particles import FLAGS, RETIRED
+from hvisph.core.particles import FLAGS, ID, RETIRED
 from hvisph.formulations.diagnose import NAMES, diagnose
 from hvisph.formulations.protocol import AnyStepper
 from hvisph.simulation.bodies import PlacedBody
+from hvisph.simulation.share import Share
 from hvisph.sph.interpolation import weigh
 
 if TYPE_CHECKING:
@@ -114,54 +115,56 @@ class Gauges:
         """Whether a gauge asks for a record after `step` steps."""
         return any(g.every is not None and step % g.every == 0 for g in self._gauges)
 
-    def record(self, step: int, where: np.ndarray) -> list[float]:
+    def record(self, step: int, share: Share) -> list[float]:
         """Return the values of `columns`; NaN for gauges that are not due, see nothing or are retired.
 
         Parameters
         ----------
         step
             Steps done.
-        where
-            Row of each particle by its permanent number (n,).
+        share
+            Where the particles are.
         """
         due = [g.every is None or step % g.every == 0 for g in self._gauges]
-        riding = [int(where[g.particle]) for g, now in zip(self._gauges, due, strict=True) if now and g.point is None]
-        values = _Values(self._stepper, np.array(riding, np.int64)) if riding else None
+        riding = [g.particle for g, now in zip(self._gauges, due, strict=True) if now and g.point is None]
+        particles, numbers = self._stepper.particles, np.array(riding, np.int64)
+        values = None
+        if riding:
+            values = _Values(self._stepper, share.at(numbers, particles.data), share.at(numbers, particles.tags))
         record: list[float] = []
         row = 0
         for gauge, now in zip(self._gauges, due, strict=True):
             if not now:
                 record += [float("nan")] * len(gauge.columns)
             elif gauge.point is not None:
-                record += self._interpolated(gauge)
+                record += self._interpolated(gauge, share)
             else:
                 assert values is not None
                 record += [values.of(column, row, gauge.normal) for column in gauge.columns]
                 row += 1
         return record
 
-    def _interpolated(self, gauge: _Gauge) -> list[float]:
+    def _interpolated(self, gauge: _Gauge, share: Share) -> list[float]:
         particles = self._stepper.particles
         assert gauge.point is not None
         rows, weights = np.empty(particles.count, np.int64), np.empty(particles.count)
         reach = self._stepper.formulation.kernel.reach
         n = self._weigh(particles.data, gauge.point, reach, rows, weights)
-        if n == 0:
+        near = rows[:n]
+        tags, data, weights = (share.gathered(one) for one in (particles.tags[near], particles.data[near], weights[:n]))
+        if not len(tags):
             return [float("nan")] * len(gauge.columns)
-        order = np.argsort(particles.id[rows[:n]])  # a sum that does not depend on where particles are kept
-        rows, weights = rows[:n][order], weights[:n][order]
-        values, share = _Values(self._stepper, rows), weights / weights.sum()
-        return [float(share @ values.column(column)) for column in gauge.columns]
+        order = np.argsort(tags[:, ID])  # a sum that does not depend on where particles are kept
+        values, shares = _Values(self._stepper, data[order], tags[order]), weights[order] / weights[order].sum()
+        return [float(shares @ values.column(column)) for column in gauge.columns]
 
 
 class _Values:
     """All fields of a few particles."""
 
-    def __init__(self, stepper: AnyStepper, rows: np.ndarray):
-        whole = stepper.particles
-        self._particles = whole.like(len(rows))
-        self._particles.data[...] = whole.data[rows]
-        self._particles.tags[...] = whole.tags[rows]
+    def __init__(self, stepper: AnyStepper, data: np.ndarray, tags: np.ndarray):
+        self._particles = stepper.particles.like(len(data))
+        self._particles.data[...], self._particles.tags[...] = data, tags
         self._found = diagnose(self._particles, stepper.table, stepper.models)
 
     def column(self, column: str) -> np.ndarray:

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.exact import exact_sum, total
+from hvisph.core.exact import exact_sum, value_of, whole_parts
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.formulations.eulerian import fallbacks
-from hvisph.formulations.protocol import AnyStepper
 from hvisph.integrators import sums as column
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
 from hvisph.simulation.build import Setup
@@ -72,10 +71,10 @@ class Budget:
         self.retired = np.zeros(6)
         self.pending = np.zeros(4)
         self.highest_pressure = float(setup.stepper.pressures.max(initial=0.0))
-        self._particles = particles
+        self._setup = setup
         # planes and clamps give angular momentum of which no account is kept
         kept = not setup.planes and not (particles.tags[:, FLAGS] & CLAMPED).any()
-        self.angular_momentum = angular_momentum(particles, turning_unit(setup.stepper)) if kept else np.zeros(0)
+        self.angular_momentum = angular_momentum(setup) if kept else np.zeros(0)
         middle = [exact_sum(one) / particles.count for one in particles["position"].T]
         lever = particles["position"] - np.array(middle)
         self._swing = exact_sum(particles["mass"] * speed * np.sqrt((lever**2).sum(axis=1)))
@@ -92,6 +91,11 @@ class Budget:
         self.impulse += dt * sums[column.SUPPORT : column.SUPPORT + 3]
         self.retired[2:] += dt * self.pending
         self.pending[:] = 0.0
+
+    def highest(self) -> float:
+        """Return the highest pressure of any particle of all processes so far [Pa]."""
+        self.highest_pressure = float(self._setup.share.most(self.highest_pressure)[0])
+        return self.highest_pressure
 
     def energies(self, sums: np.ndarray) -> dict[str, float | None]:
         """Return the energies by kind [J; per metre in 2D] of what is computed; None for what is not known."""
@@ -123,12 +127,7 @@ class Budget:
         """
         if not len(self.angular_momentum) or self.retired[0] or not self._swing > 0.0:
             return None
-        return (
-            float(
-                np.linalg.norm(angular_momentum(self._particles, turning_unit(self._stepper)) - self.angular_momentum)
-            )
-            / self._swing
-        )
+        return float(np.linalg.norm(angular_momentum(self._setup) - self.angular_momentum)) / self._swing
 
     def as_dict(self, sums: np.ndarray) -> dict[str, float | None]:
         """Return the plain form for the summary, without numbers that are not finite."""
@@ -141,20 +140,21 @@ class Budget:
         return {name: value if value is not None and np.isfinite(value) else None for name, value in kept.items()}
 
 
-def angular_momentum(particles: Particles, unit: float) -> np.ndarray:
-    """Return the angular momentum about the origin [kg m^2/s]: none in 1D and of rings, about z in 2D, (3,) in 3D.
+def angular_momentum(setup: Setup) -> np.ndarray:
+    """Return the angular momentum of all about the origin [kg m^2/s]: none in 1D and of rings, about z in 2D, (3,) in 3D."""
+    stepper = setup.stepper
+    # a sum in whole numbers of the unit of momentum, a million smoothing lengths away
+    unit = float(stepper.totals.units[column.MOMENTUM] * 2.0 ** (20.0 + np.floor(np.log2(stepper.support))))
+    terms = turning(stepper.particles)
+    return value_of(setup.share.total(whole_parts(terms, unit)), unit) if terms.size else np.zeros(terms.shape[1])
 
-    It is counted in whole numbers of `unit`, see `core.exact`.
-    """
+
+def turning(particles: Particles) -> np.ndarray:
+    """Return the angular momentum of each particle about the origin (n, 0, 1 or 3) [kg m^2/s]."""
     x, momentum = particles["position"], particles["mass"][:, None] * particles["velocity"]
     pairs: dict[int, tuple[tuple[int, int], ...]] = {1: (), 2: ((0, 1),), 3: ((1, 2), (2, 0), (0, 1))}
-    turning = [x[:, a] * momentum[:, b] - x[:, b] * momentum[:, a] for a, b in pairs[_turns(particles)]]
-    return np.array([float(total(one, unit)) for one in turning])
-
-
-def turning_unit(stepper: AnyStepper) -> float:
-    """Return the unit of angular momentum: that of momentum, a million smoothing lengths away."""
-    return float(stepper.totals.units[column.MOMENTUM] * 2.0 ** (20.0 + np.floor(np.log2(stepper.support))))
+    columns = [x[:, a] * momentum[:, b] - x[:, b] * momentum[:, a] for a, b in pairs[_turns(particles)]]
+    return np.stack(columns, 1) if columns else np.zeros((len(x), 0))
 
 
 def _turns(particles: Particles) -> int:
@@ -187,15 +187,6 @@ class Observer:
         counted = (*counted, CONTACT_COLUMN) if self._repels else counted
         counted = (*counted, HIGHEST_COLUMN, *ANGULAR_COLUMNS[_turns(particles)])
         self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
-        self.locate()
-
-    def locate(self) -> None:
-        """Find the watched particles again after the state was put into a new order."""
-        particles = self._setup.particles
-        where = np.empty(particles.count, np.int64)
-        where[particles.id] = np.arange(particles.count)
-        self._at = {name: where[ids] for name, ids in self._watched.items()}
-        self._where = where
 
     def due(self, step: int) -> bool:
         """Whether a gauge asks for a record after `step` steps, whatever the history's own cadence."""
@@ -203,26 +194,27 @@ class Observer:
 
     def record(self, step: int, time: float, dt: float, criterion: str, particle: int, budget: Budget) -> list[Any]:
         """Return the record of a step."""
-        sums, pressures = self._setup.stepper.sums, self._setup.stepper.pressures
+        sums, share = self._setup.stepper.sums, self._setup.share
+        centre, axis = self._watched[CENTRE_COLUMN], self._watched[AXIS_COLUMN]
+        pressures = share.at(np.concatenate([centre, axis]), self._setup.stepper.pressures)
         drift = budget.energy_drift(sums)
         return [
             step, time, dt, criterion, particle, float(sums[column.KINETIC]), float(sums[column.INTERNAL]),
             *(float(p) for p in sums[column.MOMENTUM : column.MOMENTUM + 3]),
             float("nan") if drift is None else drift,
-            float(pressures[self._at[CENTRE_COLUMN]].mean()), float(pressures[self._at[AXIS_COLUMN]].min()),
-            *((fallbacks(self._setup.stepper),) if self.corrected else ()),
+            float(pressures[: len(centre)].mean()), float(pressures[len(centre) :].min()),
+            *((int(share.total(np.array([fallbacks(self._setup.stepper)]))[0]),) if self.corrected else ()),
             *((budget.slip_work,) if self._slips else ()),
             *((budget.plastic_work, budget.shock_heating) if self._works else ()),
             *((float(getattr(self._setup.stepper, "contact_energy", 0.0)),) if self._repels else ()),
-            budget.highest_pressure, *self._angular(step),
-            *self._setup.gauges.record(step, self._where),
+            budget.highest(), *self._angular(step), *self._setup.gauges.record(step, share),
         ]  # fmt: skip
 
     def _angular(self, step: int) -> list[float]:
         particles = self._setup.particles
         if step % ANGULAR_EVERY:
             return [float("nan")] * len(ANGULAR_COLUMNS[_turns(particles)])
-        return [float(one) for one in angular_momentum(particles, turning_unit(self._setup.stepper))]
+        return [float(one) for one in angular_momentum(self._setup)]
 
 
 def mirror_axis(setup: Setup) -> np.ndarray | None:

@@ -24,6 +24,7 @@ class Peaks:
     def __init__(self, setup: Setup):
         self._setup = setup
         self.highest = np.full(setup.particles.count, -np.inf)
+        setup.share.follow(lambda: self.highest, self._replace)
 
     def record(self) -> None:
         """Take account of the pressures of the last evaluation."""
@@ -33,9 +34,5 @@ class Peaks:
         """Follow the particles into a new order."""
         self.highest[:] = self.highest.take(order)
 
-    def of(self, numbers: np.ndarray) -> np.ndarray:
-        """Return the highest pressures of particles by their permanent numbers."""
-        particles = self._setup.particles
-        highest = np.full(int(max(particles.id.max(), numbers.max())) + 1, -np.inf)
-        highest[particles.id] = self.highest
-        return highest[numbers]
+    def _replace(self, highest: np.ndarray) -> None:
+        self.highest = highest.copy()

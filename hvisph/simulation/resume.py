@@ -13,12 +13,13 @@ from hvisph.output import names
 from hvisph.output.checkpoint import newest_checkpoint
 from hvisph.output.folder import RunFolder, clear_unfinished, looks_like_a_run
 from hvisph.output.reader import read_summary
+from hvisph.parallel.world import world_here
 from hvisph.simulation.build import build
 from hvisph.simulation.checkpoint import refuse_changed
 from hvisph.simulation.cost import worthwhile_threads
 from hvisph.simulation.estimate import refuse_impossible
 from hvisph.simulation.listener import Listener
-from hvisph.simulation.run import Outcome, Run, set_threads
+from hvisph.simulation.run import Outcome, Run, folder_of, set_threads
 
 
 def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_steps: int | None = None,
@@ -76,16 +77,20 @@ def resume_case(run: str | os.PathLike[str], end: str | float | None = None, max
 def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None = None,
                listener: Listener | None = None) -> Outcome:  # fmt: skip
     """Go on with a run by a case of `resume_case`; arguments and errors as of `resume`."""
-    listener = listener or Listener()
-    with RunFolder.open(Path(run)) as folder:
-        checkpoint = newest_checkpoint(folder.checkpoint_path, listener.message)
-        if checkpoint is None:
-            listener.message("there is no checkpoint yet; beginning again")
-        else:
-            refuse_changed(checkpoint, case)
-        refuse_impossible(case)
+    world, path = world_here(), Path(run)
+    listener = listener if listener and world.first else Listener()
+    with world.together(), folder_of(world, path, lambda: RunFolder.open(path)) as folder:
+        with world.alike():
+            checkpoint = newest_checkpoint(folder.checkpoint_path, listener.message)
+            if checkpoint is None:
+                listener.message("there is no checkpoint yet; beginning again")
+            else:
+                refuse_changed(checkpoint, case)
+            refuse_impossible(case)
         with heard_compiling(listener.compiling):
-            setup = build(case)
-            set_threads(threads, worthwhile_threads(case, setup.particles.count))
-            clear_unfinished(folder.path)
+            with world.alike():
+                setup = build(case)
+                setup.share.join(world)
+                set_threads(threads, worthwhile_threads(case, -(-setup.share.count // world.size)), world.beside)
+            world.from_first(lambda: clear_unfinished(path))
             return Run(case, setup, folder, listener, checkpoint).go()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time as wall
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,8 +22,9 @@ from hvisph.core.jit import heard_compiling
 from hvisph.formulations.stepper import PERMUTE_EVERY
 from hvisph.integrators.criteria import Limit
 from hvisph.output import names
+from hvisph.parallel.world import Alone, world_here
 from hvisph.output.checkpoint import Checkpoint
-from hvisph.output.folder import RunFolder
+from hvisph.output.folder import RunFolder, SilentFolder
 from hvisph.output.reader import list_snapshots, read_history
 from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.advice import advice
@@ -38,6 +40,7 @@ from hvisph.simulation.estimate import refuse_impossible
 from hvisph.simulation.listener import Listener, Reporter
 from hvisph.simulation.monitors import Budget, Observer, mirror_axis
 from hvisph.simulation.run_files import RunFiles
+from hvisph.simulation.share import COLLAPSED, Whole
 from hvisph.simulation.signals import StopRequests
 from hvisph.simulation.summary import summarise
 from hvisph.simulation.watch import Failure, Watch
@@ -95,21 +98,32 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
     if not isinstance(case, Case):
         name = run_name(case) if out is None else name
         case = load_case(case)
-    listener = listener or Listener()
-    with computable():
-        refuse_impossible(case)
-        bodies = placed_bodies(case)
-    set_threads(threads, worthwhile_threads(case, sum(len(body.positions) for body in bodies)))
-    with heard_compiling(listener.compiling):
+    world, path = world_here(), Path("runs") / name if out is None else Path(out)
+    listener = listener if listener and world.first else Listener()
+    with world.alike():
         with computable():
+            refuse_impossible(case)
+            bodies = placed_bodies(case)
+        count = -(-sum(len(body.positions) for body in bodies) // world.size)
+        set_threads(threads, worthwhile_threads(case, count), world.beside)
+        with heard_compiling(listener.compiling), computable():
             setup = build(case, bodies)
+        setup.share.join(world)
         Domain(setup, case.domain)  # refuses before anything is written
-        with RunFolder.create(Path("runs") / name if out is None else Path(out), force) as folder:
+    with heard_compiling(listener.compiling), world.together():
+        with folder_of(world, path, lambda: RunFolder.create(path, force)) as folder:
             return Run(case, setup, folder, listener).go()
 
 
-def set_threads(threads: int | None, worthwhile: int | None = None) -> None:
-    """Use so many threads, or `worthwhile`, or one per core.
+def folder_of(world: Alone, path: Path, make: Callable[[], RunFolder]) -> RunFolder:
+    """Return the folder of a run: the first process makes it, others write nothing."""
+    made: list[RunFolder] = []
+    world.from_first(lambda: made.append(make()))
+    return made[0] if made else SilentFolder(path)
+
+
+def set_threads(threads: int | None, worthwhile: int | None = None, beside: int = 1) -> None:
+    """Use so many threads, or `worthwhile`, or one per core; of `beside` processes of this machine each has its share.
 
     Raises
     ------
@@ -122,7 +136,7 @@ def set_threads(threads: int | None, worthwhile: int | None = None) -> None:
         raise CaseError(
             f"{threads} threads asked for; allowed: 1 to {most}, the cores of this machine", where="--threads"
         )
-    numba.set_num_threads(threads or min(worthwhile or most, most))
+    numba.set_num_threads(threads or max(1, min(worthwhile or most, most // beside)))
 
 
 class Run:
@@ -150,7 +164,7 @@ class Run:
     ):
         self.case, self.setup, self.folder, self.listener = case, setup, folder, listener
         self.checkpoint, self.text = checkpoint, dump_case(case)
-        self.domain = Domain(setup, case.domain)
+        self.share, self.domain = setup.share, Domain(setup, case.domain)
         axis = mirror_axis(setup)
         self.writer = SnapshotWriter(folder, setup, case, self.text)
         self.observer = Observer(setup, case.resolution, axis)
@@ -159,6 +173,7 @@ class Run:
         self.status = "done"
         self.failure: Failure | None = None
         self.stop = StopRequests()
+        self._stopped = False  # what all processes know of it
 
     def go(self) -> Outcome:
         """Run to the end, to a failure or to an interruption, and sum up."""
@@ -166,10 +181,11 @@ class Run:
         if self.checkpoint is None:
             self.files.write_case()
         self._prepare()
-        count = self.setup.particles.count
+        count, world = self.share.count, self.share.world
         threads = of_cores(numba.get_num_threads(), numba.config.NUMBA_NUM_THREADS)
+        several = f"{world.size} processes, each with " if world.size > 1 else ""
         self.folder.log.write(
-            f"hvisph {__version__}: {self.case.title or 'untitled'}; {count} particles, {threads}; "
+            f"hvisph {__version__}: {self.case.title or 'untitled'}; {count} particles, {several}{threads}; "
             f"ready after {wall.perf_counter() - ready:.2f} s"
             f"{f'; goes on from step {self.clock.steps}' if self.checkpoint else ''}"
         )
@@ -180,6 +196,7 @@ class Run:
             self.folder.log.write(line)
             self.listener.message(line)
         self.reporter = Reporter(self.listener, self.setup, self.clock, self.files.state.wall_seconds)
+        self.share.begin()
         with self.stop:
             self._take_steps()
             return self._finish(self.reporter.seconds)
@@ -190,7 +207,7 @@ class Run:
             try:
                 if self.checkpoint is None:
                     self._begin()
-                while not self._enough() and self.stop.number is None:
+                while not self._enough() and not self._stopping():
                     self._advance()
             except Failure as failure:
                 self.status, self.failure = "failed", failure
@@ -203,7 +220,8 @@ class Run:
 
     def _prepare(self) -> None:
         """Evaluate the start and, to go on, take the state from the checkpoint."""
-        self.setup.stepper.start()
+        with self.share.world.in_turn():
+            self.setup.stepper.start()
         self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.watch)
         self.start = self.writer.start()
         self.keeper = Keeper(
@@ -218,7 +236,11 @@ class Run:
         )
         if self.checkpoint is not None:
             self.time_step = self.keeper.restore(self.checkpoint)
-            self.observer.locate()
+            self.share.moved()
+
+    def _stopping(self) -> bool:
+        """Whether to stop: of several processes all stop after the same step."""
+        return self._stopped if self.share.world.size > 1 else self.stop.number is not None
 
     def _enough(self) -> bool:
         most = self.case.time.max_steps
@@ -232,9 +254,20 @@ class Run:
             stepper.complete(0.0, 0.0)
         self.time_step = self.clock.choose(limit.dt, limit.criterion, None)
         stepper.predict(self.time_step.length)
-        self.files.record(self.time_step, int(self.setup.particles.id[limit.particle]), 0.0, self.budget)
+        self.files.record(self.time_step, limit.number, 0.0, self.budget)
 
-    def _limit(self) -> Limit:
+    def _limit(self, collapsed: RunError | None = None) -> Whole:
+        """Return what limits the next step of all; `collapsed` is what kept this process from finding its forces."""
+        own = Limit(-1.0, COLLAPSED, -1) if collapsed else self._own_limit()
+        whole = self.share.agreed(own, self.stop.number or 0, self.files.checkpoint_due())
+        if whole.criterion == COLLAPSED:
+            what = self.share.first_of(collapsed)
+            raise self.watch.collapsed(what, self.clock.time, self.clock.steps) from collapsed
+        if whole.stop and self.share.world.size > 1:
+            self._stopped, self.stop.number = True, self.stop.number or whole.stop
+        return whole
+
+    def _own_limit(self) -> Limit:
         stepper = self.setup.stepper
         limit = self.setup.criteria.limit(
             stepper.lengths, stepper.signals, stepper.rates, stepper.place, self.setup.particles.id
@@ -247,27 +280,28 @@ class Run:
 
     def _advance(self) -> None:
         """Take one step: forces, the next step from the criteria, the state carried on, the schedule."""
-        stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
+        stepper, clock = self.setup.stepper, self.clock
         last = clock.last(self.time_step)
         if last is not None:  # the end cuts it; from before it the run can be extended
             self._checkpoint()
             self.time_step = last
             stepper.predict(last.length)
+        collapsed: RunError | None = None
         try:
             stepper.evaluate()
         except RunError as error:
-            raise self.watch.collapsed(error, clock.time, clock.steps) from error
-        limit = self._limit()
+            collapsed = error
+        limit = self._limit(collapsed)
         self.watch.check_step(limit, clock.time, clock.steps)
         following = clock.choose(limit.dt, limit.criterion, self.time_step)
-        limiting, body = int(particles.id[limit.particle]), int(particles.body[limit.particle])
         due = self._complete(following)
         if clock.steps % PERMUTE_EVERY == 0:
             self.writer.peaks.permute(stepper.permute())
-            self.observer.locate()
+            self.share.moved()
             self.domain.retire(self.budget, following.length)
+            self.share.rebalance(clock.steps)
         if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
-            self.files.record(self.time_step, limiting, self.done.length, self.budget)
+            self.files.record(self.time_step, limit.number, self.done.length, self.budget)
         warning = self.watch.warning(clock.time)
         if warning:
             self.folder.log.write(warning)
@@ -276,14 +310,14 @@ class Run:
         self.watch.check_state(drift, clock.time, clock.steps)
         for number, snapshot in due:
             self.files.write_output(snapshot, number)
-        if self.files.checkpoint_due():
+        if limit.checkpoint:
             self._checkpoint()
         try:
-            self.reporter.report(self.time_step, body, drift)
+            self.reporter.report(self.time_step, limit.body, drift)
         except KeyboardInterrupt:  # from whoever listens
             self.stop.note()
 
-    def _complete(self, following: TimeStep) -> list[tuple[int, Snapshot]]:
+    def _complete(self, following: TimeStep) -> list[tuple[int, Snapshot | None]]:
         """Carry the state over the step under way; return the snapshots that are due, with their numbers."""
         stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
         self.done, self.time_step = self.time_step, following
@@ -306,12 +340,24 @@ class Run:
 
     def _finish(self, seconds: float) -> Outcome:
         now = self.files.write_last(self.status == "failed")
+        conservation, highest = self.budget.as_dict(self.setup.stepper.sums), self.budget.highest()
+        summary = self.share.world.from_first(lambda: self._summary(now, seconds, conservation, highest))
+        self.listener.finished(summary)
+        if self.status == "interrupted":
+            return Outcome(self.folder.path, summary, 128 + (self.stop.number or 0), self.stop.name)
+        code = 0 if all(row["passed"] for row in summary["expected"]) else 1
+        return Outcome(self.folder.path, summary, HvisphError.exit_code if self.status == "failed" else code)
+
+    def _summary(self, now: Snapshot | None, seconds: float, conservation: dict[str, float | None],
+                 highest: float) -> dict[str, Any]:  # fmt: skip
+        """Write the summary, and what it gives to remark, and return it."""
+        assert now is not None
         summary = summarise(
             self.case, self.text, status=self.status, time=self.clock.time,
-            failure=self.failure.as_dict() if self.failure else None, particles=self.setup.particles.count,
+            failure=self.failure.as_dict() if self.failure else None, particles=self.share.count,
             steps=self.clock.steps, threads=numba.get_num_threads(), wall_seconds=seconds,
-            conservation=self.budget.as_dict(self.setup.stepper.sums),
-            energies=self.budget.energies(self.setup.stepper.sums), highest_pressure=self.budget.highest_pressure,
+            conservation=conservation,
+            energies=self.budget.energies(self.setup.stepper.sums), highest_pressure=highest,
             start=self.start, now=now, history=read_history(self.folder.path),
             snapshots=list_snapshots(self.folder.path),
         )  # fmt: skip
@@ -322,8 +368,4 @@ class Run:
         for remark in summary["remarks"]:
             self.folder.log.write(f"remark: {remark}")
             self.listener.message(f"remark: {remark}")
-        self.listener.finished(summary)
-        if self.status == "interrupted":
-            return Outcome(self.folder.path, summary, 128 + (self.stop.number or 0), self.stop.name)
-        code = 0 if all(row["passed"] for row in summary["expected"]) else 1
-        return Outcome(self.folder.path, summary, HvisphError.exit_code if self.status == "failed" else code)
+        return summary

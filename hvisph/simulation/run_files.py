@@ -9,8 +9,8 @@ from hvisph import __version__
 from hvisph.core.errors import OutputError
 from hvisph.output import names
 from hvisph.output.checkpoint import write_checkpoint
-from hvisph.output.folder import RunFolder
-from hvisph.output.history import HistoryWriter
+from hvisph.output.folder import RunFolder, SilentFolder
+from hvisph.output.history import HistoryWriter, NoHistory
 from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.checkpoint import Cadence, Files, Keeper
 from hvisph.simulation.clock import Clock, TimeStep
@@ -52,20 +52,24 @@ class RunFiles:
         self.folder, self.writer, self.state = folder, writer, Files()
         self._text, self._observer, self._clock = text, observer, clock
         self._cadence = Cadence(case.output.checkpoint_every)
+        self._writes = not isinstance(folder, SilentFolder)
 
     def write_case(self) -> None:
         """Write the effective case."""
         head = f"{names.CASE_HEAD} {__version__}; hash {case_hash(self._text)}\n"
         self.folder.write_text(names.CASE, head + self._text)
 
-    def begin(self, start: Snapshot) -> HistoryWriter:
+    def begin(self, start: Snapshot) -> HistoryWriter | NoHistory:
         """Begin anew with the first snapshot; return the history, to be closed by the caller."""
+        self.history: HistoryWriter | NoHistory = NoHistory()
+        if not self._writes:
+            return self.history
         self.writer.forget_after(-1)
         self.writer.write(start, 0)
         self.history = HistoryWriter(self.folder.history_path, self._observer.columns)
         return self.history
 
-    def go_on(self) -> HistoryWriter:
+    def go_on(self) -> HistoryWriter | NoHistory:
         """Cut what lies after the checkpoint; return the history, to be closed by the caller.
 
         Raises
@@ -73,6 +77,9 @@ class RunFiles:
         OutputError
             When the history does not reach up to the checkpoint.
         """
+        self.history = NoHistory()
+        if not self._writes:
+            return self.history
         self.history = HistoryWriter.resume(self.folder.history_path, self._observer.columns, self._clock.steps)
         if self.history.last_step != self.state.recorded:
             raise OutputError(
@@ -91,15 +98,19 @@ class RunFiles:
             self._observer.record(clock.steps, clock.time, length, time_step.criterion, limiting, budget)
         )
 
-    def write_output(self, snapshot: Snapshot, number: int) -> None:
-        """Write the snapshot of a moment of output."""
+    def write_output(self, snapshot: Snapshot | None, number: int) -> None:
+        """Write the snapshot of a moment of output, where this process has it."""
+        if snapshot is None:
+            return
         self.writer.write(snapshot, number)
         self.state.written = snapshot.time
         self.folder.log.write(f"snapshot {number} at {snapshot.time:.6g} s, step {snapshot.step}")
 
-    def write_last(self, failed: bool) -> Snapshot:
+    def write_last(self, failed: bool) -> Snapshot | None:
         """Write the state in which the run ends, under its own name after a failure; return it."""
         now = self.writer.snapshot(self._clock.time, self._clock.steps)
+        if now is None:
+            return None
         if failed:
             self.writer.write(now, names.POST_MORTEM)
         elif self._clock.time != self.state.written:
@@ -109,12 +120,14 @@ class RunFiles:
 
     def checkpoint_due(self) -> bool:
         """Whether it is time for a checkpoint."""
-        return self._cadence.due
+        return self._writes and self._cadence.due
 
     def checkpoint(self, keeper: Keeper, time_step: TimeStep, wall_seconds: float) -> None:
         """Write a checkpoint, after all records up to it."""
         started = wall.monotonic()
         self.state.wall_seconds = wall_seconds
         self.history.sync()
-        write_checkpoint(self.folder.checkpoint_path, keeper.capture(time_step))
+        checkpoint = keeper.capture(time_step)
+        if checkpoint is not None:
+            write_checkpoint(self.folder.checkpoint_path, checkpoint)
         self._cadence.done(started)

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import RunError
+from hvisph.core.particles import MATERIAL
 from hvisph.integrators import sums as column
-from hvisph.integrators.criteria import Limit
 from hvisph.simulation.build import Setup
+from hvisph.simulation.share import Seen, Whole
 
 # Steps between two looks at all densities.
 DENSITY_EVERY = 8
@@ -73,19 +74,21 @@ class Watch:
         self._floor = min(0.0, float(setup.stepper.sums[column.INTERNAL]))
         self._warned = False
 
-    def check_step(self, limit: Limit, time: float, step: int) -> None:
+    def check_step(self, limit: Whole, time: float, step: int) -> None:
         """Judge what limits the next step: rates that are not finite, a step that has collapsed."""
         if limit.criterion == "not_finite":
-            raise self._failure("not_finite", limit.particle, time, step, "a rate is not finite")
+            raise self._failure(
+                "not_finite", self._setup.share.look_up(limit.number), time, step, "a rate is not finite"
+            )
         if limit.criterion == "inverted":
             raise self._failure(
-                "inverted", limit.particle, time, step,
+                "inverted", self._setup.share.look_up(limit.number), time, step,
                 "a deformation gradient is inverted (J <= 0): the distortion is more than Total Lagrangian kernels "
                 "bear; let particles turn Eulerian (formulation adaptive)",
             )  # fmt: skip
         if limit.criterion == "passed_through":
             raise self._failure(
-                "passed_through", limit.particle, time, step,
+                "passed_through", self._setup.share.look_up(limit.number), time, step,
                 "bodies pass through each other: particles from within one stand in the midst of another, because "
                 "the impact outgrows the contact; give formulation.contact more stiffness, or take riemann",
             )  # fmt: skip
@@ -94,7 +97,7 @@ class Watch:
         smallest = self._limits.step_over_initial
         if limit.dt < smallest * self.first:
             raise self._failure(
-                "step_collapse", limit.particle, time, step,
+                "step_collapse", self._setup.share.look_up(limit.number), time, step,
                 f"the time step fell to {limit.dt:.3g} s, below {smallest:g} of the first, by the criterion "
                 f"'{limit.criterion}'",
             )  # fmt: skip
@@ -103,23 +106,23 @@ class Watch:
         """Judge the state after a step: finite, no runaway, densities, total energy kept but for `drift` of it."""
         sums = self._setup.stepper.sums
         if not all(map(isfinite, sums[: column.FASTEST + 1].tolist())):
-            bad = ~np.isfinite(self._setup.particles.data).all(axis=1)
-            if bad.any():
-                what = "a value of the state is not finite"
-                raise self._failure("not_finite", int(bad.argmax()), time, step, what)
+            bad = self._one_of(np.logical_not(np.isfinite(self._setup.particles.data).all(axis=1)))
+            if bad:
+                raise self._failure("not_finite", bad, time, step, "a value of the state is not finite")
         if not sums[column.FASTEST] <= self.speed_limit:
             speed = np.sqrt((self._setup.particles["velocity"] ** 2).sum(axis=1))
-            worst = int(np.argmax(np.where(np.isnan(speed), np.inf, speed)))
+            worst = self._setup.share.worst(speed)
+            assert worst is not None
             raise self._failure(
                 "runaway", worst, time, step,
-                f"a particle moves at {speed[worst]:.4g} m/s, more than the limit of {self.speed_limit:.4g} m/s",
+                f"a particle moves at {sums[column.FASTEST]:.4g} m/s, more than the limit of {self.speed_limit:.4g} m/s",
             )  # fmt: skip
         if self._limits.density and step % DENSITY_EVERY == 0:
             self._check_density(time, step)
         missing, allowed = self._missing_energy(), self._limits.negative_energy
         if allowed is not None and missing > allowed:
             particles = self._setup.particles
-            coldest = int(np.argmin(particles["mass"] * particles["internal_energy"]))
+            coldest = self._setup.share.worst(-particles["mass"] * particles["internal_energy"])
             raise self._failure(
                 "negative_energy", coldest, time, step,
                 f"the internal energy of the whole is below zero by {100.0 * missing:.3g} % of that at the start, "
@@ -128,7 +131,7 @@ class Watch:
         most = self._limits.energy_drift
         if most is not None and drift is not None and not abs(drift) <= most:
             stepper = self._setup.stepper
-            hottest = int(np.argmax(np.abs(stepper.rates[stepper.place, self._power])))
+            hottest = self._setup.share.worst(np.abs(stepper.rates[stepper.place, self._power]))
             raise self._failure(
                 "energy_drift", hottest, time, step,
                 f"total energy has changed by {100.0 * drift:+.3g} % since the start, more than "
@@ -159,45 +162,52 @@ class Watch:
 
     def _check_density(self, time: float, step: int) -> None:
         particles, limits = self._setup.particles, self._setup.density_limits
-        density = particles["density"]
-        if density.min() > 0.0 and density.max() < limits.min():
+        density, share = particles["density"], self._setup.share
+        highest, lowest = density.max(initial=0.0), density.min(initial=np.inf)
+        fine = lowest > 0.0 and highest < limits.min()
+        if not share.most(float(not fine))[0]:
             return
         most = limits[particles.material]
-        outside = ~((density > 0.0) & (density < most))
-        if outside.any():
-            worst = int(outside.argmax())
+        worst = self._one_of(~((density > 0.0) & (density < most)))
+        if worst:
+            material = int(share.at(np.array([worst.number]), particles.tags)[0, MATERIAL])
             raise self._failure(
                 "density", worst, time, step,
-                f"a density of {density[worst]:.4g} kg/m^3 is outside the range of the equation of state of '"
-                f"{self._setup.materials[int(particles.material[worst])]}', 0 to {most[worst]:.4g} kg/m^3",
+                f"a density of {worst.density:.4g} kg/m^3 is outside the range of the equation of state of '"
+                f"{self._setup.materials[material]}', 0 to {limits[material]:.4g} kg/m^3",
             )  # fmt: skip
+
+    def _one_of(self, chosen: Any) -> Seen | None:
+        """Return of the `chosen` particles (n,), bool, of all processes that of the smallest number."""
+        return self._setup.share.worst(np.where(chosen, 1.0, -np.inf))
 
     def collapsed(self, error: RunError, time: float, step: int) -> Failure:
         """Return the failure of an evaluation that found too many neighbours, at the most crowded place."""
         position = self._setup.particles["position"]
         edge = self._setup.stepper.support
         finite = np.isfinite(position).all(axis=1) & (np.abs(position) < 1e15 * edge).all(axis=1)
-        if not finite.all():
-            return self._failure("not_finite", int((~finite).argmax()), time, step, "a position is not finite")
+        lost = self._one_of(~finite)
+        if lost:
+            return self._failure("not_finite", lost, time, step, "a position is not finite")
         cells = np.floor(position / edge).astype(np.int64)
         _, member, crowd = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
-        return self._failure("collapse", int(crowd[member.ravel()].argmax()), time, step, str(error))
-
-    def _failure(self, criterion: str, index: int, time: float, step: int, what: str) -> Failure:
-        particles = self._setup.particles
-        body = self._setup.bodies[int(particles.body[index])]
-        position = [float(x) for x in particles["position"][index]]
-        place = ", ".join(f"{x:.6g}" for x in position)
-        number = int(particles.id[index])
-        message = (
-            f"{what}: particle {number} of body '{body}' at ({place}) m, time {time:.6g} s, step {step}; "
-            f"{_likely_cause(particles, index)}"
+        return self._failure(
+            "collapse", self._setup.share.worst(crowd[member.ravel()].astype(float)), time, step, str(error)
         )
-        return Failure(criterion, message, number, body, position, time, step)
+
+    def _failure(self, criterion: str, seen: Seen | None, time: float, step: int, what: str) -> Failure:
+        assert seen is not None  # there are particles
+        body = self._setup.bodies[seen.body]
+        place = ", ".join(f"{x:.6g}" for x in seen.position)
+        message = (
+            f"{what}: particle {seen.number} of body '{body}' at ({place}) m, time {time:.6g} s, step {step}; "
+            f"{_likely_cause(seen)}"
+        )
+        return Failure(criterion, message, seen.number, body, seen.position, time, step)
 
 
-def _likely_cause(particles: Any, index: int) -> str:
-    density, energy = float(particles["density"][index]), float(particles["internal_energy"][index])
+def _likely_cause(seen: Seen) -> str:
+    density, energy = seen.density, seen.energy
     if not np.isfinite(density) or not np.isfinite(energy):
         return "its state is not finite: the step is too long for what happens there; try a smaller time.cfl"
     if density <= 0.0:

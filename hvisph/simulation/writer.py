@@ -62,12 +62,17 @@ class SnapshotWriter:
         self._start: np.ndarray | None = None  # positions by permanent number
         self._series_due = 0.0
 
-    def snapshot(self, time: float, step: int, particles: Particles | None = None) -> Snapshot:
-        """Return the state as it stands, or another state of the run, ordered by the particles' permanent numbers."""
+    def snapshot(self, time: float, step: int, particles: Particles | None = None) -> Snapshot | None:
+        """Return the state as it stands, or another state of the run, ordered by the particles' permanent numbers.
+
+        Of several processes the first has it, the others have none.
+        """
         stepper = self.setup.stepper
-        particles = self.setup.particles if particles is None else particles
-        order = np.argsort(particles.id)
-        order = order[particles.tags[order, FLAGS] & RETIRED == 0]
+        whole = self.setup.share.whole(particles or self.setup.particles, self.peaks.highest)
+        if whole is None:
+            return None
+        particles, (highest,) = whole
+        order = np.flatnonzero(particles.tags[:, FLAGS] & RETIRED == 0)
         fields = {name: particles[name][order] for name in STATE_FIELDS if name in particles.names}
         for name, values in diagnose(particles, stepper.table, stepper.models).items():
             fields[name] = values[order]
@@ -76,7 +81,7 @@ class SnapshotWriter:
             self._start = np.zeros((int(number.max()) + 1, particles.dim))
             self._start[number] = fields["position"]
         fields["displacement"] = fields["position"] - self._start[number]
-        fields["peak_pressure"] = np.maximum(self.peaks.of(number), fields["pressure"])
+        fields["peak_pressure"] = np.maximum(highest[order], fields["pressure"])
         fields["failed"] = (fields["damage"] >= 1.0).astype(np.uint8)
         return Snapshot(time, step, particles.dim, fields, particles.body[order].astype(np.int64),
                         particles.material[order].astype(np.int64), particles.id[order].astype(np.int64),
@@ -85,6 +90,7 @@ class SnapshotWriter:
     def start(self) -> Snapshot:
         """Return the start, and keep what later snapshots need of it to be measured alone."""
         start = self.snapshot(0.0, 0)
+        assert start is not None  # all processes begin with the whole
         surfaces = {
             name: {
                 "axis": int(np.abs(normal).argmax()),

@@ -9,14 +9,16 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.binding import bind
+from hvisph.core.errors import RunError
 from hvisph.core.jit import specialise
 from hvisph.core.simd import EIGHT
 
 from . import cells, rates, traversal
+from .copies import Halo, ImageCopies
 from .kernels import Kernel
 from .kernels.kernel import scale
 from .rows import RowLayout, aligned_zeros
-from .symmetry import Plane, image_numbers, mirror, with_images
+from .symmetry import Plane
 
 
 @dataclass(frozen=True)
@@ -73,6 +75,8 @@ class Pairs:
     ----------
     rows, numbers
         Packed rows (n, width) of the stage, and their permanent numbers (n,) uint64, each once.
+    halo, images
+        Copies that are appended to them: rows of other processes, images at the planes.
     """
 
     def __init__(self, layout: RowLayout, kernel: Kernel, passes: Sequence[Pass], coefficients: np.ndarray,
@@ -85,6 +89,8 @@ class Pairs:
         self.slots = layout.slots()
         self.rows = np.zeros((self.count, layout.width))
         self.numbers = np.arange(self.count, dtype=np.uint64)
+        self.halo: Halo | None = None
+        self.images = ImageCopies(planes, layout) if planes else None
         self.grid = cells.Grid.around(positions, kernel.reach * h)
         self.capacity = 64 * 4 ** (dim - 1)
         self._room = 0
@@ -135,23 +141,37 @@ class Pairs:
         RunError
             When a particle has too many neighbours to be anything but a collapse.
         """
-        rows, numbers = self.rows, self.numbers
-        if self.planes:
-            rows, made = with_images(rows, self.planes, self.layout, self.kernel.reach * h)
-            numbers = image_numbers(numbers, made)
+        rows, numbers, edge = self.rows, self.numbers, self.kernel.reach * h
+        own = len(rows)
+        if self.halo is not None:
+            rows, numbers = self.halo.append(rows, numbers, edge)
+            self.rows = rows[:own]  # in front of the others': the next stage is packed there
+        if self.images is not None:
+            rows, numbers = self.images.append(rows, numbers, edge)
         if len(rows) != self.present:
             self._make_room(len(rows))
         n = self.present
-        self.grid.edge = self.kernel.reach * h
+        self.grid.edge = edge
         cells.sort(self.grid, rows, numbers, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
                    self.sorted[:n], self.columns, self.layout.dim)  # fmt: skip
+        failure = None
         for sweep, into_rows in self._sweeps:
-            self._run(sweep, self.sorted if into_rows else self.rates)
-            if self.planes and into_rows:
-                for images in made:
-                    target = self.place[images.first : images.first + len(images.source)]
-                    source = self.sorted[self.place[images.source]]
-                    self.sorted[target] = mirror(source, images.plane, self.layout)
+            try:
+                self._run(sweep, self.sorted if into_rows else self.rates)
+            except RunError as error:  # others wait for this process' rows
+                failure = error
+            for copies in (self.halo, self.images) if into_rows else ():
+                if copies is not None:
+                    copies.refresh(self.sorted, self.place)
+        if failure is not None:
+            raise failure
+
+    def hold(self, rows: np.ndarray, numbers: np.ndarray) -> None:
+        """Take these packed rows (n, width) and their numbers in place of all others, sorted in the order given."""
+        self.rows, self.numbers, self.count = rows, numbers, len(rows)
+        self._make_room(self.count)
+        self.sorted[: self.count] = rows
+        self.place[: self.count] = np.arange(self.count, dtype=np.uint32)
 
     def _run(self, sweep: Any, out: np.ndarray) -> None:
         self.capacity = traversal.complete_sweep(

@@ -124,12 +124,16 @@ class Selection:
             near = self._wider
         return np.flatnonzero(self._meets[self._cells]), np.flatnonzero(near[self._cells])
 
-    def near_other_bodies(self, rows: np.ndarray, reach: float) -> np.ndarray:
+    def near_other_bodies(self, rows: np.ndarray, bodies: np.ndarray, reach: float) -> np.ndarray:
         """Return the indices of the particles within `reach` [m] of another body, and of their neighbours."""
         self.grid.edge = reach
-        sizes = self.grid.sizes
-        self._mark(rows, self._nowhere, self.bodies, 1.0 / reach, *sizes, self._cells, self._lowest, self._highest,
+        sizes, count = self.grid.sizes, len(rows)
+        if len(self._nowhere) < count:
+            self._nowhere = np.zeros(count + count // 4, np.uint8)
+            self._cells = np.zeros(count + count // 4, np.uint32)
+        cells = self._cells[:count]
+        self._mark(rows, self._nowhere, bodies, 1.0 / reach, *sizes, cells, self._lowest, self._highest,
                    self._spatial)  # fmt: skip
         self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
         self._widen(*sizes, self._meets.view(np.uint8), self._wider)
-        return np.flatnonzero(self._wider[self._cells])
+        return np.flatnonzero(self._wider[cells])

@@ -1,0 +1,132 @@
+"""Rows of other processes within the reach of this one's: sent where they are needed, anew in every evaluation."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from hvisph.core.jit import specialise
+
+from .world import Ranks
+
+
+def _box(rows, box):
+    """Write the lowest and the highest coordinates of `rows`, one after the other."""
+    for axis in range(np.uint64(DIM)):
+        low, high = np.inf, -np.inf
+        for i in range(np.uint64(rows.shape[0])):
+            low, high = min(low, rows[i, axis]), max(high, rows[i, axis])
+        box[axis], box[np.uint64(DIM) + axis] = low, high
+
+
+def _choose(rows, box, edge, chosen):
+    """Write the numbers of the rows within `edge` of `box`; return how many they are."""
+    n = np.uint64(0)
+    for i in range(np.uint64(rows.shape[0])):
+        inside = True
+        for axis in range(np.uint64(DIM)):
+            x = rows[i, axis]
+            inside &= (x >= box[axis] - edge) & (x <= box[np.uint64(DIM) + axis] + edge)
+        chosen[n] = i
+        n += np.uint64(inside)
+    return n
+
+
+def _pack(rows, numbers, chosen, used, table):
+    """Write the first `used` slots of the chosen rows, their numbers behind them."""
+    for k in range(np.uint64(chosen.shape[0])):
+        i = np.uint64(chosen[k])
+        for f in range(np.uint64(used)):
+            table[k, f] = rows[i, f]
+        table[k, np.uint64(used)] = np.float64(numbers[i])
+
+
+class Halo:
+    """The rows of other processes, behind this one's own.
+
+    Parameters
+    ----------
+    world
+        The processes.
+    dim, width, used
+        Number of dimensions, length of a row, and how much of it is in use.
+    planes
+        Axis, place [m] and side of each plane of symmetry: what has passed one meets images from twice as far.
+    """
+
+    def __init__(self, world: Ranks, dim: int, width: int, used: int, planes: Sequence[tuple[int, float, float]] = ()):
+        self._world, self._dim, self._used, self._planes = world, dim, used, planes
+        self._storage = np.zeros((0, width))
+        self._numbers = np.zeros(0, np.uint64)
+        self._chosen = np.zeros(0, np.uint32)
+        self._sent: dict[int, np.ndarray] = {}
+        self._came: dict[int, slice] = {}
+        self._find_box = specialise(_box, parallel=False, DIM=dim)
+        self._choose = specialise(_choose, parallel=False, DIM=dim)
+        self._pack = specialise(_pack, parallel=False)
+        self.received = 0
+
+    def append(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return rows and numbers followed by those of other processes within `reach` [m]."""
+        world, dim, used, own = self._world, self._dim, self._used, len(rows)
+        about = np.empty(2 * dim + 1)
+        self._find_box(rows, about[:-1])
+        about[-1] = self._beyond(rows, reach)
+        boxes = world.everybodys(about)
+        reach = reach + 2.0 * float(boxes[:, -1].max())
+        if len(self._chosen) < own + 1:
+            self._chosen = np.zeros(own + own // 4 + 1, np.uint32)
+        apart = np.maximum(boxes[:, :dim] - about[dim:-1], about[:dim] - boxes[:, dim:-1])
+        tables: dict[int, np.ndarray] = {}
+        self._sent = {}
+        for rank in map(int, np.flatnonzero((apart <= reach).all(axis=1))):
+            if rank == world.rank or not own:
+                continue
+            count = int(self._choose(rows, boxes[rank, :-1], reach, self._chosen))
+            if count:
+                chosen = self._chosen[:count].copy()
+                table = np.empty((count, used + 1))
+                self._pack(rows, numbers, chosen, used, table)
+                tables[rank], self._sent[rank] = table, chosen
+        came = world.swapped(tables, used + 1)
+        self.received = sum(map(len, came.values()))
+        whole, all_numbers = self._room(rows, numbers, own + self.received)
+        self._came, first = {}, own
+        for rank, table in sorted(came.items()):
+            last = first + len(table)
+            whole[first:last, :used], all_numbers[first:last] = table[:, :-1], table[:, -1]
+            self._came[rank], first = slice(first, last), last
+        return whole, all_numbers
+
+    def _beyond(self, rows: np.ndarray, reach: float) -> float:
+        """Return how far rows lie beyond planes of symmetry altogether [m]."""
+        beyond = 0.0
+        for axis, at, side in self._planes:
+            depth = side * (at - rows[:, axis])
+            beyond += float(depth[depth < reach].max(initial=0.0))
+        return beyond
+
+    def _room(self, rows: np.ndarray, numbers: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return storage for `count` rows and numbers that begins with the given ones."""
+        own = len(rows)
+        if count > len(self._storage):
+            self._storage = np.zeros((count + count // 4 + 64, self._storage.shape[1]))
+            self._numbers = np.zeros(len(self._storage), np.uint64)
+        if not np.shares_memory(rows, self._storage) or rows.ctypes.data != self._storage.ctypes.data:
+            self._storage[:own] = rows
+        self._numbers[:own] = numbers
+        return self._storage[:count], self._numbers[:count]
+
+    def refresh(self, sorted_rows: np.ndarray, place: np.ndarray) -> None:
+        """Send the same rows again after a pass wrote into them."""
+        used = self._used
+        tables = {rank: np.ascontiguousarray(sorted_rows[place[chosen], :used]) for rank, chosen in self._sent.items()}
+        into = {rank: np.empty((rows.stop - rows.start, used)) for rank, rows in self._came.items()}
+        self._world.exchange(tables, into)
+        for rank, rows in self._came.items():
+            sorted_rows[place[rows], :used] = into[rank]
+
+    def anywhere(self, here: bool) -> bool:
+        """Tell whether something is so on any process: all of them ask at the same place."""
+        return bool(self._world.total(np.array([int(here)]))[0])

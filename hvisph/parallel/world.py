@@ -1,0 +1,272 @@
+"""What processes say to each other: `Alone`, or `Ranks` by MPI. The only importer of mpi4py.
+
+Every method but `rank` and `size` is called by all processes, at the same place of the program.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, TypeVar, cast
+
+import numpy as np
+
+from hvisph.core.alike import kind_of_machine
+from hvisph.core.errors import CaseError, HvisphError
+
+from .launch import launched
+
+T = TypeVar("T")
+INSTALL = "pip install 'hvisph[mpi]', or mpi4py alone for the MPI that is there"
+
+
+class Alone:
+    """One process: what it says it hears.
+
+    Attributes
+    ----------
+    rank, size
+        Number of this process, and of all.
+    waited
+        Time spent on waiting for others so far [s].
+    messages, sent
+        Number of tables sent to others, and of their rows.
+    """
+
+    rank, size = 0, 1
+    beside = 1  # processes of this machine, this one included
+
+    def __init__(self) -> None:
+        self.waited = 0.0
+        self.messages = self.sent = 0
+
+    @property
+    def first(self) -> bool:
+        """Whether this is the process that writes."""
+        return self.rank == 0
+
+    def total(self, values: np.ndarray) -> np.ndarray:
+        """Return the sums of whole numbers over all processes."""
+        return values
+
+    def most(self, values: np.ndarray) -> np.ndarray:
+        """Return the largest of each of the floats over all processes; what is no number counts as infinite."""
+        return values
+
+    def everybodys(self, values: np.ndarray) -> np.ndarray:
+        """Return the values (k,) of all processes, (size, k)."""
+        return values[None]
+
+    def objects(self, one: Any) -> list[Any]:
+        """Return a small object of every process."""
+        return [one]
+
+    def gathered(self, rows: np.ndarray) -> np.ndarray:
+        """Return the rows of all processes one after the other, on the first; none on the others."""
+        return rows
+
+    def from_first(self, make: Callable[[], T]) -> T:
+        """Return what `make` returns on the first process, or raise what it raises there."""
+        return make()
+
+    def swapped(self, tables: dict[int, np.ndarray], width: int) -> dict[int, np.ndarray]:
+        """Send tables (n, width) to processes by number; return what came, by number."""
+        return {}
+
+    def barrier(self) -> None:
+        """Wait for all."""
+
+    @contextmanager
+    def in_turn(self) -> Iterator[None]:
+        """Let the first of each machine run a block before the others do: what it compiles they find."""
+        yield
+
+    @contextmanager
+    def alike(self) -> Iterator[None]:
+        """Leave a block, in which processes say nothing, by an error if any process does."""
+        yield
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """End all processes if one of them leaves this block by an error that the others do not have."""
+        yield
+
+
+class Ranks(Alone):
+    """Several processes by MPI.
+
+    Parameters
+    ----------
+    communicator
+        That of mpi4py, of all processes.
+    """
+
+    def __init__(self, communicator: Any):
+        from mpi4py import MPI
+
+        super().__init__()
+        self._mpi, self._all = MPI, communicator
+        self.rank, self.size = communicator.rank, communicator.size
+        self._machine = communicator.Split_type(MPI.COMM_TYPE_SHARED)
+        self.beside = self._machine.size
+
+    def _waiting(self, call: Callable[[], T]) -> T:
+        began = time.perf_counter()
+        result = call()
+        self.waited += time.perf_counter() - began
+        return result
+
+    def total(self, values: np.ndarray) -> np.ndarray:
+        """Return the sums of whole numbers over all processes."""
+        sums = np.empty_like(values)
+        self._waiting(lambda: self._all.Allreduce(np.ascontiguousarray(values), sums, self._mpi.SUM))
+        return sums
+
+    def most(self, values: np.ndarray) -> np.ndarray:
+        """Return the largest of each of the floats over all processes; what is no number counts as infinite."""
+        largest = np.empty(values.shape)
+        own = np.where(np.isnan(values), np.inf, values).astype(float)
+        self._waiting(lambda: self._all.Allreduce(own, largest, self._mpi.MAX))
+        return largest
+
+    def everybodys(self, values: np.ndarray) -> np.ndarray:
+        """Return the values (k,) of all processes, (size, k)."""
+        table = np.empty((self.size, len(values)), values.dtype)
+        self._waiting(lambda: self._all.Allgather(np.ascontiguousarray(values), table))
+        return table
+
+    def objects(self, one: Any) -> list[Any]:
+        """Return a small object of every process."""
+        return list(self._waiting(lambda: self._all.allgather(one)))
+
+    def gathered(self, rows: np.ndarray) -> np.ndarray:
+        """Return the rows of all processes one after the other, on the first; none on the others."""
+        own = np.ascontiguousarray(rows)
+        counts = self.everybodys(np.array([len(own)]))[:, 0]
+        if self.rank:
+            self._waiting(lambda: self._all.Send(own.view(np.uint8).reshape(-1), 0, 1) if len(own) else None)
+            return own[:0]
+        whole = np.empty((int(counts.sum()), *own.shape[1:]), own.dtype)
+        whole[: len(own)] = own
+        ends = np.cumsum(counts)
+        for rank in range(1, self.size):
+            part = whole[ends[rank - 1] : ends[rank]]
+            if len(part):
+                self._receive(part, rank)
+        return whole
+
+    def _receive(self, part: np.ndarray, rank: int) -> None:
+        self._waiting(lambda: self._all.Recv(part.view(np.uint8).reshape(-1), rank, 1))
+
+    def from_first(self, make: Callable[[], T]) -> T:
+        """Return what `make` returns on the first process, or raise what it raises there."""
+        result: Any = None
+        if self.first:
+            try:
+                result = (make(), None)
+            except Exception as error:
+                result = (None, error)
+        value, failure = self._waiting(lambda: self._all.bcast(result))
+        if failure is not None:
+            failure.shared = True  # see `together`
+            raise failure
+        return cast(T, value)
+
+    def swapped(self, tables: dict[int, np.ndarray], width: int) -> dict[int, np.ndarray]:
+        """Send tables (n, width) to processes by number; return what came, by number."""
+        going, coming = np.zeros(self.size, np.int64), np.empty(self.size, np.int64)
+        for rank, table in tables.items():
+            going[rank] = len(table)
+        self._waiting(lambda: self._all.Alltoall(going, coming))
+        came = {int(rank): np.empty((coming[rank], width)) for rank in np.flatnonzero(coming)}
+        self.exchange({rank: table for rank, table in tables.items() if len(table)}, came)
+        return came
+
+    def exchange(self, tables: dict[int, np.ndarray], into: dict[int, np.ndarray]) -> None:
+        """Send tables to processes by number, and receive those whose sizes are known."""
+        asked = [self._all.Irecv(table, rank, 3) for rank, table in into.items()]
+        asked += [self._all.Isend(table, rank, 3) for rank, table in tables.items()]
+        self._waiting(lambda: self._mpi.Request.Waitall(asked))
+        self.messages += len(tables)
+        self.sent += sum(map(len, tables.values()))
+
+    def barrier(self) -> None:
+        """Wait for all."""
+        self._waiting(self._all.Barrier)
+
+    @contextmanager
+    def in_turn(self) -> Iterator[None]:
+        """Let the first of each machine run a block before the others do: what it compiles they find."""
+        if self._machine.rank:
+            self._machine.Barrier()
+        yield
+        if not self._machine.rank:
+            self._machine.Barrier()
+        self.barrier()
+
+    @contextmanager
+    def alike(self) -> Iterator[None]:
+        """Leave a block, in which processes say nothing, by an error if any process does."""
+        own: Exception | None = None
+        try:
+            yield
+        except Exception as error:
+            own = error
+        errors: list[Any] = [one for one in self.objects(own) if one is not None]
+        if errors:
+            failure: Any = own or errors[0]
+            failure.shared = True  # see `together`
+            raise failure
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """End all processes if one of them leaves this block by an error that the others do not have."""
+        try:
+            yield
+        except BaseException as error:
+            if getattr(error, "shared", False):
+                raise
+            code = error.exit_code if isinstance(error, HvisphError) else 3
+            what = error if isinstance(error, HvisphError) else f"{type(error).__name__}: {error}"
+            print(f"error: on process {self.rank} of {self.size}: {what}", file=sys.stderr, flush=True)  # noqa: T201
+            if not isinstance(error, HvisphError):
+                traceback.print_exc()
+            self._all.Abort(code)
+
+
+def world_here() -> Alone:
+    """Return the processes that a launcher started together with this one, alike in what their bits hang on.
+
+    Raises
+    ------
+    CaseError
+        When mpi4py is missing, or is that of another MPI than the launcher's, or the processes are not alike.
+    """
+    _, size = launched()
+    if size == 1:
+        return Alone()
+    try:
+        from mpi4py import MPI
+    except (ImportError, RuntimeError) as error:
+        raise CaseError(
+            f"started as one of {size} processes, but MPI cannot be used here ({str(error).splitlines()[0]}): {INSTALL}; without it each of "
+            "them would run the whole case"
+        ) from error
+    here = MPI.COMM_WORLD
+    if here.size != size:
+        raise CaseError(
+            f"the launcher started {size} processes, but MPI sees {here.size}: mpi4py uses another MPI than the "
+            f"launcher's ({MPI.Get_library_version().splitlines()[0].strip()}); take the `mpiexec` of that one, or {INSTALL}"
+        )
+    world = Ranks(here)
+    kinds = world.objects(kind_of_machine())
+    if len(set(kinds)) > 1:
+        other = next(rank for rank, kind in enumerate(kinds) if kind != kinds[0])
+        raise CaseError(
+            f"the processes would not compute the same bits: process 0 has {kinds[0]}, process {other} has "
+            f"{kinds[other]}; set NUMBA_CPU_NAME and NUMBA_CPU_FEATURES alike on all, or take machines of one kind"
+        )
+    return world

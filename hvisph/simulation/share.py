@@ -1,0 +1,311 @@
+"""A process' share of a run: the whole at first, its own particles once they are spread, and what is asked of all.
+
+Every process builds the whole and evaluates it once; from then on each has the particles of its part of the space.
+Alone a share is the whole, and what it is asked for it finds itself. Methods are called by all processes together.
+"""
+
+from __future__ import annotations
+
+import time as wall
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.core.particles import Particles
+from hvisph.formulations.protocol import AnyStepper
+from hvisph.formulations.stepper import Stepper
+from hvisph.integrators.criteria import NAMES, Criteria, Limit
+from hvisph.parallel.halo import Halo
+from hvisph.parallel.parts import Parts
+from hvisph.parallel.world import Alone, Ranks
+from hvisph.sph.rows import RowLayout
+from hvisph.sph.symmetry import Plane
+
+T = TypeVar("T")
+# Steps between two cuts of the space, and between two looks at who left a part.
+CUT_EVERY, MOVE_EVERY = 128, 16
+# Largest share of the mean work that a process may have before the space is cut again.
+BALANCED = 1.05
+# Criteria, beside those of `criteria` what stops a run: they travel as numbers.
+COLLAPSED = "collapsed"
+CRITERIA = (*NAMES, "not_finite", COLLAPSED, "contact", "inverted", "passed_through")
+
+
+@dataclass
+class Whole:
+    """What limits the step of all, and what processes ask for.
+
+    Parameters
+    ----------
+    dt, criterion
+        Length of the step [s], and what sets it.
+    number, body
+        The particle that does, by its permanent number, and its body; of no particle -1.
+    stop
+        The signal that asks the run to stop, 0 for none.
+    checkpoint
+        Whether a checkpoint is due.
+    """
+
+    dt: float
+    criterion: str
+    number: int
+    body: int
+    stop: int
+    checkpoint: bool
+
+
+@dataclass
+class Seen:
+    """A particle at fault: permanent number, body, place [m], density [kg/m^3], energy [J/kg]."""
+
+    number: int
+    body: int
+    position: list[float]
+    density: float
+    energy: float
+
+
+class Share:
+    """This process' part of a run.
+
+    Parameters
+    ----------
+    stepper, criteria, planes
+        The run as built, the whole: what moves its particles, what limits its step, its planes of symmetry.
+
+    Attributes
+    ----------
+    world
+        The processes.
+    count
+        Number of particles of the whole.
+    """
+
+    def __init__(self, stepper: AnyStepper, criteria: Criteria, planes: tuple[Plane, ...]):
+        self._stepper, self._criteria, self._planes = stepper, criteria, planes
+        self.world: Alone = Alone()
+        self.count = stepper.particles.count
+        self.spread = False
+        self.halos: list[Halo] = []
+        self._rows_of: list[tuple[Callable[[], np.ndarray], Callable[[np.ndarray], None]]] = []
+        self._began, self._waited = wall.perf_counter(), 0.0
+        self._at: np.ndarray | None = None
+        self.imbalance = 1.0
+
+    @property
+    def _asks(self) -> bool:
+        return self.spread and self.world.size > 1
+
+    def follow(self, read: Callable[[], np.ndarray], write: Callable[[np.ndarray], None]) -> None:
+        """Let an array with a row a particle move with the particles: how it is read, and replaced."""
+        self._rows_of.append((read, write))
+
+    # What is asked of all
+
+    def total(self, counts: np.ndarray) -> np.ndarray:
+        """Return the sums of whole numbers over all particles, from those over this process' own."""
+        return self.world.total(counts) if self._asks else counts
+
+    def most(self, *values: float) -> np.ndarray:
+        """Return the largest of each value over all processes."""
+        return self.world.most(np.array(values)) if self._asks else np.array(values)
+
+    def at(self, numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return the `values` (n, ...) of particles by their permanent numbers, bit by bit."""
+        rows = self.where()[numbers]
+        if not self._asks:
+            return values[rows]
+        here = rows >= 0
+        bits = np.zeros((len(numbers), *values.shape[1:]), np.int64)
+        wide = values.dtype.itemsize == 8
+        bits[here] = values[rows[here]].view(np.int64) if wide else values[rows[here]]
+        sums = self.world.total(bits)
+        return sums.view(values.dtype) if wide else sums.astype(values.dtype)
+
+    def first_of(self, one: T | None) -> T:
+        """Return what any process has, of several that of the first."""
+        all_ = self.world.objects(one) if self._asks else [one]
+        return next(some for some in all_ if some is not None)
+
+    def where(self) -> np.ndarray:
+        """Return the row of each particle by its permanent number, -1 for those of other processes."""
+        if self._at is None:
+            self._at = np.full(self.count, -1, np.int64)
+            self._at[self._stepper.particles.id] = np.arange(self._stepper.particles.count)
+        return self._at
+
+    def moved(self) -> None:
+        """Take note that particles were put into a new order."""
+        self._at = None
+
+    def worst(self, score: np.ndarray) -> Seen | None:
+        """Return the particle of the largest score (n,), of several that of the smallest number; none without scores.
+
+        What is no number scores most, and minus infinity is no score.
+        """
+        particles = self._stepper.particles
+        score = np.where(np.isnan(score), np.inf, score)
+        own: tuple[float, int, Seen] | None = None
+        if len(score) and score.max() > -np.inf:
+            rows = np.flatnonzero(score == score.max())
+            row = int(rows[particles.id[rows].argmin()])
+            own = (-float(score[row]), int(particles.id[row]), self._seen(row))
+        all_ = [one for one in (self.world.objects(own) if self._asks else [own]) if one is not None]
+        return min(all_, key=lambda one: one[:2])[2] if all_ else None
+
+    def look_up(self, number: int) -> Seen:
+        """Return a particle by its permanent number."""
+        row = int(self.where()[number])
+        own = self._seen(row) if row >= 0 else None
+        all_ = self.world.objects(own) if self._asks else [own]
+        return next(one for one in all_ if one is not None)
+
+    def _seen(self, row: int) -> Seen:
+        particles = self._stepper.particles
+        return Seen(int(particles.id[row]), int(particles.body[row]), [float(x) for x in particles["position"][row]],
+                    float(particles["density"][row]), float(particles["internal_energy"][row]))  # fmt: skip
+
+    def agreed(self, limit: Limit, stop: int, checkpoint: bool) -> Whole:
+        """Return what limits the step of all, from what limits that of this process' particles."""
+        particles = self._stepper.particles
+        number, body = -1, -1
+        if 0 <= limit.particle < particles.count:
+            number, body = int(particles.id[limit.particle]), int(particles.body[limit.particle])
+        if not self._asks:
+            return Whole(limit.dt, limit.criterion, number, body, stop, checkpoint)
+        own = np.array([limit.dt, CRITERIA.index(limit.criterion), number, body, stop, float(checkpoint)])
+        table = self.world.everybodys(own)
+        # a failure stops all; of equal steps the smallest number counts
+        first = int(np.lexsort((table[:, 2], table[:, 0]))[0])
+        dt, criterion, number, body = table[first, :4].tolist()
+        return Whole(dt, CRITERIA[int(criterion)], int(number), int(body), int(table[:, 4].max()), bool(table[0, 5]))
+
+    # The whole, on the first process
+
+    def gathered(self, values: np.ndarray) -> np.ndarray:
+        """Return the rows of all processes, as they come, on the first; none on the others."""
+        return self.world.gathered(values) if self._asks else values
+
+    def whole(self, particles: Particles, *further: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
+        """Return all particles in the order of their numbers, and `further` rows of them; None but on the first."""
+        tags, data = self.gathered(particles.tags), self.gathered(particles.data)
+        rows = [self.gathered(one) for one in further]
+        if self._asks and not self.world.first:
+            return None
+        order = np.argsort(tags[:, 0])
+        whole = particles.like(0)
+        whole.data, whole.tags = data[order], tags[order]
+        return whole, [one[order] for one in rows]
+
+    # Who has what
+
+    def join(self, world: Alone) -> None:
+        """Be one of several processes, which have nothing to tell each other yet.
+
+        Raises
+        ------
+        CaseError
+            Where the run cannot be shared.
+        """
+        self.world = world
+        if world.size > 1 and type(self._stepper) is not Stepper:
+            name = self._stepper.formulation.name
+            raise CaseError(
+                f"'{name}' runs on one process so far: start it without mpiexec, with --threads for its cores; eulerian "
+                "and riemann run on any number of processes",
+                where="formulation.type",
+            )
+
+    def begin(self) -> None:
+        """Let go of the particles of other processes, and see theirs from now on."""
+        world, stepper = self.world, self._stepper
+        if world.size == 1:
+            return
+        assert isinstance(world, Ranks)
+        assert isinstance(stepper, Stepper)
+        particles = stepper.particles
+        parts = Parts(world.size, particles["position"], particles.id)
+        planes = [(plane.axis, plane.at, plane.side) for plane in self._planes]
+
+        def halo_for(layout: RowLayout) -> Halo:
+            self.halos.append(Halo(world, layout.dim, layout.width, layout.used, planes))
+            return self.halos[-1]
+
+        own = np.flatnonzero(parts.owner(particles["position"], particles.id) == world.rank)
+        carried = stepper.carried()
+        self._hold(particles.data[own], particles.tags[own], {name: one[own] for name, one in carried.items()},
+                   [read()[own] for read, _ in self._rows_of])  # fmt: skip
+        stepper.join(halo_for)
+        stepper.fit_grid()
+        stepper.totals.over = self._over
+        self._parts, self.spread = parts, True
+        self._began, self._waited = wall.perf_counter(), world.waited
+
+    def _over(self, wholes: np.ndarray, extremes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return self.world.total(wholes), self.world.most(extremes)
+
+    def _hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray], rows: list[np.ndarray]) -> None:
+        stepper = self._stepper
+        assert isinstance(stepper, Stepper)
+        stepper.hold(data, tags, carried)
+        self._criteria.hold(len(data))
+        for (_, write), one in zip(self._rows_of, rows, strict=True):
+            write(one)
+        self.moved()
+
+    def rebalance(self, steps: int) -> None:
+        """Give the particles that left this part to whose they are now, between steps; cut the space anew if due."""
+        if not self._asks or steps % MOVE_EVERY:
+            return
+        world, stepper = self.world, self._stepper
+        assert isinstance(stepper, Stepper)
+        particles = stepper.particles
+        cut = steps % CUT_EVERY == 0
+        if cut:
+            self._cut_again()
+        target = self._parts.owner(particles["position"], particles.id)
+        goes = target != world.rank
+        carried = stepper.carried()
+        rows = [read() for read, _ in self._rows_of]
+        parts = [particles.data, particles.tags.astype(np.float64), *carried.values(), *rows]
+        tables = [one.reshape(len(goes), -1) for one in parts]
+        widths = [one.shape[1] for one in tables]
+        going = np.concatenate([one[goes] for one in tables], axis=1)
+        to = target[goes]
+        came = world.swapped({int(rank): going[to == rank] for rank in np.unique(to)}, sum(widths))
+        if not goes.any() and not came:
+            if cut:
+                stepper.fit_grid()
+            return
+        new = np.concatenate([came[rank] for rank in sorted(came)]) if came else going[:0]
+        columns = np.split(new, np.cumsum(widths)[:-1], axis=1)
+        stays = ~goes
+        held = [
+            np.concatenate([own[stays], other.reshape(-1, *own.shape[1:])])
+            for own, other in zip(parts, columns, strict=True)
+        ]
+        names, first = list(carried), 2 + len(carried)
+        self._hold(held[0], held[1].astype(np.uint32), dict(zip(names, held[2:first], strict=True)), held[first:])
+        if cut:
+            stepper.fit_grid()
+
+    def _cut_again(self) -> None:
+        """Cut the space by the work that its particles were, if it is out of balance."""
+        world, particles = self.world, self._stepper.particles
+        now = wall.perf_counter()
+        busy = max(now - self._began - (world.waited - self._waited), 1e-9)
+        self._began, self._waited = now, world.waited
+        all_ = world.everybodys(np.array([busy, float(particles.count)]))
+        self.imbalance = float(all_[:, 0].max() / all_[:, 0].mean())
+        if self.imbalance < BALANCED:
+            return
+        weight = np.full((particles.count, 1), busy / max(particles.count, 1))
+        table = world.gathered(np.concatenate([particles["position"], particles.id[:, None], weight], axis=1))
+        dim = particles.dim
+        self._parts = world.from_first(
+            lambda: Parts(world.size, table[:, :dim], table[:, dim].astype(np.int64), table[:, dim + 1])
+        )

@@ -1,0 +1,218 @@
+"""Several processes by MPI: the same bits as one, on any number of them; what goes wrong ends all of them in words."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_runs import GAS, HARDENING, LIQUID, METAL, assert_same_results, row_of
+
+import hvisph
+from hvisph.casefile.loader import dump_case
+from hvisph.parallel.launch import launched
+from hvisph.parallel.parts import Parts
+from hvisph.simulation.run import run
+
+HERE = Path(sys.executable).parent
+MPIEXEC = shutil.which("mpiexec", path=str(HERE))
+needs_mpi = pytest.mark.skipif(MPIEXEC is None, reason="no mpiexec beside Python: pip install 'hvisph[mpi]'")
+
+GAUGES = {"inside": {"type": "material", "at": [1e-3, 0.0], "fields": ["pressure", "velocity"]},
+          "there": {"type": "fixed", "at": [0.1e-3, 0.0], "fields": ["velocity", "stress"]},
+          "back": {"type": "free_surface", "at": [5.7e-3, 0.0], "direction": "+x", "fields": ["position"],
+                   "every": 3}}  # fmt: skip
+CASES = {
+    # debris leaves the domain, bodies part and slide, particles change processes
+    "eulerian": lambda: row_of(
+        [METAL, HARDENING, LIQUID],
+        formulation={"type": "eulerian"},
+        gauges=GAUGES,
+        time={"end": 1e-6, "integrator": "predictor_corrector"},
+        output={"every": 3e-7},
+        domain={"max": [None, 3.2e-3]},
+    ),  # fmt: skip
+    "riemann": lambda: row_of(
+        [METAL, HARDENING],
+        dim=3,
+        formulation={"type": "riemann"},
+        time={"end": 2e-7},
+        output={"every": 1e-7},
+        symmetry=[{"axis": "y"}, {"axis": "z"}],
+        clamped=[{"box": {"min": [1.9e-3, None, None]}}],
+    ),  # fmt: skip
+    "gas": lambda: row_of(
+        [GAS, GAS],
+        dim=1,
+        dx=0.1e-3,
+        time={"end": 4e-7},
+        output={"every": 3e-7},
+        formulation={"type": "eulerian", "smoothing_length": {"type": "variable"}, "contact": {"type": "welded"}},
+    ),  # fmt: skip
+}
+
+
+def command(processes, *arguments):
+    """The command line of `hvisph` on so many processes."""
+    start = [MPIEXEC, "-n", str(processes)] if processes > 1 else []
+    return [*map(str, start), sys.executable, "-m", "hvisph", *map(str, arguments)]
+
+
+def launch(processes, *arguments, **environment):
+    """Run `hvisph` on so many processes; return what it said and its exit code."""
+    lent = {name: value for name, value in os.environ.items() if not name.startswith(("PMI", "OMPI"))}
+    return subprocess.run(command(processes, *arguments), env=lent | environment, capture_output=True, text=True,
+                          timeout=300, check=False)  # fmt: skip
+
+
+def written(case, folder):
+    """Write a case to a file; return its path."""
+    path = folder / "case.yaml"
+    path.write_text(dump_case(case))
+    return path
+
+
+def summary_of(folder):
+    """What of a summary hangs on the physics alone."""
+    found = json.loads((folder / "summary.json").read_text())
+    own = {"wall_seconds", "threads", "microseconds_per_particle_step", "processes"}
+    return {name: value for name, value in found.items() if name not in own}
+
+
+@needs_mpi
+@pytest.mark.parametrize(("name", "processes", "threads"), [("eulerian", 3, 1), ("eulerian", 2, 2), ("riemann", 3, 1),
+                                                            ("gas", 4, 1)])  # fmt: skip
+def test_any_number_of_processes_gives_the_same_bits(name, processes, threads, tmp_path):
+    case = CASES[name]()
+    run(case, tmp_path / "one", threads=1)
+    given = "--out", tmp_path / "several", "--threads", threads, "--quiet"
+    said = launch(processes, "run", written(case, tmp_path), *given, NUMBA_NUM_THREADS=str(threads))
+    assert said.returncode == 0, said.stderr
+    assert_same_results(tmp_path / "one", tmp_path / "several")
+    assert summary_of(tmp_path / "one") == summary_of(tmp_path / "several")
+    assert f"{processes} processes" in (tmp_path / "several" / "run.log").read_text()
+
+
+@needs_mpi
+def test_a_run_goes_on_with_another_number_of_processes(tmp_path):
+    case = CASES["eulerian"]()
+    run(case, tmp_path / "one", threads=1)
+    stopped = case.model_copy(update={"time": case.time.model_copy(update={"max_steps": 21})})
+    said = launch(2, "run", written(stopped, tmp_path), "--out", tmp_path / "parts", "--quiet")
+    assert said.returncode == 0, said.stderr
+    said = launch(3, "resume", tmp_path / "parts", "--max-steps", 40, "--quiet")
+    assert said.returncode == 0, said.stderr
+    hvisph.resume(tmp_path / "parts", max_steps=0, threads=1)
+    assert_same_results(tmp_path / "one", tmp_path / "parts")
+
+
+@needs_mpi
+def test_what_runs_on_one_process_only_is_refused_before_anything_is_written(tmp_path):
+    case = row_of([METAL, METAL], formulation={"type": "total_lagrangian"})
+    said = launch(2, "run", written(case, tmp_path), "--out", tmp_path / "run")
+    assert said.returncode == 2
+    assert said.stderr.count("'total_lagrangian' runs on one process so far") == 1
+    assert not (tmp_path / "run").exists()
+
+
+@needs_mpi
+def test_a_failure_ends_all_processes_with_one_message(tmp_path):
+    case = row_of([METAL, METAL], formulation={"type": "eulerian"}, watch={"speed_over_initial": 0.5})
+    said = launch(2, "run", written(case, tmp_path), "--out", tmp_path / "run", "--quiet")
+    assert said.returncode == 3
+    assert said.stderr.count("error: the run failed: a particle moves at") == 1
+    assert json.loads((tmp_path / "run" / "summary.json").read_text())["status"] == "failed"
+    said = launch(2, "run", written(case, tmp_path), "--out", tmp_path / "run", "--quiet")
+    assert said.returncode == 2
+    assert said.stderr.count("--force replaces it") == 1
+
+
+def long_run(folder, processes):
+    """Start a run that takes minutes; return its process once it takes steps."""
+    case = row_of([METAL, METAL], dx=0.1e-3, formulation={"type": "eulerian"}, time={"end": 1e-4},
+                  output={"every": 5e-8, "checkpoint_every": 0.1})  # fmt: skip
+    given = command(processes, "run", written(case, folder), "--out", folder / "run", "--threads", 1)
+    started = subprocess.Popen(given, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    until = time.monotonic() + 240.0
+    while not list((folder / "run").glob("checkpoint/*.h5")):
+        assert started.poll() is None, started.communicate()
+        assert time.monotonic() < until
+        time.sleep(0.1)
+    return started
+
+
+def of_hvisph(started):
+    """The numbers of the processes below a launcher that compute."""
+    import psutil
+
+    below = psutil.Process(started.pid).children(recursive=True)
+    return [
+        one for one in below if "hvisph" in one.cmdline() and "mpiexec" not in one.name() and "proxy" not in one.name()
+    ]
+
+
+@needs_mpi
+def test_a_process_that_is_killed_ends_the_others_and_the_run_can_go_on(tmp_path):
+    started = long_run(tmp_path, 2)
+    own = of_hvisph(started)
+    assert len(own) == 2
+    own[1].kill()
+    killed = time.monotonic()
+    said = "".join(started.communicate(timeout=60))
+    assert time.monotonic() - killed < 10.0
+    assert started.returncode != 0
+    assert "KILLED" in said or "Killed" in said or "signal 9" in said
+    hvisph.resume(tmp_path / "run", max_steps=json.loads(said_steps(tmp_path)) + 3, threads=1)
+
+
+def said_steps(folder):
+    """The step of the newest checkpoint."""
+    return max(path.stem for path in (folder / "run" / "checkpoint").glob("*.h5")).lstrip("0") or "0"
+
+
+@needs_mpi
+def test_a_signal_stops_all_after_the_same_step(tmp_path):
+    started = long_run(tmp_path, 2)
+    of_hvisph(started)[1].send_signal(signal.SIGTERM)
+    _, errors = started.communicate(timeout=60)
+    assert "stopped by SIGTERM; go on with: hvisph resume" in errors
+    assert json.loads((tmp_path / "run" / "summary.json").read_text())["status"] == "interrupted"
+
+
+def test_launchers_are_noticed_by_the_environment(monkeypatch):
+    for name in ("PMI_RANK", "PMI_SIZE", "OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "SLURM_NTASKS"):
+        monkeypatch.delenv(name, raising=False)
+    assert launched() == (0, 1)
+    monkeypatch.setenv("SLURM_NTASKS", "4")  # of an allocation, outside srun
+    assert launched() == (0, 1)
+    monkeypatch.setenv("PMIX_RANK", "2")
+    assert launched() == (2, 4)
+    monkeypatch.setenv("PMI_RANK", "1")
+    monkeypatch.setenv("PMI_SIZE", "3")
+    assert launched() == (1, 3)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 7])
+def test_parts_weigh_alike_and_any_order_gives_the_same(count):
+    x = np.stack(np.meshgrid(np.arange(10.0), np.arange(12.0), indexing="ij"), -1).reshape(-1, 2)  # planes of ties
+    numbers, weights = np.arange(len(x)), np.ones(len(x))
+    parts = Parts(count, x, numbers, weights)
+    owner = parts.owner(x, numbers)
+    sizes = np.bincount(owner, minlength=count)
+    assert np.ptp(sizes) <= count.bit_length()  # one particle a cut
+    order = np.random.default_rng(0).permutation(len(x))
+    assert np.array_equal(Parts(count, x[order], numbers[order], weights).owner(x, numbers), owner)
+    far = parts.owner(np.array([[1e9, -1e9], [-1e9, 1e9]]), np.array([0, 1]))
+    assert ((far >= 0) & (far < count)).all()
+
+
+def test_weights_move_the_cuts():
+    x, numbers = np.linspace(0.0, 1.0, 1001)[:, None], np.arange(1001)
+    weights = np.where(x[:, 0] < 0.5, 3.0, 1.0)
+    owner = Parts(2, x, numbers, weights).owner(x, numbers)
+    assert weights[owner == 0].sum() == pytest.approx(weights[owner == 1].sum(), abs=6.0)
