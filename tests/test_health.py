@@ -64,7 +64,7 @@ def test_melting_rises_with_compression():
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])
-def test_turning_is_the_sum_of_cross_products(dim):
+def test_angular_momentum_is_the_sum_of_cross_products(dim):
     random = np.random.default_rng(1)
 
     class Few(dict):

@@ -9,8 +9,8 @@ import typer
 
 from hvisph.cli.ending import conclude, listener_for
 from hvisph.cli.interrupt import noted_interrupts
-from hvisph.parallel.launch import is_first
 from hvisph.cli.options import JsonOption, QuietOption, ReportOption, ThreadsOption
+from hvisph.parallel.launch import is_first
 
 
 def resume(

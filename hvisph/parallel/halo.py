@@ -65,7 +65,7 @@ class Halo:
         self._find_box = specialise(_box, parallel=False, DIM=dim)
         self._choose = specialise(_choose, parallel=False, DIM=dim)
         self._pack = specialise(_pack, parallel=False)
-        self.received = 0
+        self.evaluations = self.received = 0
 
     def append(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return rows and numbers followed by those of other processes within `reach` [m]."""
@@ -90,8 +90,9 @@ class Halo:
                 self._pack(rows, numbers, chosen, used, table)
                 tables[rank], self._sent[rank] = table, chosen
         came = world.swapped(tables, used + 1)
-        self.received = sum(map(len, came.values()))
-        whole, all_numbers = self._room(rows, numbers, own + self.received)
+        coming = sum(map(len, came.values()))
+        self.evaluations, self.received = self.evaluations + 1, self.received + coming
+        whole, all_numbers = self._room(rows, numbers, own + coming)
         self._came, first = {}, own
         for rank, table in sorted(came.items()):
             last = first + len(table)

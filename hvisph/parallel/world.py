@@ -251,15 +251,17 @@ def world_here() -> Alone:
     try:
         from mpi4py import MPI
     except (ImportError, RuntimeError) as error:
+        why = str(error).splitlines()[0]
         raise CaseError(
-            f"started as one of {size} processes, but MPI cannot be used here ({str(error).splitlines()[0]}): {INSTALL}; without it each of "
+            f"started as one of {size} processes, but MPI cannot be used here ({why}): {INSTALL}; without it each of "
             "them would run the whole case"
         ) from error
     here = MPI.COMM_WORLD
     if here.size != size:
+        own = MPI.Get_library_version().splitlines()[0].strip()
         raise CaseError(
             f"the launcher started {size} processes, but MPI sees {here.size}: mpi4py uses another MPI than the "
-            f"launcher's ({MPI.Get_library_version().splitlines()[0].strip()}); take the `mpiexec` of that one, or {INSTALL}"
+            f"launcher's ({own}); take the `mpiexec` of that one, or {INSTALL}"
         )
     world = Ranks(here)
     kinds = world.objects(kind_of_machine())

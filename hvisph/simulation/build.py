@@ -21,8 +21,8 @@ from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.formulations import formulation_of
 from hvisph.simulation.gauges import Gauges
 from hvisph.simulation.impact_pressure import stiff_enough
-from hvisph.simulation.share import Share
 from hvisph.simulation.kernel_types import filled_region, set_kernel_types, set_loads
+from hvisph.simulation.share import Share
 from hvisph.simulation.starting import MEMORY, body_material, remembered, start_of
 from hvisph.simulation.velocities import initial_velocity
 from hvisph.sph.symmetry import AXIS, Plane

@@ -141,7 +141,7 @@ class Budget:
 
 
 def angular_momentum(setup: Setup) -> np.ndarray:
-    """Return the angular momentum of all about the origin [kg m^2/s]: none in 1D and of rings, about z in 2D, (3,) in 3D."""
+    """Return the angular momentum about the origin [kg m^2/s]: none in 1D and of rings, about z in 2D, (3,) in 3D."""
     stepper = setup.stepper
     # a sum in whole numbers of the unit of momentum, a million smoothing lengths away
     unit = float(stepper.totals.units[column.MOMENTUM] * 2.0 ** (20.0 + np.floor(np.log2(stepper.support))))

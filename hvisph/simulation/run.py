@@ -22,11 +22,11 @@ from hvisph.core.jit import heard_compiling
 from hvisph.formulations.stepper import PERMUTE_EVERY
 from hvisph.integrators.criteria import Limit
 from hvisph.output import names
-from hvisph.parallel.world import Alone, world_here
 from hvisph.output.checkpoint import Checkpoint
 from hvisph.output.folder import RunFolder, SilentFolder
 from hvisph.output.reader import list_snapshots, read_history
 from hvisph.output.snapshot import Snapshot
+from hvisph.parallel.world import Alone, world_here
 from hvisph.simulation.advice import advice
 from hvisph.simulation.between import between
 from hvisph.simulation.bodies import placed_bodies
@@ -110,9 +110,12 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
             setup = build(case, bodies)
         setup.share.join(world)
         Domain(setup, case.domain)  # refuses before anything is written
-    with heard_compiling(listener.compiling), world.together():
-        with folder_of(world, path, lambda: RunFolder.create(path, force)) as folder:
-            return Run(case, setup, folder, listener).go()
+    with (
+        heard_compiling(listener.compiling),
+        world.together(),
+        folder_of(world, path, lambda: RunFolder.create(path, force)) as folder,
+    ):
+        return Run(case, setup, folder, listener).go()
 
 
 def folder_of(world: Alone, path: Path, make: Callable[[], RunFolder]) -> RunFolder:
@@ -197,6 +200,7 @@ class Run:
             self.listener.message(line)
         self.reporter = Reporter(self.listener, self.setup, self.clock, self.files.state.wall_seconds)
         self.share.begin()
+        self._first_step = self.clock.steps
         with self.stop:
             self._take_steps()
             return self._finish(self.reporter.seconds)
@@ -340,6 +344,9 @@ class Run:
 
     def _finish(self, seconds: float) -> Outcome:
         now = self.files.write_last(self.status == "failed")
+        shared = self.share.account(self.clock.steps - self._first_step)
+        if shared:
+            self.folder.log.write(shared)
         conservation, highest = self.budget.as_dict(self.setup.stepper.sums), self.budget.highest()
         summary = self.share.world.from_first(lambda: self._summary(now, seconds, conservation, highest))
         self.listener.finished(summary)

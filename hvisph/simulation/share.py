@@ -70,7 +70,7 @@ class Seen:
 
 
 class Share:
-    """This process' part of a run.
+    """Part of a run that this process has.
 
     Parameters
     ----------
@@ -215,8 +215,8 @@ class Share:
         if world.size > 1 and type(self._stepper) is not Stepper:
             name = self._stepper.formulation.name
             raise CaseError(
-                f"'{name}' runs on one process so far: start it without mpiexec, with --threads for its cores; eulerian "
-                "and riemann run on any number of processes",
+                f"'{name}' runs on one process so far: start it without mpiexec, with --threads for its cores; "
+                "eulerian and riemann run on any number of processes",
                 where="formulation.type",
             )
 
@@ -244,6 +244,9 @@ class Share:
         stepper.totals.over = self._over
         self._parts, self.spread = parts, True
         self._began, self._waited = wall.perf_counter(), world.waited
+        self._started = self._began
+        world.waited = self._waited = 0.0
+        world.messages = world.sent = 0
 
     def _over(self, wholes: np.ndarray, extremes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return self.world.total(wholes), self.world.most(extremes)
@@ -292,6 +295,22 @@ class Share:
         self._hold(held[0], held[1].astype(np.uint32), dict(zip(names, held[2:first], strict=True)), held[first:])
         if cut:
             stepper.fit_grid()
+
+    def account(self, steps: int) -> str:
+        """Return what sharing took in so many steps, in words; empty for one process."""
+        if not self._asks or not steps:
+            return ""
+        halo, world = self.halos[0], self.world
+        own = [self._stepper.particles.count, halo.received / max(halo.evaluations, 1), world.messages / steps,
+               world.sent / steps, world.waited / max(wall.perf_counter() - self._started, 1e-9)]  # fmt: skip
+        table = world.everybodys(np.array(own, float))
+        count, others, messages, rows, waited = table.mean(axis=0)
+        return (
+            f"{world.size} processes: {others:.0f} rows of others beside {count:.0f} own "
+            f"({others / max(count, 1):.1%}); "
+            f"{messages:.1f} messages with {rows:.0f} rows a step and process; most over mean time of work "
+            f"{self.imbalance:.2f} at the last cut; {waited:.0%} of the time waiting and sending"
+        )
 
     def _cut_again(self) -> None:
         """Cut the space by the work that its particles were, if it is out of balance."""

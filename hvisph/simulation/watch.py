@@ -115,7 +115,8 @@ class Watch:
             assert worst is not None
             raise self._failure(
                 "runaway", worst, time, step,
-                f"a particle moves at {sums[column.FASTEST]:.4g} m/s, more than the limit of {self.speed_limit:.4g} m/s",
+                f"a particle moves at {sums[column.FASTEST]:.4g} m/s, more than the limit of "
+                f"{self.speed_limit:.4g} m/s",
             )  # fmt: skip
         if self._limits.density and step % DENSITY_EVERY == 0:
             self._check_density(time, step)
