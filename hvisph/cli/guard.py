@@ -50,6 +50,8 @@ def guarded(command: Callable[..., None]) -> Callable[..., None]:
         except Exception as error:
             if os.environ.get(DEBUG):
                 raise
+            if getattr(error, "shared", False) and not is_first():  # of several processes one speaks
+                raise typer.Exit(FAILED) from None
             first = (str(error).strip().splitlines() or [""])[0]
             what = f"{type(error).__name__}: {first[:300]}".rstrip(": ")
             _end(

@@ -48,7 +48,8 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
         position = now.fields["position"][mine]
         told += [f"{name}: {text}" for text in _of_body(now, mine, position)]
         if has_no_damage:
-            before = start.fields["position"][mine]
+            # by number: particles may have left the domain since
+            before = start.fields["position"][np.searchsorted(start.id, now.id[mine])]
             strain = now.fields["plastic_strain"][mine] if "plastic_strain" in now.fields else np.zeros(mine.sum())
             told += [f"{name}: {text}" for text in _torn(position, before, strain, spacing)]
     return [*told, *_energy(now, start)]
