@@ -90,6 +90,15 @@ def test_the_page_is_whole_small_and_calls_nobody(plane, solid):
     assert "Side by side" in two
 
 
+def test_debris_of_a_quarter_is_that_of_the_whole(solid):
+    from hvisph.report.content import Told
+
+    told = Told(solid)
+    bodies = {row["name"].partition(":")[0] for row in told.content()["debris"]}
+    assert bodies == set(told.last.bodies)
+    assert max(row["particles"] for row in told.content()["debris"]) > 0.5 * 4 * told.last.count
+
+
 def test_what_cannot_be_shown_is_said(tmp_path):
     with pytest.raises(CaseError, match="no run"):
         report([tmp_path / "absent"])

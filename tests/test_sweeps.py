@@ -3,6 +3,7 @@
 import csv
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -185,6 +186,12 @@ def test_killed_workers_lose_nothing(tmp_path):
 
     page = sweep_report(folder.path).read_text(encoding="utf-8")
     assert "4 of 4 cases are done" in page
+    assert page.count("data:image/png") == 4
+    assert "<a href=" not in page  # no run has a page of its own yet
+    page = sweep_report(folder.path, each=True).read_text(encoding="utf-8")
+    links = set(re.findall(r'<a href="([^"]+)"', page))
+    assert len(links) == 4
+    assert all((folder.path / link).is_file() for link in links)
     assert page.count("data-sort") >= 4 * 4
     assert same(folder.run_folder(members[3]), alone(folder, members[3], tmp_path))
     assert list(sweep(folder.path)) == []  # nothing is left, and nothing is computed again

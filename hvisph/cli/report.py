@@ -17,12 +17,13 @@ def report(
         Path | None,
         typer.Option("--out", "-o", metavar="FILE", help="Page to write; report.html in the run's folder."),
     ] = None,
+    each: Annotated[bool, typer.Option("--each", help="Of a sweep, write every run's own page as well.")] = False,
     quiet: QuietOption = False,
 ) -> None:
     """Write one self-contained page: verdict, player, measures, health, set-up. It needs no network."""
     from hvisph.report.build import report as build
     from hvisph.report.sweep import is_sweep, sweep_report
 
-    path = sweep_report(runs[0], out) if len(runs) == 1 and is_sweep(runs[0]) else build(runs, out)
+    path = sweep_report(runs[0], out, each=each) if len(runs) == 1 and is_sweep(runs[0]) else build(runs, out)
     if not quiet:
         say(str(path))

@@ -188,7 +188,7 @@ def _sample(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
     from hvisph.core.measures import look_of
 
     paths = list(next(iter(verdict.values()))["rank_correlation"]) if verdict else []
-    lines = [["", "unit", "mean", "sd", "5 %", "50 %", "95 %", *paths]]
+    lines = [["", "unit", "mean", "sd", "5 %", "50 %", "95 %", *_shortest(paths)]]
     for name, one in verdict.items():
         if record is not None and name not in record:
             continue

@@ -81,6 +81,16 @@ def embedded_image(figure: Figure, dpi: int) -> str:
     return f"data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}"
 
 
+def embedded_pixels(image: np.ndarray) -> str:
+    """Return an image, RGB from 0 to 1, the top row first, as the address of one that holds itself."""
+    from PIL import Image
+
+    data = io.BytesIO()
+    palette = Image.fromarray((image * 255.0).round().astype(np.uint8)).quantize(64)
+    palette.save(data, format="PNG", optimize=True)
+    return f"data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}"
+
+
 def colour_tables(names: Sequence[str]) -> dict[str, str]:
     """Return the colour maps as base64 of 256 RGB triples."""
     from matplotlib import colormaps

@@ -114,6 +114,12 @@ def draw(moments: Sequence[Moment], look: Look, ends: tuple[float, float] | None
     return figure
 
 
+def thumbnail(moment: Moment, look: Look, ends: tuple[float, float], width: int) -> np.ndarray:
+    """Return a small picture of a moment without axes: RGB from 0 to 1, shape (height, width, 3), the top row first."""
+    projected = _projected(moment, look)
+    return _image(moment.snapshot, *projected, look, ends, extent_of([projected], [moment], look), width)[::-1]
+
+
 def scale_of(moments: Sequence[Moment], look: Look) -> tuple[float, float]:
     """Return the ends of the colour scale in the unit of pictures."""
     if look.field in SHARES:
@@ -185,20 +191,26 @@ def _projected(moment: Moment, look: Look) -> tuple[np.ndarray, np.ndarray]:
 
 def _panel(axes: Axes, moment: Moment, place: np.ndarray, owner: np.ndarray, look: Look,
            ends: tuple[float, float], extent: tuple[float, float, float, float]) -> None:  # fmt: skip
-    snapshot = moment.snapshot
-    sight = seen(place, RADIUS * _spacing(snapshot), extent, PIXELS)
-    colours = _colours(snapshot, look, ends)[owner]
-    image = np.ones((*sight.index.shape, 3))
-    there = sight.index >= 0
-    bright = SHADES[0] + (SHADES[1] - SHADES[0]) * sight.shade if place[:, 2].any() else np.ones_like(sight.shade)
-    image[there] = colours[sight.index[there]] * bright[there, None]
-    unit, factor = lengths(snapshot)
+    image = _image(moment.snapshot, place, owner, look, ends, extent, PIXELS)
+    unit, factor = lengths(moment.snapshot)
     left, right, bottom, top = (end * factor for end in extent)
     axes.imshow(image, origin="lower", extent=(left, right, bottom, top), interpolation="none")
     turned_view = look.view not in ("side",)
     axes.set_xlabel(f"{'across' if turned_view else 'x'}{unit}")
     axes.set_ylabel(f"{'up' if turned_view else 'y'}{unit}")
     axes.set_title(moment.name, fontsize=9)
+
+
+def _image(snapshot: Snapshot, place: np.ndarray, owner: np.ndarray, look: Look, ends: tuple[float, float],
+           extent: tuple[float, float, float, float], width: int) -> np.ndarray:  # fmt: skip
+    """Return what is seen, RGB from 0 to 1, `width` pixels across, the lowest row first."""
+    sight = seen(place, RADIUS * _spacing(snapshot), extent, width)
+    colours = _colours(snapshot, look, ends)[owner]
+    image = np.ones((*sight.index.shape, 3))
+    there = sight.index >= 0
+    bright = SHADES[0] + (SHADES[1] - SHADES[0]) * sight.shade if place[:, 2].any() else np.ones_like(sight.shade)
+    image[there] = colours[sight.index[there]] * bright[there, None]
+    return image
 
 
 def _colours(snapshot: Snapshot, look: Look, ends: tuple[float, float]) -> np.ndarray:

@@ -152,7 +152,7 @@ class Told:
         if self.last.dimensions == 1:
             return []
         tables: list[dict[str, Any]] = []
-        for body in debris(Scene(self.last, read_snapshot(self.paths[0]))):
+        for body in debris(Scene.of(self.last, read_snapshot(self.paths[0]))):
             for fragment, role in zip(body.fragments, body.roles, strict=True):
                 velocity = np.atleast_1d(fragment.velocity)
                 speed = float(np.linalg.norm(velocity))

@@ -6,14 +6,19 @@ import csv
 import json
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from hvisph.casefile.reading import read_yaml
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measures import look_of
 from hvisph.output.atomic import write_text
+from hvisph.output.names import REPORT
 from hvisph.pictures.inline import embedded
 from hvisph.pictures.sweeps import sweep_figure
+from hvisph.report.build import report as run_report
+from hvisph.report.multiples import multiples
 from hvisph.report.template import PAGE, template
 
 TABLE, RESULTS = "table.csv", "results.json"
@@ -24,8 +29,9 @@ def is_sweep(path: str | os.PathLike[str]) -> bool:
     return (Path(path) / TABLE).is_file() and (Path(path) / RESULTS).is_file()
 
 
-def sweep_report(folder: str | os.PathLike[str], path: str | os.PathLike[str] | None = None) -> Path:
-    """Write the page of a sweep: ``report.html`` in its folder unless `path` is given.
+def sweep_report(folder: str | os.PathLike[str], path: str | os.PathLike[str] | None = None, *,
+                 each: bool = False) -> Path:  # fmt: skip
+    """Write the page of a sweep: ``report.html`` in its folder unless `path` is given; with `each`, every run's first.
 
     Raises
     ------
@@ -34,14 +40,18 @@ def sweep_report(folder: str | os.PathLike[str], path: str | os.PathLike[str] | 
     """
     home = Path(folder)
     said, heads, rows = _results(home), *_table(home)
-    title = f"Sweep {home.resolve().name}"
+    title = _title(home) or f"Sweep {home.resolve().name}"
+    if each:
+        for row in rows:
+            with suppress(OutputError, CaseError):  # it keeps a summary only, or has not been run
+                run_report([_run(home, row)])
     said_heads, said_rows = _said(said)
     text = template("sweep.html.j2").render(
         title=title, css=(PAGE / "report.css").read_text(encoding="utf-8"), verdict=_verdict(said),
         failures=said.get("failures", []), said_heads=said_heads, said_rows=said_rows, svg=_picture(said, rows),
-        heads=heads, rows=[_row(home, heads, row) for row in rows],
+        heads=heads, rows=[_row(home, heads, row) for row in rows], pictures=_pictures(home, rows),
     )  # fmt: skip
-    target = Path(path) if path is not None else home / "report.html"
+    target = Path(path) if path is not None else home / REPORT
     write_text(target, text)
     return target
 
@@ -125,10 +135,42 @@ def _plain(rows: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
     return cells
 
 
+def _title(home: Path) -> str:
+    """Return the sweep's title, or that of its case; empty where there is none."""
+    for name in ("sweep.yaml", "base.yaml"):
+        with suppress(CaseError, AttributeError):
+            title = str(read_yaml(home / name).value.get("title", ""))
+            if title:
+                return title
+    return ""
+
+
+def _run(home: Path, row: Mapping[str, str]) -> Path:
+    """Return the folder of a row's run: inside the sweep's, wherever that lies now."""
+    inside = home / "runs" / Path(row["folder"]).name
+    return inside if inside.is_dir() else Path(row["folder"])
+
+
+def _pictures(home: Path, rows: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
+    """Return the last states of the runs as small pictures, each with what it varies and the way to its page."""
+    if not rows:
+        return []
+    names = list(rows[0])
+    varied = [name for name in names[1 : names.index("status")] if len({row[name] for row in rows}) > 1]
+    shown = multiples([_run(home, row) for row in rows])
+    told = []
+    for row in rows:
+        run = _run(home, row)
+        if run in shown:
+            values = ", ".join(_short("", row[name]) for name in varied)
+            link = os.path.relpath(run / REPORT, home) if (run / REPORT).is_file() else ""
+            told.append({"image": shown[run], "text": f"{row['number']}: {values}", "link": link})
+    return told
+
+
 def _row(home: Path, heads: Sequence[str], row: Mapping[str, str]) -> dict[str, Any]:
-    page = Path(row["folder"]) / "report.html"
-    inside = home / "runs" / Path(row["folder"]).name / "report.html"
-    link = next((os.path.relpath(one, home) for one in (inside, page) if one.is_file()), "")
+    page = _run(home, row) / REPORT
+    link = os.path.relpath(page, home) if page.is_file() else ""
     return {"link": link, "cells": [{"text": _short(head, row[head]), "sort": row[head]} for head in heads]}
 
 

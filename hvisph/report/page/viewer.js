@@ -1,6 +1,7 @@
 "use strict";
 // Plays packed runs: particles as shaded discs, drawn into a picture of its own, so that every browser shows the same.
-const NOWHERE = 65535, PLAYED = 6000;  // mark of a particle that is not there; how long a run plays [ms]
+// mark of a particle that is not there; how long a run plays, and how long drawing a frame may take while it does [ms]
+const NOWHERE = 65535, PLAYED = 6000, SLOW = 25;
 
 async function unpack(text) {
   const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
@@ -84,18 +85,24 @@ class View {
     }
     return table;
   }
-  draw(frame, share = 0) {  // a frame, or a share of the way from it to the next one
-    const {run, canvas} = this, W = canvas.width, H = canvas.height, n = run.count, base = frame * n;
-    const context = canvas.getContext("2d");
-    if (!this.picture) Object.assign(this, {picture: context.createImageData(W, H), depth: new Float32Array(W * H), pick: new Int32Array(W * H)});
-    const {picture, depth, pick} = this, pixels = new Uint32Array(picture.data.buffer);
+  buffers(fold) {  // what is drawn into: as large as the canvas, or a fold smaller
+    const {canvas} = this, sheet = fold === 1 ? canvas : document.createElement("canvas");
+    if (fold > 1) Object.assign(sheet, {width: canvas.width / fold, height: canvas.height / fold});
+    const W = sheet.width, H = sheet.height, picture = sheet.getContext("2d").createImageData(W, H);
+    return {sheet, W, H, picture, depth: new Float32Array(W * H), pick: new Int32Array(W * H)};
+  }
+  draw(frame, share = 0, fold = 1) {  // a frame, or a share of the way from it to the next one; quickly with a larger fold
+    const {run, canvas} = this, n = run.count, base = frame * n, context = canvas.getContext("2d");
+    const {sheet, W, H, picture, depth, pick} = (this.drawn ??= {})[fold] ??= this.buffers(fold);
+    const pixels = new Uint32Array(picture.data.buffer);
+    this.pick = this.drawn[1] ? this.drawn[1].pick : new Int32Array(canvas.width * canvas.height).fill(-1);
     pixels.fill(0); depth.fill(-Infinity); pick.fill(-1);
     if (run.dimensions === 1) return this.profile(context, frame);
     const ahead = share > 0 ? n : 0, valued = share < 0.5 ? 0 : ahead;
-    const {scale, middle, right, up, eye} = this.camera();
+    const {middle, right, up, eye, ...camera} = this.camera(), scale = camera.scale / fold;
     const colours = this.colours(), values = this.field === "body" ? null : run.values[this.field];
-    const radius = Math.max(0.75 * run.spacing * scale, 0.5), disc = discOf(radius);
-    const step = run.low.map((l, k) => (run.high[k] - l) / 65534), solid = run.dimensions === 3;
+    const solid = run.dimensions === 3, radius = Math.max(0.75 * run.spacing * scale, 0.5), disc = discOf(radius, solid), {dys, dxs, rises, shades} = disc, size = dys.length;
+    const step = run.low.map((l, k) => (run.high[k] - l) / 65534);
     const [px, py, pz] = run.position;
     for (const copy of this.signs()) for (let i = 0; i < n; i++) {
       const at = base + i, to = px[at + ahead] === NOWHERE ? at : at + ahead;
@@ -103,26 +110,26 @@ class View {
       const x = copy[0] * (run.low[0] + step[0] * (px[at] + share * (px[to] - px[at]))) - middle[0];
       const y = copy[1] * (run.low[1] + step[1] * (py[at] + share * (py[to] - py[at]))) - middle[1];
       const z = solid ? copy[2] * (run.low[2] + step[2] * (pz[at] + share * (pz[to] - pz[at]))) - middle[2] : 0;
-      const sx = 0.5 * W + this.pan[0] + scale * (x * right[0] + y * right[1] + z * right[2]);
-      const sy = 0.5 * H + this.pan[1] - scale * (x * up[0] + y * up[1] + z * up[2]);
+      const sx = 0.5 * W + this.pan[0] / fold + scale * (x * right[0] + y * right[1] + z * right[2]);
+      const sy = 0.5 * H + this.pan[1] / fold - scale * (x * up[0] + y * up[1] + z * up[2]);
       if (!(sx > -radius && sx < W + radius && sy > -radius && sy < H + radius)) continue;
       const sz = solid ? scale * (x * eye[0] + y * eye[1] + z * eye[2]) : 0;
       const colour = values ? values[at + valued] : run.body[i], cx = Math.round(sx), cy = Math.round(sy);
-      for (const [dy, half, shades, rise] of disc) {
-        const row = cy + dy;
-        if (row < 0 || row >= H) continue;
-        for (let dx = -half; dx <= half; dx++) {
-          const column = cx + dx;
-          if (column < 0 || column >= W) continue;
-          const p = row * W + column, near = sz + rise[dx + half];
-          if (near < depth[p]) continue;
-          depth[p] = near;
-          pixels[p] = colours[(solid ? shades[dx + half] : 3) * 256 + colour];
-          pick[p] = i;
-        }
+      const inside = cx >= disc.reach && cx + disc.reach < W && cy >= disc.reach && cy + disc.reach < H;
+      for (let k = 0; k < size; k++) {
+        const row = cy + dys[k], column = cx + dxs[k];
+        if (!inside && (row < 0 || row >= H || column < 0 || column >= W)) continue;
+        const p = row * W + column, near = sz + rises[k];
+        if (near < depth[p]) continue;
+        depth[p] = near;
+        pixels[p] = colours[shades[k] + colour];
+        pick[p] = i;
       }
     }
-    context.putImageData(picture, 0, 0);
+    sheet.getContext("2d").putImageData(picture, 0, 0);
+    if (fold === 1) return;
+    context.clearRect(0, 0, canvas.width, canvas.height);
+    context.drawImage(sheet, 0, 0, canvas.width, canvas.height);
   }
   profile(context, frame) {  // a field over x, a line for each body
     const {run, canvas} = this, W = canvas.width, H = canvas.height, base = frame * run.count;
@@ -165,20 +172,16 @@ class View {
   }
 }
 
-function discOf(radius) {  // rows of a disc: offset, half width, shade and height over the middle of every pixel
-  const rows = [];
-  for (let dy = -Math.floor(radius); dy <= Math.floor(radius); dy++) {
-    const half = Math.floor(Math.sqrt(Math.max(radius * radius - dy * dy, 0)));
-    const shades = new Uint8Array(2 * half + 1), rise = new Float32Array(2 * half + 1);
-    for (let dx = -half; dx <= half; dx++) {
-      const high = Math.sqrt(Math.max(radius * radius - dx * dx - dy * dy, 0));
-      const light = radius < 1.5 ? 1 : (0.7 * high - 0.4 * dy - 0.4 * dx) / (0.9 * radius);
-      rise[dx + half] = high;
-      shades[dx + half] = Math.max(0, Math.min(3, Math.floor(4 * light)));
-    }
-    rows.push([dy, half, shades, rise]);
+function discOf(radius, solid) {  // the pixels of a disc: offset, height over the middle, place of its shade in the table
+  const reach = Math.floor(radius), dys = [], dxs = [], rises = [], shades = [];
+  for (let dy = -reach; dy <= reach; dy++) for (let dx = -reach; dx <= reach; dx++) {
+    const square = radius * radius - dy * dy - dx * dx;
+    if (square < 0) continue;
+    const high = Math.sqrt(square), light = radius < 1.5 ? 1 : (0.7 * high - 0.4 * dy - 0.4 * dx) / (0.9 * radius);
+    dys.push(dy); dxs.push(dx); rises.push(high);
+    shades.push(256 * (solid ? Math.max(0, Math.min(3, Math.floor(4 * light))) : 3));
   }
-  return rows;
+  return {reach, dys: Int32Array.from(dys), dxs: Int32Array.from(dxs), rises: Float32Array.from(rises), shades: Int32Array.from(shades)};
 }
 function hex(colour) { return [1, 3, 5].map(k => parseInt(colour.slice(k, k + 2), 16)); }
 function short(v) { return Math.abs(v) >= 1e5 || (v && Math.abs(v) < 1e-3) ? v.toExponential(2) : String(+v.toPrecision(4)); }
@@ -211,17 +214,20 @@ async function main() {
   const slider = document.getElementById("time"), play = document.getElementById("play");
   const times = [...new Set(views.flatMap(v => v.run.times))].sort((a, b) => a - b);
   slider.max = times.length - 1;
-  let frameTimes = 0, drawn = 0;
+  let frameTimes = 0, drawn = 0, fold = 1;
   function show(moment) {  // a time between two of the slider's while it plays, else that of the slider
     const playing = typeof moment === "number", t = playing ? moment : times[+slider.value], began = performance.now();
     for (const [number, view] of views.entries()) {
       const own = view.run.times, k = view.run.frame(t);
       view.now = k;
-      view.draw(k, playing && k + 1 < own.length ? Math.max(0, (t - own[k]) / (own[k + 1] - own[k])) : 0);
+      const share = playing && k + 1 < own.length ? Math.max(0, (t - own[k]) / (own[k + 1] - own[k])) : 0;
+      view.draw(k, share, playing ? fold : 1);
       document.getElementById(`clock-${number}`).textContent = timeText(view.run, playing ? Math.min(t, own[own.length - 1]) : own[k]);
     }
     slider.setAttribute("aria-valuetext", timeText(views[0].run, t));
-    frameTimes += performance.now() - began; drawn++;
+    const spent = performance.now() - began;
+    if (playing && spent > SLOW && fold < 4) fold *= 2;  // many particles: with coarser pixels while it moves
+    frameTimes += spent; drawn++;
     Object.assign(document.body.dataset, {milliseconds: (frameTimes / drawn).toFixed(1), frames: drawn});
   }
   let timer = null;
