@@ -200,7 +200,8 @@ def _show(folder: SweepFolder, how: How) -> None:
     if how.plot is not None:
         from hvisph.pictures.sweeps import sweep_picture
 
-        sweep_picture(said, shown, how.plot, stands.sweep.title or stands.sweep.case)
+        title = stands.sweep.title or str(stands.plan.base.value.get("title", ""))
+        sweep_picture(said, shown, how.plot, title or folder.path.name)
         if not how.silent:
             say(str(how.plot))
     statuses = {row["status"] for row in shown}
