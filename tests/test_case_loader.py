@@ -208,7 +208,7 @@ def test_base(tmp_path):
 
 
 def test_an_error_names_the_file_that_holds_it(tmp_path):
-    write(tmp_path, "base.yaml", dump_case(load_case("al_al")).replace("cfl: 0.3", "cfl: 3"))
+    write(tmp_path, "base.yaml", dump_case(load_case("al_al")).replace("cfl: 0.6", "cfl: 3"))
     path = write(tmp_path, "row.yaml", "base: base.yaml\n\nformulation: {viscosity: {alhpa: 1}}\n")
     with pytest.raises(CaseError) as caught:
         load_case(path)

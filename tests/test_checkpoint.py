@@ -196,8 +196,8 @@ def test_without_a_checkpoint_it_begins_again(copy, finished):
 def test_a_changed_case_is_refused_with_the_difference(copy):
     before = {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()}
     file = copy / "case.yaml"
-    file.write_text(re.sub(r"cfl: 0\.3", "cfl: 0.2", file.read_text()))
-    with pytest.raises(CaseError, match=r"time\.cfl was 0\.3 and is 0\.2"):
+    file.write_text(re.sub(r"cfl: 0\.6", "cfl: 0.2", file.read_text()))
+    with pytest.raises(CaseError, match=r"time\.cfl was 0\.6 and is 0\.2"):
         hvisph.resume(copy)
     file.write_bytes(before[file])
     assert {path: path.read_bytes() for path in copy.rglob("*") if path.is_file()} == before

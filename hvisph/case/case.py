@@ -17,7 +17,7 @@ from hvisph.case.gauges import Gauge
 from hvisph.case.model import StrictModel, refuse
 from hvisph.case.output import Output
 from hvisph.case.regions import BoxRegion, Clamp, InitialLoad, SymmetryPlane
-from hvisph.case.time import Time
+from hvisph.case.time import Time, default_courant
 from hvisph.case.units import PositiveLength
 from hvisph.case.watch import Watch, Witness
 from hvisph.core.kinematics import KINEMATICS, Kinematics
@@ -124,6 +124,9 @@ class Case(StrictModel):
         step = default_step(filled)
         if step is not None:
             filled["time"] = {**filled["time"], "step": step}
+        courant = default_courant(filled)
+        if courant is not None:
+            filled["time"] = {**filled["time"], "cfl": courant}
         return filled
 
     @model_validator(mode="after")

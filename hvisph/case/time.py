@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import StrictModel
 from hvisph.case.units import PositiveTime, Quantity
+
+# Courant number unless given, by formulation and for those without an entry. The criterion of standard SPH holds the
+# signal of its viscosity, 1.2 alpha c, already; measured in docs/performance.md.
+COURANT_OF, COURANT = {"eulerian": 0.6, "riemann": 0.4}, 0.3
+
+
+def default_courant(data: dict[str, Any]) -> float | None:
+    """Return the Courant number of a raw case that leaves it to its formulation, None for any other case."""
+    formulation, time = data.get("formulation", {"type": "riemann"}), data.get("time")
+    if not isinstance(formulation, dict) or not isinstance(time, dict):
+        return None
+    if time.get("cfl") is not None or time.get("step") is not None:
+        return None
+    return COURANT_OF.get(str(formulation.get("type", "riemann")))
 
 
 class Time(StrictModel):
@@ -18,7 +32,9 @@ class Time(StrictModel):
         description="Time at which the run ends [s], above 0; contact is at 0 unless there is a gap"
     )
     cfl: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = Field(
-        default=0.3, description="Courant number of the adaptive step [-], above 0 and at most 1"
+        default=COURANT,
+        description="Courant number of the adaptive step [-], above 0 and at most 1; unless given 0.6 with `eulerian`, "
+        "0.4 with `riemann`, 0.3 with others",
     )
     step: PositiveTime | None = Field(
         default=None,

@@ -108,6 +108,7 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
         set_threads(threads, worthwhile_threads(case, count), world.beside)
         with heard_compiling(listener.compiling), computable():
             setup = build(case, bodies)
+            del bodies  # the state holds what they were
         setup.share.join(world)
         Domain(setup, case.domain)  # refuses before anything is written
     with (
