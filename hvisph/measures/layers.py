@@ -67,9 +67,9 @@ def perforated(layers: Sequence[LayerMeasures]) -> Result:
     return meaningless("", f"not yet: {stopped.body}: {stopped.results['perforated'].reason.removeprefix('not yet: ')}")
 
 
-def states(scene: Scene) -> list[str]:
-    """Return whether every layer is perforated, in the order along the shot line."""
-    return [_perforation(scene, body)[0] for body in scene.layers]
+def state_of(scene: Scene, number: int) -> str:
+    """Return whether the layer of a number along the shot line is perforated."""
+    return _perforation(scene, scene.layers[number])[0]
 
 
 def _layer(scene: Scene, body: int) -> LayerMeasures:

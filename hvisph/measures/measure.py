@@ -86,7 +86,8 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     if at == "all":
         known_pairs = neighbours_of(start)
         moments = tuple(measure_snapshot(read(file), start, history, str(path), known_pairs) for file in files)
-        known = [one.moment for one in moments]
+        known = [_known(one, file, lambda file: Scene.of(read(file), start, known_pairs))
+                 for one, file in zip(moments, files, strict=True)]  # fmt: skip
         moments = tuple(_timed(moment, number + 1, known.__getitem__) for number, moment in enumerate(moments))
         moments = tuple(_swung(moment, moments[:number]) for number, moment in enumerate(moments))
         return replace(moments[-1], series=moments)
@@ -119,8 +120,13 @@ def in_time(now: Measures, files: Sequence[Path], start: Snapshot | None,
 
     last, pairs = now.moment, neighbours_of(start)
 
+    def scene(number: int) -> Scene:
+        return Scene.of(read(files[number]), start, pairs)
+
     def moment(number: int) -> Moment:
-        return last if number == len(files) - 1 else moment_of(Scene.of(read(files[number]), start, pairs))
+        if number == len(files) - 1:
+            return replace(last, projectile=lambda: moment_of(scene(number)).projectile())
+        return moment_of(scene(number), lambda: scene(number))
 
     from hvisph.output import names
 
@@ -136,6 +142,12 @@ def in_time(now: Measures, files: Sequence[Path], start: Snapshot | None,
             recent.append(before)
         now = _swung(now, [measure_snapshot(one, start, neighbours=pairs) for one in reversed(recent)])
     return _timed(now, len(files), moment)
+
+
+def _known(measured: Measures, file: Path, scene: Callable[[Path], Scene]) -> Moment:
+    """Return what a measured moment tells, its layers' states among it."""
+    states = [layer.state for layer in measured.layers]
+    return replace(measured.moment, state=states.__getitem__, projectile=lambda: moment_of(scene(file)).projectile())
 
 
 def neighbours_of(start: Snapshot | None) -> Neighbours | None:

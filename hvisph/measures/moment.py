@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -198,7 +198,7 @@ def measure_snapshot(
         cloud=cloud(scene, layers, now.metadata.get("witness")),
         profile=one_bar.profile,
         answer=answer(layers, now.metadata.get("units") == "none"),
-        moment=moment_of(scene, [layer.state for layer in layers]),
+        moment=replace(moment_of(scene), state=lambda _: "", projectile=dict),  # nothing is held
     )
 
 

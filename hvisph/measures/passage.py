@@ -7,12 +7,12 @@ of mass is behind the layer's rear face.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hvisph.core.measures import LAYER_CATALOGUE
-from hvisph.measures.layers import LayerMeasures, states
+from hvisph.measures.layers import LayerMeasures, state_of
 from hvisph.measures.loads import is_struck, mean_pressure
 from hvisph.measures.perforation import YES
 from hvisph.measures.result import Result, meaningless
@@ -30,36 +30,44 @@ class Moment:
     ----------
     time
         [s].
-    states
-        Whether every layer is perforated, in the order along the shot line.
     passed
-        Whether the projectile's centre of mass is behind each of them.
+        Whether the projectile's centre of mass is behind each layer, in the order along the shot line.
     struck
         Whether what flies at each of them has reached it.
+    state
+        Whether a layer, by its number, is perforated: found when it is asked for, since that takes long.
     projectile
-        By name of `PASSAGE`, without the time.
+        By name of `PASSAGE`, without the time, likewise.
     """
 
     time: float
-    states: tuple[str, ...] = ()
     passed: tuple[bool, ...] = ()
     struck: tuple[bool, ...] = ()
-    projectile: dict[str, Result] | None = None
+    state: Callable[[int], str] = field(default=lambda _: "", compare=False)
+    projectile: Callable[[], dict[str, Result]] = field(default=dict, compare=False)
 
 
-def moment_of(scene: Scene, known: Sequence[str] | None = None) -> Moment:
-    """Return what a moment tells; `known` are the states of its layers where they are known already."""
-    told = tuple(states(scene) if known is None else known)
-    if scene.now.dimensions == 1 or not {"velocity", "mass"} <= scene.now.fields.keys():
-        return Moment(scene.now.time, told, (False,) * len(told), (False,) * len(told))
-    mass = scene.now.fields["mass"] * scene.is_projectile
-    if not mass.sum() > 0.0:
-        return Moment(scene.now.time, told, (False,) * len(told), (False,) * len(told))
-    centre = (mass @ scene.position / mass.sum())[None]
+def moment_of(scene: Scene, again: Callable[[], Scene] | None = None) -> Moment:
+    """Return what a moment tells.
+
+    Parameters
+    ----------
+    scene
+        The moment.
+    again
+        Makes it anew for what takes long, so that it need not be held; held unless given.
+    """
+    time, count = scene.now.time, len(scene.layers)
     plates = [scene.plate(body) for body in scene.layers]
+    known = scene.now.dimensions > 1 and {"velocity", "mass"} <= scene.now.fields.keys()
+    mass = scene.now.fields["mass"] * scene.is_projectile if known else np.zeros(1)
+    anew = again or (lambda: scene)
+    if not mass.sum() > 0.0:
+        return Moment(time, (False,) * count, (False,) * count, lambda number: state_of(anew(), number))
+    centre = (mass @ scene.position / mass.sum())[None]
     passed = tuple(plate is not None and bool(plate.depth(centre)[0] > plate.thickness) for plate in plates)
     struck = tuple(plate is not None and is_struck(scene, plate) for plate in plates)
-    return Moment(scene.now.time, told, passed, struck, _projectile(scene, mass) if any(passed) else None)
+    return Moment(time, passed, struck, lambda number: state_of(anew(), number), lambda: _projectile(anew()))
 
 
 def with_history(layers: Sequence[LayerMeasures], count: int, moment: Callable[[int], Moment]
@@ -82,16 +90,19 @@ def with_history(layers: Sequence[LayerMeasures], count: int, moment: Callable[[
             known[index] = moment(index)
         return known[index]
 
+    def last(number: int) -> Callable[[int], bool]:
+        return lambda index: index == count - 1 or at(index).state(number) == YES
+
     timed = []
     for number, layer in enumerate(layers):
         results = dict(layer.results)
         if layer.state == YES:
-            opened = _first(count, lambda index, number=number: at(index).states[number] == YES)  # type: ignore[misc]
+            opened = _first(count, last(number))
             if opened is not None:
                 results["perforation_time"] = _between(at(opened - 1).time, at(opened).time)
             passed = _first(count, lambda index, number=number: at(index).passed[number])  # type: ignore[misc]
             if passed is not None:
-                results |= at(passed).projectile or {}
+                results |= at(passed).projectile()
                 results["passage_time"] = _between(at(passed - 1).time, at(passed).time)
             elif count > 1:
                 reason = "the projectile's centre is not behind it yet"
@@ -121,7 +132,8 @@ def _between(early: float, late: float) -> Result:
     return Result(0.5 * (early + late), "s", 0.5 * (late - early))
 
 
-def _projectile(scene: Scene, mass: np.ndarray) -> dict[str, Result]:
+def _projectile(scene: Scene) -> dict[str, Result]:
+    mass = scene.now.fields["mass"] * scene.is_projectile
     largest = scene.shot_groups[0]
     share = largest.mass / (scene.shot_mass or float(mass.sum()))
     axial = scene.now.fields["velocity"][:, 0]
