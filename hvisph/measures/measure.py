@@ -18,7 +18,7 @@ from hvisph.measures.plateau import before_release, plateau
 from hvisph.measures.result import Result
 from hvisph.measures.scene import Scene
 from hvisph.measures.shot import spacing_of
-from hvisph.measures.swing import LATELY, MOST, lately, swinging
+from hvisph.measures.swing import LARGE, LATELY, MOST, lately, swinging
 from hvisph.output.snapshot import Snapshot
 
 __all__ = ["History", "Measures", "in_time", "measure", "measure_snapshot", "unmeasured"]
@@ -137,7 +137,7 @@ def in_time(now: Measures, files: Sequence[Path], start: Snapshot | None,
         recent = [read(earlier[-1])]
         for file in reversed(earlier[:-1]):
             before = read(file)
-            if len(recent) >= MOST or before.time < (1.0 - LATELY) * now.time:
+            if len(recent) >= (MOST if recent[0].count < LARGE else 1) or before.time < (1.0 - LATELY) * now.time:
                 break
             recent.append(before)
         now = _swung(now, [measure_snapshot(one, start, neighbours=pairs) for one in reversed(recent)])

@@ -8,6 +8,7 @@ from hvisph.measures.result import Result
 
 LATELY = 0.1  # share of the run over which a swing counts
 MOST = 3  # earlier moments that are measured for it
+LARGE = 300_000  # particles from which on one has to do
 
 
 def lately(times: Sequence[float], end: float) -> list[int]:
