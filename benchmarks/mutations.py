@@ -57,7 +57,7 @@ MUTATIONS = [
     Mutation("contact: all of the work on each side", "sph/laws/contact.py",
              "-0.5 * scale_own * total(power)", "-scale_own * total(power)", "test_contact.py -k 'work or energy'"),
     Mutation("contact: the stiffer of two", "sph/laws/contact.py",
-             "b[V] * min(stiffness, b[K])", "b[V] * max(stiffness, b[K])", "test_contact.py"),
+             "both = other * b[V] * min(stiffness, b[K])", "both = other * b[V] * max(stiffness, b[K])", "test_contact.py"),
     Mutation("contact: loaded where it starts", "sph/laws/contact.py",
              "min(start, b[START])", "0.0 * b[START]", "test_contact.py -k unloaded"),
     Mutation("sliding contact: friction pulls", "sph/laws/riemann.py",

@@ -139,3 +139,5 @@ def test_the_limit_names_criterion_and_particle():
         broken[place[42], slot] = value
         found = criteria.limit(lengths, signals, broken, place, numbers)
         assert (found.criterion, found.particle) == ("not_finite", 42)
+    signals[:2] = 1e308  # finite, as their sum is not
+    assert criteria.limit(lengths, signals, rates, place, numbers).criterion == "signal"

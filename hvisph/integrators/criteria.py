@@ -9,7 +9,7 @@ None depends on the frame. The smallest over all particles, times the case's cfl
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import isfinite, sqrt
+from math import sqrt
 from typing import Any
 
 import numpy as np
@@ -119,15 +119,16 @@ class Criteria:
         given = (lengths, signals, rates, place, self.viscous)
         self._loop(*given, self._least)
         least = self._least.min(axis=0).tolist()
-        if not isfinite(self._least[:, 2].sum()):
-            bad = np.flatnonzero(~np.isfinite(self._least[:, 2]))
-            return Limit(0.0, "not_finite", self._first(given, numbers, bad, 2, 0.0))
+        bad = np.flatnonzero(~np.isfinite(self._least[:, 2]))
+        culprit = self._first(given, numbers, bad, 2, 0.0)
+        if culprit != NOBODY:  # the sum of a chunk may overflow where no particle has
+            return Limit(0.0, "not_finite", culprit)
         times = least[0], sqrt(sqrt(least[1]))
         kind = int(times[1] < times[0])
         alike = np.flatnonzero(self._least[:, kind] == least[kind])
         return Limit(self.cfl * times[kind], NAMES[kind], self._first(given, numbers, alike, kind, least[kind]))
 
     def _first(self, given: Any, numbers: np.ndarray, chunks: np.ndarray, criterion: int, value: float) -> int:
-        """Return the particle of the smallest number that is meant in any of `chunks`."""
+        """Return the particle of the smallest number that is meant in any of `chunks`, or NOBODY."""
         chosen = [self._which(*given, numbers, chunk, criterion, value) for chunk in chunks]
-        return int(min(chosen, key=lambda s: numbers[s]))
+        return int(min((s for s in chosen if s != NOBODY), key=lambda s: numbers[s], default=NOBODY))
