@@ -91,9 +91,9 @@ def written_out(stepper, young_modulus, correction="mixed", hourglass=0.0, print
 
 @pytest.mark.parametrize(
     ("dim", "options", "plainly"),
-    [(1, {"hourglass": 0.0}, {}), (2, {"material": FLOWING}, {"hourglass": 10.0, "yield_stress": 0.3e9}),
-     (3, {"viscosity_gradient": "reference", "correction": "gradient", "hourglass": 0.0},
-      {"printed": True, "correction": "gradient"}),
+    [(1, {"hourglass": 0.0, "correction": "gradient"}, {"correction": "gradient"}),
+     (2, {"material": FLOWING}, {"hourglass": 10.0, "yield_stress": 0.3e9}),
+     (3, {"viscosity_gradient": "reference", "hourglass": 0.0}, {"printed": True}),
      pytest.param(2, {"correction": "none"}, {"correction": "none", "hourglass": 10.0}, marks=pytest.mark.slow)],
 )  # fmt: skip
 def test_deformation_forces_and_power_are_those_of_the_formulas(dim, options, plainly):
