@@ -39,7 +39,8 @@ HEAD = """\
 # Robustness
 
 What runs survive, and what is never silent. Each row is a campaign of numbered trials in `benchmarks/robustness.py`;
-`python benchmarks/robustness.py` makes them all, `--only NAME` one, `--seconds 400` a piece of it.
+`python benchmarks/robustness.py` makes them all, `--only NAME` one, `--seconds 400` a piece of it. Where the count is
+short of what is to be reached, no more has been run.
 
 | what | to reach | found |
 | --- | --- | --- |"""
