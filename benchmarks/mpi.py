@@ -1,0 +1,80 @@
+"""One case on several numbers of processes, in turn: time a step, rows of others beside the model's, messages, imbalance.
+
+    pip install 'hvisph[mpi]'
+    python benchmarks/mpi.py [--case al_al] [--set resolution=0.2mm] [--processes 1,2] [--threads 1] [--steps 200]
+
+The first turn of each compiles and does not count. Times on a machine that has other work are ratios at best.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from hvisph.casefile.loader import load_case
+
+REACH = 2.8  # spacings within which rows of others are needed, of the model
+
+
+def modelled(particles: int, processes: int, dim: int) -> float:
+    """Return the rows of others over own ones of compact parts, all of their sides in the material."""
+    own = particles / processes
+    return float(((own ** (1.0 / dim) + 2.0 * REACH) ** dim - own) / own)
+
+
+def one_run(arguments: argparse.Namespace, processes: int, folder: Path) -> tuple[float, str]:
+    """Return the time of a step [ms], and what the log says of the processes."""
+    launcher = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or "mpiexec"
+    start = [launcher, "-n", str(processes)] if processes > 1 else []
+    settings = [*arguments.set, f"time.max_steps={arguments.steps}", "output.checkpoint_every=null"]
+    subprocess.run(
+        [*start, sys.executable, "-m", "hvisph", "run", arguments.case, "--out", str(folder), "--force", "--quiet",
+         "--threads", str(arguments.threads), *(part for one in settings for part in ("--set", one))],
+        check=False, stdout=subprocess.DEVNULL,
+    )  # fmt: skip
+    summary = json.loads((folder / "summary.json").read_text())
+    said = [line for line in (folder / "run.log").read_text().splitlines() if "rows of others" in line]
+    return 1e3 * summary["wall_seconds"] / summary["steps"], said[-1].split("  ", 1)[1] if said else ""
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--case", default="al_al")
+    parser.add_argument("--set", action="append", default=[])
+    parser.add_argument("--processes", default="1,2")
+    parser.add_argument("--threads", type=int, default=1)
+    parser.add_argument("--steps", type=int, default=200)
+    parser.add_argument("--turns", type=int, default=3)
+    arguments = parser.parse_args()
+    numbers = [int(one) for one in arguments.processes.split(",")]
+    times: dict[int, list[float]] = {number: [] for number in numbers}
+    told = dict.fromkeys(numbers, "")
+    with tempfile.TemporaryDirectory() as folder:
+        for turn in range(arguments.turns + 1):
+            for number in numbers:
+                time, told[number] = one_run(arguments, number, Path(folder) / "run")
+                if turn:
+                    times[number].append(time)
+        particles = json.loads((Path(folder) / "run" / "summary.json").read_text())["particles"]
+    dim = load_case(arguments.case, arguments.set).dim
+    print(f"{arguments.case} {' '.join(arguments.set)}: {particles} particles, {arguments.threads} threads a process")
+    print(f"{'processes':>9}{'ms a step':>12}{'times as fast':>15}{'rows of others, model':>24}")
+    for number in numbers:
+        paired = [one / other for one, other in zip(times[numbers[0]], times[number], strict=True)]
+        own = re.search(r"\((\d+\.\d+)%\)", told[number])
+        rows = f"{own.group(1)} %, {100 * modelled(particles, number, dim):.1f} %" if own else ""
+        print(f"{number:>9}{statistics.median(times[number]):>12.2f}{statistics.median(paired):>15.2f}{rows:>24}")
+        if told[number]:
+            print(f"          {told[number]}")
+
+
+if __name__ == "__main__":
+    main()
