@@ -152,3 +152,15 @@ def test_the_page_draws_what_was_stored(tmp_path):
     assert "final length over initial" in text
     assert "not computed yet" in text
     assert (tmp_path / "page" / "taylor.outlines.png").stat().st_size > 10_000
+
+
+def test_the_middle_of_a_wide_bracket_is_no_limit(monkeypatch):
+    from hvisph.validation.judges import limit
+
+    def told(points):
+        monkeypatch.setattr(limit, "_speeds", lambda shots: {"plate": points})
+        return limit.JUDGE.computed([])["plate"]["ballistic_limit", None]
+
+    assert told([(180.0, False, 0.0), (400.0, True, 250.0)]).value is None
+    assert told([(270.0, False, 0.0), (290.0, True, 90.0)]).value == 280.0
+    assert "no shot went through" in told([(270.0, False, 0.0)]).reason

@@ -10,6 +10,8 @@ import numpy as np
 from hvisph.measures.limit import bracket
 from hvisph.validation.value import Judge, Key, Shot, Value
 
+WIDEST = 0.1  # of the limit: half the width of a bracket that tells it
+
 
 def _speeds(shots: Sequence[Shot]) -> dict[str, list[tuple[float, bool, float | None]]]:
     """Return by shot velocities [m/s], whether they went through, and residual velocities, in the order of velocity."""
@@ -32,6 +34,10 @@ def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
             found[name] = {("ballistic_limit", None): Value(None, None, f"{side} shot went through")}
             continue
         middle, half = 0.5 * (known.below + known.above), 0.5 * abs(known.above - known.below)
+        if half > WIDEST * middle:  # the middle of a wide bracket is no limit, however near it comes
+            reason = f"between {known.below:g} and {known.above:g} m/s"
+            found[name] = {("ballistic_limit", None): Value(None, None, reason)}
+            continue
         found[name] = {("ballistic_limit", None): Value(middle, half)}
         speed, rest = (np.array([one[k] for one in points if one[2] is not None], dtype=float) for k in (0, 2))
         wanted = {one.at for shot in shots if shot.name == name for one in shot.measured if one.at is not None}
