@@ -22,7 +22,8 @@ TEXT = """\
 Made by `hvisph validate --page docs/validation.md`; do not edit.
 
 Shots that were fired, computed with the formulation, the materials and the resolution that were chosen before any
-comparison, the same within a set; nothing is tuned to a row. What fails stays here.
+comparison, the same within a set; nothing is tuned to a row. Where a choice was changed after a first coarse look, the
+set says so. What fails stays here.
 
 ```sh
 hvisph validate                                # lists the sets
