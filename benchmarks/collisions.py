@@ -42,6 +42,8 @@ def case_of(seed):
         if shape["type"] == "box":
             bodies[f"body_{k}"]["rotation"] = {"angle": float(rng.uniform(0, 3)), "axis": rng.normal(size=3).tolist()}
     formulation = FORMULATIONS[seed % len(FORMULATIONS)]
+    if formulation == "adaptive":  # something must be able to fail
+        bodies["body_0"]["material"] = DAMAGED
     extra = {0: {}, 1: {"symmetry": [{"axis": "z", "at": 0.0}]}, 2: {"domain": {"min": [-4e-3, None, None]}}, 3: {}}
     further = extra[seed // len(FORMULATIONS) % 4]
     if "symmetry" in further:  # bodies on the plane, moving along it

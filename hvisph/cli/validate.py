@@ -60,18 +60,18 @@ def validate(
         _list([Experiments(name) for name in experiment_names()], how.as_json)
         return
     form: Form = "coarse" if coarse else "second" if second else "full"
-    found = []
+    sets_done = []
     for one in sets:
-        found.append(_computed(one, form, across, only, table, out, how))
+        sets_done.append(_computed(one, form, across, only, table, out, how))
         if not how.silent:
             from hvisph.cli.validate_lines import result_text
 
-            say(result_text(one, found[-1]))
+            say(result_text(one, sets_done[-1]))
     if page is not None:
         from hvisph.validation.page import write_page
 
-        say(str(write_page(page, found)), err=how.as_json)
-    _end(sets, found, how.as_json)
+        say(str(write_page(page, sets_done)), err=how.as_json)
+    _end(sets, sets_done, how.as_json)
 
 
 def _computed(experiments: Experiments, form: Form, across: float | None, only: str | None, table: bool,
@@ -87,17 +87,17 @@ def _computed(experiments: Experiments, form: Form, across: float | None, only: 
     return result(experiments, experiments.particles(form, across), sweeps)
 
 
-def _end(sets: list[Experiments], found: list[SetResult], as_json: bool) -> None:
+def _end(sets: list[Experiments], results: list[SetResult], as_json: bool) -> None:
     from hvisph.validation.compare import verdicts
 
-    said = {one.name: verdicts(result.rows, one.model.asked) for one, result in zip(sets, found, strict=True)}
+    said = {one.name: verdicts(result.rows, one.model.asked) for one, result in zip(sets, results, strict=True)}
     if as_json:
         from dataclasses import asdict
 
         from hvisph.cli.words import echo_json
 
-        echo_json([result.as_dict() | {"verdicts": [asdict(one) for one in said[result.name]]} for result in found])
-    if any(one["status"] in ("failed", "error", "killed") for result in found for one in result.shots.values()):
+        echo_json([result.as_dict() | {"verdicts": [asdict(one) for one in said[result.name]]} for result in results])
+    if any(one["status"] in ("failed", "error", "killed") for result in results for one in result.shots.values()):
         raise typer.Exit(FAILED)
     if any(one.passed is False for verdict in said.values() for one in verdict):
         raise typer.Exit(1)

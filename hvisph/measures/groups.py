@@ -113,7 +113,7 @@ def _pairs(position: np.ndarray, spacing: np.ndarray, chosen: np.ndarray, link: 
     classes = np.floor(np.log(spacing / spacing.min()) / np.log(ALIKE)).astype(np.int64)
     own, rows = classes[chosen], {k: np.flatnonzero(classes == k) for k in np.unique(classes)}
     trees = {k: cKDTree(position[members]) for k, members in rows.items()}
-    found: list[tuple[np.ndarray, np.ndarray]] = []
+    kept_pairs: list[tuple[np.ndarray, np.ndarray]] = []
     for k in np.unique(own):
         mine = chosen[own == k]
         tree = cKDTree(position[mine])
@@ -122,10 +122,10 @@ def _pairs(position: np.ndarray, spacing: np.ndarray, chosen: np.ndarray, link: 
             near = tree.sparse_distance_matrix(trees[other], reach, output_type="ndarray")
             one, two = mine[near["i"]], members[near["j"]]
             kept = near["v"] <= 0.5 * link * (spacing[one] + spacing[two])
-            found.append((one[kept], two[kept]))
-    if not found:
+            kept_pairs.append((one[kept], two[kept]))
+    if not kept_pairs:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
-    return np.concatenate([one for one, _ in found]), np.concatenate([two for _, two in found])
+    return np.concatenate([one for one, _ in kept_pairs]), np.concatenate([two for _, two in kept_pairs])
 
 
 def _joined(position: np.ndarray, labels: np.ndarray, apart: np.ndarray, reach: float) -> np.ndarray:

@@ -65,7 +65,7 @@ PENDING = ("waiting", "running", "interrupted")  # what has not ended says nothi
 VERDICTS = ("perforated", "spalled", "detached")
 
 
-def compared(measured: Sequence[Measured], found: Mapping[str, Mapping[Key, Value]], why: Mapping[str, str]
+def compared(measured: Sequence[Measured], computed: Mapping[str, Mapping[Key, Value]], why: Mapping[str, str]
              ) -> Iterator[Compared]:  # fmt: skip
     """Yield every measured number beside the computed one.
 
@@ -73,13 +73,13 @@ def compared(measured: Sequence[Measured], found: Mapping[str, Mapping[Key, Valu
     ----------
     measured
         All that was measured of the set.
-    found
+    computed
         Computed values by shot.
     why
         Why shots have none, by shot.
     """
     for one in measured:
-        value = found.get(one.shot, {}).get((one.quantity, one.at))
+        value = computed.get(one.shot, {}).get((one.quantity, one.at))
         if value is None:
             yield Compared(one, None, reason=why.get(one.shot, "not computed"))
             continue

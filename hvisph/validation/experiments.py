@@ -111,15 +111,15 @@ class Experiments:
                  for shot, values in self.shots.items()]  # fmt: skip
         if not self.model.limits:
             return {"shots": {"title": self.model.title, "case": case, "vary": {"type": "list", "cases": cases}}}
-        found = {}
+        sweeps = {}
         for values in cases:
             name = str(values.pop(SHOT))
             limit = self.model.limits[name]
             fixed = {path: value for path, value in values.items() if not path.startswith(EXPERIMENT)}
             vary = {"type": "bisect", "path": limit.path, "between": list(limit.between), "until": limit.until,
                     "points": 1}  # fmt: skip
-            found[name] = {"title": f"{self.model.title}: {name}", "case": case, "set": fixed, "vary": vary}
-        return found
+            sweeps[name] = {"title": f"{self.model.title}: {name}", "case": case, "set": fixed, "vary": vary}
+        return sweeps
 
     @cached_property
     def _base(self) -> Any:

@@ -163,8 +163,8 @@ def _resolutions(one: Experiments, result: SetResult, folder: Path) -> Iterator[
             changes.setdefault(row.measured.quantity, [])
         elif row.computed:
             changes.setdefault(row.measured.quantity, []).append(abs(other.computed / row.computed - 1.0))
-    said = [f"{words.get(name, name)} {percent(sum(found) / len(found), mean=True)}" if found
-            else f"{verdict_changes} verdicts" for name, found in changes.items()]  # fmt: skip
+    said = [f"{words.get(name, name)} {percent(sum(changed) / len(changed), mean=True)}" if changed
+            else f"{verdict_changes} verdicts" for name, changed in changes.items()]  # fmt: skip
     yield f"{text} With {number:g} across these change, in the mean: {', '.join(said)}."
 
 

@@ -13,12 +13,12 @@ FEWEST = 5  # numbers that are worth a picture of their own
 
 def draw(result: SetResult, folder: Path, words: Mapping[str, str]) -> list[Path]:
     """Draw what there is to see of a set, and return the files."""
-    found = []
+    drawn = []
     for name, making in (("outlines", _outlines), ("all", _offs), ("map", _map), ("residual", _residual)):
         path = making(result, folder / f"{result.name}.{name}.png", words)
         if path is not None:
-            found.append(path)
-    return found
+            drawn.append(path)
+    return drawn
 
 
 def _outlines(result: SetResult, path: Path, words: Mapping[str, str]) -> Path | None:
@@ -33,14 +33,14 @@ def _outlines(result: SetResult, path: Path, words: Mapping[str, str]) -> Path |
 def _offs(result: SetResult, path: Path, words: Mapping[str, str]) -> Path | None:
     rows = [row for row in result.rows if row.measured.at is None and row.measured.judged and not row.is_verdict]
     groups, names = result.curves.get("groups", {}), {}
-    found = []
+    offs = []
     for row in rows:
         one = row.measured
         if row.off is not None:
             names[one.quantity] = f"{words[one.quantity]}, measured" + ("" if one.unit == "-" else f" [{one.unit}]")
             scatter = 100.0 * (one.scatter or 0.0) / abs(one.value)
-            found.append(Off(one.quantity, groups.get(one.shot, ""), one.value, 100.0 * row.off, scatter))
-    return offs_picture(found, names, path) if len(found) >= FEWEST else None
+            offs.append(Off(one.quantity, groups.get(one.shot, ""), one.value, 100.0 * row.off, scatter))
+    return offs_picture(offs, names, path) if len(offs) >= FEWEST else None
 
 
 def _map(result: SetResult, path: Path, words: Mapping[str, str]) -> Path | None:

@@ -59,14 +59,14 @@ def result(experiments: Experiments, across: float, sweeps: dict[str, SweepFolde
             standing[_unlike(shot, standing)] = _short(row)
             if row["status"] == "done":
                 shots.append(_shot(shot, row, experiments))
-    found = judge.computed(shots)
+    computed = judge.computed(shots)
     why = {
         name: one["status"] if one["status"] in PENDING else one["message"] or one["status"]
         for name, one in standing.items()
         if one["status"] != "done"
     }
     curves = judge.curves(shots) if judge.curves is not None else {}
-    return SetResult(experiments.name, across, list(compared(experiments.measured, found, why)), standing, curves)
+    return SetResult(experiments.name, across, list(compared(experiments.measured, computed, why)), standing, curves)
 
 
 def _shot(name: str, row: Row, experiments: Experiments) -> Shot:

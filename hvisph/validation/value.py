@@ -61,11 +61,11 @@ class Shot:
 
 def measure_of(measures: Mapping[str, Any], name: str, unit: float = 1.0) -> Value:
     """Return a measure of a mapping of them as stored in a summary."""
-    found = measures.get(name, {})
-    if found.get("value") is None:
-        return Value(None, None, str(found.get("reason", "not measured")))
-    uncertainty = found.get("uncertainty")
-    return Value(unit * found["value"], None if uncertainty is None else unit * uncertainty)
+    measure = measures.get(name, {})
+    if measure.get("value") is None:
+        return Value(None, None, str(measure.get("reason", "not measured")))
+    uncertainty = measure.get("uncertainty")
+    return Value(unit * measure["value"], None if uncertainty is None else unit * uncertainty)
 
 
 @dataclass(frozen=True)
@@ -91,5 +91,5 @@ class Judge:
 
     def computed(self, shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
         """Return all values by shot."""
-        found = {shot.name: self.each(shot) for shot in shots} if self.each is not None else {}
-        return found | (self.together(shots) if self.together is not None else {})
+        values = {shot.name: self.each(shot) for shot in shots} if self.each is not None else {}
+        return values | (self.together(shots) if self.together is not None else {})

@@ -12,18 +12,18 @@ def _each(shot: Shot) -> dict[Key, Value]:
     layer = shot.ran.summary["layers"][0]["measures"]
     cloud = shot.ran.summary["cloud"]["measures"]
     length, width = measure_of(cloud, "cloud_length"), measure_of(cloud, "cloud_width")
-    found: dict[Key, Value] = {
+    values: dict[Key, Value] = {
         ("hole_diameter", None): measure_of(layer, "hole_diameter"),
         ("lip_to_lip", None): measure_of(shot.ran.summary["measures"], "crater_lip_to_lip"),
     }
-    hole, lips = found["hole_diameter", None], found["lip_to_lip", None]
+    hole, lips = values["hole_diameter", None], values["lip_to_lip", None]
     if hole.value is not None and lips.value is not None:
-        found["crater_diameter", None] = Value(0.5 * (hole.value + lips.value), hole.uncertainty)
+        values["crater_diameter", None] = Value(0.5 * (hole.value + lips.value), hole.uncertainty)
     if length.value is None or not width.value:
-        found["cloud_ratio", None] = Value(None, None, length.reason or width.reason)
+        values["cloud_ratio", None] = Value(None, None, length.reason or width.reason)
     else:
-        found["cloud_ratio", None] = Value(length.value / width.value)
-    return found
+        values["cloud_ratio", None] = Value(length.value / width.value)
+    return values
 
 
 JUDGE = Judge(

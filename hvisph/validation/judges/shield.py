@@ -30,13 +30,13 @@ def ratio(case: Any) -> float | None:
 
 def _curves(shots: Any) -> dict[str, Any]:
     """Return of every shot impact velocity [km/s], diameter over the critical one, computed and measured verdict."""
-    found = {}
+    curves = {}
     for shot in shots:
         value = _each(shot)["perforated", None]
         measured = next((one.value for one in shot.measured if one.quantity == "perforated"), None)
         speed = 1e-3 * max(body.velocity[0] for body in shot.ran.case.bodies.values())
-        found[shot.name] = [speed, value.ratio, value.value, measured]
-    return found
+        curves[shot.name] = [speed, value.ratio, value.value, measured]
+    return curves
 
 
 JUDGE = Judge({"perforated": "rear wall fails"}, _each, curves=_curves)

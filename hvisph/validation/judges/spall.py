@@ -37,10 +37,10 @@ def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
     if thick is None or not plates:
         return {}
     depth = measure_of(thick.ran.summary["layers"][0]["measures"], "crater_depth")
-    found: dict[Key, Value] = {("crater_depth", None): depth}
+    values: dict[Key, Value] = {("crater_depth", None): depth}
     for number, name in enumerate(("onset", "detached_at", "perforated_at"), 1):
-        found[name, None] = _threshold(plates, number, depth.value)
-    return {"ladder": found}
+        values[name, None] = _threshold(plates, number, depth.value)
+    return {"ladder": values}
 
 
 def _threshold(plates: Sequence[tuple[Any, ...]], number: int, depth: float | None) -> Value:

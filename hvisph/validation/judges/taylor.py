@@ -37,7 +37,7 @@ def _each(shot: Shot) -> dict[Key, Value]:
     radius = first[:, 1].max() + 0.5 * dx
     foot = float(r[z < max(dx, z[0] + 0.5 * dx)].max())
     wide = z[r > radius * (1.0 + UNDEFORMED)]
-    found: dict[Key, Value] = {
+    values: dict[Key, Value] = {
         ("length_ratio", None): Value(float(length / start), 0.5 * dx / start),
         ("final_length", None): Value(float(length), 0.5 * dx),
         ("foot_diameter", None): Value(2.0 * foot, dx),
@@ -48,8 +48,8 @@ def _each(shot: Shot) -> dict[Key, Value]:
     for one in shot.measured:
         if one.quantity == "outline" and one.at is not None:
             place = 1e-3 * one.at
-            found["outline", one.at] = Value(foot if place == 0.0 else float(np.interp(place, z, r)), 0.5 * dx)
-    return found
+            values["outline", one.at] = Value(foot if place == 0.0 else float(np.interp(place, z, r)), 0.5 * dx)
+    return values
 
 
 def _curves(shots: Sequence[Shot]) -> dict[str, Any]:

@@ -80,12 +80,14 @@ def _breathing(name: str, period: float, dx: float, shape: dict[str, Any], mode:
         """Return times, and the share of the mode in the motion [m/s]."""
         shown, mass = mode(vectors(ran.first, "position")), ran.first.fields["mass"]
         whole = (mass[:, None] * shown * shown).sum()
-        found = [(mass[:, None] * shown * vectors(one, "velocity")).sum() / whole for one in ran.snapshots]
-        return np.array([one.time for one in ran.snapshots]), np.array(found)
+        velocities = [(mass[:, None] * shown * vectors(one, "velocity")).sum() / whole for one in ran.snapshots]
+        return np.array([one.time for one in ran.snapshots]), np.array(velocities)
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        found, left = swing(*record(runs[0]), period, PERIODS)
-        yield Figure("period", found, period, 0.025, "s", why="8 particles across the radius, or 4 across the section")
+        velocities, left = swing(*record(runs[0]), period, PERIODS)
+        yield Figure(
+            "period", velocities, period, 0.025, "s", why="8 particles across the radius, or 4 across the section"
+        )
         yield limit("loss of the swing a period", 1.0 - left ** (1.0 / PERIODS), 0.1, why="viscosity")
         yield limit("growth of the swing", left - 1.0, 0.005, why="what is not the dual of the gradient may feed it")
 
