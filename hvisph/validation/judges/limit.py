@@ -15,36 +15,36 @@ WIDEST = 0.1  # of the limit: half the width of a bracket that tells it
 
 def _speeds(shots: Sequence[Shot]) -> dict[str, list[tuple[float, bool, float | None]]]:
     """Return by shot velocities [m/s], whether they went through, and residual velocities, in the order of velocity."""
-    found: dict[str, list[tuple[float, bool, float | None]]] = {}
+    speeds: dict[str, list[tuple[float, bool, float | None]]] = {}
     for shot in shots:
         through = shot.measure("perforated").value
         if through is not None:
             speed = max(body.velocity[0] for body in shot.ran.case.bodies.values())
             rest = shot.measure("residual_velocity").value if through else 0.0
-            found.setdefault(shot.name, []).append((float(speed), through > 0.5, rest))
-    return {name: sorted(points, key=lambda one: one[0]) for name, points in found.items()}
+            speeds.setdefault(shot.name, []).append((float(speed), through > 0.5, rest))
+    return {name: sorted(points, key=lambda one: one[0]) for name, points in speeds.items()}
 
 
 def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
-    found: dict[str, dict[Key, Value]] = {}
+    values: dict[str, dict[Key, Value]] = {}
     for name, points in _speeds(shots).items():
         known = bracket([speed for speed, _, _ in points], [yes for _, yes, _ in points])
         if known.below is None or known.above is None:
             side = "every" if known.below is None else "no"
-            found[name] = {("ballistic_limit", None): Value(None, None, f"{side} shot went through")}
+            values[name] = {("ballistic_limit", None): Value(None, None, f"{side} shot went through")}
             continue
         middle, half = 0.5 * (known.below + known.above), 0.5 * abs(known.above - known.below)
         if half > WIDEST * middle:  # the middle of a wide bracket is no limit, however near it comes
             reason = f"between {known.below:g} and {known.above:g} m/s"
-            found[name] = {("ballistic_limit", None): Value(None, None, reason)}
+            values[name] = {("ballistic_limit", None): Value(None, None, reason)}
             continue
-        found[name] = {("ballistic_limit", None): Value(middle, half)}
+        values[name] = {("ballistic_limit", None): Value(middle, half)}
         speed, rest = (np.array([one[k] for one in points if one[2] is not None], dtype=float) for k in (0, 2))
         wanted = {one.at for shot in shots if shot.name == name for one in shot.measured if one.at is not None}
         for at in wanted:
             if speed.min() <= at <= speed.max():
-                found[name]["residual_velocity", at] = Value(float(np.interp(at, speed, rest)))
-    return found
+                values[name]["residual_velocity", at] = Value(float(np.interp(at, speed, rest)))
+    return values
 
 
 def _curves(shots: Sequence[Shot]) -> dict[str, Any]:
