@@ -44,8 +44,21 @@ def user_seconds(command: list[str], folder: str) -> tuple[float, str]:
 
 def ours(folder: str, case: str, *settings: str) -> tuple[float, int, int]:
     """Return user time [s], particles and steps of a run of hvisph."""
-    command = [sys.executable, "-m", "hvisph", "run", case, *settings, "output.every=null", "--threads", "1",
-               "--out", f"{folder}/run", "--force", "--quiet"]  # fmt: skip
+    command = [
+        sys.executable,
+        "-m",
+        "hvisph",
+        "run",
+        case,
+        "--threads",
+        "1",
+        "--out",
+        f"{folder}/run",
+        "--force",
+        "--quiet",
+    ]
+    for setting in (*settings, "output.every=null"):
+        command += ["--set", setting]
     seconds, _ = user_seconds(command, folder)
     summary = json.loads(Path(folder, "run", "summary.json").read_text())
     return seconds, summary["particles"], summary["steps"]
