@@ -211,8 +211,7 @@ def test_a_symmetry_plane_stands_for_the_mirrored_half(dim):
     names = ("x", "u", "h", "m", "rho", "c", "c_l", "c_t", "stress")
     whole = replace(half, **{k: np.concatenate([getattr(half, k), getattr(other, k)]) for k in names})
     formulation, count = corrected(), len(half.x)
-    pairs = packed(half, formulation)
-    pairs.planes = (Plane(0, 0.0),)
+    pairs = packed(half, formulation, (Plane(0, 0.0),))
     pairs.evaluate(half.h.max())
     found, wanted = pairs.rates[pairs.place[:count]], compiled_rates(whole, formulation)[:count]
     assert np.all(np.abs(found - wanted) <= 1e-11 * np.abs(wanted).max(axis=0))  # as for the twin
