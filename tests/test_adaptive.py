@@ -33,7 +33,7 @@ def impact(formulation, material=METAL, speed=1500.0, dim=2, kinds=(None, None),
         "plate": {"material": material, "shape": shapes[1], "formulation": kinds[1]},
     }
     case = {"kinematics": {2: "plane_strain", 3: "three_d"}[dim], "resolution": dx, "bodies": bodies,
-            "formulation": formulation, "time": {"end": 1e-6}}  # fmt: skip
+            "formulation": formulation, "time": {"end": 1e-6, "cfl": 0.3}}  # fmt: skip
     return build(load_case(case))
 
 
@@ -74,7 +74,7 @@ def test_all_eulerian_without_contact_is_the_eulerian_formulation(correction):
             return impact(formulation, speed=100.0, kinds=(kind, kind))
         bodies = {"square": square | {"formulation": kind}}
         case = {"kinematics": "plane_strain", "resolution": 0.5e-3, "bodies": bodies, "formulation": formulation,
-                "time": {"end": 1e-6}}  # fmt: skip
+                "time": {"end": 1e-6, "cfl": 0.3}}  # fmt: skip
         setup = build(load_case(case))
         x = setup.particles["position"]
         setup.particles["velocity"][:, 1] = 50.0 * np.sin(2000.0 * x[:, 0])

@@ -37,7 +37,7 @@ n, random, heard = 64, np.random.default_rng(1), []
 layout, width = reference.row_layout(2, True, False, True)
 lists = (np.arange(n + 1, dtype=np.uint64) * 8, random.integers(0, n, 8 * n).astype(np.uint32),
          random.random(8 * n), random.random(8 * n))
-options = {"MIXED": 1, "HOURGLASS": 1, "PRINTED": 0, "COUPLED": 0, "slope": CUBIC_SPLINE.slope,
+options = {"MIXED": 1, "HOURGLASS": 1, "PRINTED": 0, "COUPLED": 0, "REVOLVED": 0, "BY_PAIRS": 0, "slope": CUBIC_SPLINE.slope,
            "scale": specialise(scale, DIM=2, NORM=CUBIC_SPLINE.norm(2)), "DIM": 2, "WIDTH": width}
 loop = bind(reference.accumulate, {}, options | layout.slots() | rates.slots(2), parallel=True)
 found = np.zeros((n, rates.width(2)))

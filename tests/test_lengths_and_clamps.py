@@ -12,7 +12,9 @@ def gas(dim, speed, **limits):
     """Two boxes of gas that collide, with a smoothing length that follows the density."""
     formulation = {"type": "eulerian", "smoothing_length": {"type": "variable"} | limits}
     watch = {"speed_over_initial": None, "density": False}
-    return row_of([GAS, GAS], dim=dim, speed=speed, formulation=formulation, time={"end": 8e-7}, watch=watch)
+    return row_of(
+        [GAS, GAS], dim=dim, speed=speed, formulation=formulation, time={"end": 8e-7, "cfl": 0.3}, watch=watch
+    )
 
 
 @pytest.mark.parametrize("dim", [2, 3])

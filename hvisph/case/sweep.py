@@ -14,6 +14,7 @@ Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
 Value = str | int | float | bool | None | list[Any] | dict[str, Any]
 Settings = dict[Annotated[str, Field(pattern=r"^[A-Za-z_][\w.-]*$", max_length=200)], Value]
 Text = Annotated[str, Field(min_length=1, max_length=80)]
+File = Annotated[str, Field(min_length=1, max_length=4096)]  # as long as paths may be
 Bound = str | int | float
 
 MOST_CASES = 100_000
@@ -45,7 +46,7 @@ class Listed(StrictModel):
 
     type: Literal["list"] = "list"
     cases: list[Settings] | None = Field(default=None, description="Settings of each case, by path", min_length=1)
-    file: Text | None = Field(
+    file: File | None = Field(
         default=None,
         description="A CSV file beside this one: heads are paths of settings, or `experiment.NAME` for a column that "
         "is carried along beside what is computed",
@@ -152,7 +153,7 @@ class Sweep(StrictModel):
     """Many cases and one table of their results."""
 
     title: Annotated[str, Field(max_length=200)] = Field(default="", description="What it is about, one line")
-    case: Text = Field(description="The case that all are made of: a file, relative to this one, or a bundled name")
+    case: File = Field(description="The case that all are made of: a file, relative to this one, or a bundled name")
     set: Settings = Field(default={}, description="Settings for every case, by path, as of `--set`")
     vary: Vary = Field(description="What differs: grid, list, sample, converge or bisect")
     record: list[Text] | None = Field(

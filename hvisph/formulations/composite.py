@@ -80,6 +80,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         self._sort()
         particles["reference_position"] = particles["position"]
         self._at_start = particles["position"].copy()
+        self._volume_at_start = particles["mass"] / particles["density"]
 
     def _sort(self) -> None:
         """Put the particles into the order of cells, body by body, and within a cell by number."""
@@ -97,7 +98,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         self._rates = np.zeros((count, rate_slots.width(dim) + 3 * formulation.revolved))
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)
-        self.swellings, self.volume = np.ones(count), particles["mass"] / particles["density"]
+        self.swellings, self.volume = np.ones(count), self._volume_at_start.copy()
         start = np.eye(dim).ravel()
         if formulation.revolved:  # areas of the section, and the hoop stretch behind F
             self.volume /= 2.0 * np.pi * self._ring_radius(at)
