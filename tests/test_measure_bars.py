@@ -92,6 +92,15 @@ def test_whole_quarter_and_turned_bars_measure_alike():
         assert turned[name].value == pytest.approx(whole[name].value, rel=1e-9)
 
 
+def test_a_foot_of_one_particle_has_no_width_and_a_length_all_the_same():
+    points = cylinder()
+    tip = np.array([[-1.0 * DX, 0.0, 0.0]])
+    start = moment(np.vstack([points, tip]), shot={"roles": [None], "planes": []})
+    found = measure_snapshot(start, start)
+    assert found["foot_diameter"].value == pytest.approx(0.0, abs=1e-12)
+    assert found["final_length"].value == pytest.approx(LENGTH + 1.5 * DX, abs=0.1 * DX)
+
+
 def test_a_sphere_on_a_plate_is_no_bar():
     start = snapshot(ball([-2 * MM, 0], 4 * MM, 0.2 * MM), box([0, -9 * MM], [2 * MM, 9 * MM], 0.2 * MM), dx=0.2 * MM)
     found = measure_snapshot(start, start)

@@ -68,7 +68,8 @@ def bar(scene: Scene) -> Bar:
 
     foot = diameter(x > x.max() - FOOT * scene.spacing)
     power = 1.0 if scene.space == 2 else 2.0
-    surface = float(x.max()) + 0.5 * scene.spacing * min((width / foot) ** power, 1.0)
+    spread = min((width / foot) ** power, 1.0) if foot > 0.0 else 1.0  # a tip may be one particle
+    surface = float(x.max()) + 0.5 * scene.spacing * spread
     final = surface - float(x.min()) + 0.5 * scene.spacing
     distance, profile = [0.0], [foot]
     number = np.floor((surface - x) / scene.spacing).astype(int)
