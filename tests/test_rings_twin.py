@@ -67,7 +67,8 @@ def ring_rates(cloud, hoop, formulation):
         hooped = ((1.0 - shape[1, 1]) * cloud.stress[a, 1, 1] - hoop[a]) / (rho * r)
         force[1] += hooped
         power -= hooped * cloud.u[a, 1]
-        rows.append([*force, power, *(found @ np.linalg.inv(shape)).ravel(), cloud.u[a, 1] / r])
+        leaning = np.clip(4.0 * shape[1, 1], 0.0, 1.0)  # a ring alone has no hoop
+        rows.append([*force, power, *(found @ np.linalg.inv(shape)).ravel(), leaning * cloud.u[a, 1] / r])
     return np.array(rows)
 
 

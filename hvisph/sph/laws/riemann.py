@@ -88,7 +88,7 @@ from hvisph.sph.shape_matrix import sound_inverse
 from .edges import at_edges
 from .interface import across
 from .limiters import TINY
-from .rings import ring_weight
+from .rings import hoop_rate, ring_weight
 from .unlike import ENTRIES, along_normal, depth, stretched
 
 # Where in the constants the tables of depths begin.
@@ -319,10 +319,11 @@ def accumulate(near, n, rows, i, constants, out):
     if REVOLVED:
         if not (CONSISTENT or ONLY_OTHER):
             gradient_u = product(gradient_u, sound_inverse(matrix(totals(moment)))[0])
+        full = total(fullness)
         hoop = 0.0 if ONLY_OTHER else radial(s) - rows[i, HOOP]
-        hoop = (hoop - total(fullness) * radial(s)) * inverse_ring
+        hoop = (hoop - full * radial(s)) * inverse_ring
         force, work = plus_radial(force, hoop), work - hoop * radial(u)
-        out[i, R_HOOP] = radial(u) * inverse_ring
+        out[i, R_HOOP] = hoop_rate(radial(u), inverse_ring, full)
     write_rates(out, i, times(inverse_density, force), inverse_density * work, largest(mu), gradient_u)
     if PARTED:
         out[i, R_SLIP] = inverse_density * total(slip)

@@ -17,6 +17,10 @@ be over the axis. Its work is that of the two real rings, half to either side: F
 A uniform pressure is static at the axis, as its pair sum gives kappa p/(rho r); total energy and axial momentum are
 kept to round-off. Only in the plane is the velocity gradient a sum, without w.
 
+A ring alone has nothing to lean on: the pressure of a fluid does no work on its hoop, as kappa says, and it would be
+squeezed without end at the axis. Its hoop's rate is taken as far as it has neighbours, in whole from kappa = 1/4, that
+of an edge.
+
 Compare: the area-weighted form of Owen's Spheral, which conserves nothing; contact SPH of Rublev & Parshikov 2025.
 """
 
@@ -25,6 +29,8 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import compiled
+
+EDGES = 4.0  # 1 over the fullness of an edge
 
 
 @compiled
@@ -39,3 +45,19 @@ def ring_weight(ring, inverse_ring):
         1 over the own radius [1/m].
     """
     return 0.5 + (0.5 * inverse_ring) * ring, max(np.copysign(1.0, ring), 0.0)
+
+
+@compiled
+def hoop_rate(u, inverse_ring, fullness):
+    """Return the rate at which a ring's circumference grows [1/s]: none of a ring alone.
+
+    Parameters
+    ----------
+    u
+        Radial velocity [m/s].
+    inverse_ring
+        1 over the radius [1/m].
+    fullness
+        kappa: 1 within a body, 1/2 at a face, 1/4 at an edge.
+    """
+    return u * inverse_ring * min(max(EDGES * fullness, 0.0), 1.0)
