@@ -262,6 +262,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
 
     def start(self) -> None:
         """Evaluate the forces of the state as it stands, without a step."""
+        self.totals.begin(self.particles)
         self._set_up()  # not before: lists and their corrections take time and compiled loops
         self._turn()
         self.predict(0.0)

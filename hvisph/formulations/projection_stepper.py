@@ -142,6 +142,7 @@ class ProjectionStepper:
 
     def start(self) -> None:
         """Sum up the state as it stands: without a step there is no pressure to find."""
+        self.totals.begin(self.particles)
         self.rates[:] = 0.0
         self._carry(0.0, complete=False)
 

@@ -147,6 +147,7 @@ class Stepper:
 
     def start(self) -> None:
         """Evaluate the forces of the state as it stands, without a step."""
+        self.totals.begin(self.particles)
         self.rates[:] = 0.0
         self._carry(0.0, 0.0, complete=False)
         self.evaluate()

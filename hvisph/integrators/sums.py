@@ -52,7 +52,14 @@ class Sums:
     over: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
     def __init__(self, particles: Particles, sound_speed: float, h: float, chunk: int):
-        mass = particles["mass"]
+        self._sound_speed, self._h, self._chunk = sound_speed, h, chunk
+        self.over = lambda wholes, extremes: (wholes, extremes)
+        self.begin(particles)
+        self.hold(particles.count)
+
+    def begin(self, particles: Particles) -> None:
+        """Set the units by the state at the start, mass and energy of the whole."""
+        mass, sound_speed, h = particles["mass"], self._sound_speed, self._h
         whole = exact_sum(mass)
         energy = mass * (0.5 * (particles["velocity"] ** 2).sum(axis=1) + np.abs(particles["internal_energy"]))
         energy_unit = unit_of(max(SLOWEST * whole * sound_speed**2, exact_sum(energy)))
@@ -66,9 +73,6 @@ class Sums:
             float(rounder_of(self.units[KINETIC])), float(rounder_of(self.units[MOMENTUM])),
             float(rounder_of(self.units[SUPPORT])), float(rounder_of(self.units[SLIPPING])),
         )  # fmt: skip
-        self._chunk = chunk
-        self.over = lambda wholes, extremes: (wholes, extremes)
-        self.hold(particles.count)
 
     def hold(self, count: int) -> None:
         """Make room for `count` particles."""
