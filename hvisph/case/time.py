@@ -22,6 +22,8 @@ def default_courant(data: dict[str, Any]) -> float | None:
         return None
     if time.get("cfl") is not None or time.get("step") is not None:
         return None
+    if data.get("kinematics") == "axisymmetric":  # rings ring beyond 0.35: energies below zero in a ball and a bar
+        return None
     return COURANT_OF.get(str(formulation.get("type", "riemann")))
 
 
@@ -34,7 +36,7 @@ class Time(StrictModel):
     cfl: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = Field(
         default=COURANT,
         description="Courant number of the adaptive step [-], above 0 and at most 1; unless given 0.6 with `eulerian`, "
-        "0.4 with `riemann`, 0.3 with others",
+        "0.4 with `riemann`, 0.3 with others and for rings",
     )
     step: PositiveTime | None = Field(
         default=None,
