@@ -59,6 +59,7 @@ def test_the_courant_number_goes_with_the_formulation(formulation, number):
     change = [f"formulation={{type: {formulation}}}"]
     assert load_case("quickstart", overrides=change).time.cfl == number
     assert load_case("quickstart", overrides=[*change, "time.cfl=0.2"]).time.cfl == 0.2
+    assert load_case("sphere_on_plate_axisymmetric", overrides=change).time.cfl == 0.3  # whose rings bear no more
     fixed = load_case("quickstart", overrides=[*change, "time.step=1 ns"])
     assert not any("cfl" in warning for warning in warnings_of(fixed))
 
