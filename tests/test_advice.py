@@ -96,3 +96,13 @@ def test_coarse_runs_are_told_that_the_figures_are_of_finer_ones():
     coarse = load_case("validation/taylor/case", ["resolution=1mm"])
     assert "here are 7.6, too few" in experience(coarse, regime(coarse))
     assert experience(row_of([METAL, METAL], speed=3100.0), regime(row_of([METAL, METAL], speed=3100.0))) == ""
+
+
+def test_punching_is_named_for_the_default_only():
+    def named(speed, **further):
+        texts = advice(row_of(["steel-4340", "aluminium-6061-t6"], speed=speed, **further))
+        return any("punches" in text for text in texts)
+
+    assert named(850.0)
+    assert not named(3100.0)
+    assert not named(850.0, formulation={"type": "eulerian"})
