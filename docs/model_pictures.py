@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.jit import plain
-from hvisph.materials import response
+from hvisph.materials import state
 from hvisph.materials.melting import melt_temperature
 from hvisph.materials.slots import values
 from hvisph.materials.table import pack
@@ -58,7 +58,7 @@ def _strength(model: Any) -> list[Panel]:
     if model.strength.type in ("rock", "johnson_holmquist", "steinberg_guinan", "steinberg_lund"):
         other = Panel("pressure [GPa]", "yield stress [MPa]")
         table, models = pack([material])
-        flow = plain(response.flow_stress)
+        flow = plain(state.flow_stress)
         p = np.linspace(0.0, 10e9, 60)
         for damage in (0.0, 1.0) if model.strength.type in ("rock", "johnson_holmquist") else (0.0,):
             y = [flow(table, models, 0, material.density, 0.0, one, 0.05, damage, 1e3)[0] for one in p]

@@ -17,7 +17,7 @@ SPRING = {"density": 2785.0, "eos": {"type": "elastic", "youngs_modulus": 70e9, 
 
 
 def rates_of(position, body, dim, h=1.4, velocity=None, starts=None):
-    """Rates of unit masses and volumes with unit stiffness, in the order of the particles; unloaded with `starts`."""
+    """Rates of unit masses and volumes, body 0 of unit stiffness and the others stiffer; unloaded with `starts`."""
     layout = contact.row_layout(dim)
     constants = Contact().coefficients(CUBIC_SPLINE, 1.4)
     options = {"EXPONENT": 4, "UNLOADED": 0} if starts is None else {"EXPONENT": 2, "UNLOADED": 1}
@@ -26,21 +26,22 @@ def rates_of(position, body, dim, h=1.4, velocity=None, starts=None):
     pairs.rows[:, :dim] = position
     if velocity is not None:
         pairs.rows[:, to["U"] : to["U"] + dim] = velocity
-    for name, value in (("H", h), ("M", 1.0), ("V", 1.0), ("K", 1.0), ("BODY", body), ("START", starts)):
+    for name, value in (("H", h), ("M", 1.0), ("V", 1.0), ("K", 1.0 + np.asarray(body)), ("BODY", body), ("START", starts)):
         pairs.rows[:, to[name]] = 0.0 if value is None else value
     pairs.evaluate(h)
     return pairs.rates[pairs.place[: len(position)]]
 
 
 def energy(position, body, h=1.4, starts=None):
-    """E = sum over pairs of different bodies of w^4, or of max(w - w0, 0)^2, straight from the definition."""
+    """E = sum over pairs of different bodies of K w^4, or of K max(w - w0, 0)^2: the softer's stiffness, from the definition."""
     total = 0.0
     for i in range(len(position)):
         for j in range(i):
             if body[i] != body[j]:
                 r = np.linalg.norm(position[i] - position[j])
                 w = CUBIC_SPLINE.shape.py_func(r / h) / CUBIC_SPLINE.shape.py_func(1 / h)
-                total += w**4 if starts is None else max(w - min(starts[i], starts[j]), 0.0) ** 2
+                stored = w**4 if starts is None else max(w - min(starts[i], starts[j]), 0.0) ** 2
+                total += (1.0 + min(body[i], body[j])) * stored
     return total
 
 

@@ -19,7 +19,8 @@ from hvisph.materials.damage import (
     PrincipalStress,
 )
 from hvisph.materials.eos import MieGrueneisen, StiffenedGas
-from hvisph.materials.response import equilibrium_state, longitudinal_speed, respond, rotated, shear_speed
+from hvisph.materials.response import respond, rotated
+from hvisph.materials.state import equilibrium_state, longitudinal_speed, shear_speed
 from hvisph.materials.strength import (
     CowperSymonds,
     ElasticStrength,

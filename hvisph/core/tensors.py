@@ -26,8 +26,9 @@ SIZE = {"vector": (1, 2, 3), "symmetric": (1, 3, 6), "gradient": (1, 4, 9), "sym
 # By the length of a symmetric tensor: where its matrix finds its components, and how many diagonal ones come first.
 _PLACES = {1: ((0,),), 3: ((0, 2), (2, 1)), 6: ((0, 3, 4), (3, 1, 5), (4, 5, 2))}
 _DIAGONAL = {1: 1, 3: 2, 6: 3}
-# By the length of a gradient: its diagonal.
+# By the length of a gradient: its diagonal; by that of a vector or a gradient: the dimensions.
 _TRACE = {1: (0,), 4: (0, 3), 9: (0, 4, 8)}
+_DIMENSIONS = {1: 1, 2: 2, 3: 3, 4: 2, 9: 3}
 # By dimensions: the components of a full symmetric tensor that lie in the plane, and those that the state stores.
 _IN_PLANE = {1: (0,), 2: (0, 1, 3), 3: (0, 1, 2, 3, 4, 5)}
 _STORED = {1: 3, 2: 4, 3: 6}
@@ -164,8 +165,8 @@ def on(s, v):
 
 @operation
 def to_dimensions(f, l):
-    """Return f^d, with the dimensions of the gradient `l`."""
-    d = len(_TRACE[len(l)])
+    """Return f^d, with the dimensions of the vector or gradient `l`."""
+    d = _DIMENSIONS[len(l)]
     return f if d == 1 else f * f if d == 2 else f * f * f
 
 

@@ -12,7 +12,7 @@ from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import Particles
 from hvisph.integrators import sums as column
 from hvisph.integrators import update as single
-from hvisph.materials import bearing, plane_stress, response
+from hvisph.materials import bearing, plane_stress, response, state
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates
 from hvisph.sph.cells import Grid
@@ -102,11 +102,11 @@ class Stepper:
             "SWITCH": single.SWITCHES[self.formulation.switch],
             "recall": response.recall, "NOTHING": response.NOTHING, "REMEMBERS": int("memory" in particles.offsets),
             "thinning": plane_stress.thinning,
-            "longitudinal_speed": response.longitudinal_speed, "shear_speed": response.shear_speed,
+            "longitudinal_speed": state.longitudinal_speed, "shear_speed": state.shear_speed,
             "bearable_tension": bearing.bearable_tension, "bearable_shear": bearing.bearable_shear,
             "failed": bearing.failed, "orderly": bearing.orderly,
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
-            "shear_modulus": response.shear_modulus,
+            "shear_modulus": state.shear_modulus,
         }  # fmt: skip
         packer, options = self.formulation.pack(dim)
         parts = {part.__name__: bind(part, {}, offered) for part in single.PARTS}

@@ -13,8 +13,8 @@ from ..core.jit import compiled
 from ..core.tensors import divergence, double_dot, plus_identity, stretching
 from .eos.ideal_gas import IdealGas
 from .eos.jwl import JonesWilkinsLee
-from .response import flow_stress, least_pressure
 from .slots import DAMAGE_TAG, EOS_TAG, FAILED_FRICTION, STRENGTH_TAG, parameters
+from .state import flow_stress, least_pressure
 from .strength import JohnsonHolmquist, NoStrength, Rock
 
 _GAS, _PRODUCTS = IdealGas.tag, JonesWilkinsLee.tag

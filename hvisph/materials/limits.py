@@ -22,7 +22,7 @@ import numpy as np
 from ..core.jit import plain
 from . import isentrope, slots
 from .eos import Elastic, IdealGas, JonesWilkinsLee, Linear, MieGrueneisen, Table, Tillotson
-from .response import flow_stress
+from .state import flow_stress
 from .table import Material, pack
 
 LINEAR = 0.1  # of rho0

@@ -10,7 +10,8 @@ from __future__ import annotations
 from ..core.growth import grown
 from ..core.jit import compiled
 from ..core.tensors import with_zz
-from .response import equilibrium_state, longitudinal_speed, respond, shear_modulus
+from .response import respond
+from .state import equilibrium_state, longitudinal_speed, shear_modulus
 
 # Secant steps at most, and the share of the longitudinal modulus that counts as no stress.
 _STEPS = 12

@@ -22,7 +22,7 @@ plastic work needs no term of its own.
 
 from __future__ import annotations
 
-from math import inf, nan, sqrt, tan
+from math import inf, sqrt, tan
 
 from ..core.jit import called, compiled
 from ..core.tensors import (
@@ -52,27 +52,22 @@ from .damage import (
     tensile,
 )
 from .damage import johnson_cook as damage_model
-from .damage.pressure_cutoff import limited_pressure
-from .eos import JonesWilkinsLee, pressure_and_sound_speed
-from .eos.jwl import BURN_RATE
+from .eos import JonesWilkinsLee
 from .isentrope import temperature
 from .melting import melt_temperature
-from .porosity import loaded
 from .slots import (
     DAMAGE_TAG,
     DISTENSION,
     EOS_TAG,
     FAILED_FRICTION,
     FAILS_IN_TENSION,
-    INVERSE_HEAT_CAPACITY,
-    KEEPS_STRESS,
     PRESSURE_MINIMUM,
     RATE_WEIGHT,
-    RHO0,
     SHEAR_MODULUS,
     STRENGTH_TAG,
     parameters,
 )
+from .state import borne, felt_damage, solid_pressure
 from .strength import (
     ElasticStrength,
     JohnsonCook,
@@ -86,7 +81,6 @@ from .strength import (
     yield_stress,
 )
 from .strength import johnson_holmquist as ceramic
-from .strength.johnson_holmquist import TENSION
 
 _NO_STRENGTH = NoStrength.tag
 _ELASTIC = ElasticStrength.tag
@@ -134,124 +128,6 @@ def rotated(s, a):
 
 
 @compiled
-def _felt(damage, row):
-    """Damage as far as the stress feels it: none where a failed particle keeps its stress."""
-    return 0.0 if row[FAILED_FRICTION] == KEEPS_STRESS else damage
-
-
-@compiled
-def _borne(damage_tag, p, felt, row):
-    """Pressure [Pa] that the material bears: limited in tension, and less or none where it is damaged."""
-    p = limited_pressure(p, row)
-    if p < 0.0:
-        if felt >= 1.0:
-            return 0.0
-        if damage_tag == _GRADY_KIPP:
-            return (1.0 - felt) * p
-        if damage_tag == _CRUSHING:
-            return max(p, -row[TENSION] * (1.0 - felt))
-    return p
-
-
-@compiled
-def least_pressure(damage_tag, damage, row):
-    """Lowest pressure [Pa] that the material bears at its damage: -1e300 where nothing limits its tension."""
-    return _borne(damage_tag, -1e300, _felt(damage, row), row)
-
-
-@compiled
-def _pressure(tag, rho, e, memory, row):
-    """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first number remembered."""
-    if row[DISTENSION] > 1.0:
-        return loaded(tag, rho, e, memory, row)
-    p, c = pressure_and_sound_speed(tag, rho, e, row)
-    if tag == _JWL and row[BURN_RATE] > 0.0:
-        p *= min(max(memory * row[BURN_RATE], 0.0), 1.0)
-    return p, c, memory
-
-
-@compiled
-def remembered_state(table, models, m, rho, e, damage, memory):
-    """Pressure [Pa] and bulk sound speed [m/s] of a particle with the first number of its memory."""
-    row, damage_tag = parameters(table, m), models[m, DAMAGE_TAG]
-    p, c, _ = _pressure(models[m, EOS_TAG], rho, e, memory, row)
-    if damage_tag == _CRUSHING:
-        p += memory
-    return _borne(damage_tag, p, _felt(damage, row), row), c
-
-
-@compiled
-def equilibrium_state(table, models, m, rho, e, damage):
-    """Pressure [Pa] and bulk sound speed [m/s], with tension cut off and taken from failed material.
-
-    The sound speed is that of the equation of state before any cut: the stiffer one, so
-    that time steps stay on the safe side.
-    """
-    row = parameters(table, m)
-    p, c = pressure_and_sound_speed(models[m, EOS_TAG], rho, e, row)
-    return _borne(models[m, DAMAGE_TAG], p, _felt(damage, row), row), c
-
-
-@compiled
-def temperature_of(table, m, rho, e, memory):
-    """Temperature [K] of a particle with the first number of its memory; not a number without a heat capacity."""
-    row = parameters(table, m)
-    if row[DISTENSION] > 1.0:
-        rho *= memory
-    return temperature(rho, e, row) if row[INVERSE_HEAT_CAPACITY] > 0.0 else nan
-
-
-@compiled
-def shear_modulus(table, models, m, rho, e, p):
-    """Shear modulus [Pa] of the current state; that at rest for all but Steinberg's strength."""
-    strength = models[m, STRENGTH_TAG]
-    if strength != _STEINBERG_GUINAN and strength != _STEINBERG_LUND:
-        return table[m, SHEAR_MODULUS]
-    row = parameters(table, m)
-    if row[DISTENSION] > 1.0:
-        rho = max(rho, row[RHO0])
-    melt = melt_temperature(rho, p, row)
-    return row[SHEAR_MODULUS] * conditions(strength, rho, e, p, temperature(rho, e, row), melt, 0.0, 0.0, 0.0, row)[2]
-
-
-@compiled
-def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
-    """Yield stress [Pa] of the current state at the equivalent strain rate `rate` [1/s], and shear modulus [Pa].
-
-    The yield stress is infinite for an elastic solid and for a fluid, zero for what has failed and flows. Of porous
-    material it is that of the solid at rest or denser, an upper limit.
-    """
-    row, strength = parameters(table, m), models[m, STRENGTH_TAG]
-    felt = _felt(damage, row)
-    shear = row[SHEAR_MODULUS]
-    owns = strength in (_ROCK, _JOHNSON_HOLMQUIST)
-    if strength != _NO_STRENGTH and felt >= 1.0 and not owns:
-        return row[FAILED_FRICTION] * max(p, 0.0), shear
-    if strength in (_NO_STRENGTH, _ELASTIC):
-        return inf, shear
-    if row[DISTENSION] > 1.0:
-        rho = max(rho, row[RHO0])
-    t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
-    homologous = homologous_temperature(e, t, melt, row)
-    factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, felt, row)
-    flow = yield_stress(strength, plastic_strain, factor, offset, row)
-    cracked = models[m, DAMAGE_TAG] == _GRADY_KIPP and not owns
-    return (flow * (1.0 - felt) if cracked else flow), shear * share
-
-
-@compiled
-def longitudinal_speed(c, rho, shear):
-    """Speed of longitudinal waves sqrt(c^2 + 4G/(3 rho)) [m/s] at bulk sound speed `c` and shear modulus G."""
-    return sqrt(c * c + (4.0 / 3.0) * shear / rho)
-
-
-@compiled
-def shear_speed(rho, shear):
-    """Speed of shear waves sqrt(G/rho) [m/s]."""
-    return sqrt(shear / rho)
-
-
-@compiled
 def respond(table, models, m, dt, rho, e, s, plastic_strain, damage, l):
     """Advance the stress of a particle that remembers nothing else: see `recall`, whose memory is left out."""
     s, plastic_strain, damage, p, c, _ = recall(table, models, m, dt, rho, e, s, plastic_strain, damage, NOTHING, l)
@@ -288,7 +164,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     first = memory[0]
     if models[m, EOS_TAG] == _JWL:
         first += dt
-    solid, c, first = _pressure(models[m, EOS_TAG], rho, e, first, row)
+    solid, c, first = solid_pressure(models[m, EOS_TAG], rho, e, first, row)
     if damage_tag == _CRUSHING:
         solid += first
     if row[DISTENSION] > 1.0 and damage_tag == _GRADY_KIPP:  # crushing breaks
@@ -299,8 +175,8 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     if damage_tag == _GRADY_SPALL and damage < 1.0:
         damage, limit = _spalled(solid, rho, c, divergence(l), limit, row)
     memory = (first, limit, memory[2], memory[3], memory[4])
-    felt = _felt(damage, row)
-    p = _borne(damage_tag, solid, felt, row)
+    felt = felt_damage(damage, row)
+    p = borne(damage_tag, solid, felt, row)
     friction = row[FAILED_FRICTION]
     owns = strength in (_ROCK, _JOHNSON_HOLMQUIST)  # its own strength when broken
     if strength == _NO_STRENGTH or (felt >= 1.0 and friction <= 0.0 and not owns):
@@ -359,10 +235,10 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
                 damage += increment / damage_model.fracture_strain(p, reached, strain_rate, homologous, row)
                 damage = min(damage, 1.0)
     if damage_tag > _JOHNSON_COOK_DAMAGE and damage < 1.0:
-        s, damage, p, first = _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, increment, flow,
-                                      strain_rate, row)  # fmt: skip
+        flowed = (increment, flow, strain_rate)
+        s, damage, p, first = _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row)
         memory = (first, memory[1], memory[2], memory[3], memory[4])
-    if _felt(damage, row) >= 1.0 and damage_tag != _CRUSHING:
+    if felt_damage(damage, row) >= 1.0 and damage_tag != _CRUSHING:
         p = max(p, 0.0)
         if friction == 0.0 and not owns:
             s = no_symmetric(3)
@@ -378,9 +254,13 @@ def _smoothed(rate, before, dt, row):
 
 
 @called
-def _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, increment, flow, rate, row):
-    """Return deviator, damage, pressure and first of the memory with the damage of a step, of the models by stress."""
+def _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row):
+    """Return deviator, damage, pressure and first of the memory with the damage of a step, of the models by stress.
+
+    `flowed` is the step's plastic strain, yield stress [Pa] and strain rate [1/s].
+    """
     first = memory[0]
+    increment, flow, rate = flowed
     if damage_tag == _CRUSHING:
         if increment > 0.0:
             damage = min(damage + increment / johnson_holmquist.fracture_strain(p, row), 1.0)
@@ -399,7 +279,7 @@ def _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, incremen
         damage = grady_kipp.grown(damage, strain, dt, memory[1], memory[2], memory[3], row)
         if strength not in (_ROCK, _JOHNSON_HOLMQUIST):
             s = times(1.0 - damage, s)
-        p = _borne(damage_tag, solid, damage, row)
+        p = borne(damage_tag, solid, damage, row)
     return s, damage, p, first
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.jit import plain
-from hvisph.materials import isentrope, response
+from hvisph.materials import isentrope, response, state
 from hvisph.materials.damage import GradyKipp
 from hvisph.materials.slots import DISTENSION, INVERSE_HEAT_CAPACITY, values
 from hvisph.materials.table import Material, pack
@@ -130,7 +130,7 @@ def flow_at(
     e = material.eos.ambient_energy
     if temperature is not None:
         e = (temperature - material.temperature(material.density, 0.0)) / material.row()[INVERSE_HEAT_CAPACITY]
-    flow = plain(response.flow_stress)
+    flow = plain(state.flow_stress)
     return float(flow(table, models, 0, material.density, e, pressure, plastic_strain, 0.0, rate)[0])
 
 

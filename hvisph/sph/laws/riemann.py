@@ -79,6 +79,7 @@ from hvisph.core.tensors import (
     symmetric_gradient,
     symmetric_outer,
     times,
+    to_dimensions,
     totals,
     vector,
 )
@@ -174,6 +175,13 @@ def gradients(near, n, rows, i, constants, out):
 
 
 @compiled
+def nearer(a, b, slope_a, slope_b, limited, half):
+    """Return the numbers `a` and `b`, each moved by `half` to the other by its limited slope."""
+    d = b - a
+    return a + half * limited(d, 2.0 * slope_a - d), b - half * limited(d, 2.0 * slope_b - d)
+
+
+@compiled
 def drawn_nearer(a, b, slope_a, slope_b, limited, half):
     """Return `a` and `b`, each moved by `half` to the other by its limited slope: `limited` is a limiter's share."""
     d = minus(b, a)
@@ -181,6 +189,19 @@ def drawn_nearer(a, b, slope_a, slope_b, limited, half):
     towards = times(half * limited(d2, 2.0 * dot(slope_a, d) - d2), d)
     back = times(half * limited(d2, 2.0 * dot(slope_b, d) - d2), d)
     return plus(a, towards), minus(b, back)
+
+
+@compiled
+def at_most(most, t):
+    """Return the vector `t`, no longer than `most`."""
+    return times(min(most / (np.sqrt(dot(t, t)) + TINY), 1.0), t)
+
+
+@compiled
+def let_go(t_n, volumes, dx, r, order):
+    """Return the normal traction, of which tension leaves a pair that is closer than its `volumes` allow."""
+    leaves = min(HOLDING * max(volumes / to_dimensions(r * r, dx) - 1.0, 0.0), 1.0)
+    return t_n - max(t_n, 0.0) * (order * leaves)
 
 
 @compiled
@@ -201,8 +222,7 @@ def accumulate(near, n, rows, i, constants, out):
         fills, ends = own_vector(rows, i, FILLS, DIM), own_vector(rows, i, ENDS, DIM)
     a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
     power = mu = number = own_number = widening = slip = fullness = all_lanes(0.0)
-    if REVOLVED:
-        inverse_ring = 1.0 / rows[i, RING]
+    inverse_ring = 1.0 / rows[i, RING] if REVOLVED else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = minus(vector(b, 0, DIM), x)
@@ -211,40 +231,35 @@ def accumulate(near, n, rows, i, constants, out):
         g = -2.0 * scale(ih) * slope(r * ih)
         e = times(1.0 / r, dx)
         v, za, zb = vector(b, U, DIM), zn, b[ZN]
-        approach, half, weight = dot(minus(u, v), e), 1.0, 1.0
+        approach, half, weight = dot(minus(u, v), e), 0.5, 1.0
         if PARTED:
             other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
             same = 1.0 - other
             if ONLY_OTHER:
                 g, approach = g * other, approach * other
             e, cosine, gate = across(e, other, fills, vector(b, FILLS, DIM), ends, vector(b, ENDS, DIM))
-            g, half, weight = g * cosine, same, same + other * gate
+            g, half, weight = g * cosine, 0.5 * same, same + other * gate
             if UNLIKE:
                 ik = along_normal(rows[i, DEPTH], h, b[DEPTH], b[H])
                 q, s_n, _ = stretched(dx, e, ik, ih)
-                across_faces = -2.0 * scale(ih) / (ih * ih * h * b[H]) * slope(q) * s_n * ik / (q + TINY)
-                g, weight = g + other * (across_faces - g), weight * (same + other * (ik * h))
+                facing = -2.0 * scale(ih) / (ih * ih * h * b[H]) * slope(q) * s_n * ik / (q + TINY)
+                g, weight = g + other * (facing - g), weight * (same + other * (ik * h))
         mu = larger_lanes(mu, min(b[V] * many, 1.0) * approach)
         vg = worked = b[V] * g
         if REVOLVED:
             mean, real = ring_weight(b[RING], inverse_ring)
             worked = vg * (mean * real)
-        # Velocities and tractions of both sides, along e and across.
         ta, tb = on(s, e), on(symmetric(b, T, DIM), e)
         ua_n, ub_n, ta_n, tb_n = dot(u, e), dot(v, e), dot(ta, e), dot(tb, e)
         ua_t, ub_t = minus(u, times(ua_n, e)), minus(v, times(ub_n, e))
         ta_t, tb_t = minus(ta, times(ta_n, e)), minus(tb, times(tb_n, e))
         if RECONSTRUCTION:
-            half = 0.5 * half
             pa, pb = on_rows(of_u, dx), on_rows(gradient(b, GU, DIM), dx)
             qa, qb = on(on_rows(of_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
-            d = ub_n - ua_n
-            ua_n, ub_n = ua_n + half * limit(d, 2.0 * dot(pa, e) - d), ub_n - half * limit(d, 2.0 * dot(pb, e) - d)
-            d = tb_n - ta_n
-            ta_n, tb_n = ta_n + half * limit(d, 2.0 * dot(qa, e) - d), tb_n - half * limit(d, 2.0 * dot(qb, e) - d)
-            if DIM > 1:
-                ua_t, ub_t = drawn_nearer(ua_t, ub_t, pa, pb, share, half)
-                ta_t, tb_t = drawn_nearer(ta_t, tb_t, qa, qb, share, half)
+            ua_n, ub_n = nearer(ua_n, ub_n, dot(pa, e), dot(pb, e), limit, half)
+            ta_n, tb_n = nearer(ta_n, tb_n, dot(qa, e), dot(qb, e), limit, half)
+            ua_t, ub_t = drawn_nearer(ua_t, ub_t, pa, pb, share, half)
+            ta_t, tb_t = drawn_nearer(ta_t, tb_t, qa, qb, share, half)
         # The acoustic Riemann problem, normal and tangential; us is u* - u_a.
         if CONSISTENT:
             closing = SHOCK_SLOPE * max(ua_n - ub_n, 0.0)
@@ -255,11 +270,7 @@ def accumulate(near, n, rows, i, constants, out):
         if CONSISTENT:
             t_n = min(t_n, min(rows[i, BEAR], b[BEAR]))
         if HELD:
-            nearer = volume * b[V]
-            for _ in range(DIM):
-                nearer = nearer / (r * r)
-            leaves = min(HOLDING * max(nearer - 1.0, 0.0), 1.0)
-            t_n -= max(t_n, 0.0) * (min(rows[i, ORDER], b[ORDER]) * leaves)
+            t_n = let_go(t_n, volume * b[V], dx, r, min(rows[i, ORDER], b[ORDER]))
         if PARTED:
             t_n = same * t_n + other * (gate * min(t_n, 0.0))
             own, its = ua_n + (t_n - ta_n) / za, ub_n - (t_n - tb_n) / (zb + TINY)
@@ -267,23 +278,19 @@ def accumulate(near, n, rows, i, constants, out):
             u_n += other * (own - u_n)
         us, ts = minus(times(u_n, e), u), times(t_n, e)
         if DIM > 1:
-            zb = b[ZT]
-            inverse = 1.0 / (zt + zb + TINY)
+            zb, inverse = b[ZT], 1.0 / (zt + b[ZT] + TINY)
             u_t = times(inverse, plus(plus(times(zt, ua_t), times(zb, ub_t)), minus(tb_t, ta_t)))
             t_t = times(inverse, plus(plus(times(zb, ta_t), times(zt, tb_t)), times(zt * zb, minus(ub_t, ua_t))))
+            most = min(rows[i, SHEAR], b[SHEAR]) if CONSISTENT else UNLIMITED
+            if PARTED:
+                most = min(most, UNLIMITED * same - other * (constants[1] * t_n))
             if CONSISTENT or PARTED:
-                most = UNLIMITED
-                if CONSISTENT:
-                    most = min(rows[i, SHEAR], b[SHEAR])
-                if PARTED:
-                    most = min(most, UNLIMITED * same - other * (constants[1] * t_n))
-                t_t = times(min(most / (np.sqrt(dot(t_t, t_t)) + TINY), 1.0), t_t)
+                t_t = at_most(most, t_t)
             if PARTED:
                 own_t = plus(ua_t, times(yielding(zt, zn), minus(t_t, ta_t)))
                 its_t = minus(ub_t, times(yielding(zb, b[ZN]), minus(t_t, tb_t)))
                 rubbed = worked * ((0.5 * other) * dot(t_t, minus(its_t, own_t)))
-                power += rubbed
-                slip += rubbed
+                power, slip = power + rubbed, slip + rubbed
                 u_t = plus(u_t, times(other, minus(own_t, u_t)))
             us, ts = plus(us, u_t), plus(ts, t_t)
         power += worked * dot(ts, us)
@@ -296,11 +303,8 @@ def accumulate(near, n, rows, i, constants, out):
         if CONSISTENT or REVOLVED:
             moment = plus(moment, symmetric_outer(times((0.5 * weight) * vg * dot(dx, e), e), e))
         if CONSISTENT:
-            crowd = g
-            if UNLIKE:
-                for _ in range(DIM):
-                    crowd = crowd * (same + other * (b[H] / h))
-            number += weight * crowd * dot(us, e)
+            room = to_dimensions(same + other * (b[H] / h), dx) if UNLIKE else 1.0
+            number += weight * g * room * dot(us, e)
             if FOLLOWING:
                 q, receding = r / h, weight * dot(minus(v, u), e)
                 number -= 0.5 * g * receding
@@ -319,9 +323,8 @@ def accumulate(near, n, rows, i, constants, out):
     if REVOLVED:
         if not (CONSISTENT or ONLY_OTHER):
             gradient_u = product(gradient_u, sound_inverse(matrix(totals(moment)))[0])
-        full = total(fullness)
-        hoop = 0.0 if ONLY_OTHER else radial(s) - rows[i, HOOP]
-        hoop = (hoop - full * radial(s)) * inverse_ring
+        full, own = total(fullness), 0.0 if ONLY_OTHER else 1.0
+        hoop = ((own - full) * radial(s) - own * rows[i, HOOP]) * inverse_ring
         force, work = plus_radial(force, hoop), work - hoop * radial(u)
         out[i, R_HOOP] = hoop_rate(radial(u), inverse_ring, full)
     write_rates(out, i, times(inverse_density, force), inverse_density * work, largest(mu), gradient_u)

@@ -1,0 +1,162 @@
+"""The state of a material: pressure as far as it bears tension, speeds, temperature, modulus, flow stress."""
+
+from __future__ import annotations
+
+from math import inf, nan, sqrt
+
+from ..core.jit import compiled
+from .damage import GradyKipp, JohnsonHolmquistDamage
+from .damage.pressure_cutoff import limited_pressure
+from .eos import JonesWilkinsLee, pressure_and_sound_speed
+from .eos.jwl import BURN_RATE
+from .isentrope import temperature
+from .melting import melt_temperature
+from .porosity import loaded
+from .slots import (
+    DAMAGE_TAG,
+    DISTENSION,
+    EOS_TAG,
+    FAILED_FRICTION,
+    INVERSE_HEAT_CAPACITY,
+    KEEPS_STRESS,
+    RHO0,
+    SHEAR_MODULUS,
+    STRENGTH_TAG,
+    parameters,
+)
+from .strength import (
+    ElasticStrength,
+    JohnsonHolmquist,
+    NoStrength,
+    Rock,
+    SteinbergGuinan,
+    SteinbergLund,
+    conditions,
+    homologous_temperature,
+    yield_stress,
+)
+from .strength.johnson_holmquist import TENSION
+
+_NO_STRENGTH, _ELASTIC = NoStrength.tag, ElasticStrength.tag
+_ROCK, _JOHNSON_HOLMQUIST = Rock.tag, JohnsonHolmquist.tag
+_STEINBERG_GUINAN, _STEINBERG_LUND = SteinbergGuinan.tag, SteinbergLund.tag
+_GRADY_KIPP, _CRUSHING = GradyKipp.tag, JohnsonHolmquistDamage.tag
+_JWL = JonesWilkinsLee.tag
+
+
+@compiled
+def felt_damage(damage, row):
+    """Damage as far as the stress feels it: none where a failed particle keeps its stress."""
+    return 0.0 if row[FAILED_FRICTION] == KEEPS_STRESS else damage
+
+
+@compiled
+def borne(damage_tag, p, felt, row):
+    """Pressure [Pa] that the material bears: limited in tension, and less or none where it is damaged."""
+    p = limited_pressure(p, row)
+    if p < 0.0:
+        if felt >= 1.0:
+            return 0.0
+        if damage_tag == _GRADY_KIPP:
+            return (1.0 - felt) * p
+        if damage_tag == _CRUSHING:
+            return max(p, -row[TENSION] * (1.0 - felt))
+    return p
+
+
+@compiled
+def least_pressure(damage_tag, damage, row):
+    """Lowest pressure [Pa] that the material bears at its damage: -1e300 where nothing limits its tension."""
+    return borne(damage_tag, -1e300, felt_damage(damage, row), row)
+
+
+@compiled
+def solid_pressure(tag, rho, e, memory, row):
+    """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first number remembered."""
+    if row[DISTENSION] > 1.0:
+        return loaded(tag, rho, e, memory, row)
+    p, c = pressure_and_sound_speed(tag, rho, e, row)
+    if tag == _JWL and row[BURN_RATE] > 0.0:
+        p *= min(max(memory * row[BURN_RATE], 0.0), 1.0)
+    return p, c, memory
+
+
+@compiled
+def remembered_state(table, models, m, rho, e, damage, memory):
+    """Pressure [Pa] and bulk sound speed [m/s] of a particle with the first number of its memory."""
+    row, damage_tag = parameters(table, m), models[m, DAMAGE_TAG]
+    p, c, _ = solid_pressure(models[m, EOS_TAG], rho, e, memory, row)
+    if damage_tag == _CRUSHING:
+        p += memory
+    return borne(damage_tag, p, felt_damage(damage, row), row), c
+
+
+@compiled
+def equilibrium_state(table, models, m, rho, e, damage):
+    """Pressure [Pa] and bulk sound speed [m/s], with tension cut off and taken from failed material.
+
+    The sound speed is that of the equation of state before any cut: the stiffer one, so
+    that time steps stay on the safe side.
+    """
+    row = parameters(table, m)
+    p, c = pressure_and_sound_speed(models[m, EOS_TAG], rho, e, row)
+    return borne(models[m, DAMAGE_TAG], p, felt_damage(damage, row), row), c
+
+
+@compiled
+def temperature_of(table, m, rho, e, memory):
+    """Temperature [K] of a particle with the first number of its memory; not a number without a heat capacity."""
+    row = parameters(table, m)
+    if row[DISTENSION] > 1.0:
+        rho *= memory
+    return temperature(rho, e, row) if row[INVERSE_HEAT_CAPACITY] > 0.0 else nan
+
+
+@compiled
+def shear_modulus(table, models, m, rho, e, p):
+    """Shear modulus [Pa] of the current state; that at rest for all but Steinberg's strength."""
+    strength = models[m, STRENGTH_TAG]
+    if strength != _STEINBERG_GUINAN and strength != _STEINBERG_LUND:
+        return table[m, SHEAR_MODULUS]
+    row = parameters(table, m)
+    if row[DISTENSION] > 1.0:
+        rho = max(rho, row[RHO0])
+    melt = melt_temperature(rho, p, row)
+    return row[SHEAR_MODULUS] * conditions(strength, rho, e, p, temperature(rho, e, row), melt, 0.0, 0.0, 0.0, row)[2]
+
+
+@compiled
+def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
+    """Yield stress [Pa] of the current state at the equivalent strain rate `rate` [1/s], and shear modulus [Pa].
+
+    The yield stress is infinite for an elastic solid and for a fluid, zero for what has failed and flows. Of porous
+    material it is that of the solid at rest or denser, an upper limit.
+    """
+    row, strength = parameters(table, m), models[m, STRENGTH_TAG]
+    felt = felt_damage(damage, row)
+    shear = row[SHEAR_MODULUS]
+    owns = strength in (_ROCK, _JOHNSON_HOLMQUIST)
+    if strength != _NO_STRENGTH and felt >= 1.0 and not owns:
+        return row[FAILED_FRICTION] * max(p, 0.0), shear
+    if strength in (_NO_STRENGTH, _ELASTIC):
+        return inf, shear
+    if row[DISTENSION] > 1.0:
+        rho = max(rho, row[RHO0])
+    t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
+    homologous = homologous_temperature(e, t, melt, row)
+    factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, felt, row)
+    flow = yield_stress(strength, plastic_strain, factor, offset, row)
+    cracked = models[m, DAMAGE_TAG] == _GRADY_KIPP and not owns
+    return (flow * (1.0 - felt) if cracked else flow), shear * share
+
+
+@compiled
+def longitudinal_speed(c, rho, shear):
+    """Speed of longitudinal waves sqrt(c^2 + 4G/(3 rho)) [m/s] at bulk sound speed `c` and shear modulus G."""
+    return sqrt(c * c + (4.0 / 3.0) * shear / rho)
+
+
+@compiled
+def shear_speed(rho, shear):
+    """Speed of shear waves sqrt(G/rho) [m/s]."""
+    return sqrt(shear / rho)
