@@ -96,7 +96,7 @@ MUTATIONS = [
     Mutation("corrections without the own volume", "sph/laws/corrections.py",
              " + rows[i, M] / rows[i, RHO] * scale(1.0 / h) * h * shape(0.0)", "", "test_corrections.py -k sums_to_one"),
     Mutation("corrections: shift without its sign", "sph/laws/corrections.py",
-             "times(-inverse_s * inverse_s,", "times(inverse_s * inverse_s,", "test_corrections.py -k linear"),
+             "times(-inverse_s * inverse_s,", "times(inverse_s * inverse_s,", "test_corrections.py -k formulas"),
 ]  # fmt: skip
 
 

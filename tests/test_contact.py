@@ -26,7 +26,14 @@ def rates_of(position, body, dim, h=1.4, velocity=None, starts=None):
     pairs.rows[:, :dim] = position
     if velocity is not None:
         pairs.rows[:, to["U"] : to["U"] + dim] = velocity
-    for name, value in (("H", h), ("M", 1.0), ("V", 1.0), ("K", 1.0 + np.asarray(body)), ("BODY", body), ("START", starts)):
+    for name, value in (
+        ("H", h),
+        ("M", 1.0),
+        ("V", 1.0),
+        ("K", 1.0 + np.asarray(body)),
+        ("BODY", body),
+        ("START", starts),
+    ):
         pairs.rows[:, to[name]] = 0.0 if value is None else value
     pairs.evaluate(h)
     return pairs.rates[pairs.place[: len(position)]]
