@@ -6,6 +6,7 @@ from composite_runs import advance
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
+from hvisph.formulations.conversion import Conversion
 from hvisph.simulation.build import build
 
 METAL = {"density": 2785.0, "eos": {"type": "stiffened_gas", "sound_speed": 5328.0, "gamma": 2.0},
@@ -270,3 +271,31 @@ def test_a_pulse_crosses_the_interface_without_jump_or_echo():
     # an echo of 1 % of the amplitude would carry 1e-4 of the energy; 0.5 % measured, at eight spacings to a width
     echo = (x > -20e-3) & (x < 2e-3)
     assert np.abs(v[echo]).max() < 0.01 * v_alone.max()
+
+
+class Line:
+    """Reference lists of a row of particles, each the neighbour of the next."""
+
+    dim = 2
+
+    def neighbours_of(self, flags):
+        found = np.zeros(len(flags), bool)
+        found[1:] |= flags[:-1]
+        found[:-1] |= flags[1:]
+        return found
+
+
+@pytest.mark.parametrize(("guard_damage", "turned"), [(True, [1, 3]), (False, [])])
+def test_what_fails_after_it_turned_lets_its_neighbours_go(guard_damage, turned):
+    conversion = Conversion(damage=True, guard_damage=guard_damage)
+    lagrangian = np.array([True, True, False, True, True])
+    damage = np.array([0.0, 0.2, 1.0, 0.9, 0.0])
+    everyone, nobody = np.ones(5, bool), np.zeros(0, np.int64)
+
+    def turns():
+        found = conversion.turning(lagrangian, everyone, everyone, np.ones(5), np.zeros(5), damage, Line(), nobody)
+        return np.flatnonzero(found).tolist()
+
+    assert turns() == turned
+    lagrangian[turned] = False
+    assert turns() == []  # they have not failed: it goes no further

@@ -5,7 +5,8 @@
 
 with or without their reference neighbours. The guard keeps the interface sound: an Eulerian particle whose
 deformation gradient has J outside [0.2, 5] or a strain above its limit, because neighbours were torn off,
-turns its Total Lagrangian reference neighbours; a Total Lagrangian particle with J below 0.2 turns.
+turns its Total Lagrangian reference neighbours; so does one that fails later than it turned, because its place says
+nothing of their deformation; a Total Lagrangian particle with J below 0.2 turns.
 """
 
 from __future__ import annotations
@@ -35,6 +36,8 @@ class Conversion:
         Whether the interface is guarded.
     guard_strain
         Strain above which the guard acts; None for 1.5 in 1D and 2D and 1.0 in 3D.
+    guard_damage
+        Whether it acts on the neighbours of Eulerian particles that have failed, where failed particles turn.
     """
 
     strain: float | None = None
@@ -43,6 +46,7 @@ class Conversion:
     bodies: tuple[int, ...] | None = None
     guard: bool = True
     guard_strain: float | None = None
+    guard_damage: bool = True
     smallest: float = 0.2
     largest: float = 5.0
 
@@ -80,6 +84,8 @@ class Conversion:
         if guarded:
             limit = self.guard_strain or (1.0 if reference.dim == 3 else 1.5)
             torn = (jacobians < self.smallest) | (jacobians > self.largest) | (strains > limit)
+            if self.damage and self.guard_damage:
+                torn |= damage >= 1.0
             torn &= active & ~lagrangian
             if torn.any():
                 turns |= lagrangian & reference.neighbours_of(with_images(torn, images))

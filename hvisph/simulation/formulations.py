@@ -156,5 +156,6 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
             bodies=tuple(number for number, kind in enumerate(kinds) if kind == "adaptive"),
             guard=limits.guard,
             guard_strain=limits.guard_strain,
+            guard_damage=limits.guard_damage,
         ),
     )

@@ -32,3 +32,7 @@ class ConversionLimits(StrictModel):
         default=None,
         description="Strain limit of the guard [-], above 0; 1.5 in 1D and 2D, 1 in 3D unless given",
     )
+    guard_damage: bool = Field(
+        default=True,
+        description="Whether the guard turns the neighbours of Eulerian particles that fail, too; with `damage: true`",
+    )
