@@ -16,7 +16,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "benchmarks")]
 
 from attacks import in_child  # noqa: E402
 from campaign import counts  # noqa: E402
-from hostile import GOOD, extreme, mutated  # noqa: E402
+from hostile import GOOD, extreme, mutated, shifted  # noqa: E402
 from small_runs import FORMULATIONS, METAL, OPTIONS, row_of  # noqa: E402
 
 from hvisph.casefile.loader import dump_case, load_case  # noqa: E402
@@ -25,6 +25,7 @@ from hvisph.simulation.estimate import estimate, refuse_impossible  # noqa: E402
 from hvisph.simulation.run import run  # noqa: E402
 
 DIMENSIONS = (1, 2, 3)
+ENDS = {"exit 0": "ended", "exit 1": "ended", "exit 3": "stopped by a watcher"}
 
 
 def texts():
@@ -46,7 +47,7 @@ def shorts(work):
 
     def trial(number):
         rng = random.Random(number)
-        text = extreme(rng.choice(cases), rng)
+        text = (extreme if rng.random() < 0.3 else shifted)(rng.choice(cases), rng)
         content = mutated(text, rng) if rng.random() < 0.2 else text
         shutil.rmtree(folder, ignore_errors=True)
 
@@ -56,12 +57,13 @@ def shorts(work):
             case = load_case(path, ["time.max_steps=5", "output.every=null"])
             if estimate(case).particles > 20_000:
                 raise CaseError("too large for a short run")
-            return run(case, folder, threads=1).exit_code
+            return f"exit {run(case, folder, threads=1).exit_code}"
 
         code, said = in_child(action, seconds=60)
-        if code not in (0, 2):
+        end = ENDS.get(said, "refused with a message" if code == 2 else "")
+        if not end:
             raise SystemExit(f"short run {number} ended with {code}: {said[:400]}\n{content}")
-        return {"ends": {{"0": "ended", "1": "ended", "3": "stopped by a watcher"}.get(said, "refused"): 1}}
+        return {"ends": {end: 1}}
 
     return trial
 

@@ -129,6 +129,17 @@ def extreme(text, rng):
     return text
 
 
+def shifted(text, rng):
+    """A case file with some of its numbers a few times too large or too small, or of the other sign."""
+    for _ in range(rng.randint(1, 4)):
+        found = list(NUMBER.finditer(text))
+        if found:
+            one = rng.choice(found)
+            value = float(one.group()) * 10.0 ** rng.uniform(-1.5, 1.5) * rng.choice([1, 1, 1, -1])
+            text = text[: one.start()] + f"{value:.4g}" + text[one.end() :]
+    return text
+
+
 def mutated(text, rng):
     """A case file after a few random slips of the pen."""
     lines = text.splitlines()

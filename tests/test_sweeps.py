@@ -78,6 +78,11 @@ def test_a_sample_is_reproducible_and_follows_its_distributions(method):
         ({"type": "bisect", "path": SPEED, "between": ["3 km/s", "2 km/s"], "until": "1 m/s"}, "lower and a higher"),
         ({"type": "list", "file": "absent.csv"}, "cannot be read"),
         ({"type": "list"}, "either"),
+        ({"type": "grid", "values": {SPEED: {"from": 1, "to": 2, "count": 1}}}, r"velocity.0.count: input should be"),
+        ({"type": "grid", "values": {SPEED: 3}}, r"velocity.0: expected a list, found a number$"),
+        ({"type": "sample", "count": 2, "values": {SPEED: {"gauss": 1}}}, "expected one of uniform, normal, choice"),
+        ({"type": "sample", "count": 2, "values": {SPEED: {"normal": {"mean": 1}}}}, r"velocity.0.normal.sd: missing"),
+        ({"type": "sample", "count": 2, "values": {SPEED: 3}}, "expected a distribution, such as"),
         ({"type": "grud"}, "did you mean 'grid'"),
     ],
 )

@@ -6,6 +6,7 @@ The cluster is one of this machine, which is all that differs from one of many: 
 import json
 import os
 import signal
+import sys
 import threading
 import time
 from contextlib import suppress
@@ -14,6 +15,8 @@ import psutil
 import pytest
 from test_sweeps import SMALL, SPEED, alone, same
 
+import hvisph.sweeps.cluster as crews
+from hvisph.core.errors import OutputError
 from hvisph.sweeps.begin import begin, driver
 from hvisph.sweeps.cluster import DaskCrew
 from hvisph.sweeps.selection import Selection
@@ -115,3 +118,58 @@ def wait_for(happened, seconds=60.0):
     while not happened():
         assert time.monotonic() < end
         time.sleep(0.05)
+
+
+@pytest.fixture
+def empty(monkeypatch):
+    """A scheduler that no worker has joined yet."""
+    monkeypatch.setattr(crews, "LOOK", 0.0)
+    monkeypatch.setattr(crews, "SILENCE", 0.3)
+    with distributed.LocalCluster(
+        n_workers=0, threads_per_worker=1, processes=False, dashboard_address=None, silence_logs=50
+    ) as there:
+        yield there
+
+
+def test_a_cluster_without_workers_is_told_once_and_when_it_has_some_again(empty, tmp_path, monkeypatch):
+    monkeypatch.setattr(crews, "_work", lambda command: (0, ""))
+    said = []
+    crew = DaskCrew(begun(tmp_path / "sweep", 2), distributed.Client(empty), 1, tell=said.append)
+    for _ in range(8):
+        crew.keep(1)
+        time.sleep(0.1)
+    assert len(said) == 1
+    assert empty.scheduler_address in said[0]
+    assert "dask worker" in said[0]
+    empty.scale(1)
+    wait_for(lambda: crew.keep(1) and len(said) == 2)
+    assert said[1] == "the Dask cluster has 1 worker again"
+    crew.stop()
+
+
+def test_a_cluster_without_workers_ends_at_once_when_it_is_told_to(empty, tmp_path):
+    crew = DaskCrew(begun(tmp_path / "sweep", 2), distributed.Client(empty), 1)
+    crew.keep(1)
+    began = time.monotonic()
+    crew.stop()
+    assert time.monotonic() - began < 10.0
+    assert not list((tmp_path / "sweep" / "claims").glob("crew-*"))
+
+
+def test_workers_that_cannot_work_end_the_sweep_with_what_they_said(empty, tmp_path):
+    empty.scale(1)
+    crew = DaskCrew(begun(tmp_path / "sweep", 2), distributed.Client(empty), 1)
+    crew.command = [sys.executable, "-c", "raise SystemExit('no disk here')"]
+    with pytest.raises(OutputError, match=r"5 workers in a row could not work.*exit code 1: no disk here"):
+        wait_for(lambda: crew.keep(1) and False)
+    crew.stop()
+
+
+def test_a_scheduler_that_has_gone_ends_the_sweep(tmp_path):
+    class Gone:
+        status = "closed"
+        scheduler = type("", (), {"address": "tcp://nowhere:8786"})
+
+    crew = DaskCrew(begun(tmp_path / "sweep", 2), Gone(), 1)
+    with pytest.raises(OutputError, match="scheduler at tcp://nowhere:8786 has gone"):
+        crew.keep(1)

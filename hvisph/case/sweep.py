@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, create_model, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model, model_validator
 
 from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import Problem, StrictModel, refuse
@@ -32,11 +32,22 @@ Span = create_model(  # `from` is a word of Python's
 )
 
 
+def _spaced(value: Any) -> str:
+    """Tell a span of values from a list of them."""
+    return "span" if isinstance(value, dict | Span) else "list"
+
+
+Values = Annotated[
+    Annotated[Span, Tag("span")] | Annotated[list[Value], Tag("list")],  # type: ignore[valid-type]
+    Discriminator(_spaced),
+]
+
+
 class Grid(StrictModel):
     """Every combination of the values."""
 
     type: Literal["grid"] = "grid"
-    values: dict[str, Span | list[Value]] = Field(  # type: ignore[valid-type]
+    values: dict[str, Values] = Field(
         description="By path of a setting: a list of values, or {from, to, count}", min_length=1
     )
 
@@ -84,6 +95,31 @@ class Choice(StrictModel):
     choice: list[Value] = Field(description="The values", min_length=1)
 
 
+DISTRIBUTIONS = {"uniform": Uniform, "normal": Normal, "choice": Choice}
+
+
+def _distribution(value: Any) -> Any:
+    """Refuse what names no distribution, or several."""
+    if isinstance(value, dict) and len(DISTRIBUTIONS.keys() & value.keys()) != 1:
+        found = ", ".join(map(str, value)) or "nothing"
+        raise ValueError(f"expected one of {', '.join(DISTRIBUTIONS)}, found {found}")
+    if not isinstance(value, dict | StrictModel):
+        raise ValueError("expected a distribution, such as {uniform: [a, b]} or {normal: {mean: a, sd: b}}")
+    return value
+
+
+def _drawn(value: Any) -> str:
+    """Tell distributions apart."""
+    return next(name for name, kind in DISTRIBUTIONS.items() if isinstance(value, kind) or name in value)
+
+
+Distribution = Annotated[
+    Annotated[Uniform, Tag("uniform")] | Annotated[Normal, Tag("normal")] | Annotated[Choice, Tag("choice")],
+    Discriminator(_drawn),
+    BeforeValidator(_distribution),
+]
+
+
 class Sample(StrictModel):
     """Values drawn at random, spread evenly or not."""
 
@@ -93,7 +129,7 @@ class Sample(StrictModel):
     )
     count: Count = Field(description="Number of cases; with sobol best a power of 2")
     seed: Annotated[int, Field(strict=True, ge=0)] = Field(default=0, description="Same seed, same cases")
-    values: dict[str, Uniform | Normal | Choice] = Field(
+    values: dict[str, Distribution] = Field(
         description="By path of a setting: {uniform: [a, b]}, {normal: {mean, sd}} or {choice: [...]}", min_length=1
     )
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Union, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, Discriminator
 from pydantic.fields import FieldInfo
 
 from hvisph.case.model import Shorthand
@@ -62,7 +62,7 @@ def spot_of(annotation: Any, info: FieldInfo | None = None) -> Spot:
     while get_origin(annotation) is Annotated:
         annotation, *more = get_args(annotation)
         metadata += more
-    tagged = tagged or any(isinstance(m, FieldInfo) and m.discriminator for m in metadata)
+    tagged = tagged or any(isinstance(m, Discriminator) or getattr(m, "discriminator", None) for m in metadata)
     options = get_args(annotation) if _is_union(annotation) else (annotation,)
     models: dict[str, type[BaseModel]] = {}
     item, integer, named = None, False, False

@@ -11,11 +11,10 @@ from typing import Any
 import typer
 
 from hvisph.cli.say import say
-from hvisph.core.errors import HvisphError
+from hvisph.core.errors import INTERRUPTED, HvisphError
 from hvisph.parallel.launch import is_first
 
 FAILED = 3
-INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 DEBUG = "HVISPH_DEBUG"
 
 

@@ -7,6 +7,9 @@ from contextlib import contextmanager
 from difflib import get_close_matches
 
 
+INTERRUPTED = 130  # exit code of what a signal ended: 128 + SIGINT, as shells have it
+
+
 class HvisphError(Exception):
     """Base of every error that hvisph raises on purpose."""
 

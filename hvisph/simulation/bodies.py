@@ -24,6 +24,8 @@ from hvisph.simulation.velocities import initial_velocity
 
 # Shapes that touch others on the shot line at their outermost particles, unless they are turned.
 FACED = (Interval, Disc, Sphere, Box, Cylinder)
+# Largest rounding of places, in spacings: strains between neighbours are told from it to this size.
+ROUNDING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,7 @@ def placed_bodies(case: Any) -> list[PlacedBody]:
             raise CaseError(error.message, where=f"bodies.{name}") from error
         if not len(positions):
             raise CaseError("the symmetry planes leave no particle of this body", where=f"bodies.{name}")
+        _refuse_distance(name, positions, float(spacing.min()), case.units)
         surface = None if shape is None else Placed(shape.shape, centre, shape.matrix)
         bodies.append(PlacedBody(name, model, filling, positions, volumes, spacing[kept], surface))
     _refuse_overlaps(bodies, case.units)
@@ -152,6 +155,18 @@ def _split_by(
 def _solid(shape: Any) -> Any:
     """Return the solid of which `shape` is the half-plane section; itself of any other."""
     return shape.solid if isinstance(shape, Section) else shape
+
+
+def _refuse_distance(name: str, positions: np.ndarray, spacing: float, units: str) -> None:
+    """Refuse a body so far out that its particles' places are rounded to a noticeable part of the spacing."""
+    rounding = float(np.spacing(np.abs(positions).max()))
+    if rounding > ROUNDING * spacing:
+        unit = " m" if units == "si" else ""
+        raise CaseError(
+            f"lies so far from the origin that places are told apart to {rounding:.2g}{unit} only, and its particles "
+            f"are {spacing:.2g}{unit} apart; move it nearer (position, gap)",
+            where=f"bodies.{name}",
+        )
 
 
 def _refuse_disorder(bodies: list[PlacedBody]) -> None:

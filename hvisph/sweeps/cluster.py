@@ -6,17 +6,26 @@ Needs `hvisph[dask]`. The sweep's folder must be on a disk that all machines sha
 from __future__ import annotations
 
 import subprocess
-from collections.abc import Sequence
+import sys
+import time
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 from uuid import uuid4
 
-from hvisph.core.errors import CaseError
-from hvisph.sweeps.driver import worker_command
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.sweeps.driver import Failures, worker_command
 from hvisph.sweeps.folder import CLAIMS, SweepFolder
 
 PATIENCE = 60.0  # wall time that workers have to write a checkpoint [s]
+LOOK = 2.0  # wall time between two looks at the cluster's workers [s]
+SILENCE = 10.0  # wall time without any worker after which it is said [s]
+KEPT = 2000  # characters of what a worker said last
 KINDS = {"slurm": "SLURMCluster", "pbs": "PBSCluster", "sge": "SGECluster"}
+
+
+def _complain(message: str) -> None:
+    print(message, file=sys.stderr, flush=True)
 
 
 class DaskCrew:
@@ -32,38 +41,108 @@ class DaskCrew:
         Threads of each worker.
     options
         Further options of the command.
+    tell
+        Takes what a user has to know while the sweep waits: that no worker is left, and that there are some again.
     """
 
-    def __init__(self, folder: SweepFolder, client: Any, threads: int, options: Sequence[str] = ()):
+    def __init__(self, folder: SweepFolder, client: Any, threads: int, options: Sequence[str] = (),
+                 tell: Callable[[str], None] = _complain):  # fmt: skip
         home = SweepFolder(folder.path.resolve())
-        self.client = client
+        self.client, self.tell = client, tell
+        self.address = client.scheduler.address
         # workers on other machines hear no signal of this one: they work as long as this file is there
         self.wanted = home.path / CLAIMS / f"crew-{uuid4().hex[:12]}"
         self.wanted.touch()
         self.command = worker_command(home, threads, (*options, "--while", str(self.wanted)))
         self.tasks: list[Any] = []
+        self.failures = Failures()
+        self.look, self.told = 0.0, False  # when to look next, and whether it was said that
+        self.alone: float | None = None  # no worker has been there since
 
     def keep(self, wanted: int) -> int:
-        """Submit workers until as many are under way as wanted."""
+        """Submit workers until as many are under way as wanted; say so where the cluster has none.
+
+        Raises
+        ------
+        OutputError
+            When the scheduler has gone, or workers end with an error again and again.
+        """
+        for task in self.tasks:
+            if task.done():
+                self.failures.add(*_end(task))
         self.tasks = [task for task in self.tasks if not task.done()]
+        if self.client.status == "closed":
+            raise OutputError(
+                f"the Dask scheduler at {self.address} has gone; start one and go on with the same command, or without "
+                "Dask: nothing is lost"
+            )
         while len(self.tasks) < wanted:
             self.tasks.append(self.client.submit(_work, self.command, pure=False))
+        if time.monotonic() >= self.look:
+            self._watch()
         return len(self.tasks)
+
+    def _watch(self) -> None:
+        """Say once that no worker has been there for a while, and once that there are some again."""
+        there = self._workers()
+        now = time.monotonic()
+        self.look = now + LOOK
+        if there:
+            if self.told:
+                self.tell(f"the Dask cluster has {there} worker{'s' * (there > 1)} again")
+            self.alone, self.told = None, False
+        elif self.alone is None:
+            self.alone = now
+        elif not self.told and now - self.alone >= SILENCE:
+            self.told = True
+            self.tell(
+                f"no worker on the Dask cluster at {self.address} for {now - self.alone:.0f} s: the sweep waits until there "
+                f"are some. Start them with `dask worker {self.address}`, or look at the jobs of the queue; Ctrl-C ends, "
+                "nothing is lost, and the same command goes on"
+            )
+
+    def _workers(self) -> int:
+        """Return how many workers the cluster has, none where its scheduler does not answer."""
+        try:
+            return len(self.client.nthreads())
+        except (OSError, ValueError, TimeoutError):
+            return 0
 
     def stop(self) -> None:
         """Ask all to keep what they have and end, and wait for them, a minute at most."""
         self.wanted.unlink(missing_ok=True)
         distributed = _imported("distributed")
-        with suppress(TimeoutError, distributed.TimeoutError):
-            if self.tasks:
-                distributed.wait(self.tasks, timeout=PATIENCE)
+        end = time.monotonic() + PATIENCE
+        while self.client.status == "running" and self._workers() and time.monotonic() < end:
+            with suppress(TimeoutError, distributed.TimeoutError):
+                if self.tasks:
+                    distributed.wait(self.tasks, timeout=1.0)
+                break
         self.client.close()
 
 
-def _work(command: list[str]) -> int:
-    """Run the command of a worker: in a process of its own, which hears signals and outlives no machine."""
+def _work(command: list[str]) -> tuple[int, str]:
+    """Run the command of a worker: in a process of its own, which hears signals and outlives no machine.
+
+    Returns
+    -------
+    Its exit code, and the end of what it said on standard error.
+    """
     nothing = subprocess.DEVNULL
-    return subprocess.run(command, check=False, stdin=nothing, stdout=nothing).returncode  # noqa: S603 our own command
+    done = subprocess.run(  # noqa: S603 our own command
+        command, check=False, stdin=nothing, stdout=nothing, stderr=subprocess.PIPE, text=True, errors="replace"
+    )
+    return done.returncode, done.stderr[-KEPT:]
+
+
+def _end(task: Any) -> tuple[int, str]:
+    """Return how a task of Dask has ended, as of `_work`; one whose worker was killed counts as killed."""
+    if task.status == "finished":
+        code, said = task.result()
+        return int(code), str(said)
+    if task.status == "error" and type(error := task.exception()).__name__ != "KilledWorker":
+        return 1, f"{type(error).__name__}: {error}"
+    return -1, ""
 
 
 def connected(address: str) -> Any:

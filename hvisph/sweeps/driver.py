@@ -16,6 +16,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, Protocol
 
 from hvisph.case.sweep import Bisect
+from hvisph.core.errors import INTERRUPTED, OutputError
 from hvisph.output import atomic
 from hvisph.sweeps.beside import beside_limit
 from hvisph.sweeps.folder import ENDED, RESULTS, STEPPING, SweepFolder
@@ -25,6 +26,7 @@ from hvisph.sweeps.table import Row, TableKeeper, row, rows
 from hvisph.sweeps.verdict import following, verdict
 
 POLL = 0.2  # least wall time between two looks [s]
+MOST_FAILURES = 5  # of workers in a row that end with an error
 
 
 class Crew(Protocol):
@@ -35,6 +37,31 @@ class Crew(Protocol):
 
     def stop(self) -> None:
         """Ask all to keep what they have and end, and wait for them."""
+
+
+class Failures:
+    """Counts workers that end with an error one after the other: a crew of such would be renewed for ever."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def add(self, code: int, said: str = "") -> None:
+        """Hear that a worker has ended; raises `OutputError` when it was one too many.
+
+        Parameters
+        ----------
+        code
+            Its exit code; negative for one that was killed, whose case tells for itself how often that was.
+        said
+            What it said at the end.
+        """
+        if code <= 0 or code == INTERRUPTED:
+            self.count = 0 if code == 0 else self.count
+            return
+        self.count += 1
+        if self.count >= MOST_FAILURES:
+            last = f": {said.strip().splitlines()[-1]}" if said.strip() else ""
+            raise OutputError(f"{self.count} workers in a row could not work, the last with exit code {code}{last}")
 
 
 class LocalCrew:
@@ -53,9 +80,13 @@ class LocalCrew:
     def __init__(self, folder: SweepFolder, threads: int, options: Sequence[str] = ()):
         self.folder, self.threads, self.options = folder, threads, tuple(options)
         self.processes: list[subprocess.Popen[bytes]] = []
+        self.failures = Failures()
 
     def keep(self, wanted: int) -> int:
-        """Start workers until there are as many as wanted."""
+        """Start workers until there are as many as wanted; raises `OutputError` when they end with errors."""
+        for process in self.processes:
+            if process.poll() is not None:
+                self.failures.add(process.returncode)
         self.processes = [process for process in self.processes if process.poll() is None]
         while len(self.processes) < wanted:
             self.processes.append(self._start())

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hvisph.case.sweep import Sweep
-from hvisph.core.errors import CaseError, HvisphError, OutputError
+from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError, OutputError
 from hvisph.output import names
 from hvisph.output.checkpoint import list_checkpoints
 from hvisph.output.folder import forget_snapshots
@@ -25,7 +25,6 @@ from hvisph.sweeps.table import TableKeeper
 
 POLL = 0.5  # wall time between two looks when all that is left is with others [s]
 LOOK = 1.0  # wall time between two looks whether it is still wanted [s]
-INTERRUPTED = 130
 
 
 class _Limited(Listener):
