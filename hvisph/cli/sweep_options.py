@@ -5,13 +5,14 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
 
 import typer
 
 from hvisph.cli.options import JsonOption, QuietOption, ThreadsOption
+from hvisph.cli.say import say
 
 
 @dataclass(frozen=True)
@@ -49,13 +50,14 @@ class Running:
 
         if self.cluster is not None and self.cluster not in clusters.KINDS:
             raise CaseError(f"unknown '{self.cluster}'; allowed: {', '.join(clusters.KINDS)}", where="--cluster")
+        tell = partial(say, err=True)
         if self.dask is not None:
             client = clusters.connected(self.dask)
-            return lambda folder, threads, options: clusters.DaskCrew(folder, client, threads, options)
+            return lambda folder, threads, options: clusters.DaskCrew(folder, client, threads, options, tell)
         kind, workers = str(self.cluster), self.workers or 1
 
         def launch(folder: Any, threads: int, options: Any) -> Any:
-            return clusters.DaskCrew(folder, clusters.launched(kind, workers, threads), threads, options)
+            return clusters.DaskCrew(folder, clusters.launched(kind, workers, threads), threads, options, tell)
 
         return launch
 

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 
-
 INTERRUPTED = 130  # exit code of what a signal ended: 128 + SIGINT, as shells have it
 
 

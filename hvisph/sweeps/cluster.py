@@ -6,12 +6,12 @@ Needs `hvisph[dask]`. The sweep's folder must be on a disk that all machines sha
 from __future__ import annotations
 
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from typing import Any
 from uuid import uuid4
+from warnings import warn
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.sweeps.driver import Failures, worker_command
@@ -22,10 +22,6 @@ LOOK = 2.0  # wall time between two looks at the cluster's workers [s]
 SILENCE = 10.0  # wall time without any worker after which it is said [s]
 KEPT = 2000  # characters of what a worker said last
 KINDS = {"slurm": "SLURMCluster", "pbs": "PBSCluster", "sge": "SGECluster"}
-
-
-def _complain(message: str) -> None:
-    print(message, file=sys.stderr, flush=True)
 
 
 class DaskCrew:
@@ -42,11 +38,11 @@ class DaskCrew:
     options
         Further options of the command.
     tell
-        Takes what a user has to know while the sweep waits: that no worker is left, and that there are some again.
+        Takes what a user has to know while the sweep waits: that no worker is there, and that there are some again.
     """
 
     def __init__(self, folder: SweepFolder, client: Any, threads: int, options: Sequence[str] = (),
-                 tell: Callable[[str], None] = _complain):  # fmt: skip
+                 tell: Callable[[str], None] = warn):  # fmt: skip
         home = SweepFolder(folder.path.resolve())
         self.client, self.tell = client, tell
         self.address = client.scheduler.address
@@ -96,9 +92,9 @@ class DaskCrew:
         elif not self.told and now - self.alone >= SILENCE:
             self.told = True
             self.tell(
-                f"no worker on the Dask cluster at {self.address} for {now - self.alone:.0f} s: the sweep waits until there "
-                f"are some. Start them with `dask worker {self.address}`, or look at the jobs of the queue; Ctrl-C ends, "
-                "nothing is lost, and the same command goes on"
+                f"no worker on the Dask cluster at {self.address} for {now - self.alone:.0f} s: the sweep waits until "
+                f"there are some. Start them with `dask worker {self.address}`, or look at the jobs of the queue; "
+                "Ctrl-C ends, nothing is lost, and the same command goes on"
             )
 
     def _workers(self) -> int:
