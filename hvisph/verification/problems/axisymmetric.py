@@ -12,16 +12,17 @@ from dataclasses import replace
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.exact.gas import Noh
 from hvisph.exact.shells import Shell
 from hvisph.pictures.curves import Curve
 from hvisph.simulation.bodies import PlacedBody
 from hvisph.verification.figure import Figure, limit
 from hvisph.verification.problem import EULERIAN, SOLIDS, Options, Problem, Start, Trial
 from hvisph.verification.problems.implosion import SHELLS, STIFF, TIMES, rings
-from hvisph.verification.problems.noh import COLD, END, GAMMA, READ
+from hvisph.verification.problems.noh import SPHERE, Implosion, trial
 from hvisph.verification.ran import Ran, vectors
 
+# Of rings the pairs keep energy to round-off.
+RINGS = Implosion("spherical, of rings", 3, "axisymmetric", SPHERE, (0.025, 0.05), 0.15, "x", 1e-12)
 LONG = 8  # spacings between the planes of a piece of a cylinder
 
 
@@ -31,48 +32,7 @@ def _trials(options: Options) -> Iterator[Trial]:
 
 
 def _gas(options: Options) -> Iterator[Trial]:
-    yield _noh(options.dx(0.025, 0.05))
-
-
-def _noh(dx: float) -> Trial:
-    exact = Noh(GAMMA, 3)
-    gas = {"density": 1.0, "eos": {"type": "ideal_gas", "gamma": GAMMA}}
-    case = {
-        "title": "Noh's sphere of rings",
-        "units": "none",
-        "kinematics": "axisymmetric",
-        "resolution": dx,
-        "bodies": {"gas": {"material": gas, "shape": {"type": "sphere", "diameter": 2.0}, "position": [0.0, 0.0],
-                           "internal_energy": COLD}},
-        "symmetry": [{"axis": "x"}],
-        "time": {"end": END},
-    }  # fmt: skip
-
-    def inwards(particles: Particles) -> None:
-        x = particles["position"]
-        particles["velocity"] = -x / np.linalg.norm(x, axis=1)[:, None]
-
-    def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
-        last = runs[0].last
-        r = np.linalg.norm(vectors(last, "position"), axis=1)
-        front = exact.front * last.time
-        inside = (r > READ[0] * front) & (r < READ[1] * front)
-        computed = float(last.fields["density"][inside].mean()) if inside.any() else float("nan")
-        why = "of the mean outside the wall-heated zone; the shock is spread over some of the five rows behind it"
-        yield Figure("density behind the shock", computed, exact.density, 0.15, why=why)
-        yield limit("drift of energy", abs(float(runs[0].summary["conservation"]["energy_drift"])), 1e-12,
-                    why="the pairs keep it to round-off")  # fmt: skip
-
-    def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
-        last = runs[0].last
-        r = np.linalg.norm(vectors(last, "position"), axis=1)
-        order = np.argsort(r)
-        order = order[r[order] < 2.0 * exact.front * last.time]
-        right = exact.sample(r[order], last.time)["density"]
-        return {"density": [Curve("computed", r[order], last.fields["density"][order]),
-                            Curve("exact", r[order], right, exact=True)]}  # fmt: skip
-
-    return Trial("Noh, spherical", [Start(case, state=inwards)], figures, curves)
+    yield trial(RINGS, options)
 
 
 def _shell(name: str, shell: Shell, dx: float) -> Trial:

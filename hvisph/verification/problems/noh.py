@@ -7,9 +7,12 @@ finite shock, and are left out of the means. W. F. Noh, J. Comput. Phys. 72 (198
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.particles import Particles
 from hvisph.exact.gas import Noh
 from hvisph.pictures.curves import Curve
@@ -19,36 +22,65 @@ from hvisph.verification.ran import Ran, vectors
 
 GAMMA, END = 5.0 / 3.0, 0.6
 COLD = 1e-6  # specific internal energy at the start, beside 1/2 behind the shock
-NAMES = {1: "planar", 2: "cylindrical", 3: "spherical"}
-KINEMATICS = {1: "uniaxial_strain", 2: "plane_strain", 3: "three_d"}
-SHAPES = {
-    1: {"type": "interval", "length": 1.0},
-    2: {"type": "disc", "diameter": 2.0},
-    3: {"type": "sphere", "diameter": 2.0},
-}
-SPACING = {1: (0.005, 0.01), 2: (0.0125, 0.025), 3: (0.04, 0.08)}  # full, quick
-TOLERANCE = {1: 0.05, 2: 0.05, 3: 0.15}
+
 READ = (0.35, 0.8)  # shares of the shock's radius between which the state is read
 
 
+@dataclass(frozen=True)
+class Implosion:
+    """A gas that implodes.
+
+    Parameters
+    ----------
+    name, dim
+        What it is called, and towards what it runs: 1 a plane, 2 an axis, 3 a point.
+    kinematics, shape
+        What the case file calls it.
+    spacing
+        Particle spacing, in full and quick.
+    tolerance
+        Relative, of density and pressure.
+    planes
+        Axes of its planes of symmetry.
+    drift
+        Of energy, relative.
+    """
+
+    name: str
+    dim: int
+    kinematics: str
+    shape: dict[str, Any]
+    spacing: tuple[float, float]
+    tolerance: float
+    planes: str
+    drift: float = 1e-4
+
+
+DISC, SPHERE = {"type": "disc", "diameter": 2.0}, {"type": "sphere", "diameter": 2.0}
+PLANAR = Implosion("planar", 1, "uniaxial_strain", {"type": "interval", "length": 1.0}, (0.005, 0.01), 0.05, "x")
+CYLINDRICAL = Implosion("cylindrical", 2, "plane_strain", DISC, (0.0125, 0.025), 0.05, "xy")
+SPHERICAL = Implosion("spherical", 3, "three_d", SPHERE, (0.04, 0.08), 0.15, "xyz")
+
+
 def _trials(options: Options) -> Iterator[Trial]:
-    for dim in (1, 2) if options.quick else (1, 2, 3):
-        yield _trial(dim, options.dx(*SPACING[dim]))
+    for gas in (PLANAR, CYLINDRICAL) if options.quick else (PLANAR, CYLINDRICAL, SPHERICAL):
+        yield trial(gas, options)
 
 
-def _trial(dim: int, dx: float) -> Trial:
-    gas = {"density": 1.0, "eos": {"type": "ideal_gas", "gamma": GAMMA}}
+def trial(gas: Implosion, options: Options) -> Trial:
+    """Return the trial of a gas that implodes."""
+    material = {"density": 1.0, "eos": {"type": "ideal_gas", "gamma": GAMMA}}
+    middle = [0.5] if gas.dim == 1 else [0.0] * KINEMATICS[gas.kinematics].dim
     case = {
-        "title": f"Noh, {NAMES[dim]}",
+        "title": f"Noh, {gas.name}",
         "units": "none",
-        "kinematics": KINEMATICS[dim],
-        "resolution": dx,
-        "bodies": {"gas": {"material": gas, "shape": SHAPES[dim], "position": [0.5 if dim == 1 else 0.0] * dim,
-                           "internal_energy": COLD}},
-        "symmetry": [{"axis": axis} for axis in "xyz"[:dim]],
+        "kinematics": gas.kinematics,
+        "resolution": options.dx(*gas.spacing),
+        "bodies": {"gas": {"material": material, "shape": gas.shape, "position": middle, "internal_energy": COLD}},
+        "symmetry": [{"axis": axis} for axis in gas.planes],
         "time": {"end": END},
-    }  # fmt: skip
-    exact = Noh(GAMMA, dim)
+    }
+    exact = Noh(GAMMA, gas.dim)
 
     def inwards(particles: Particles) -> None:
         x = particles["position"]
@@ -62,8 +94,8 @@ def _trial(dim: int, dx: float) -> Trial:
         why = "of the mean outside the wall-heated zone; the shock is spread over some particles"
         for name, value in (("density", exact.density), ("pressure", exact.pressure)):
             computed = float(last.fields[name][inside].mean()) if inside.any() else float("nan")
-            yield Figure(f"{name} behind the shock", computed, value, TOLERANCE[dim], why=why)
-        yield limit("drift of energy", abs(float(runs[0].summary["conservation"]["energy_drift"])), 1e-4)
+            yield Figure(f"{name} behind the shock", computed, value, gas.tolerance, why=why)
+        yield limit("drift of energy", abs(float(runs[0].summary["conservation"]["energy_drift"])), gas.drift)
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         last = runs[0].last
@@ -75,7 +107,7 @@ def _trial(dim: int, dx: float) -> Trial:
                        Curve("exact", r[order], right[name], exact=True)]
                 for name in ("density", "pressure")}  # fmt: skip
 
-    return Trial(NAMES[dim], [Start(case, state=inwards)], figures, curves)
+    return Trial(gas.name, [Start(case, state=inwards)], figures, curves)
 
 
 PROBLEM = Problem("noh", "Noh's implosion, planar, cylindrical and spherical: state behind the shock", _trials)
