@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -70,7 +70,7 @@ class Setup:
     title: str
     bodies: Sequence[DrawnBody]
     planes: Sequence[tuple[int, float]] = ()
-    gauges: dict[str, Sequence[float]] = field(default_factory=dict)
+    gauges: Mapping[str, Sequence[float]] = field(default_factory=dict)
     notes: Sequence[str] = ()
     si: bool = True
     revolved: bool = False

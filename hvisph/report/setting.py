@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from hvisph.case.case import Case
 from hvisph.casefile.embedded import symmetry_axes
 from hvisph.output import names
 from hvisph.output.reader import read_snapshot
@@ -25,7 +26,7 @@ class Run(Protocol):
     folder: Path
     name: str
     paths: list[Path]
-    case: Any
+    case: Case
     summary: dict[str, Any]
     last: Snapshot
     unitless: bool

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.case.case import Case
 from hvisph.core.errors import CaseError
 from hvisph.geometry.fill import fill
 from hvisph.geometry.filling import Filling
@@ -72,7 +73,7 @@ class PlacedBody:
         return shape * float(self.volumes.sum()) / whole
 
 
-def placed_bodies(case: Any) -> list[PlacedBody]:
+def placed_bodies(case: Case) -> list[PlacedBody]:
     """Fill all bodies of a case and put them in their places.
 
     Raises
@@ -117,7 +118,7 @@ def placed_bodies(case: Any) -> list[PlacedBody]:
     return bodies
 
 
-def _filled(case: Any, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mirror]) -> tuple[Shape | None, Filling]:
+def _filled(case: Case, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mirror]) -> tuple[Shape | None, Filling]:
     """Return a body's shape and its particles about its origin."""
     dx = model.resolution or case.resolution
     if model.shape.type == "particles":

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from hvisph.case.case import Case
 from hvisph.casefile.material_library import library_values
 from hvisph.materials.table import Material
 from hvisph.simulation.materials import material_of
@@ -28,7 +29,7 @@ def fluid(name: str) -> dict[str, Any]:
     return library_values(name) | {"strength": {"type": "none"}, "damage": {"type": "none"}}
 
 
-def body_material(case: Any, body: str) -> Material:
+def body_material(case: Case, body: str) -> Material:
     """Return the material of a case's body."""
     model = case.bodies[body]
     return material_of(model.material, model.internal_energy)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.case.case import Case
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 from hvisph.output.snapshot import Snapshot
 
@@ -17,7 +18,7 @@ from hvisph.output.snapshot import Snapshot
 class Ran:
     """A run's case, folder and summary; files are read when asked for."""
 
-    case: Any
+    case: Case
     folder: Path
     summary: dict[str, Any]
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from hvisph.case.case import Case
 from hvisph.measures.correlations import critical_diameter
 from hvisph.simulation.correlations import impact_of
 from hvisph.validation.value import Judge, Key, Shot, Value, measure_of
@@ -19,7 +20,7 @@ def _each(shot: Shot) -> dict[Key, Value]:
     return {("perforated", None): Value(float(failed), ratio=ratio(shot.ran.case))}
 
 
-def ratio(case: Any) -> float | None:
+def ratio(case: Case) -> float | None:
     """Return the sphere's diameter over the critical one; None for what the curve does not know."""
     impact, _ = impact_of(case)
     if impact is None or len(impact.walls) != 2 or impact.walls[1].alloy is None:

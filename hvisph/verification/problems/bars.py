@@ -72,7 +72,10 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
         changing = abs(float(ran.mean_velocity(1)[0]) - before)
         yield limit("velocity still changing", changing, 0.01 * SPEED, "m/s", "they have parted before")
         energy = ran.history["kinetic_energy"] + ran.history["internal_energy"]
-        if getattr(ran.case.formulation.contact, "type", "") == "separating" and "contact_energy" in ran.history:
+        if (
+            getattr(getattr(ran.case.formulation, "contact", None), "type", "") == "separating"
+            and "contact_energy" in ran.history
+        ):
             energy = energy + ran.history["contact_energy"]
         yield limit("drift of total energy", float(np.abs(energy / energy[0] - 1.0).max()), 1e-3,
                     why="energy of contact that is booked nowhere is missing here")  # fmt: skip
