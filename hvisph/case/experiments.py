@@ -56,6 +56,7 @@ class ExperimentSet(StrictModel):
     set_up: Words = Field(description="Formulation, materials and resolution, and why: chosen before any comparison")
     stands_in: str = Field(default="", max_length=4000, description="What stands for a material whose numbers lack")
     found: str = Field(default="", max_length=4000, description="What agrees, what does not and why")
+    why: dict[Text, Words] = Field(default={}, description="By quantity: in a sentence, why it misses what is asked")
     judge: JudgeName = Field(description="What draws the measured quantities from the runs")
     across: Across = Field(description="Particles across")
     asked: dict[Text, Asked] = Field(default={}, description="By quantity; those not named are shown, not judged")

@@ -105,6 +105,10 @@ class Verdict:
         Of verdicts: share on the right side.
     farthest
         Of verdicts that are wrong: the largest distance from the limit curve in diameter; None where all are right.
+    weak, strong
+        Of verdicts that are wrong: how many failed that held, and how many held that failed.
+    of_curve
+        Of verdicts: share that the limit curve has right of the same shots; None where it knows none.
     passed
         Whether all is as asked; None where nothing is, or where shots have not been computed yet.
     """
@@ -119,6 +123,9 @@ class Verdict:
     scatter: float | None = None
     right: float | None = None
     farthest: float | None = None
+    weak: int = 0
+    strong: int = 0
+    of_curve: float | None = None
     passed: bool | None = None
 
 
@@ -144,7 +151,10 @@ def _verdict(name: str, rows: Sequence[Compared], asked: Asked | None) -> Verdic
         farthest = max((abs(ratio - 1.0) for ratio in wrong), default=None)
         passed = None if asked is None or pending else (
             _at_least(right, asked.right) and _at_most(farthest or 0.0, asked.wrong_within))  # fmt: skip
-        return Verdict(name, unit, shots, right=right, farthest=farthest, passed=passed)
+        weak = sum(off > 0.5 and row.measured.value < 0.5 for off, row in known)
+        curve = [(row.ratio > 1.0) == (row.measured.value > 0.5) for row in rows if row.ratio is not None]
+        return Verdict(name, unit, shots, right=right, farthest=farthest, weak=weak, strong=int(sum(offs)) - weak,
+                       of_curve=sum(curve) / len(curve) if curve else None, passed=passed)  # fmt: skip
     mean, bias = sum(map(abs, offs)) / len(offs), sum(offs) / len(offs)
     scatter = sqrt(sum((off - bias) ** 2 for off in offs) / (len(offs) - 1)) if len(offs) > 1 else None
     worst, shot = max((abs(off), row.measured.shot) for off, row in known)

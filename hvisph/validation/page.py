@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from hvisph.core.errors import OutputError
 from hvisph.output import atomic
 from hvisph.validation.compare import Compared, Verdict, verdicts
-from hvisph.validation.experiments import Experiments, Form, experiment_names
+from hvisph.validation.experiments import GROUP, Experiments, Form, experiment_names
 from hvisph.validation.judges import judge_of
 from hvisph.validation.pictures import draw
 from hvisph.validation.results import SetResult, store, stored
@@ -16,14 +17,25 @@ from hvisph.validation.words import CELLS, collapsed, percent, row_cells, verdic
 
 # The order of the page: what is sure of its materials first.
 ORDER = ("j2", "taylor", "taylor_damage", "melt", "cloud", "shield", "perforation", "spall", "crater", "basalt")
+SPEEDS = (150, 200, 250, 300)  # bounds of the bands of impact velocity [m/s]
+BANDS = ("below 150 m/s", "150 to 200 m/s", "200 to 250 m/s", "250 to 300 m/s", "300 m/s and more")
 TEXT = """\
 # Held against experiments
 
-Made by `hvisph validate --page docs/validation.md`; do not edit.
-
 Shots that were fired, computed with the formulation, the materials and the resolution that were chosen before any
-comparison, the same within a set; nothing is tuned to a row. Where a choice was changed after a first coarse look, the
-set says so. What fails stays here.
+comparison, the same within a set; nothing is tuned to a row. Where a choice was changed after a first look, the
+set says so. What fails stays here. "Off" is computed less measured over measured; bias is its mean, scatter its
+standard deviation. What is recalled from memory is shown further down and never judged.
+
+{verdicts}
+
+### What misses, and why
+
+{missed}
+
+## How it is made
+
+By `hvisph validate --page docs/validation.md`; do not edit this page.
 
 ```sh
 hvisph validate                                # lists the sets
@@ -36,11 +48,8 @@ hvisph validate --all --page docs/validation.md
 A set is a folder of `cases/validation`: a case, `shots.csv` with what differs, `measured.csv` with every measured
 number, its scatter, its source and how sure it is (`seen` in a public text, `derived` from a formula, `recalled` from
 memory), and `set.yaml` with what was chosen and what is asked. It is computed as a sweep: on all cores, on a cluster,
-resumable. What is recalled is shown and never judged. "Off" is computed less measured over measured; bias is its mean,
-scatter its standard deviation.
-
-## Verdicts
-
+resumable. Coarse forms (`--coarse`) of j2, melt and cloud run with the tests in seconds each, those of the other sets
+with `pytest -m slow`.
 """
 
 
@@ -61,9 +70,11 @@ def write_page(path: Path, fresh: Sequence[SetResult]) -> Path:
     sets = [Experiments(name) for name in (*ORDER, *(name for name in names if name not in ORDER)) if name in names]
     known = [(one, _best(one, folder)) for one in sets]
     lines = _header(("set", *CELLS))
+    missed: list[str] = []
     for one, kept in known:
         lines += _summary(one, kept)
-    parts = [TEXT + "\n".join(lines)]
+        missed += _missed(one, kept)
+    parts = [TEXT.format(verdicts="\n".join(lines), missed="\n".join(missed) or "Nothing.").rstrip()]
     parts += ["\n".join(_section(one, kept, folder)) for one, kept in known]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -88,6 +99,16 @@ def _summary(one: Experiments, result: SetResult | None) -> Iterator[str]:
         yield _line((link, *_cells(verdict, one)))
     if not any(row.measured.judged for row in result.rows):
         yield _line((link, ", ".join(words.values()), *[""] * (len(CELLS) - 1)))
+
+
+def _missed(one: Experiments, result: SetResult | None) -> Iterator[str]:
+    """Yield a line for every quantity that is not as asked, with its reason."""
+    words = judge_of(one.model.judge).quantities
+    for verdict in verdicts(result.rows, one.model.asked) if result is not None else ():
+        if verdict.passed is False:
+            name = words.get(verdict.quantity, verdict.quantity)
+            reason = one.model.why.get(verdict.quantity, "Why is not known.").strip()
+            yield f"- [{one.name}](#{_anchor(one)}), {name}: {reason}"
 
 
 def _cells(verdict: Verdict, one: Experiments) -> tuple[str, ...]:
@@ -123,7 +144,8 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
     for picture in draw(result, folder, words):
         yield ""
         yield f"![{model.title}: {picture.stem.rpartition('.')[2]}]({folder.name}/{picture.name})"
-    yield from _by_group(result)
+    yield from _bias(result, result.curves.get("groups", {}), "bias")
+    yield from _bias(result, _by_speed(one), "bias by metal and speed")
     yield ""
     yield f"<details markdown><summary>All {len(result.rows)} numbers</summary>"
     yield ""
@@ -173,15 +195,25 @@ def _key(row: Compared) -> tuple[str, str, float | None, str]:
     return one.shot, one.quantity, one.at, one.source
 
 
-def _by_group(result: SetResult) -> Iterator[str]:
+def _by_speed(one: Experiments) -> dict[str, str]:
+    """Return metal and band of impact velocity of every shot of a set whose groups name metal and source, in order."""
+    found = []
+    for shot, values in one.shots.items():
+        speed = next((value for path, value in values.items() if path.endswith("velocity.0")), None)
+        if GROUP in values and speed is not None:
+            band = bisect_right(SPEEDS, abs(float(str(speed).split()[0])))
+            found.append((str(values[GROUP]).rpartition(",")[0], band, shot))
+    return {shot: f"{metal}, {BANDS[band]}" for metal, band, shot in sorted(found)}
+
+
+def _bias(result: SetResult, groups: Mapping[str, str], title: str) -> Iterator[str]:
     """Yield the bias of every group of shots, where there are such."""
-    groups: dict[str, str] = result.curves.get("groups", {})
     kinds = list(dict.fromkeys(groups.values()))
     if len(kinds) < 2:
         return
     names = list(dict.fromkeys(row.measured.quantity for row in result.rows if row.measured.judged))
     yield ""
-    yield from _header(("bias", "shots", *(name.replace("_", " ") for name in names)))
+    yield from _header((title, "shots", *(name.replace("_", " ") for name in names)))
     for kind in kinds:
         rows = [row for row in result.rows if groups.get(row.measured.shot) == kind and row.off is not None]
         cells = []

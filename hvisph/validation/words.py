@@ -71,7 +71,9 @@ def verdict_cells(one: Verdict, asked: Asked | None, words: Mapping[str, str]) -
     name = words.get(one.quantity, one.quantity)
     if one.right is not None:
         far = "" if one.farthest is None else f"wrong ones within {100 * one.farthest:.0f} % of the curve"
-        return name, count, f"{100 * one.right:.0f} % right", far, "", "", asked_text(asked, one.unit), word
+        curve = "" if one.of_curve is None else f"the curve: {100 * one.of_curve:.0f} %"
+        sides = f"{one.weak} fail that held, {one.strong} hold that failed"
+        return name, count, f"{100 * one.right:.0f} % right", far, sides, curve, asked_text(asked, one.unit), word
     worst = percent(one.worst, mean=True) + (f" ({one.worst_shot})" if one.worst_shot else "")
     return (name, count, percent(one.mean, mean=True), worst, percent(one.bias), percent(one.scatter, mean=True),
             asked_text(asked, one.unit), word)  # fmt: skip
