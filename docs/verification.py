@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from hvisph.pictures.curves import Curve, curves_picture
 from hvisph.verification.pictures import draw, file_name
 from hvisph.verification.problem import ALL, Options
 from hvisph.verification.problems import PROBLEMS
-from hvisph.verification.running import default_formulation, verdicts
+from hvisph.verification.running import Verdict, default_formulation, verdicts
 
 HERE = Path(__file__).parent
 FOLDER, RESULTS, PAGE = HERE / "verification", HERE / "verification/results.json", HERE / "verification.md"
@@ -40,6 +41,7 @@ SHOWN = {
     "cantilever": "dx 0.4 mm",
     "implosion": "cylinder",
 }
+NOT_RUN = "not run"
 READABLE = {"Pa": (1e-9, "GPa"), "J/kg": (1e-3, "kJ/kg"), "m": (1e3, "mm"), "s": (1e6, "us")}
 MOST_ROWS = 60  # of a table; a problem with more has one row a trial
 TEXT = """\
@@ -81,29 +83,39 @@ def main() -> None:
     FOLDER.mkdir(exist_ok=True)
     failed: list[BaseException] = []
     if not asked.page:
+        jobs, shown = {}, {}
         with ProcessPoolExecutor(asked.jobs) as pool:
-            names, chosen = asked.names or PROBLEMS, asked.formulation or ALL
-            jobs = [pool.submit(_run, name, chosen, asked.spacing) for name in names]
+            for name in asked.names or PROBLEMS:
+                for chosen in _apart(name, asked.formulation or ALL):
+                    jobs[pool.submit(_run, name, chosen, asked.spacing)] = name
             for job in as_completed(jobs):
-                if job.exception() is None:
-                    _store(job.result())
-            failed = [error for job in jobs if (error := job.exception()) is not None]
+                if (error := job.exception()) is not None:
+                    failed.append(error)
+                    continue
+                found = job.result()
+                _store([one.as_dict() for one in found])
+                shown.setdefault(jobs[job], []).extend(one for one in found if one.trial == SHOWN.get(one.problem))
+        for name, verdicts_shown in shown.items():
+            # a picture of one formulation must not replace that of all
+            if len(verdicts_shown) > 1 or (verdicts_shown and not (FOLDER / file_name(name, SHOWN[name])).is_file()):
+                draw(sorted(verdicts_shown, key=lambda one: ALL.index(one.formulation)), FOLDER)
     _write_page(json.loads(RESULTS.read_text(encoding="utf-8")))
     if failed:  # what the others found is kept
         raise failed[0]
 
 
-def _run(name: str, formulations: list[str], spacing: float | None) -> list[dict[str, Any]]:
+def _apart(name: str, formulations: Sequence[str]) -> list[list[str]]:
+    """Return what runs as one piece: each formulation by itself, but where they are held against one another."""
+    able = [one for one in formulations if one in PROBLEMS[name].formulations]
+    return [able] if PROBLEMS[name].agree is not None else [[one] for one in able]
+
+
+def _run(name: str, formulations: list[str], spacing: float | None) -> list[Verdict]:
     found = []
     for verdict in verdicts(PROBLEMS[name], formulations, Options(spacing=spacing), threads=1):
         found.append(verdict)
         print(f"{name}: {verdict.trial}, {verdict.formulation}, {verdict.seconds:.0f} s", flush=True)
-    if name in SHOWN:
-        shown = [one for one in found if one.trial == SHOWN[name]]
-        # a picture of one formulation must not replace that of all
-        if len({one.formulation for one in shown}) > 1 or not (FOLDER / file_name(name, SHOWN[name])).is_file():
-            draw(shown, FOLDER)
-    return [one.as_dict() for one in found]
+    return found
 
 
 def _store(found: list[dict[str, Any]]) -> None:
@@ -150,8 +162,27 @@ def _summary(rows: list[dict[str, Any]]) -> list[str]:
             cell = f"{good} of {len(figures)}" if figures else ""
             cell += f"; {failed} runs stopped" if failed else ""
             cell += f"; {refused} cannot run" if refused else ""
-            cells.append(cell.lstrip("; ") or "-")
+            able = formulation in PROBLEMS[name].formulations
+            cells.append(cell.lstrip("; ") or (NOT_RUN if able else "cannot"))
         lines.append(_line(f"[{name}](#{name})", *cells))
+    return [*lines, *_why(rows)]
+
+
+def _why(rows: list[dict[str, Any]]) -> list[str]:
+    """Return why cells hold no figures: what cannot run, by reason, and what has not been run."""
+    cannot: dict[str, list[str]] = {}
+    for name, problem in PROBLEMS.items():
+        others = [one for one in ALL if one not in problem.formulations]
+        if others:
+            cannot.setdefault(f"{', '.join(f'`{one}`' for one in others)}: {problem.why_not}", []).append(name)
+    lines = ["", "What cannot run a problem:", "", *(f"- {why} ({', '.join(names)})" for why, names in cannot.items())]
+    there = {(row["problem"], row["formulation"]) for row in rows}
+    missing = {name: [f"`{one}`" for one in problem.formulations if (name, one) not in there]
+               for name, problem in PROBLEMS.items()}  # fmt: skip
+    if any(missing.values()):
+        who = "; ".join(f"{name} by {', '.join(found)}" for name, found in missing.items() if found)
+        lines += ["", f"Marked `{NOT_RUN}`, since the full form takes minutes of a core for each: {who}. Their coarse "
+                  "form runs in the tests, and `hvisph verify` runs the full one."]  # fmt: skip
     return lines
 
 
