@@ -29,20 +29,27 @@ class Experience:
     what
         The shots.
     figures
-        Mean size of the differences by quantity, as shares.
+        Mean size of the differences by quantity, as shares; of verdicts the share that is right.
     across
-        Particles across the projectile, or the bar, in the runs.
+        Particles across the projectile, the bar or the bumper in the runs.
+    over
+        What the particles are counted across, for people.
+    verdicts
+        Whether the figures are of verdicts.
     """
 
     what: str
     figures: Mapping[str, float]
     across: float
+    over: str = ""
+    verdicts: bool = False
 
 
 # By set of `cases/validation`.
 KNOWN = {
     "taylor": Experience("41 Taylor bars", {"length_ratio": 0.036, "foot_diameter": 0.038, "outline": 0.035}, 24),
     "cloud": Experience("a sphere through a plate at 6.2 km/s", {"crater_diameter": 0.049, "cloud_ratio": 0.041}, 40),
+    "shield": Experience("27 Whipple shields", {"perforated": 0.704}, 3.1, " the bumper", verdicts=True),
     "crater": Experience("craters at 7 km/s, by the equation", {"crater_depth": 0.050}, 10),
 }
 
@@ -53,10 +60,15 @@ def experience(case: Case, kind: Regime) -> str:
     if not name:
         return ""
     known = KNOWN[name]
-    said = ", ".join(f"{quantity.replace('_', ' ')} {100 * off:.1f} %" for quantity, off in known.figures.items())
-    first = next(iter(case.bodies.values()))
-    here = _width(first) / case.resolution
-    text = f"{known.what}: {said} off in the mean, with {known.across:g} particles across ({PAGE})"
+    first, *others = case.bodies.values()
+    if known.verdicts:
+        said = f"{100 * next(iter(known.figures.values())):.0f} % of the verdicts are right"
+        here = min(others[0].shape.extent()) / case.resolution
+    else:
+        said = ", ".join(f"{quantity.replace('_', ' ')} {100 * off:.1f} %" for quantity, off in known.figures.items())
+        said += " off in the mean"
+        here = _width(first) / case.resolution
+    text = f"{known.what}: {said}, with {known.across:g} particles across{known.over} ({PAGE})"
     if here < ENOUGH * known.across:
         text += f"; here are {here:.2g}, too few for these figures"
     return text
@@ -68,10 +80,12 @@ def _set_of(case: Case, kind: Regime) -> str:
         return ""
     if len(bodies) == 1:
         return "taylor" if against_wall(case) > 0.0 and bodies[0].shape.type == "cylinder" else ""
-    if len(bodies) != 2 or bodies[0].shape.type != "sphere" or not kind.words.startswith("shock"):
+    if len(bodies) not in (2, 3) or bodies[0].shape.type != "sphere" or not kind.words.startswith("shock"):
         return ""
     if case.kinematics not in ("three_d", "axisymmetric"):
         return ""
+    if len(bodies) == 3:
+        return "shield" if min(bodies[1].shape.extent()) < THIN * _width(bodies[0]) else ""
     return "cloud" if min(bodies[1].shape.extent()) < THIN * _width(bodies[0]) else "crater"
 
 
