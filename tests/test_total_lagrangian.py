@@ -223,7 +223,7 @@ def test_symmetry_plane_gives_the_half_of_the_whole():
 
 def test_removal_empties_lists_and_keeps_gradients_exact():
     x = np.stack(np.meshgrid(np.arange(8.0), np.arange(8.0)), -1).reshape(-1, 2)
-    lists = Reference(x, np.ones(64), np.zeros(64, int), 64, CUBIC_SPLINE, 1.3, "mixed")
+    lists = Reference(x, np.ones(64), np.zeros(64, int), np.arange(64), 64, CUBIC_SPLINE, 1.3, "mixed")
     gone = np.zeros(64, bool)
     gone[27] = True
     lists.remove(gone)

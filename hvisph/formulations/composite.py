@@ -5,11 +5,13 @@ An evaluation runs, each only where it is needed,
 2. `accumulate` over them: their pair forces;
 3. the standard law, or that of corrected kernels, over current neighbours, for Eulerian particles and those near one;
 4. contact forces, for particles near another body.
-Particles keep the order that they have at the start, sorted by place: reference lists hold their numbers.
+Particles keep the order that they have at the start, sorted by place: reference lists hold their places in it. Each
+process has those of its part of the reference for good, with copies of what its lists need of others.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -23,13 +25,14 @@ from hvisph.integrators import update as single
 from hvisph.materials import state
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates as rate_slots
+from hvisph.sph.copies import FixedCopies, Halo
 from hvisph.sph.kernels.kernel import scale
 from hvisph.sph.laws import coupling, deformation, reference
 from hvisph.sph.pairs import Pairs
 from hvisph.sph.reference import Reference
 from hvisph.sph.rows import RowLayout, aligned_zeros
 from hvisph.sph.selection import Selection
-from hvisph.sph.symmetry import Plane, mirror, with_images
+from hvisph.sph.symmetry import Plane
 from hvisph.sph.traversal import FAR
 
 from . import composite_passes
@@ -38,7 +41,8 @@ from .reference_changes import ReferenceChanges, stop_at_planes
 from .stepper import Stepper, fastest_sound
 
 # What a checkpoint holds beside the particles, of what every particle has one row.
-KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings", "alone")
+KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings", "alone",
+        "volume", "sequence")  # fmt: skip
 
 
 class CompositeStepper(ReferenceChanges, Stepper):
@@ -56,10 +60,13 @@ class CompositeStepper(ReferenceChanges, Stepper):
         chi, what J has beside the determinant of F since lists were cut (n,).
     loads
         Pressure [Pa] that is added to every particle's own until the first step is done (n,).
+    sequence
+        Place of every particle in the order of the start (n,), by which lists are sorted.
     """
 
     formulation: Any
     turns_back = False  # a Total Lagrangian particle cannot be exchanged for its image
+    settled = True  # reference lists bind particles to where they are
 
     def __init__(self, particles: Particles, formulation: Any, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = (), drift: float = 0.5):  # fmt: skip
@@ -81,6 +88,8 @@ class CompositeStepper(ReferenceChanges, Stepper):
         particles["reference_position"] = particles["position"]
         self._at_start = particles["position"].copy()
         self._volume_at_start = particles["mass"] / particles["density"]
+        self.copies = FixedCopies(planes, dim)
+        self._seen: Halo | None = None
 
     def _sort(self) -> None:
         """Put the particles into the order of cells, body by body, and within a cell by number."""
@@ -88,60 +97,69 @@ class CompositeStepper(ReferenceChanges, Stepper):
         cells = np.floor(position / (self.formulation.kernel.reach * self.h)).astype(np.int64)
         self.particles.permute(np.lexsort((self.particles.id, *cells.T, self.particles.body)))
 
+    @property
+    def homes(self) -> np.ndarray:
+        """Places (n, dim) [m] by which particles belong to a part of space."""
+        return self.particles["reference_position"]
+
     def _set_up(self) -> None:
-        """Build all that follows from state and reference positions."""
-        particles, formulation, dim = self.particles, self.formulation, self.particles.dim
-        count = particles.count
-        at, body = self._at_start, particles.body
-        reach = formulation.kernel.reach * self.h
+        """Build all that follows from state and reference positions, of all particles."""
+        particles, formulation = self.particles, self.formulation
         self._moduli = np.array([(_young_modulus(one), 1.0 / one.first_yield) for one in self.materials])
+        self._one_body, self._bodies_in_all = int(np.ptp(particles.body)) == 0, int(particles.body.max()) + 1
+        self._can_fail = any(material.can_fail for material in self.materials)
+        self._selection = Selection(self._at_start, formulation.kernel.reach * self.h,
+                                    with_neighbours=formulation.spatial_correction.acts)  # fmt: skip
+        self.volume = self._volume_at_start.copy()
+        if formulation.revolved:  # areas of the section
+            self.volume /= 2.0 * np.pi * self._ring_radius(self._at_start)
+        self.sequence = np.arange(particles.count, dtype=np.uint64)
+        self.alone = np.zeros(particles.count, bool)
+        self._make_room()
+        self._build_reference()
+        self._specialise()
+        self._classify()
+
+    def _make_room(self) -> None:
+        """Make the arrays that have a row for each of the particles that there are now."""
+        particles, formulation, dim = self.particles, self.formulation, self.particles.dim
+        count, body = particles.count, self.particles.body
         self._rates = np.zeros((count, rate_slots.width(dim) + 3 * formulation.revolved))
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)
-        self.swellings, self.volume = np.ones(count), self._volume_at_start.copy()
+        self.swellings, self.loose = np.ones(count), np.zeros(count, bool)
         start = np.eye(dim).ravel()
-        if formulation.revolved:  # areas of the section, and the hoop stretch behind F
-            self.volume /= 2.0 * np.pi * self._ring_radius(at)
+        if formulation.revolved:  # the hoop stretch behind F
             start = np.append(start, 1.0)
         self.before = np.tile(start, (count if formulation.renew_strain else 1, 1))
         self._stage, self._chosen = 0.0, 0
-        self.loose = np.zeros(count, bool)
-        self.alone = self.loose.copy()
         self.rows_ = aligned_zeros(count, self.layout.width)
-        self._build_reference()
         turning = formulation.conversion.bodies
         self._convertible = np.ones(count, bool) if turning is None else np.isin(body, turning)
-        self._selection = Selection(at, body, reach, with_neighbours=formulation.spatial_correction.acts)
+        self._body_indices = body.astype(np.uint32)
         self._bodies, self._numbers = body.astype(np.float64), particles.numbers()
-        self._one_body = len(np.unique(body)) == 1
-        self._can_fail = any(material.can_fail for material in self.materials)
         self._undamaged, self._none = np.zeros(count), np.zeros(count, bool)
-        self._specialise()
-        self._classify()
 
     def _build_reference(self) -> None:
         """Build lists, images and rows of the present reference: places, `volume` and who is `alone`."""
         particles, formulation, slots, dim = self.particles, self.formulation, self.slots, self.particles.dim
         count, kernel = particles.count, formulation.kernel
-        head = np.column_stack([particles["reference_position"], np.arange(count)])
-        extended, self._images = with_images(head, self.planes, _plain(dim), kernel.reach * self.h)
-        origin = extended[:, dim].astype(np.int64)
-        self._origin = origin[count:]
+        reach = kernel.reach * self.h
+        extended, numbers = self.copies.find(particles["reference_position"], self.sequence, reach, self.alone)
         rows, x0 = aligned_zeros(len(extended) + 1, self.layout.width), slots["X0"]
         rows[:count] = self.rows_[:count]
-        rows[:-1, x0 : x0 + dim] = extended[:, :dim]
+        rows[:-1, x0 : x0 + dim] = extended
         rows[-1, :dim] = rows[-1, x0 : x0 + dim] = FAR
         rows[-1, slots["RHO"]] = 1.0
         if "RING0" in slots:
             rows[:-1, slots["RING0"]] = np.copysign(self._ring_radius(extended), extended[:, 1])
         if "EM" in slots:
-            rows[:-1, slots["EM"]] = self._moduli[particles.material[origin], 0]
+            rows[:-1, slots["EM"]] = self.copies.extended(self._moduli[particles.material, 0])
         self.rows_ = rows
         bodies = particles.body.astype(np.int64)
-        bodies[self.alone] = bodies.max() + 1 + np.flatnonzero(self.alone)
-        self.reference = Reference(
-            extended[:, :dim], self.volume[origin], bodies[origin], count, kernel, self.h, formulation.correction
-        )
+        bodies[self.alone] = self._bodies_in_all + np.flatnonzero(self.alone)
+        volume, bodies = self.copies.extended(self.volume), self.copies.extended(bodies)
+        self.reference = Reference(extended, volume, bodies, numbers, count, kernel, self.h, formulation.correction)
 
     def _ring_radius(self, position: np.ndarray) -> np.ndarray:
         """Return the radius [m] of rings at `position` (n, dim) [m], as the pass over single particles has it."""
@@ -200,6 +218,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
                 self.h,
                 self.planes,
                 self.reference.zeroth_sums,
+                self.totals.units[column.SLIPPING],
             )
 
     @property
@@ -245,20 +264,17 @@ class CompositeStepper(ReferenceChanges, Stepper):
     def _classify(self) -> None:
         """Find which particles need a deformation gradient, and bring the rows' kinds up to date."""
         kinds = self.particles["kernel_type"]
-        self.rows_[:-1, self.slots["KIND"]] = np.concatenate([kinds, kinds[self._origin]])
+        self.rows_[:-1, self.slots["KIND"]] = self.copies.extended(kinds)
         tied = (kinds == 1.0) & ~self.loose
-        flags = np.concatenate([tied, tied[self._origin]])
-        near_tied = self.reference.neighbours_of(flags)
-        self._active = (tied | near_tied).astype(np.uint8)
+        self._active = (tied | self.neighbours_of(tied)).astype(np.uint8)
         self._lagrangian = kinds == 1.0
         self._eulerian = (~self._lagrangian).astype(np.uint8)
-        if self._eulerian.any():
-            near_eulerian = self.reference.neighbours_of(
-                np.concatenate([~self._lagrangian, kinds[self._origin] == 0.0])
-            )
+        self._any_eulerian = self.anywhere(self._eulerian.any())
+        if self._any_eulerian:
+            near_eulerian = self.neighbours_of(~self._lagrangian)
             self._active[(self._active == 1) & (near_eulerian | ~self._lagrangian)] = 2
         self._tied = np.flatnonzero(tied)
-        self._any_active, self._any_eulerian = bool(self._active.any()), bool(self._eulerian.any())
+        self._any_active, self._any_tied = self.anywhere(self._active.any()), self.anywhere(tied.any())
 
     def start(self) -> None:
         """Evaluate the forces of the state as it stands, without a step."""
@@ -284,31 +300,46 @@ class CompositeStepper(ReferenceChanges, Stepper):
                          1.2 * formulation.alpha,
                          (self.jacobians, self.strains, self.latest, self.pressures, self.signals),
                          self._rates)  # fmt: skip
-            self._mirror()
+            self.copies.refresh(self.rows_, self.layout, slice(2 * self.particles.dim, self._read))
             for coupled in range(1 + self._any_eulerian):
                 self._sums[coupled](self.rows_, self._active, 1 + coupled, ref.volume, ref.lists, ref.sums,
                                     (formulation.alpha, formulation.beta), formulation.hourglass, 1.0 / self.h,
                                     self._rates)  # fmt: skip
-        parted = formulation.contact is not None
         self._chosen = 0
         if not self._any_eulerian and self._one_body:
             return
-        near_body, near_spatial = self._selection.choose(self.rows_, self._eulerian)
-        if not parted:
-            near_spatial = np.union1d(near_body, near_spatial)
-        if len(near_spatial) and (self._any_eulerian or not parted):
-            self._add_spatial(near_spatial[~self.loose[near_spatial]])
-        if self.contact is not None:
-            self.contact.add(near_body, self.rows_, self.slots, self.loose, self._rates)
+        near_body, near_spatial = self._near()
+        try:
+            self._add_spatial(near_body, near_spatial)
+        finally:  # other processes wait for this one's part in the contact, also where it has failed
+            if self.contact is not None:
+                self.contact.add(np.flatnonzero(near_body), self.rows_, self.slots, self.loose, self._rates)
+
+    def _near(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return which particles are near another body, and which near an Eulerian one (n,), bool."""
+        rows, eulerian, bodies = self.rows_, self._eulerian, self._body_indices
+        if self._seen is not None:
+            dim, own = self.particles.dim, self.particles.count
+            rows = np.zeros((own, _seen_of(dim).width))
+            rows[:, :dim], rows[:, dim], rows[:, dim + 1] = self.rows_[:own, :dim], bodies, eulerian
+            # a cell is chosen by what is up to two cells away
+            rows, _ = self._seen.append(rows, self._numbers, 3.0 * self._selection.grid.edge)
+            bodies, eulerian = rows[:, dim].astype(np.uint32), rows[:, dim + 1].astype(np.uint8)
+        near_body, near_spatial = self._selection.choose(rows, eulerian, bodies)
+        return near_body[: self.particles.count], near_spatial[: self.particles.count]
 
     def _mirror(self) -> None:
-        for images in self._images:
-            last = images.first + len(images.source)
-            made = mirror(self.rows_[images.source], images.plane, self.layout)
-            made[:, self.slots["X0"] + images.plane.axis] += 2.0 * images.plane.at
-            self.rows_[images.first : last] = made
+        """Bring places and velocities of copies up to date."""
+        until = self.slots["RING"] + 1 if "RING" in self.slots else 2 * self.particles.dim
+        self.copies.refresh(self.rows_, self.layout, slice(0, until))
 
-    def _add_spatial(self, chosen: np.ndarray) -> None:
+    def _add_spatial(self, near_body: np.ndarray, near: np.ndarray) -> None:
+        """Add the pairs of Eulerian particles, and where no contact parts them of bodies, in the present places."""
+        parted = self.formulation.contact is not None
+        near = near if parted else near | near_body
+        if not (self._any_eulerian or not parted) or not self.anywhere(near.any()):
+            return
+        chosen = np.flatnonzero(near & ~self.loose)
         packed = np.zeros((len(chosen), self.spatial.layout.width))
         self._spatial_rows(
             self.rows_, chosen, self._bodies, self.pressures, self.loads, self.spatial.coefficients, packed
@@ -329,45 +360,54 @@ class CompositeStepper(ReferenceChanges, Stepper):
             self.contact.complete(dt, self._averages)
         if dt > 0.0:
             self.loads[:] = 0.0
-            if stop_at_planes(self.particles, self.planes, self.h):
+            if self.planes and self.anywhere(stop_at_planes(self.particles, self.planes, self.h)):
                 self.predict(following)
         self._turn()
         limit = self.formulation.renew_strain
-        if limit is not None and len(self._tied) and self.latest[self._tied].max() > limit:
+        if limit is not None and self.anywhere((self.latest[self._tied] > limit).any()):
             self._renew()
             self._classify()
 
     def _turn(self) -> None:
         """Let particles turn Eulerian, or leave the lists."""
         particles, formulation = self.particles, self.formulation
-        if not len(self._tied) or (formulation.conversion.off and not self._any_eulerian and not self._can_fail):
+        quiet = formulation.conversion.off and not self._any_eulerian
+        if not self._any_tied or (quiet and not self._can_fail):
             return
         lagrangian = self._lagrangian & ~self.loose
         damage = particles["damage"] if self._can_fail else self._undamaged
         turns = formulation.conversion.turning(lagrangian, self._convertible, self._active != 0, self.jacobians,
-                                               self.strains, damage, self.reference, self._origin)  # fmt: skip
+                                               self.strains, damage, self)  # fmt: skip
         leaves = lagrangian & ~turns & (damage >= 1.0) if formulation.failed_leave else self._none
-        if leaves.any():
+        turned, left = turns.any(), leaves.any()
+        if not self.anywhere(turned or left):
+            return
+        if self.anywhere(left):
             self._leave(leaves)
-        if turns.any():
+        if turned:
             particles["kernel_type"][turns] = 0.0
-        if turns.any() or leaves.any():
-            self._classify()
+        self._classify()
 
     def limits(self) -> list[tuple[float, str, int]]:
         """Return what else limits the step: inverted particles, and contact. See `Stepper`."""
-        if len(self._tied):
-            worst = int(self._tied[self.jacobians[self._tied].argmin()])
-            if not self.jacobians[worst] > 0.0:
-                return [(0.0, "inverted", worst)]
+        inverted = self._tied[~(self.jacobians[self._tied] > 0.0)]
+        if len(inverted):
+            return [(0.0, "inverted", self._first(inverted))]
         if self.contact is None:
             return []
-        if self.contact.passed is not None:
-            return [(0.0, "passed_through", self.contact.passed)]
-        stiffest = int(self.contact.omega.argmax())
-        if self.contact.omega[stiffest] > 0.0:
-            return [(2.0 / float(np.sqrt(self.contact.omega[stiffest])), "contact", stiffest)]
+        if len(self.contact.passed):
+            return [(0.0, "passed_through", self._first(self.contact.passed))]
+        omega = self.contact.omega
+        stiffest = float(omega.max(initial=0.0))
+        if stiffest > 0.0:
+            time = 2.0 / np.sqrt(stiffest)
+            alike = np.flatnonzero(omega > stiffest * (1.0 - 1e-12))
+            return [(float(time), "contact", self._first(alike[2.0 / np.sqrt(omega[alike]) == time]))]
         return []
+
+    def _first(self, chosen: np.ndarray) -> int:
+        """Return of the particles `chosen` that of the smallest permanent number."""
+        return int(chosen[self._numbers[chosen].argmin()])
 
     def permute(self) -> np.ndarray:
         """Leave the particles where they are: reference lists hold their numbers."""
@@ -377,7 +417,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
         renewed = {"before": self.before} if self.formulation.renew_strain is not None else {}
         return {name: getattr(self, name) for name in KEPT} | renewed | {
-            "rows": self.rows_[: self.particles.count], "rates": self._rates, "volume": self.volume,
+            "rows": self.rows_[: self.particles.count], "rates": self._rates,
         } | (self.contact.carried() if self.contact is not None else {})  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:
@@ -386,28 +426,61 @@ class CompositeStepper(ReferenceChanges, Stepper):
             self.contact.history() if self.contact is not None else {}
         )  # fmt: skip
 
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        self.copies.halo = halo_for(self.copies.layout)
+        self._seen = halo_for(_seen_of(self.particles.dim))
+        self.spatial.halo = halo_for(self.spatial.layout)
+        if self.contact is not None:
+            self.contact.join(halo_for)
+
+    def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+        """Have these particles in place of all others, between steps; see `carried`."""
+        particles, stage = self.particles, self._stage
+        particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
+        self.totals.hold(len(data))
+        self._make_room()
+        self._take(carried)
+        self._stage = stage
+
+    def _take(self, carried: dict[str, np.ndarray]) -> None:
+        """Take what is `carried` of the particles that there are now, and build what follows from it."""
+        kept = {name: np.array(carried[name], getattr(self, name).dtype) for name in KEPT}
+        self.volume, self.alone, self.sequence = (kept[name] for name in ("volume", "alone", "sequence"))
+        self._build_reference()
+        if self.anywhere(kept["loose"].any()):
+            self.reference.remove(self.copies.extended(kept["loose"]))
+        for name, values in kept.items():
+            setattr(self, name, values)
+        if "before" in carried:
+            self.before = np.array(carried["before"])
+        self.rows_[: self.particles.count], self._rates[...] = carried["rows"], carried["rates"]
+        if self.contact is not None:
+            self.contact.hold(carried)
+        self._classify()
+
+    def fit_grid(self) -> None:
+        """Make the grids of cells anew, around the particles that there are now."""
+        if self.particles.count:
+            super().fit_grid()
+            self._selection.fit(self.particles["position"])
+            if self.contact is not None:
+                self.contact.fit_grid()
+
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
         """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
         self._set_up()
-        self.volume[:], self.alone[:] = carried["volume"], carried["alone"]
-        self._build_reference()
-        loose = np.asarray(carried["loose"], bool)
-        if loose.any():
-            self.reference.remove(np.concatenate([loose, loose[self._origin]]))
-        for name in (*KEPT, *(["before"] if "before" in carried else [])):
-            getattr(self, name)[...] = carried[name]
-        self.rows_[: self.particles.count], self._rates[...] = carried["rows"], carried["rates"]
+        self._take(carried)
         if self.contact is not None:
-            self.contact.restore(carried, history)
+            self.contact.restore(history)
         self._stage = float(history["stage"][0])
-        self._classify()
         self.totals.restore(history)
         self._sum_up()
 
 
-def _plain(dim: int) -> Any:
-    """Return the layout of a row of a position and a number."""
-    return RowLayout(dim, (("x", "vector"), ("number", "scalar")))
+def _seen_of(dim: int) -> RowLayout:
+    """Return the layout of what decides who is near another body, or near an Eulerian particle."""
+    return RowLayout(dim, (("x", "vector"), ("body", "scalar"), ("eulerian", "scalar")))
 
 
 def _young_modulus(material: Material) -> float:

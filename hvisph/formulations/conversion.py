@@ -12,10 +12,23 @@ nothing of their deformation; a Total Lagrangian particle with J below 0.2 turns
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from hvisph.sph.reference import Reference
+
+class Neighbours(Protocol):
+    """What a conversion asks of reference neighbours, and of other processes."""
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions."""
+
+    def anywhere(self, here: bool | np.bool_) -> bool:
+        """Tell whether something is so on any process: all of them ask at the same place."""
+
+    def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
+        """Return which particles have one of `chosen` (n,) among their reference neighbours (n,), bool."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +69,7 @@ class Conversion:
         return self.strain is None and not self.damage
 
     def turning(self, lagrangian: np.ndarray, convertible: np.ndarray, active: np.ndarray, jacobians: np.ndarray,
-                strains: np.ndarray, damage: np.ndarray, reference: Reference,
-                images: np.ndarray) -> np.ndarray:  # fmt: skip
+                strains: np.ndarray, damage: np.ndarray, beside: Neighbours) -> np.ndarray:  # fmt: skip
         """Return which particles turn Eulerian now (n,), bool.
 
         Parameters
@@ -67,8 +79,8 @@ class Conversion:
             which F is known (n,), bool.
         jacobians, strains, damage
             J, equivalent strain and damage (n,).
-        reference, images
-            The lists of neighbours, and the particles that their images mirror.
+        beside
+            What is known of the neighbours.
         """
         turns = np.zeros(len(lagrangian), bool)
         own = lagrangian & convertible
@@ -76,22 +88,16 @@ class Conversion:
             turns |= own & (strains >= self.strain)
         if self.damage:
             turns |= own & (damage >= 1.0)
-        guarded = self.guard and not (self.off and lagrangian.all())
+        guarded = self.guard and (not self.off or beside.anywhere(not lagrangian.all()))
+        torn = np.zeros_like(turns)
         if guarded:
             turns |= lagrangian & active & (jacobians < self.smallest)
-        if self.neighbours and turns.any():
-            turns |= lagrangian & reference.neighbours_of(with_images(turns, images))
-        if guarded:
-            limit = self.guard_strain or (1.0 if reference.dim == 3 else 1.5)
+            limit = self.guard_strain or (1.0 if beside.dim == 3 else 1.5)
             torn = (jacobians < self.smallest) | (jacobians > self.largest) | (strains > limit)
             if self.damage and self.guard_damage:
                 torn |= damage >= 1.0
             torn &= active & ~lagrangian
-            if torn.any():
-                turns |= lagrangian & reference.neighbours_of(with_images(torn, images))
+        if beside.anywhere(turns.any() or torn.any()):
+            theirs = torn | turns if self.neighbours else torn
+            turns |= lagrangian & beside.neighbours_of(theirs)
         return turns
-
-
-def with_images(flags: np.ndarray, images: np.ndarray) -> np.ndarray:
-    """Return `flags` (n,) followed by those of the particles that images mirror."""
-    return np.concatenate([flags, flags[images]]) if len(images) else flags

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
 
 from hvisph.core.binding import bind
+from hvisph.core.errors import RunError
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
 from hvisph.integrators import sums as column
 from hvisph.materials import response
 from hvisph.materials.table import Material, pack
 from hvisph.sph import rates, traversal
+from hvisph.sph.copies import Halo
 from hvisph.sph.kernels import scale
 from hvisph.sph.laws import projection as laws
 from hvisph.sph.neighbour_list import NeighbourList
@@ -88,6 +91,7 @@ class ProjectionStepper:
     """
 
     has_energy = False
+    settled = False
 
     def __init__(self, particles: Particles, formulation: ProjectionNumbers, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip
@@ -138,7 +142,12 @@ class ProjectionStepper:
     @property
     def pressures(self) -> np.ndarray:
         """Pressure of every particle [Pa], as a mean over the time just past: single values ring."""
-        return self._averaged.mean(self.particles.id)
+        return self._averaged.mean()
+
+    @property
+    def homes(self) -> np.ndarray:
+        """Places (n, dim) [m] by which particles belong to a part of space."""
+        return self.particles["position"]
 
     def start(self) -> None:
         """Sum up the state as it stands: without a step there is no pressure to find."""
@@ -150,15 +159,22 @@ class ProjectionStepper:
         """Run the four passes of the step that was announced by `complete` or `predict`."""
         particles, dt = self.particles, self._step
         if self._stale():
-            self._make_list(particles["position"])
+            try:
+                self._make_list(particles["position"])
+            except RunError:  # others wait for this process' rows
+                halo = self.list.halo
+                if halo is not None:
+                    for layout in self._layouts:
+                        halo.again(np.zeros((particles.count, layout.used)))
+                raise
         a, b = self._rows
         near = (self.list.listed, self.list.first, self.list.last, self._kernels)
         stress, velocity, pressure, acceleration, _ = self._loops
-        self._show_images(a, self._layouts[0])
+        self._show_copies(a, self._layouts[0])
         stress(particles.data, particles.tags, near, a, b, self.rates, (self.table, self.models), dt)
-        self._show_images(b, self._layouts[1])
+        self._show_copies(b, self._layouts[1])
         velocity(particles.data, particles.tags, near, b, a, self.rates, dt, self._body_force)
-        self._show_images(a, self._layouts[2])
+        self._show_copies(a, self._layouts[2])
         pressure(
             particles.data,
             near,
@@ -170,13 +186,13 @@ class ProjectionStepper:
             self.formulation.guard,
             self.formulation.printed,
         )
-        self._show_images(b, self._layouts[3])
+        self._show_copies(b, self._layouts[3])
         acceleration(particles.data, near, b, self.rates, self.formulation.printed)
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s], and announce the step `following`."""
         self._carry(dt, complete=True)
-        self._averaged.add(self.particles["pressure"], dt, self.particles.id)
+        self._averaged.add(self.particles["pressure"], dt)
         self._crossed += dt * float(self.sums[column.FASTEST])
         self._step = following
 
@@ -206,7 +222,7 @@ class ProjectionStepper:
         """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
         listed_at = self._listed_at if len(self._listed_at) else np.zeros_like(self.particles["position"])
         return {"rates": self.rates, "rows": self._rows[0][: self.particles.count], "signals": self.signals,
-                "listed_at": listed_at, **self._averaged.carried(self.particles.id)}  # fmt: skip
+                "listed_at": listed_at, **self._averaged.carried()}  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:
         """Return what the next step needs of the whole, between steps, by name."""
@@ -214,22 +230,53 @@ class ProjectionStepper:
             "step": np.array([self._step]), "crossed": np.array([self._crossed]),
         }  # fmt: skip
 
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        self.list.halo = halo_for(self.list.layout)
+
+    def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+        """Have these particles in place of all others, between steps; see `carried`."""
+        particles = self.particles
+        particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
+        self.totals.hold(len(data))
+        self._take(carried)
+
+    def fit_grid(self) -> None:
+        """Make the grid of cells anew, around the particles that there are now."""
+        if self.particles.count:
+            self.list.fit_grid(self.particles["position"])
+
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
         """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
-        self.rates[...], self._rows[0][: self.particles.count] = carried["rates"], carried["rows"]
-        self.signals[...] = carried["signals"]
         self._step, self._crossed = float(history["step"][0]), float(history["crossed"][0])
-        self.lengths[...] = self.particles["smoothing_length"]
+        self.totals.restore(history)
+        self._sum_up()
+        self._averaged.restore(history)
+        self._take(carried)
+
+    def _take(self, carried: dict[str, np.ndarray]) -> None:
+        """Take what is `carried` of the particles that there are now, and list their neighbours as they were."""
+        particles = self.particles
+        count = particles.count
+        self.place = np.arange(count, dtype=np.uint32)
+        self.rates, self.signals = np.array(carried["rates"]), np.array(carried["signals"])
+        self.lengths = particles["smoothing_length"].copy()
+        self._rows = [aligned_zeros(count + 1, self._width) for _ in range(2)]
+        self._rows[0][:count] = carried["rows"]
+        self._averaged.hold(carried)
+        self.list.hold(count)
         if not self._stale():
             crossed = self._crossed
-            apart = np.abs(carried["listed_at"] - self.particles["position"]).max()
-            if not apart <= MARGIN * self.lengths.max():
+            apart = np.abs(carried["listed_at"] - particles["position"]).max(initial=0.0)
+            if not apart <= MARGIN * self._longest:
                 raise ValueError("its neighbours were listed elsewhere")
             self._make_list(carried["listed_at"])
             self._crossed = crossed
-        self._averaged.restore(carried, history, self.particles.id)
-        self.totals.restore(history)
-        self._sum_up()
+
+    @property
+    def _longest(self) -> float:
+        """Largest smoothing length of all processes [m]."""
+        return float(self.sums[column.LONGEST])
 
     def _carry(self, dt: float, complete: bool) -> None:
         particles = self.particles
@@ -243,11 +290,11 @@ class ProjectionStepper:
 
     def _stale(self) -> bool:
         """Whether particles that the list does not pair may have met; growing lengths are not followed."""
-        return self.formulation.smoothing.variable or not 2.0 * self._crossed < MARGIN * self.lengths.max()
+        return self.formulation.smoothing.variable or not 2.0 * self._crossed < MARGIN * self._longest
 
     def _make_list(self, positions: np.ndarray) -> None:
         """List the neighbours of particles at `positions`, and make room for what hangs on the list."""
-        self.list.make(positions, self.lengths, self.particles.id)
+        self.list.make(positions, self.lengths, self._longest, self.particles.id)
         self._listed_at = np.array(positions)
         self._crossed = 0.0
         if len(self._kernels) < len(self.list.listed):
@@ -262,8 +309,11 @@ class ProjectionStepper:
             rows[present] = 1.0
             rows[present, : self.particles.dim] = traversal.FAR
 
-    def _show_images(self, rows: np.ndarray, layout: RowLayout) -> None:
-        """Write the rows of the images at symmetry planes."""
+    def _show_copies(self, rows: np.ndarray, layout: RowLayout) -> None:
+        """Write the rows of other processes and of the images at symmetry planes."""
+        count, used = self.particles.count, layout.used
+        if self.list.halo is not None:
+            rows[count : self.list.before_images, :used] = self.list.halo.again(rows[:count, :used])
         for images in self.list.images:
             last = images.first + len(images.source)
             rows[images.first : last, : layout.width] = mirror(

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
 
 from hvisph.core.particles import Particles
 from hvisph.integrators.sums import Sums
+from hvisph.sph.copies import Halo
 from hvisph.sph.kernels import Kernel
+from hvisph.sph.rows import RowLayout
 
 
 class AnyStepper(Protocol):
@@ -28,6 +31,8 @@ class AnyStepper(Protocol):
         makes them.
     has_energy
         Whether the scheme has an energy equation, so that total energy can be kept account of.
+    settled
+        Whether particles stay with their process until space is cut anew.
     """
 
     particles: Particles
@@ -38,6 +43,7 @@ class AnyStepper(Protocol):
     sums: np.ndarray
     totals: Sums
     has_energy: bool
+    settled: bool
 
     @property
     def formulation(self) -> AnyFormulation:
@@ -82,6 +88,19 @@ class AnyStepper(Protocol):
 
     def history(self) -> dict[str, np.ndarray]:
         """Return what the next step needs of the whole, between steps, by name."""
+
+    @property
+    def homes(self) -> np.ndarray:
+        """Places (n, dim) [m] by which particles belong to a part of space."""
+
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+
+    def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+        """Have these particles in place of all others, between steps; see `carried`."""
+
+    def fit_grid(self) -> None:
+        """Make the grids of cells anew, around the particles that there are now."""
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
         """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""

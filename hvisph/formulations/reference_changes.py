@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
+from hvisph.sph.copies import FixedCopies
 from hvisph.sph.reference import Reference
 from hvisph.sph.symmetry import Plane
-
-from .conversion import with_images
 
 # A particle whose volume a cut list would change by more than this factor has no list that spans a volume.
 LARGEST_JUMP = 5.0
@@ -31,6 +30,7 @@ class ReferenceChanges:
     particles: Particles
     formulation: Any
     reference: Reference
+    copies: FixedCopies
     rows_: np.ndarray
     slots: dict[str, int]
     h: float
@@ -41,9 +41,21 @@ class ReferenceChanges:
     alone: np.ndarray
     latest: np.ndarray
     _map: Any
-    _origin: np.ndarray
     _lagrangian: np.ndarray
     _tied: np.ndarray
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions."""
+        return self.particles.dim
+
+    def anywhere(self, here: bool | np.bool_) -> bool:
+        """Tell whether something is so on any process: all of them ask at the same place."""
+        return bool(here) if self.copies.halo is None else self.copies.halo.anywhere(bool(here))
+
+    def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
+        """Return which particles have one of `chosen` (n,) among their reference neighbours (n,), bool."""
+        return self.reference.neighbours_of(self.copies.extended(chosen))
 
     def _mirror(self) -> None:
         raise NotImplementedError
@@ -62,12 +74,12 @@ class ReferenceChanges:
         """Take the particles `leaves` (n,), bool, out of all lists, and those that are left without a list, too."""
         ref = self.reference
         if not self.formulation.keeps_volume:
-            ref.remove(with_images(leaves, self._origin))
+            ref.remove(self.copies.extended(leaves))
             self.loose |= leaves
             return
         self._mirror()
-        while leaves.any():
-            gone = with_images(leaves, self._origin)
+        while self.anywhere(leaves.any()):
+            gone = self.copies.extended(leaves)
             beside = np.flatnonzero(ref.neighbours_of(gone) & ~leaves & ~self.loose)
             with_them = np.linalg.det(self._maps(beside))
             ref.remove(gone)

@@ -59,7 +59,7 @@ class SeparatingContact:
         ]  # fmt: skip
         further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
-        self._selection = Selection(positions, bodies, kernel.reach * h, with_neighbours=True)
+        self._selection = Selection(positions, kernel.reach * h)
         self._seen: Halo | None = None
         self.renumber(bodies)
         self._stress = SIZE["symmetric"][dim - 1]

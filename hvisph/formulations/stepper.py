@@ -68,6 +68,12 @@ class Stepper:
         return 0.0
 
     turns_back = True  # whether particles that pass a plane of symmetry are put back
+    settled = False  # whether particles stay with their process until space is cut anew
+
+    @property
+    def homes(self) -> np.ndarray:
+        """Places (n, dim) [m] by which particles belong to a part of space."""
+        return self.particles["position"]
 
     def __init__(self, particles: Particles, formulation: Formulation, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = (),

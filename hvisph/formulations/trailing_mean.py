@@ -21,43 +21,47 @@ class TrailingMean:
 
     def __init__(self, count: int, window: float):
         self._part_length = window / PARTS
-        self._parts = np.zeros((PARTS - 1, count))  # integrals over full parts, by permanent number
+        self._parts = np.zeros((PARTS - 1, count))  # integrals over full parts
         self._times = np.zeros(PARTS - 1)
         self._full = np.zeros(count)  # their sum
-        self._now = np.zeros(count)  # integral over the part under way, in the order of the state
+        self._now = np.zeros(count)  # integral over the part under way
         self._time = 0.0
 
-    def add(self, values: np.ndarray, dt: float, ids: np.ndarray) -> None:
-        """Take account of the `values` (n,) that held for `dt` [s], of the particles numbered `ids`."""
+    def add(self, values: np.ndarray, dt: float) -> None:
+        """Take account of the `values` (n,) that held for `dt` [s]."""
         self._now += dt * values
         self._time += dt
         # a part that ends on a step must not wait for the next by round-off
         if self._time >= self._part_length * (1.0 - 1e-9):
             self._parts[1:], self._times[1:] = self._parts[:-1].copy(), self._times[:-1].copy()
-            self._parts[0, ids], self._times[0] = self._now, self._time
+            self._parts[0], self._times[0] = self._now, self._time
             self._full = self._parts.sum(axis=0)
             self._now[:], self._time = 0.0, 0.0
 
-    def mean(self, ids: np.ndarray) -> np.ndarray:
+    def mean(self) -> np.ndarray:
         """Return the mean of each particle (n,)."""
         time = max(float(self._times.sum()) + self._time, (PARTS - 1) * self._part_length)
-        mean: np.ndarray = (self._full[ids] + self._now) / time
+        mean: np.ndarray = (self._full + self._now) / time
         return mean
 
     def permute(self, order: np.ndarray) -> None:
         """Follow the state into a new order."""
-        self._now = self._now[order]
+        self._parts = self._parts.take(order, axis=1)
+        self._full, self._now = self._full[order], self._now[order]
 
-    def carried(self, ids: np.ndarray) -> dict[str, np.ndarray]:
-        """Return what there is of each of the particles numbered `ids`, by name, a row a particle."""
-        return {"parts": self._parts.T[ids], "part": self._now}
+    def carried(self) -> dict[str, np.ndarray]:
+        """Return what there is of each particle, by name, a row a particle."""
+        return {"parts": self._parts.T, "part": self._now}
 
     def history(self) -> dict[str, np.ndarray]:
         """Return the times of the parts, by name."""
         return {"part_times": self._times, "part_time": np.array([self._time])}
 
-    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray], ids: np.ndarray) -> None:
-        """Go back to where `carried`, of the particles numbered `ids`, and `history` were taken."""
-        self._parts[:, ids], self._times[...] = carried["parts"].T, history["part_times"]
-        self._now[...], self._time = carried["part"], float(history["part_time"][0])
+    def hold(self, carried: dict[str, np.ndarray]) -> None:
+        """Take what is `carried` of the particles that there are now."""
+        self._parts, self._now = np.ascontiguousarray(carried["parts"].T), np.array(carried["part"])
         self._full = self._parts.sum(axis=0)
+
+    def restore(self, history: dict[str, np.ndarray]) -> None:
+        """Go back to where `history` was taken."""
+        self._times[...], self._time = history["part_times"], float(history["part_time"][0])

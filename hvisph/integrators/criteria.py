@@ -23,11 +23,12 @@ NOBODY = 0xFFFFFFFF
 
 @dataclass
 class Limit:
-    """What limits the step: time [s], criterion, and the particle (index) that set it."""
+    """What limits the step: time [s], criterion, the particle (index) that set it, and by what it was compared."""
 
     dt: float
     criterion: str
     particle: int
+    unrounded: float = 0.0  # smaller for whoever limits more: roots and shares give many the same time
 
 
 def _limits_of(lengths, signals, rates, place, viscous, s):
@@ -126,7 +127,8 @@ class Criteria:
         times = least[0], sqrt(sqrt(least[1]))
         kind = int(times[1] < times[0])
         alike = np.flatnonzero(self._least[:, kind] == least[kind])
-        return Limit(self.cfl * times[kind], NAMES[kind], self._first(given, numbers, alike, kind, least[kind]))
+        who = self._first(given, numbers, alike, kind, least[kind])
+        return Limit(self.cfl * times[kind], NAMES[kind], who, least[kind])
 
     def _first(self, given: Any, numbers: np.ndarray, chunks: np.ndarray, criterion: int, value: float) -> int:
         """Return the particle of the smallest number that is meant in any of `chunks`, or NOBODY."""

@@ -128,6 +128,30 @@ class Halo:
         for rank, rows in self._came.items():
             sorted_rows[place[rows], :used] = into[rank]
 
+    def stand_for(self, chosen: np.ndarray) -> None:
+        """Take the rows that `append` was given as those `chosen` of more rows, whose values `again` shows."""
+        self._sent = {rank: chosen[rows] for rank, rows in self._sent.items()}
+
+    def again(self, values: np.ndarray) -> np.ndarray:
+        """Return for the rows that the last `append` brought the `values` (n, ...) that others have of them."""
+        tables = {rank: np.ascontiguousarray(values[chosen]) for rank, chosen in self._sent.items()}
+        coming = sum(rows.stop - rows.start for rows in self._came.values())
+        came = np.empty((coming, *values.shape[1:]), values.dtype)
+        into, first = {}, 0
+        for rank, rows in sorted(self._came.items()):
+            last = first + rows.stop - rows.start
+            into[rank], first = came[first:last], last
+        self._world.exchange(tables, into)
+        return came
+
+    def total(self, counts: np.ndarray) -> np.ndarray:
+        """Return the sums of whole numbers over all processes."""
+        return self._world.total(counts)
+
+    def most(self, values: np.ndarray) -> np.ndarray:
+        """Return the largest of each of the floats over all processes."""
+        return self._world.most(values)
+
     def anywhere(self, here: bool) -> bool:
         """Tell whether something is so on any process: all of them ask at the same place."""
         return bool(self._world.total(np.array([int(here)]))[0])

@@ -280,7 +280,7 @@ class Run:
         cfl = self.case.time.cfl
         for time, criterion, particle in stepper.limits():
             if cfl * time < limit.dt:
-                limit = Limit(cfl * time, criterion, particle)
+                limit = Limit(cfl * time, criterion, particle, time)
         return limit
 
     def _advance(self) -> None:

@@ -13,10 +13,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from hvisph.core.errors import CaseError
 from hvisph.core.particles import Particles
 from hvisph.formulations.protocol import AnyStepper
-from hvisph.formulations.stepper import Stepper
 from hvisph.integrators.criteria import NAMES, Criteria, Limit
 from hvisph.parallel.halo import Halo
 from hvisph.parallel.parts import Parts
@@ -27,8 +25,9 @@ from hvisph.sph.symmetry import Plane
 T = TypeVar("T")
 # Steps between two cuts of the space, and between two looks at who left a part.
 CUT_EVERY, MOVE_EVERY = 128, 16
-# Largest share of the mean work that a process may have before the space is cut again.
-BALANCED = 1.05
+# Largest share of the mean work that a process may have before the space is cut again: where particles change sides
+# between any two steps, and where all must be built anew for it, which is looked at so many times less often.
+BALANCED, SETTLED, SELDOM = 1.05, 1.2, 8
 # Criteria, beside those of `criteria` what stops a run: they travel as numbers.
 COLLAPSED = "collapsed"
 CRITERIA = (*NAMES, "not_finite", COLLAPSED, "contact", "inverted", "passed_through")
@@ -177,10 +176,11 @@ class Share:
             number, body = int(particles.id[limit.particle]), int(particles.body[limit.particle])
         if not self._asks:
             return Whole(limit.dt, limit.criterion, number, body, stop, checkpoint)
-        own = np.array([limit.dt, CRITERIA.index(limit.criterion), number, body, stop, float(checkpoint)])
+        kind = CRITERIA.index(limit.criterion)
+        own = np.array([limit.dt, kind, number, body, stop, float(checkpoint), limit.unrounded])
         table = self.world.everybodys(own)
-        # a failure stops all; of equal steps the smallest number counts
-        first = int(np.lexsort((table[:, 2], table[:, 0]))[0])
+        # a failure stops all; of equal steps the first criterion and the smallest number count
+        first = int(np.lexsort((table[:, 2], table[:, 6], table[:, 1], table[:, 0]))[0])
         dt, criterion, number, body = table[first, :4].tolist()
         return Whole(dt, CRITERIA[int(criterion)], int(number), int(body), int(table[:, 4].max()), bool(table[0, 5]))
 
@@ -204,21 +204,8 @@ class Share:
     # Who has what
 
     def join(self, world: Alone) -> None:
-        """Be one of several processes, which have nothing to tell each other yet.
-
-        Raises
-        ------
-        CaseError
-            Where the run cannot be shared.
-        """
+        """Be one of several processes, which have nothing to tell each other yet."""
         self.world = world
-        if world.size > 1 and type(self._stepper) is not Stepper:
-            name = self._stepper.formulation.name
-            raise CaseError(
-                f"'{name}' runs on one process so far: start it without mpiexec, with --threads for its cores; "
-                "eulerian and riemann run on any number of processes",
-                where="formulation.type",
-            )
 
     def begin(self) -> None:
         """Let go of the particles of other processes, and see theirs from now on."""
@@ -226,20 +213,19 @@ class Share:
         if world.size == 1:
             return
         assert isinstance(world, Ranks)
-        assert isinstance(stepper, Stepper)
         particles = stepper.particles
-        parts = Parts(world.size, particles["position"], particles.id)
+        parts = Parts(world.size, stepper.homes, particles.id)
         planes = [(plane.axis, plane.at, plane.side) for plane in self._planes]
 
         def halo_for(layout: RowLayout) -> Halo:
             self.halos.append(Halo(world, layout.dim, layout.width, layout.used, planes))
             return self.halos[-1]
 
-        own = np.flatnonzero(parts.owner(particles["position"], particles.id) == world.rank)
+        own = np.flatnonzero(parts.owner(stepper.homes, particles.id) == world.rank)
         carried = stepper.carried()
+        stepper.join(halo_for)
         self._hold(particles.data[own], particles.tags[own], {name: one[own] for name, one in carried.items()},
                    [read()[own] for read, _ in self._rows_of])  # fmt: skip
-        stepper.join(halo_for)
         stepper.fit_grid()
         stepper.totals.over = self._over
         self._parts, self.spread = parts, True
@@ -253,7 +239,6 @@ class Share:
 
     def _hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray], rows: list[np.ndarray]) -> None:
         stepper = self._stepper
-        assert isinstance(stepper, Stepper)
         stepper.hold(data, tags, carried)
         self._criteria.hold(len(data))
         for (_, write), one in zip(self._rows_of, rows, strict=True):
@@ -262,15 +247,15 @@ class Share:
 
     def rebalance(self, steps: int) -> None:
         """Give the particles that left this part to whose they are now, between steps; cut the space anew if due."""
+        world, stepper = self.world, self._stepper
         if not self._asks or steps % MOVE_EVERY:
             return
-        world, stepper = self.world, self._stepper
-        assert isinstance(stepper, Stepper)
-        particles = stepper.particles
-        cut = steps % CUT_EVERY == 0
-        if cut:
-            self._cut_again()
-        target = self._parts.owner(particles["position"], particles.id)
+        particles, settled = stepper.particles, stepper.settled
+        cut = steps % (SELDOM * CUT_EVERY if settled else CUT_EVERY) == 0
+        anew = cut and self._cut_again(SETTLED if settled else BALANCED)
+        if settled and not anew:
+            return
+        target = self._parts.owner(stepper.homes, particles.id)
         goes = target != world.rank
         carried = stepper.carried()
         rows = [read() for read, _ in self._rows_of]
@@ -280,7 +265,7 @@ class Share:
         going = np.concatenate([one[goes] for one in tables], axis=1)
         to = target[goes]
         came = world.swapped({int(rank): going[to == rank] for rank in np.unique(to)}, sum(widths))
-        if not goes.any() and not came:
+        if not goes.any() and not came and not settled:
             if cut:
                 stepper.fit_grid()
             return
@@ -312,19 +297,20 @@ class Share:
             f"{self.imbalance:.2f} at the last cut; {waited:.0%} of the time waiting and sending"
         )
 
-    def _cut_again(self) -> None:
-        """Cut the space by the work that its particles were, if it is out of balance."""
-        world, particles = self.world, self._stepper.particles
+    def _cut_again(self, most: float) -> bool:
+        """Cut the space by the work that its particles were, if it is out of balance; return whether it was."""
+        world, stepper = self.world, self._stepper
+        particles, dim = stepper.particles, stepper.particles.dim
         now = wall.perf_counter()
         busy = max(now - self._began - (world.waited - self._waited), 1e-9)
         self._began, self._waited = now, world.waited
         all_ = world.everybodys(np.array([busy, float(particles.count)]))
         self.imbalance = float(all_[:, 0].max() / all_[:, 0].mean())
-        if self.imbalance < BALANCED:
-            return
+        if self.imbalance < most:
+            return False
         weight = np.full((particles.count, 1), busy / max(particles.count, 1))
-        table = world.gathered(np.concatenate([particles["position"], particles.id[:, None], weight], axis=1))
-        dim = particles.dim
+        table = world.gathered(np.concatenate([stepper.homes, particles.id[:, None], weight], axis=1))
         self._parts = world.from_first(
             lambda: Parts(world.size, table[:, :dim], table[:, dim].astype(np.int64), table[:, dim + 1])
         )
+        return True

@@ -3,8 +3,8 @@
 The list is made by the one traversal with a margin beyond the kernel's reach, and serves until the
 particles may have crossed it. Pairs in the margin weigh nothing: the kernel ends before them.
 
-Entries are numbers of particles as the state holds them, images at symmetry planes after them and,
-last, the far row that fills lists up to whole vectors. The particles of a chunk share a contiguous
+Entries are numbers of particles as the state holds them, rows of other processes and images at symmetry planes after
+them and, last, the far row that fills lists up to whole vectors. The particles of a chunk share a contiguous
 part of the list.
 """
 
@@ -18,6 +18,7 @@ from hvisph.core.jit import specialise
 from hvisph.core.simd import EIGHT
 
 from . import cells, traversal
+from .copies import Halo
 from .kernels import Kernel
 from .rows import RowLayout
 from .symmetry import Images, Plane, image_numbers, with_images
@@ -67,17 +68,19 @@ class NeighbourList:
         Numbers of neighbours, uint32, those of particle s from first[s] to last[s]: whole vectors.
     first, last
         Places in `listed` (n,), uint64.
+    halo
+        How rows of other processes come; None for one process.
     images
         The images that the planes made, numbered after the particles.
     present
-        Number of particles and images: the number of the far row.
+        Number of particles and copies: the number of the far row.
     """
 
     def __init__(self, kernel: Kernel, margin: float, positions: np.ndarray, h: float, planes: tuple[Plane, ...] = ()):
         self.count, self.dim = positions.shape
         self.reach, self.planes = kernel.reach + margin, planes
         self.layout = RowLayout(self.dim, (("x", "vector"), ("h", "scalar")))
-        self.first, self.last = np.zeros(self.count, np.uint64), np.zeros(self.count, np.uint64)
+        self.halo: Halo | None = None
         self.images: list[Images] = []
         self.listed = np.zeros(0, np.uint32)
         self._grid = cells.Grid.around(positions, self.reach * h)
@@ -86,7 +89,17 @@ class NeighbourList:
         self._made = 0
         law = specialise(record, CHUNK=traversal.CHUNK)
         self._sweep = traversal.loop(self.dim, self.dim, law)
-        self._make_room(self.count)
+        self.hold(self.count)
+
+    def hold(self, count: int) -> None:
+        """Make room for lists of `count` particles."""
+        self.count = count
+        self.first, self.last = np.zeros(count, np.uint64), np.zeros(count, np.uint64)
+        self._make_room(count)
+
+    def fit_grid(self, positions: np.ndarray) -> None:
+        """Make the grid of cells anew, around particles at `positions` (n, dim) [m]."""
+        self._grid = cells.Grid.around(positions, self._grid.edge)
 
     def _make_room(self, count: int) -> None:
         """Make the work arrays hold `count` rows."""
@@ -103,13 +116,13 @@ class NeighbourList:
         self.order[count] = count
         self.present = count
 
-    def make(self, positions: np.ndarray, lengths: np.ndarray, numbers: np.ndarray) -> None:
+    def make(self, positions: np.ndarray, lengths: np.ndarray, longest: float, numbers: np.ndarray) -> None:
         """Make the lists anew.
 
         Parameters
         ----------
-        positions, lengths, numbers
-            Positions (n, dim) and smoothing lengths (n,) [m], and permanent numbers (n,).
+        positions, lengths, longest, numbers
+            Positions (n, dim) and smoothing lengths (n,) [m], the longest of all processes, and permanent numbers (n,).
 
         Raises
         ------
@@ -118,7 +131,10 @@ class NeighbourList:
         """
         rows = np.zeros((self.count, self.layout.width))
         rows[:, : self.dim], rows[:, self.dim] = positions, lengths
-        reach, numbers = self.reach * float(lengths.max()), numbers.astype(np.uint64)
+        reach, numbers = self.reach * longest, numbers.astype(np.uint64)
+        if self.halo is not None:
+            rows, numbers = self.halo.append(rows, numbers, reach)
+        self.before_images = len(rows)
         if self.planes:
             rows, self.images = with_images(rows, self.planes, self.layout, reach)
             numbers = image_numbers(numbers, self.images)

@@ -135,13 +135,13 @@ class Reference:
     Parameters
     ----------
     position
-        Reference positions (n, dim) [m], those of images at symmetry planes behind the n of particles.
+        Reference positions (n, dim) [m]; rows of other processes and images at symmetry planes come last.
     volume
         Reference volumes (n,) [m^dim], likewise.
-    body
-        Bodies, likewise.
+    body, numbers
+        Bodies and numbers, each once, likewise: in the order of the numbers neighbours are listed.
     count
-        Number of particles, images not counted.
+        Number of particles that get a list.
     kernel, h
         Kernel, and its smoothing length [m].
     correction
@@ -157,12 +157,12 @@ class Reference:
         Sums over each list of slope (X_a - X_b), (count, dim), and of shape, (count,).
     """
 
-    def __init__(self, position: np.ndarray, volume: np.ndarray, body: np.ndarray, count: int, kernel: Kernel,
-                 h: float, correction: str):  # fmt: skip
+    def __init__(self, position: np.ndarray, volume: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int,
+                 kernel: Kernel, h: float, correction: str):  # fmt: skip
         self.position, self.volume = np.ascontiguousarray(position), np.ascontiguousarray(volume)
         self.count, self.dim, self.h = count, position.shape[1], h
         dim = self.dim
-        lists = _lists(self.position, body, count, kernel.reach * h * RIM)
+        lists = _lists(self.position, body, numbers, count, kernel.reach * h * RIM)
         lengths = np.array([len(one) for one in lists], np.uint64)
         padded = (lengths + np.uint64(7)) // np.uint64(8) * np.uint64(8)
         self.starts = np.zeros(count + 1, np.uint64)
@@ -209,14 +209,15 @@ class Reference:
         self._update_corrections(affected)
 
 
-def _lists(position: np.ndarray, body: np.ndarray, count: int, reach: float) -> list[np.ndarray]:
-    """Return the neighbours within `reach` [m] in the same body, in rising order, of the first `count` particles."""
+def _lists(position: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int, reach: float) -> list[np.ndarray]:
+    """Return of the first `count` particles those within `reach` [m] in the same body, in the order of `numbers`."""
     dim = position.shape[1]
     lists: list[np.ndarray] = [np.zeros(0, np.uint32)] * count
     collect = specialise(_collect)
     sweep = traversal.loop(dim, dim, collect)
-    for number in np.unique(body):
-        members = np.flatnonzero(body == number)
+    for one in np.unique(body):
+        members = np.flatnonzero(body == one)
+        members = members[np.argsort(numbers[members])]
         n = len(members)
         rows, sorted_rows = np.zeros((n, 8)), np.zeros((n + 1, 8))
         rows[:, :dim], rows[:, dim] = position[members], 1.0
@@ -224,8 +225,7 @@ def _lists(position: np.ndarray, body: np.ndarray, count: int, reach: float) -> 
         columns = np.zeros((dim + 1, n + 8))
         order, place, cell = (np.zeros(n, np.uint32) for _ in range(3))
         grid = cells.Grid.around(rows[:, :dim], reach)
-        numbers = np.arange(n, dtype=np.uint64)
-        cells.sort(grid, rows, numbers, dim, cell, order, place, sorted_rows[:n], columns, dim)
+        cells.sort(grid, rows, np.arange(n, dtype=np.uint64), dim, cell, order, place, sorted_rows[:n], columns, dim)
         found_by: list[np.ndarray] = []
 
         def room(capacity: int, n: int = n, found_by: list[np.ndarray] = found_by) -> np.ndarray:
@@ -239,5 +239,5 @@ def _lists(position: np.ndarray, body: np.ndarray, count: int, reach: float) -> 
             i = members[order[k]]
             if i < count:
                 near = out[k, 1 : 1 + out[k, 0]]
-                lists[i] = np.sort(members[order[near[near < n]]]).astype(np.uint32)
+                lists[i] = members[np.sort(order[near[near < n]])].astype(np.uint32)
     return lists

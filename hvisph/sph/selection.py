@@ -1,10 +1,12 @@
 """Which particles a pass over current neighbours concerns: those near another body or an Eulerian particle.
 
-Cells of the kernel's reach are marked with the bodies and Eulerian particles that they hold. Cells wrap
-round, so a particle may be chosen in vain, but none that has such a neighbour is missed.
+Cells of the kernel's reach are marked with the bodies and Eulerian particles that they hold. A particle may be chosen
+in vain, but none that has such a neighbour is missed.
 """
 
 from __future__ import annotations
+
+from itertools import product
 
 import numpy as np
 
@@ -13,9 +15,12 @@ from hvisph.sph.cells import Grid, wrapped
 
 CHUNK = 1024
 NO_BODY = 0xFFFFFFFF
+# Cells of space that have a number of their own along each axis: beyond so many, numbers repeat.
+APART = 1 << 21
 
 
-def _mark(rows, eulerian, bodies, inverse_edge, nx, ny, nz, cells, lowest, highest, spatial):
+def _mark(rows, eulerian, bodies, inverse_edge, nx, ny, nz, cells, lowest, highest, spatial, extent):
+    extent[0], extent[1] = np.inf, -np.inf
     lowest[:] = np.uint32(NO_BODY)
     highest[:] = np.uint32(0)
     spatial[:] = np.uint8(0)
@@ -29,6 +34,8 @@ def _mark(rows, eulerian, bodies, inverse_edge, nx, ny, nz, cells, lowest, highe
         lowest[cell] = min(lowest[cell], bodies[i])
         highest[cell] = max(highest[cell], bodies[i])
         spatial[cell] |= eulerian[i]
+        for axis in range(np.uint64(DIM)):
+            extent[0, axis], extent[1, axis] = min(extent[0, axis], rows[i, axis]), max(extent[1, axis], rows[i, axis])
 
 
 def _beside(cx, cy, cz, shift, nx, ny, nz):
@@ -78,8 +85,6 @@ class Selection:
     ----------
     position
         Positions at the start (n, dim) [m], for the grid's extent.
-    bodies
-        Body of each particle (n,).
     reach
         Distance within which others count as near [m].
     with_neighbours
@@ -87,25 +92,32 @@ class Selection:
         need them.
     """
 
-    def __init__(self, position: np.ndarray, bodies: np.ndarray, reach: float, with_neighbours: bool = False):
+    def __init__(self, position: np.ndarray, reach: float, with_neighbours: bool = False):
         count, dim = position.shape
+        self._dim, self._cells = dim, np.zeros(count, np.uint32)
         self.grid = Grid.around(position, reach)
-        self.bodies = bodies.astype(np.uint32)
-        size = self.grid.shape[0] * self.grid.shape[1] * self.grid.shape[2]
-        self._cells = np.zeros(count, np.uint32)
-        self._lowest, self._highest = np.zeros(size, np.uint32), np.zeros(size, np.uint32)
-        self._spatial = np.zeros(size, np.uint8)
-        self._meets, self._spatial_near = np.zeros(size, bool), np.zeros(size, np.uint8)
-        self._wider = np.zeros(size, np.uint8)
+        self.fit(position)
         self._with_neighbours = with_neighbours
+        self._extent = np.zeros((2, dim))
         self._nowhere = np.zeros(count, np.uint8)
         self._mark = specialise(_mark, parallel=False, DIM=dim)
         beside = specialise(_beside, DIM=dim)
         self._spread = specialise(_spread, parallel=True, DIM=dim, beside=beside)
         self._widen = specialise(_widen, parallel=True, DIM=dim, beside=beside)
 
-    def choose(self, rows: np.ndarray, eulerian: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the indices of the particles near another body, and of those near an Eulerian one or such.
+    def fit(self, position: np.ndarray) -> None:
+        """Make the grid anew around particles at `position` (n, dim) [m]."""
+        self.grid = Grid.around(position, self.grid.edge)
+        size = self.grid.shape[0] * self.grid.shape[1] * self.grid.shape[2]
+        self._lowest, self._highest = np.zeros(size, np.uint32), np.zeros(size, np.uint32)
+        self._spatial = np.zeros(size, np.uint8)
+        self._meets, self._spatial_near = np.zeros(size, bool), np.zeros(size, np.uint8)
+        self._wider = np.zeros(size, np.uint8)
+
+    def choose(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return which particles are near another body, and which near an Eulerian one or such (n,), bool.
+
+        That hangs on nothing but the cells of the plane or of space: none is chosen because cells wrap round.
 
         Parameters
         ----------
@@ -113,19 +125,40 @@ class Selection:
             Packed rows (n or more, width), position first.
         eulerian
             (n,) uint8, 1 for Eulerian particles.
+        bodies
+            Body of each particle (n,) uint32.
         """
+        count, edge = len(bodies), self.grid.edge
         sizes = self.grid.sizes
-        self._mark(rows, eulerian, self.bodies, 1.0 / self.grid.edge, *sizes, self._cells, self._lowest, self._highest,
-                   self._spatial)  # fmt: skip
+        if len(self._cells) < count:
+            self._cells = np.zeros(count + count // 4, np.uint32)
+        cells = self._cells[:count]
+        self._mark(rows, eulerian, bodies, 1.0 / edge, *sizes, cells, self._lowest, self._highest,
+                   self._spatial, self._extent)  # fmt: skip
         self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
         near = self._spatial_near
         if self._with_neighbours:
             self._widen(*sizes, near, self._wider)
             near = self._wider
-        return np.flatnonzero(self._meets[self._cells]), np.flatnonzero(near[self._cells])
+        meets, spatial = self._meets[cells], near[cells] != 0
+        if self._wraps():
+            some = np.flatnonzero(meets | spatial)
+            meets[some], spatial[some] = _unwrapped(
+                rows[some, : self._dim], eulerian[some], bodies[some], edge, self._with_neighbours
+            )
+        return meets, spatial
+
+    def _wraps(self) -> bool:
+        """Whether particles have spread so far that cells of the grid stand for several places."""
+        low, high = np.floor(self._extent * (1.0 / self.grid.edge))
+        # two cells more: beside those at the rim lie empty ones
+        return not (high - low + 3.0 <= self.grid.shape[: self._dim]).all()
 
     def near_other_bodies(self, rows: np.ndarray, bodies: np.ndarray, reach: float) -> np.ndarray:
-        """Return the indices of the particles within `reach` [m] of another body, and of their neighbours."""
+        """Return the indices of the particles within `reach` [m] of another body, and of their neighbours.
+
+        Cells wrap round: some are chosen in vain.
+        """
         self.grid.edge = reach
         sizes, count = self.grid.sizes, len(rows)
         if len(self._nowhere) < count:
@@ -133,7 +166,31 @@ class Selection:
             self._cells = np.zeros(count + count // 4, np.uint32)
         cells = self._cells[:count]
         self._mark(rows, self._nowhere, bodies, 1.0 / reach, *sizes, cells, self._lowest, self._highest,
-                   self._spatial)  # fmt: skip
+                   self._spatial, self._extent)  # fmt: skip
         self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
         self._widen(*sizes, self._meets.view(np.uint8), self._wider)
         return np.flatnonzero(self._wider[cells])
+
+
+def _unwrapped(position: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, edge: float,
+               with_neighbours: bool) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Return what `Selection.choose` does, of particles at `position` (n, dim) [m], by cells that do not wrap round."""
+    dim = position.shape[1]
+    places = np.floor(position * (1.0 / edge)).astype(np.int64) % APART
+    weights = APART ** np.arange(dim)
+    codes, first, cell = np.unique(places @ weights, return_index=True, return_inverse=True)
+    lowest = np.full(len(codes), NO_BODY, np.uint32)
+    highest, spatial = np.zeros((2, len(codes)), np.uint32)
+    np.minimum.at(lowest, cell, bodies)
+    np.maximum.at(highest, cell, bodies)
+    np.maximum.at(spatial, cell, eulerian)
+    beside = np.empty((3**dim, len(codes)), np.int64)
+    for k, shift in enumerate(product((-1, 0, 1), repeat=dim)):
+        there = (places[first] + shift) % APART @ weights
+        at = np.minimum(np.searchsorted(codes, there), len(codes) - 1)
+        beside[k] = np.where(codes[at] == there, at, np.arange(len(codes)))  # itself where nobody is
+    meets = lowest[beside].min(axis=0) != highest[beside].max(axis=0)
+    near = spatial[beside].max(axis=0)
+    if with_neighbours:
+        near = near[beside].max(axis=0)
+    return meets[cell], near[cell] != 0
