@@ -1,12 +1,13 @@
 """Campaigns of numbered trials: run in pieces, counted in a file, told in a table.
 
 A trial is reproducible by its number alone. What trials found is added up in a JSON file, so that a campaign can be
-run in many short pieces, and a trial that fails is the first one of the next piece.
+run in many short pieces, and trials that failed are the first ones of the next piece.
 """
 
 from __future__ import annotations
 
 import json
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -33,16 +34,29 @@ class Campaign:
     told: Callable[[Tally], str]
 
     def go_on(self, tallies: Path, seconds: float, count: int) -> Tally:
-        """Run up to `count` trials for at most `seconds`, beginning after those that are counted already."""
+        """Run up to `count` trials for at most `seconds`: those that failed, then those that are not counted yet.
+
+        A trial that fails is told of and kept under `failed`; the campaign goes on.
+        """
         began = time.perf_counter()
-        tally = _known(tallies).get(self.name, {"trials": 0})
+        tally = {"trials": 0} | _known(tallies).get(self.name, {})
+        again, failed = list(tally.pop("failed", [])), []
         with tempfile.TemporaryDirectory() as folder:
             trial = self.start(Path(folder))
-            while tally["trials"] < self.many and count > 0 and time.perf_counter() - began < seconds:
-                tally = added(tally, trial(tally["trials"]) | {"trials": 1})
-                tallies.write_text(json.dumps(_known(tallies) | {self.name: tally}, indent=1), encoding="utf-8")
+            while count > 0 and time.perf_counter() - began < seconds:
+                following = tally["trials"] + len(again) + len(failed)
+                if not again and following >= self.many:
+                    break
+                number = again.pop(0) if again else following
+                try:
+                    tally = added(tally, trial(number) | {"trials": 1})
+                except (SystemExit, AssertionError) as error:
+                    print(f"{self.name} {number}: {type(error).__name__}: {error}", file=sys.stderr, flush=True)
+                    failed.append(number)
+                kept = tally | ({"failed": [*failed, *again]} if failed or again else {})
+                tallies.write_text(json.dumps(_known(tallies) | {self.name: kept}, indent=1), encoding="utf-8")
                 count -= 1
-        return tally
+        return tally | ({"failed": [*failed, *again]} if failed or again else {})
 
 
 def _known(tallies: Path) -> Tally:

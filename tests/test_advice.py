@@ -92,6 +92,13 @@ def test_figures_of_experience_are_those_of_the_page(name):
     assert known.what in experience(case, regime(case))
 
 
+def test_a_shape_that_knows_its_size_only_where_it_stands_has_no_experience():
+    wires = "{type: union, parts: [{shape: {type: cylinder, diameter: 2 mm, length: 9 mm}}]}"
+    overrides = ["kinematics=three_d", "bodies.projectile.velocity=[5 km/s, 0, 0]", f"bodies.target.shape={wires}"]
+    mesh = load_case("sphere_on_plate_axisymmetric", overrides)
+    assert experience(mesh, regime(mesh)) == ""
+
+
 def test_coarse_runs_are_told_that_the_figures_are_of_finer_ones():
     coarse = load_case("validation/taylor/case", ["resolution=1mm"])
     assert "here are 7.6, too few" in experience(coarse, regime(coarse))

@@ -84,9 +84,13 @@ def _set_of(case: Case, kind: Regime) -> str:
         return ""
     if case.kinematics not in ("three_d", "axisymmetric"):
         return ""
+    sizes = bodies[1].shape.extent()
+    if not sizes:  # a mesh or a combination is neither of the plates that were shot at
+        return ""
+    thin = min(sizes) < THIN * _width(bodies[0])
     if len(bodies) == 3:
-        return "shield" if min(bodies[1].shape.extent()) < THIN * _width(bodies[0]) else ""
-    return "cloud" if min(bodies[1].shape.extent()) < THIN * _width(bodies[0]) else "crater"
+        return "shield" if thin else ""
+    return "cloud" if thin else "crater"
 
 
 def _width(body: Body) -> float:
