@@ -10,7 +10,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "benchmarks")]
 
 import numpy as np  # noqa: E402
 from campaign import Tally, counts  # noqa: E402
-from small_runs import DAMAGED, FORMULATIONS, HARDENING, METAL, OPTIONS, final  # noqa: E402
+from small_runs import DAMAGED, FORMULATIONS, METAL, OPTIONS, final  # noqa: E402
 
 from hvisph.casefile.loader import load_case  # noqa: E402
 from hvisph.core.errors import CaseError  # noqa: E402
@@ -19,7 +19,8 @@ from hvisph.simulation.run import run  # noqa: E402
 
 # As METAL, and it spalls.
 SPALLING = METAL | {"damage": {"type": "pressure_cutoff", "pressure": -1.2e9}}
-SOLIDS = [DAMAGED, HARDENING, METAL, SPALLING]
+SOLIDS = [DAMAGED, SPALLING]  # both in every case, so that all seeds of a formulation share their compiled loops
+LIMITS = {"momentum": 1e-12, "angular momentum": 1e-3, "energy": 1e-12, "internal energy below zero": 1e-3}
 
 
 def case_of(seed):
@@ -34,7 +35,7 @@ def case_of(seed):
         place = [7e-3 * k, *rng.uniform(-1.2e-3, 1.2e-3, 2).tolist()]
         speed = rng.uniform(500.0, 4000.0)
         bodies[f"body_{k}"] = {
-            "material": SOLIDS[int(rng.integers(len(SOLIDS)))],
+            "material": SOLIDS[k if k < 2 else int(rng.integers(2))],
             "shape": shape,
             "position": place,
             "velocity": [float(speed * (1 if k == 0 else -0.5)), *rng.normal(0.0, 200.0, 2).tolist()],
@@ -42,8 +43,6 @@ def case_of(seed):
         if shape["type"] == "box":
             bodies[f"body_{k}"]["rotation"] = {"angle": float(rng.uniform(0, 3)), "axis": rng.normal(size=3).tolist()}
     formulation = FORMULATIONS[seed % len(FORMULATIONS)]
-    if formulation == "adaptive":  # something must be able to fail
-        bodies["body_0"]["material"] = DAMAGED
     extra = {0: {}, 1: {"symmetry": [{"axis": "z", "at": 0.0}]}, 2: {"domain": {"min": [-4e-3, None, None]}}, 3: {}}
     further = extra[seed // len(FORMULATIONS) % 4]
     if "symmetry" in further:  # bodies on the plane, moving along it
@@ -53,7 +52,7 @@ def case_of(seed):
                 body["rotation"]["axis"] = [0.0, 0.0, 1.0]
     options = {"type": formulation} | OPTIONS.get(formulation, {})
     end = 4e-6 if formulation != "projection" else 3e-7
-    plain = {"kinematics": "three_d", "resolution": 0.45e-3, "bodies": bodies, "formulation": options,
+    plain = {"kinematics": "three_d", "resolution": 0.6e-3, "bodies": bodies, "formulation": options,
              "output": {"checkpoint_every": None, "every": None}, "time": {"end": end, "max_steps": 1500}}  # fmt: skip
     try:
         return load_case(plain | further), formulation
@@ -78,34 +77,36 @@ def collisions(work):
                 "ends": {"stopped cleanly by a watcher": 1},
                 "stopped": {f"{formulation}: {summary['failure']['criterion']}": 1},
             }
-        start, end, kept = (
-            read_snapshot(list_snapshots(work / "collision")[0]),
-            final(work / "collision"),
-            summary["conservation"],
-        )
-        found: Tally = {"ends": {"ended": 1}, "by formulation": {formulation: 1}}
-        if not case.symmetry:
-            found["most_momentum"] = kept["momentum_drift"]
-        if kept["energy_drift"] is not None:
-            found["most_energy"] = abs(kept["energy_drift"])
-        if kept["angular_momentum_drift"] is not None:
-            found["angular"] = {f"most_{formulation}": kept["angular_momentum_drift"]}
-        speed = start.fields["velocity"] - np.average(start.fields["velocity"], axis=0, weights=start.fields["mass"])
-        mean = 0.5 * float(np.average((speed**2).sum(axis=1), weights=start.fields["mass"]))
-        if "internal_energy" in end.fields:
-            found["internal"] = {f"least_{formulation}": float(end.fields["internal_energy"].min()) / mean}
-        return found
+        found = _figures(case, summary["conservation"], work / "collision")
+        told: Tally = {"ends": {"ended": 1}, "by formulation": {formulation: 1}}
+        for what, value in found.items():
+            told[what] = {f"most_{formulation}": value}
+            if value > LIMITS[what]:
+                told["misses"] = [*told.get("misses", []), f"seed {seed}, {formulation}, {what} {value:.1e}"]
+        return told
 
     return trial
+
+
+def _figures(case, kept, folder):
+    """Return what is held against the limits, by name: drifts, and the least internal energy, its sign turned."""
+    found = {"momentum": None if case.symmetry else kept["momentum_drift"], "energy": kept["energy_drift"],
+             "angular momentum": None if case.symmetry else kept["angular_momentum_drift"]}  # fmt: skip
+    start, end = read_snapshot(list_snapshots(folder)[0]), final(folder)
+    velocity, mass = start.fields["velocity"], start.fields["mass"]
+    speed = velocity - np.average(velocity, axis=0, weights=mass)
+    mean = 0.5 * float(np.average((speed**2).sum(axis=1), weights=mass))
+    if "internal_energy" in end.fields:
+        found["internal energy below zero"] = max(-float(end.fields["internal_energy"].min()) / mean, 0.0)
+    return {name: abs(value) for name, value in found.items() if value is not None}
 
 
 def told(tally):
     """Return the counts and extremes in words."""
     stopped = f" ({counts(tally['stopped'])})" if "stopped" in tally else ""
-    angular_ = ", ".join(f"{name[5:]} {value:.0e}" for name, value in tally["angular"].items())
-    least = ", ".join(f"{name[6:]} {value:.0e}" for name, value in tally["internal"].items())
-    return (
-        f"{tally['trials']} seeds: {counts(tally['ends'])}{stopped}; momentum within {tally['most_momentum']:.1e}, "
-        f"energy within {tally['most_energy']:.1e}, angular momentum over the sum of its parts within {angular_}; "
-        f"least internal energy of a particle over the mean kinetic energy of the start {least}"
-    )
+    text = f"{tally['trials']} seeds: {counts(tally['ends'])}{stopped}"
+    for what in LIMITS:
+        most = ", ".join(f"{name[5:]} {value:.0e}" for name, value in sorted(tally.get(what, {}).items()))
+        text += f"; {what} at most {most}"
+    misses = tally.get("misses", [])
+    return text + f"; beyond the limits {len(misses)}" + (f": {'; '.join(misses)}" if misses else "")

@@ -52,11 +52,13 @@ class Compiling(event.Listener):
         self.depth, self.began, self.seconds = 0, 0.0, 0.0
 
     def on_start(self, event_):
+        """Hear that something begins to be compiled."""
         self.depth += 1
         if self.depth == 1:
             self.began = time.process_time()
 
     def on_end(self, event_):
+        """Hear that it is compiled."""
         self.depth -= 1
         if self.depth == 0:
             self.seconds += time.process_time() - self.began
