@@ -16,6 +16,8 @@ from hvisph.core.errors import CaseError
 from hvisph.measures.convergence import convergence
 from hvisph.measures.limit import Bracket, bracket, lambert_jonas, next_values
 from hvisph.output.reader import list_snapshots, read_snapshot
+from hvisph.pictures.sweeps import sweep_figure
+from hvisph.sweeps.against import against_experiment
 from hvisph.sweeps.begin import begin, sweep
 from hvisph.sweeps.folder import SweepFolder
 from hvisph.sweeps.plan import load_plan
@@ -98,6 +100,30 @@ def test_many_cases_load_quickly_enough_to_be_listed():
 
 
 # NASA's tutorial on spatial convergence: order 1.786170, 0.971300, index 0.103083 %.
+def test_a_list_is_held_against_the_experiment():
+    def shot(number, measured, computed):
+        return {"number": number, "values": {"experiment.shot": f"A{number}", "experiment.hole_diameter": measured},
+                "measures": {"hole_diameter": {"value": computed, "unit": "m"}}}  # fmt: skip
+
+    shots = [shot(0, "10 mm", 9e-3), shot(1, 0.02, 21e-3), shot(2, "none", 3e-3), shot(3, "1 cm", None)]
+    found = against_experiment(shots)
+    assert list(found) == ["hole_diameter"]
+    one = found["hole_diameter"]
+    assert (one["unit"], one["cases"], one["measured"], one["computed"]) == ("m", [0, 1], [0.01, 0.02], [9e-3, 21e-3])
+    assert one["mean"] == pytest.approx(-0.025)
+    assert one["worst"] == pytest.approx(-0.1)
+    axes = sweep_figure({"experiment": found}, []).axes
+    assert "-2.5 %" in axes[0].get_title()
+    assert axes[0].get_xlabel() == "measured [mm]"
+
+
+def test_pictures_draw_what_is_recorded():
+    measures = {name: {"value": 1.0, "unit": "m"} for name in ("penetration", "crater_diameter")}
+    shots = [{"status": "done", "values": {SPEED: speed}, "measures": measures} for speed in ("2 km/s", "3 km/s")]
+    assert len(sweep_figure({}, shots).axes) == 2
+    assert [axes.get_ylabel() for axes in sweep_figure({}, shots, ["penetration"]).axes] == ["penetration [cm]"]
+
+
 def test_order_extrapolation_and_index_of_known_series():
     found = convergence((0.97050, 0.96854, 0.96178), (1, 2, 4))
     assert found.order == pytest.approx(1.786170, abs=1e-6)

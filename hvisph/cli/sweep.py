@@ -201,7 +201,7 @@ def _show(folder: SweepFolder, how: How) -> None:
         from hvisph.pictures.sweeps import sweep_picture
 
         title = stands.sweep.title or str(stands.plan.base.value.get("title", ""))
-        sweep_picture(said, shown, how.plot, title or folder.path.name)
+        sweep_picture(said, shown, how.plot, title or folder.path.name, stands.sweep.record)
         if not how.silent:
             say(str(how.plot))
     statuses = {row["status"] for row in shown}

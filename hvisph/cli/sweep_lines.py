@@ -94,6 +94,8 @@ def summary(sweep: Any, rows: Sequence[dict[str, Any]], said: dict[str, Any], pa
         parts += [*map(_limit, said["limits"]), ""]
     elif "sample" in said:
         parts += [_sample(said["sample"], sweep.record), ""]
+    elif "experiment" in said:
+        parts += [_experiment(said["experiment"]), ""]
     parts += [_rows(rows, sweep.record), ""]
     counts: dict[str, int] = {}
     for row in rows:
@@ -182,6 +184,16 @@ def _limit(verdict: dict[str, Any]) -> str:
                          for shot, one in through)  # fmt: skip
         lines.append(f"  residual velocities beside Recht-Ipson's about this limit: {said}")
     return "\n".join(lines)
+
+
+def _experiment(verdict: dict[str, Any]) -> str:
+    from hvisph.core.measures import look_of
+
+    lines = [["against the experiment", "shots", "mean", "worst"]]
+    for name, one in verdict.items():
+        off = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
+        lines.append([look_of(name).label, str(len(one["cases"])), *off])
+    return table(lines)
 
 
 def _sample(verdict: dict[str, Any], record: Sequence[str] | None) -> str:

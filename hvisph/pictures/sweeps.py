@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,7 +22,7 @@ MOST_PANELS = 9
 
 
 def sweep_picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], path: str | os.PathLike[str],
-                  title: str = "") -> Path:  # fmt: skip
+                  title: str = "", record: Sequence[str] | None = None) -> Path:  # fmt: skip
     """Draw what a sweep says and store it.
 
     Parameters
@@ -35,26 +35,35 @@ def sweep_picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], pa
         File to write; its ending tells the format.
     title
         Above the picture.
+    record
+        Measures to draw; the first of all unless given.
 
     Raises
     ------
     CaseError
         When there is nothing to draw.
     """
-    figure = sweep_figure(said, rows)
+    figure = sweep_figure(said, rows, record)
     figure.suptitle(title)
     return store(figure, path)
 
 
-def sweep_figure(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]) -> Figure:
+def sweep_figure(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]],
+                 record: Sequence[str] | None = None) -> Figure:  # fmt: skip
     """Return the figure of what a sweep says; raises `CaseError` when there is nothing to draw."""
-    if "converge" in said:
-        return _panels(said["converge"], _convergence)
     if "limits" in said:
         return _limits(said["limits"])
-    if "sample" in said:
-        return _panels(said["sample"], _tornado)
-    return _measures(rows)
+    if "experiment" in said:
+        return _panels(said["experiment"], _against)
+    for kind, draw in (("converge", _convergence), ("sample", _tornado)):
+        if kind in said:
+            return _panels({name: said[kind][name] for name in _chosen(said[kind], record)}, draw)
+    return _measures(rows, record)
+
+
+def _chosen(names: Iterable[str], record: Sequence[str] | None) -> list[str]:
+    """Return the names to draw: those that are recorded, or all."""
+    return [*names] if record is None else [name for name in record if name in names]
 
 
 def _figure(count: int) -> tuple[Figure, list[Axes]]:
@@ -92,9 +101,22 @@ def _convergence(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
         axes.plot([0.0], [limit], "D", color=ACCENT)
         note = f"order {one['order']:.2f}, index {100 * one['index']:.2g} %"
     axes.set_xlim(left=0.0)
-    axes.set_xlabel("spacing")
+    axes.set_xlabel(f"spacing [{one['spacing_unit']}]" if one.get("spacing_unit") else "spacing")
     axes.set_ylabel(f"{look.label} [{look.unit}]" if look.unit else look.label)
     axes.set_title(note, fontsize=9)
+
+
+def _against(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
+    """Draw what was computed over what was measured, and the line on which both are the same."""
+    measured, computed = (np.array(one[key]) * look.factor for key in ("measured", "computed"))
+    low, high = min(0.0, *measured, *computed), max(*measured, *computed)
+    axes.plot([low, high], [low, high], color=FAINT)
+    axes.plot(measured, computed, "o", color=INK)
+    unit = f" [{look.unit}]" if look.unit else ""
+    axes.set_xlabel(f"measured{unit}")
+    axes.set_ylabel(f"computed{unit}")
+    off = "" if one["mean"] is None else f": {100.0 * one['mean']:+.2g} % in the mean"
+    axes.set_title(f"{look.label}{off}", fontsize=9)
 
 
 def _tornado(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
@@ -146,11 +168,12 @@ def _to_si(unit: str) -> float:
     return 1000.0 if unit in ("km/s", "mm/us") else 1.0
 
 
-def _measures(rows: Sequence[Mapping[str, Any]]) -> Figure:
+def _measures(rows: Sequence[Mapping[str, Any]], record: Sequence[str] | None) -> Figure:
     """Measures over the first value that varies."""
     done = [row for row in rows if row["status"] == "done"]
-    names = list(dict.fromkeys(name for row in done for name, one in row["measures"].items()
-                               if isinstance(one["value"], int | float)))[:MOST_PANELS]  # fmt: skip
+    found = dict.fromkeys(name for row in done for name, one in row["measures"].items()
+                          if isinstance(one["value"], int | float))  # fmt: skip
+    names = _chosen(found, record)[:MOST_PANELS]
     if not names:
         raise CaseError("no case is done: there is nothing to draw")
     path = next(iter(done[0]["values"]))

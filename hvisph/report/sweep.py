@@ -107,6 +107,12 @@ def _said(said: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
             numbers = [f"{one[key] * look.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
             rows.append([look.label, look.unit, *numbers])
         return ["measure", "unit", "mean", "deviation", "5 %", "50 %", "95 %"], rows
+    if "experiment" in said:
+        rows = []
+        for name, one in said["experiment"].items():
+            off = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
+            rows.append([look_of(name).label, str(len(one["cases"])), *off])
+        return ["against the experiment", "shots", "mean", "worst"], rows
     return [], []
 
 

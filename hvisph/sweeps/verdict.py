@@ -9,6 +9,7 @@ from hvisph.case import sweep as models
 from hvisph.measures.convergence import convergence
 from hvisph.measures.limit import bracket, lambert_jonas, next_values
 from hvisph.measures.statistics import rank_correlations, spread
+from hvisph.sweeps.against import against_experiment
 from hvisph.sweeps.folder import ENDED
 from hvisph.sweeps.table import Row
 from hvisph.sweeps.values import FACTORS, Scale, Values, product
@@ -27,6 +28,8 @@ def verdict(vary: Any, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str
     done = [row for row in rows if row["status"] == "done"]
     if isinstance(vary, models.Converge):
         said["converge"] = _converge(vary, base, done)
+    elif isinstance(vary, models.Listed) and (found := against_experiment(done)):
+        said["experiment"] = found
     elif isinstance(vary, models.Sample):
         said["sample"] = _sample(vary, base, done)
     elif isinstance(vary, models.Bisect):
@@ -93,7 +96,8 @@ def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Se
 
 
 def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
-    spacings = Scale(vary.path, [row["values"][vary.path] for row in rows], base).numbers if rows else []
+    scale = Scale(vary.path, [row["values"][vary.path] for row in rows], base) if rows else None
+    spacings = scale.numbers if scale else []
     names = dict.fromkeys(name for row in rows for name in row["measures"])
     verdicts = {}
     for name in names:
@@ -108,7 +112,7 @@ def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row
         uncertain = [measure["uncertainty"] for measure, _ in known]
         verdicts[name] = convergence(values, [h for _, h in known], uncertain).as_dict() | {
             "unit": known[0][0]["unit"], "spacings": [h for _, h in known], "values": values,
-            "uncertainties": uncertain,
+            "uncertainties": uncertain, "spacing_unit": scale.unit if scale else "",
         }  # fmt: skip
     return verdicts
 
