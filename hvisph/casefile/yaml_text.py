@@ -85,9 +85,9 @@ def parse(text: str, name: str) -> Document:
         raise CaseError(f"is no YAML: {str(error).splitlines()[0]}", file=name) from None
 
 
-def dump(value: Any) -> str:
-    """Return YAML text of plain values that `parse` reads back to the same."""
-    return yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=100)
+def dump(value: Any, width: int = 100) -> str:
+    """Return YAML text of plain values that `parse` reads back to the same; texts are wrapped behind `width` columns."""
+    return yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=width)
 
 
 class _Dumper(yaml.SafeDumper):

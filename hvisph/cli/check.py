@@ -72,7 +72,7 @@ def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
 
 
 def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
-    from hvisph.cli.words import duration, quantity, rounded, size, table
+    from hvisph.cli.words import duration, paragraph, quantity, rounded, size, table
     from hvisph.simulation.advice import regime, tears
     from hvisph.simulation.experience import experience
 
@@ -94,7 +94,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
         f"dx = {number(case.resolution, 'm')}, h = {number(case.smoothing_length, 'm')}",
         "",
         table(rows),
-        *(f"  {body.name}: {_filling(body, case)}" for body in taken.bodies),
+        *(paragraph(f"{body.name}: {_filling(body, case)}", indent=2, hanging=4) for body in taken.bodies),
         "",
     ]
     facts = [("particles", f"{about}{taken.particles}")]

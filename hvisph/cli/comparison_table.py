@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from hvisph.measures.compare import Row
     from hvisph.study.gauge_overlay import Overlay
 
+SHORT = {"angular_momentum_drift": "angular_drift", "kinetic_energy_ratio": "kinetic_ratio"}
 MISSED = " *"  # behind a value that is further from the published one than its tolerance
 
 
@@ -78,7 +79,8 @@ def _number(value: float, look: Look, sign: str = "") -> str:
 
 def _cost(rows: Sequence[Row]) -> str:
     drifts = list(dict.fromkeys(name for row in rows for name in row.conservation))
-    words = [name.replace("_", " ").rpartition(" ") for name in drifts]  # such as energy drift, on two lines
+    # such as energy drift, on two lines
+    words = [SHORT.get(name, name).replace("_", " ").rpartition(" ") for name in drifts]
     lines = [["", "", *(of for of, _, _ in words), "particles", "steps", "us a particle-", "wall"],
              ["", "", *(what for _, _, what in words), "", "", "step", ""]]  # fmt: skip
     for row in rows:

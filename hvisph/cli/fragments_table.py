@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from hvisph.cli.words import table, times
+from hvisph.cli.words import paragraph, table, times
 
 # unit for people and factor from SI, by the unit of the mass
 MASSES = {"kg": ("g", 1e3), "kg/m": ("kg/m", 1.0), "kg/m^2": ("kg/m^2", 1.0)}
@@ -75,7 +75,7 @@ def _body(part: Any, moment: Any, fewest: int) -> str:
         mass, share = _figure(factor * piece.mass), _percent(part.share([row]))
         figures = [column[row] for column in columns]
         lines.append([str(row + 1), str(piece.count), mass, share, *figures, part.roles[row]])
-    shown = [_summary(part, unit, factor), *([table(lines)] if listed else [])]
+    shown = [paragraph(_summary(part, unit, factor), hanging=2), *([table(lines)] if listed else [])]
     small = part.counts < fewest
     if small.any():
         rest = f"{small.sum()} of fewer than {fewest} particles: {part.counts[small].sum()} particles"

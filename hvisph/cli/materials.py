@@ -66,12 +66,13 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     from hvisph.cli.words import paragraph, quantity, table
     from hvisph.study.material_sheet import beside_measured, derived, hugoniot
 
-    lines = ["# SI units", dump(model.model_dump(mode="json", exclude={"name"})).rstrip()]
     notes = known.notes(name)
+    left = {"name", "source"} if notes.sources else {"name"}  # those of the numbers are listed below
+    lines = ["# SI units", dump(model.model_dump(mode="json", exclude=left), width=80).rstrip()]
     if notes.aliases:
         lines.append(f"# also called {', '.join(notes.aliases)}")
     if notes.note:
-        lines += [f"# {line}" for line in paragraph(notes.note).splitlines()]
+        lines += [f"# {line[2:]}" for line in paragraph(notes.note, indent=2).splitlines()]
     if notes.sources:
         lines += ["", "sources of the numbers"]
         for source in notes.sources:
@@ -92,12 +93,12 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     if beside:
         apart = [100.0 * (ours / measured - 1.0) for _, measured, ours in beside]
         mean, spread = sum(apart) / len(apart), sum(value**2 for value in apart) / len(apart)
-        lines += [
-            "",
+        words = (
             f"beside {len(beside)} measured points from {beside[0][0]:g} to {beside[-1][0]:g} m/s its shock speed is "
             f"{mean:+.1f} % off in the mean, {spread**0.5:.1f} % in root mean square, "
-            f"{max(apart, key=abs):+.1f} % at most",
-        ]
+            f"{max(apart, key=abs):+.1f} % at most"
+        )
+        lines += ["", paragraph(words)]
     return "\n".join(lines)
 
 

@@ -16,7 +16,6 @@ from hvisph.core.harmless import harmless
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
-WIDTH = 110  # of the tables over time: wider ones go on below
 HEADING = 14  # of a column's name, which is broken where it is longer
 
 
@@ -243,20 +242,20 @@ def _expected(case: Case | None, measured: Any) -> list[dict[str, Any]]:
 
 def _series(series: Any, unitless: bool) -> str:
     """Return one line a moment, one column a measure that ever has a value, in tables that fit a screen."""
-    from hvisph.cli.words import table, times
+    from hvisph.cli.words import SCREEN, table, times
     from hvisph.measures.table import rows
 
     shown = [{row.name: row for row in rows(moment.results, unitless=unitless)} for moment in series]
     names = [name for name in shown[0] if any(cells[name].value != "-" for cells in shown)]
     first = ["t", *times([moment.time for moment in series], "" if unitless else "s")]
     blocks: list[list[list[str]]] = []
-    width = WIDTH
+    width = SCREEN
     for name in names:
         values = [cells[name].value for cells in shown]
         heading = textwrap.wrap(shown[0][name].label, HEADING)
         column = [*heading, *([] if unitless else [_unit(values)]), *(value.split(" ")[0] for value in values)]
         own = max(map(len, column)) + 2
-        if width + own > WIDTH:
+        if width + own > SCREEN:
             blocks.append([first])
             width = max(map(len, first)) + 4  # with the indent
         blocks[-1].append(column)

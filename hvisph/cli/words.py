@@ -73,7 +73,8 @@ def rounded(count: float) -> str:
 def table(rows: Sequence[Sequence[str]], indent: int = 2, *, cut: bool = False) -> str:
     """Return `rows` as text in aligned columns.
 
-    Words in the last column are wrapped, or with `cut` cut off, so that lines fit a screen.
+    Words in the last column are wrapped, or with `cut` cut off, so that lines fit a screen. Columns that are too many
+    for it go on below, after the first one again.
     """
     rows = [[harmless(cell) for cell in row] for row in rows]
     widths = _widths(rows)
@@ -81,27 +82,45 @@ def table(rows: Sequence[Sequence[str]], indent: int = 2, *, cut: bool = False) 
     if widths and widths[-1] > room >= NARROWEST:
         rows = [line for row in rows for line in _wrapped(row, len(widths), room, cut)]
         widths = _widths(rows)
-    lines = ((" " * GAP).join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)) for row in rows)
-    return "\n".join(" " * indent + line.rstrip() for line in lines)
+    if len(widths) > 2 and indent + sum(widths) + GAP * (len(widths) - 1) > SCREEN:
+        return tables(rows, indent=indent)
+    return _aligned(rows, indent)
 
 
 def tables(rows: Sequence[Sequence[str]], kept: int = 1, indent: int = 2) -> str:
     """Return `rows` as tables below each other, no wider than a screen, which all begin with `kept` columns.
 
-    All rows have the same number of cells.
+    A row with fewer cells than others ends early.
     """
     widths = _widths(rows)
     least = indent + sum(width + GAP for width in widths[:kept])
+    room = SCREEN - least
+    blocks = _blocks(widths, kept, room)
+    while len(blocks) > 1 and len(narrower := _blocks(widths, kept, room - 1)) == len(blocks):
+        blocks, room = narrower, room - 1  # about as wide as each other
+    chosen = [[*range(kept), *block] for block in blocks]
+    if len(chosen) == 1:  # or the one column is wider than a screen by itself
+        return _aligned(rows, indent)
+    return "\n\n".join(table([[row[k] for k in columns if k < len(row)] for row in rows], indent) for columns in chosen)
+
+
+def _blocks(widths: Sequence[int], kept: int, room: int) -> list[list[int]]:
+    """Return the columns from `kept` on in blocks that are no wider than `room`, single ones but for that."""
     blocks: list[list[int]] = [[]]
-    used = least
+    used = 0
     for column in range(kept, len(widths)):
-        if blocks[-1] and used + widths[column] > SCREEN:
+        if blocks[-1] and used + widths[column] > room:
             blocks.append([])
-            used = least
+            used = 0
         blocks[-1].append(column)
         used += widths[column] + GAP
-    chosen = [[*range(kept), *block] for block in blocks]
-    return "\n\n".join(table([[row[k] for k in columns] for row in rows], indent) for columns in chosen)
+    return blocks
+
+
+def _aligned(rows: Sequence[Sequence[str]], indent: int) -> str:
+    widths = _widths(rows)
+    lines = ((" " * GAP).join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)) for row in rows)
+    return "\n".join(" " * indent + line.rstrip() for line in lines)
 
 
 def paragraph(text: str, indent: int = 0, hanging: int | None = None) -> str:

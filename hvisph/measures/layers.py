@@ -13,6 +13,7 @@ from hvisph.measures.perforation import NO, NOT_YET, YES, Perforation, perforati
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import Scene
 
+OF_A_HOLE = ("crater_lip_to_lip", "impact_diameter", "lip_height", "lip_height_maximum")
 # Measures that earlier moments tell, see `passage`.
 IN_TIME = ("perforation_time", "passage_time", "passage_velocity", "passage_largest_share", "passage_length")
 
@@ -65,6 +66,15 @@ def perforated(layers: Sequence[LayerMeasures]) -> Result:
     if any(layer.state == NO for layer in layers):
         return Result(0.0, "")
     return meaningless("", f"not yet: {stopped.body}: {stopped.results['perforated'].reason.removeprefix('not yet: ')}")
+
+
+def without_hole(layers: Sequence[LayerMeasures]) -> dict[str, Result]:
+    """Return the measures of a hole's lips without a value where the first layer has no hole, else nothing."""
+    first = layers[0] if layers else None
+    if first is None or first.state not in (NO, NOT_YET):
+        return {}
+    reason = f"'{first.body}' is not perforated{' yet' if first.state == NOT_YET else ''}: there is no hole's lip"
+    return {name: meaningless("m", reason) for name in OF_A_HOLE}
 
 
 def state_of(scene: Scene, number: int) -> str:

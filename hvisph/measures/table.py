@@ -64,19 +64,25 @@ def rows(
             notes.append(f"at t = {result.time:.4g}" if unitless else f"at {result.time * 1e6:.2f} us")
         target = ""
         if entry is not None:
-            target = _text(entry["expected"], entry["tolerance"], look)
+            target = _shown(name, entry["expected"], entry["tolerance"], look)
             notes.append(entry["source"])
         table.append(
             Row(
                 name=name,
                 label=look.label,
-                value=_text(result.value, result.uncertainty, look),
+                value=_shown(name, result.value, result.uncertainty, look),
                 expected=target,
                 passed=entry["passed"] if entry is not None else None,
                 note="; ".join(note for note in notes if note),
             )
         )
     return table
+
+
+def _shown(name: str, value: float | None, spread: float | None, look: Look) -> str:
+    if name == "perforated" and value is not None:
+        return "yes" if value else "no"
+    return _text(value, spread, look)
 
 
 def _text(value: float | None, spread: float | None, look: Look) -> str:
