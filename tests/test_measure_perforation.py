@@ -88,6 +88,23 @@ def test_a_way_is_wider_than_three_spacings(radius):
     assert layer_measures(Scene.of(now, start))[0].state == ("yes" if radius > 2.0 else "no")
 
 
+@pytest.mark.parametrize("outline", ["disc", "turned square"])
+def test_beside_a_plate_there_is_no_way_through_it(outline):
+    """The corners of the box about a disc, or about a square that is turned in its plane, are none of the plate."""
+    start, now = holed(3, -3 * MM, 1000.0, (False, False))
+
+    def cut(snap):
+        y, z = snap.fields["position"][:, 1:].T
+        beyond = np.hypot(y, z) if outline == "disc" else (np.abs(y) + np.abs(z))
+        kept = (snap.body == 0) | (beyond < 0.5 * WIDE)
+        fields = {name: values[kept] for name, values in snap.fields.items()}
+        return replace(snap, fields=fields, body=snap.body[kept], material=snap.material[kept], id=snap.id[kept])
+
+    assert [layer.state for layer in layer_measures(Scene.of(cut(now), cut(start)))] == ["not yet", "not yet"]
+    start, now = holed(3, 10 * MM, 500.0, (True, False))
+    assert [layer.state for layer in layer_measures(Scene.of(cut(now), cut(start)))] == ["yes", "not yet"]
+
+
 def turned(snap, matrix, shift):
     fields = dict(snap.fields)
     fields["position"] = fields["position"] @ matrix.T + shift

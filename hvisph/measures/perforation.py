@@ -102,6 +102,13 @@ def _to_come(scene: Scene, plate: Plate, approach: np.ndarray, fixed: np.ndarray
     return energy / whole if whole > 0.0 else 0.0
 
 
+def _inside(plate: Plate, low: np.ndarray, cell: float, shape: tuple[int, ...]) -> np.ndarray:
+    """Return whether the cells across a layer, of which the first is at `low` [m], are within its edges."""
+    axes = [corner + (np.arange(count) + 0.5 - SHIFT) * cell for corner, count in zip(low, shape, strict=True)]
+    middles = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(shape))
+    return (plate.outward(middles) <= RIM).reshape(shape)
+
+
 def _within(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
     """Return whether a particle is between the outermost attached ones along the normal, and none of them."""
     depth = plate.depth(scene.position)
@@ -129,5 +136,7 @@ def _open(scene: Scene, plate: Plate, solid: np.ndarray) -> bool:
     filled[tuple(index[inside].T)] = True
     free = ndimage.distance_transform_edt(~filled) * cell > radius
     free = free[(slice(None), *[slice(pad, -pad)] * (dim - 1))]
+    if plate.edges:  # a disc has no corners, through which there would be a way
+        free &= _inside(plate, low[1:], cell, free.shape[1:])
     labels, _ = ndimage.label(free)
     return bool(np.intersect1d(labels[0], labels[-1]).max(initial=0) > 0)

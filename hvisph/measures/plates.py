@@ -10,6 +10,7 @@ import numpy as np
 PLATE_LIKE = 0.5  # a body is a plate where its least extent is below this share of the next
 ALIGNED = 1e-7  # directions that differ by less are one
 RIM = 0.9  # of the way from the shot line to the layer's edges: what is further out the impact leaves alone
+DIRECTIONS = np.round([[np.cos(a), np.sin(a)] for a in np.linspace(0.0, 2.0 * np.pi, 64, endpoint=False)], 15)
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,9 @@ class Plate:
         Where the shot line meets the struck face, coordinates in the plane (dim - 1) [m].
     low, high
         Outermost particles from there, in the plane, (dim - 1) [m].
+    edges
+        In 3D: how far its particles reach from the entry in each of `DIRECTIONS` in the plane [m], which a disc or a
+        turned box fills less than the box of `low` and `high`; empty in 1D and 2D.
     """
 
     body: int
@@ -39,6 +43,7 @@ class Plate:
     entry: tuple[float, ...]
     low: tuple[float, ...]
     high: tuple[float, ...]
+    edges: tuple[float, ...] = ()
 
     @property
     def obliquity(self) -> float:
@@ -57,6 +62,12 @@ class Plate:
         """Return how far (n,) of the way from the shot line to the edges points in the plane are; 1 is on an edge."""
         if across.shape[1] == 0:
             return np.zeros(len(across))
+        if self.edges:
+            share = np.zeros(len(across))
+            for direction, distance in zip(DIRECTIONS, self.edges, strict=True):
+                if distance > 0.0:
+                    np.maximum(share, across @ direction / distance, out=share)
+            return share
         reach = np.where(across > 0.0, self.high, -np.array(self.low))
         share = np.divide(np.abs(across), reach, out=np.zeros_like(across), where=reach > 0.0)
         return np.asarray(share.max(axis=1))
@@ -70,7 +81,8 @@ class Plate:
         """Return what `as_dict` was made from."""
         rows = tuple(tuple(map(float, row)) for row in plain["basis"])
         points = (tuple(map(float, plain[name])) for name in ("entry", "low", "high"))
-        return cls(int(plain["body"]), rows, float(plain["front"]), float(plain["thickness"]), *points)
+        edges = tuple(map(float, plain.get("edges", ())))
+        return cls(int(plain["body"]), rows, float(plain["front"]), float(plain["thickness"]), *points, edges)
 
 
 def plate_of(body: int, position: np.ndarray, axis: np.ndarray, spacing: float) -> Plate:
@@ -97,7 +109,15 @@ def plate_of(body: int, position: np.ndarray, axis: np.ndarray, spacing: float) 
     front = float(near.min() - 0.5 * spacing)
     entry = _crossing(basis, axis, front)
     return Plate(body, _rows(basis), front, float(np.ptp(near) + spacing), tuple(entry.tolist()),
-                 tuple((flat - entry).min(axis=0).tolist()), tuple((flat - entry).max(axis=0).tolist()))  # fmt: skip
+                 tuple((flat - entry).min(axis=0).tolist()), tuple((flat - entry).max(axis=0).tolist()),
+                 outline(flat - entry))  # fmt: skip
+
+
+def outline(flat: np.ndarray) -> tuple[float, ...]:
+    """Return how far points in a plane (n, 2) reach in each of `DIRECTIONS` [m]; nothing on a line."""
+    if flat.shape[1] != 2:
+        return ()
+    return tuple(float((flat @ direction).max()) for direction in DIRECTIONS)
 
 
 def _crossing(basis: np.ndarray, axis: np.ndarray, depth: float) -> np.ndarray:

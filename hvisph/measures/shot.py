@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.measures.plates import ALIGNED, Plate, plate_of
+from hvisph.measures.plates import ALIGNED, Plate, outline, plate_of
 from hvisph.measures.roles import LAYER, PROJECTILE, mean_of, members, roles_of, shot_direction
 from hvisph.measures.whole import Mirror, Whole, whole_of
 from hvisph.output.snapshot import Snapshot
@@ -110,7 +110,9 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     """
     source = now if start is None else start
     if "shot" in source.metadata and "plates" in source.metadata["shot"]:
-        return Shot.from_dict(source.metadata["shot"])
+        shot = Shot.from_dict(source.metadata["shot"])
+        told = all("edges" in plate for plate in source.metadata["shot"]["plates"])
+        return shot if told or start is None or start.dimensions < 3 else _outlined(shot, start)
     given = source.metadata.get("shot", {})
     planes = given.get("planes")
     if planes is not None:
@@ -129,6 +131,14 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     mass = seen.fields.get("mass")
     masses = [] if mass is None else np.bincount(seen.body, mass, len(roles)).tolist()
     return Shot(roles, whole, _rows(frame), _plates(seen, roles, axis, spacing), speed, tuple(masses), energy)
+
+
+def _outlined(shot: Shot, start: Snapshot) -> Shot:
+    """Return the shot of a run of a version that did not store the outlines of layers, with them."""
+    seen = shot.seen(start)
+    flat = [(seen.fields["position"][seen.body == plate.body], plate) for plate in shot.plates]
+    plates = tuple(replace(plate, edges=outline(plate.across(position))) for position, plate in flat)
+    return replace(shot, plates=plates)
 
 
 def _whole(source: Snapshot, projectile: np.ndarray, spacing: float, planes: list[Mirror] | None) -> Whole:
