@@ -86,7 +86,7 @@ def parse(text: str, name: str) -> Document:
 
 
 def dump(value: Any, width: int = 100) -> str:
-    """Return YAML text of plain values that `parse` reads back to the same; texts are wrapped behind `width` columns."""
+    """Return YAML text of plain values that `parse` reads back to the same, its texts wrapped behind `width`."""
     return yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=width)
 
 
