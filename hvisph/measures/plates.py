@@ -80,9 +80,8 @@ class Plate:
     def from_dict(cls, plain: dict[str, Any]) -> Plate:
         """Return what `as_dict` was made from."""
         rows = tuple(tuple(map(float, row)) for row in plain["basis"])
-        points = (tuple(map(float, plain[name])) for name in ("entry", "low", "high"))
-        edges = tuple(map(float, plain.get("edges", ())))
-        return cls(int(plain["body"]), rows, float(plain["front"]), float(plain["thickness"]), *points, edges)
+        entry, low, high, edges = (tuple(map(float, plain.get(key, ()))) for key in ("entry", "low", "high", "edges"))
+        return cls(int(plain["body"]), rows, float(plain["front"]), float(plain["thickness"]), entry, low, high, edges)
 
 
 def plate_of(body: int, position: np.ndarray, axis: np.ndarray, spacing: float) -> Plate:

@@ -27,6 +27,9 @@ from hvisph.report.frames import Frames, frames
 MOST_PIECES = 12
 MOST_MEASURED = 1_000_000  # particles times snapshots that are measured for charts
 LARGE_DRIFT = 1e-3  # of the total energy: beyond it a remark
+# Shares of the mass: name, below which it is good news, in words.
+SHARES = (("negative_energy", 1e-2, "has an internal energy below zero"), ("failed", 2.0, "has failed"),
+          ("above_melting", 2.0, "is above melting"), ("beyond_range", 1e-3, "is beyond its material's range"))  # fmt: skip
 
 
 class Told:
@@ -171,7 +174,8 @@ class Told:
         drift = conservation.get("energy_drift")
         if drift is not None:
             remarks.append((abs(drift) < LARGE_DRIFT, f"total energy changed by {100.0 * drift:.2g} %"))
-        remarks += _state_remarks(self.last)
+        told = self.summary.get("shares")
+        remarks += _share_remarks(told) if told else _state_remarks(self.last)
         if "void_fraction" in self.measures and self.measures["void_fraction"]["value"] is not None:
             voids = float(self.measures["void_fraction"]["value"])
             remarks.append((voids < 0.05, f"voids in the projectile: {100.0 * voids:.2g} %"))
@@ -211,6 +215,12 @@ class Told:
             return (self.folder / name).read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError):
             return ""
+
+
+def _share_remarks(told: Mapping[str, float | None]) -> list[tuple[bool, str]]:
+    """Return the shares of the mass that the summary holds, in words; what no material tells is left out."""
+    known = [(told[name], good, words) for name, good, words in SHARES if told.get(name) is not None]
+    return [(share < good, f"{100.0 * share:.2g} % of the mass {words}") for share, good, words in known]
 
 
 def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
