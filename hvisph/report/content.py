@@ -28,8 +28,12 @@ MOST_PIECES = 12
 MOST_MEASURED = 1_000_000  # particles times snapshots that are measured for charts
 LARGE_DRIFT = 1e-3  # of the total energy: beyond it a remark
 # Shares of the mass: name, below which it is good news, in words.
-SHARES = (("negative_energy", 1e-2, "has an internal energy below zero"), ("failed", 2.0, "has failed"),
-          ("above_melting", 2.0, "is above melting"), ("beyond_range", 1e-3, "is beyond its material's range"))  # fmt: skip
+SHARES = (
+    ("negative_energy", 1e-2, "has an internal energy below zero"),
+    ("failed", 2.0, "has failed"),
+    ("above_melting", 2.0, "is above melting"),
+    ("beyond_range", 1e-3, "is beyond its material's range"),
+)
 
 
 class Told:
@@ -219,7 +223,7 @@ class Told:
 
 def _share_remarks(told: Mapping[str, float | None]) -> list[tuple[bool, str]]:
     """Return the shares of the mass that the summary holds, in words; what no material tells is left out."""
-    known = [(told[name], good, words) for name, good, words in SHARES if told.get(name) is not None]
+    known = [(share, good, words) for name, good, words in SHARES if (share := told.get(name)) is not None]
     return [(share < good, f"{100.0 * share:.2g} % of the mass {words}") for share, good, words in known]
 
 
