@@ -106,10 +106,14 @@ def test_coarse_runs_are_told_that_the_figures_are_of_finer_ones():
 
 
 def test_punching_is_named_for_the_default_only():
-    def named(speed, **further):
+    def named(speed, word="punches", **further):
         texts = advice(row_of(["steel-4340", "aluminium-6061-t6"], speed=speed, **further))
-        return any("punches" in text for text in texts)
+        return any(word in text for text in texts)
 
     assert named(850.0)
     assert not named(3100.0)
     assert not named(850.0, formulation={"type": "eulerian"})
+    assert named(850.0, word="plug", formulation={"type": "adaptive", "conversion": {"strain": 0.85}})
+    assert named(3100.0, word="spall strength")
+    assert not named(850.0, word="spall strength")
+    assert not named(3100.0, word="plug")

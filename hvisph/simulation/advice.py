@@ -94,6 +94,7 @@ def advice(case: Case) -> list[str]:
         *_gas(case),
         *_loaded(case),
         *_brittle(case, kind),
+        *_spalling(case, kind),
     ]
 
 
@@ -161,13 +162,34 @@ def _slow(case: Case, kind: Regime) -> Iterator[str]:
 
 def _punching(case: Case, kind: Regime) -> Iterator[str]:
     """Plates that are punched at ballistic speeds: contact SPH spreads the shear of a plug."""
-    if case.formulation.type != "riemann" or not 0.0 < kind.velocity < BALLISTIC or len(case.bodies) < 2:
+    if not 0.0 < kind.velocity < BALLISTIC or len(case.bodies) < 2:
         return
     fails = any(body.material.damage.type == "johnson_cook" for body in case.bodies.values())
-    if fails and kind.strength is not None and kind.pressure > ELASTIC * kind.strength:
+    if not fails or kind.strength is None or kind.pressure <= ELASTIC * kind.strength:
+        return
+    yield (
+        "resolution: a plug leaves along a band of some tenths of a millimetre, which is two or three spacings wide in "
+        "a run: limits of blunt projectiles come out half to three quarters too high at 20 to 40 particles across "
+        "(docs/validation.md); compare with a shot that was fired"
+    )
+    if case.formulation.type == "riemann":
         yield (
             "formulation: what punches a plate at this speed loses too much of its own in 'riemann' (a flat steel core "
             "at 850 m/s leaves 10 mm of aluminium at 570 m/s for 680); take adaptive, and compare with eulerian"
+        )
+
+
+def _spalling(case: Case, kind: Regime) -> Iterator[str]:
+    """Shocked plates whose damage knows plastic strain alone: spall comes too late."""
+    if kind.strength is None or kind.pressure < SHOCK * kind.strength or kind.velocity < BALLISTIC:
+        return
+    names = [name for name, body in list(case.bodies.items())[1:] if body.material.damage.type == "johnson_cook"]
+    if names:
+        yield (
+            f"bodies.{names[-1]}.material.damage: johnson_cook adds up plastic strain, of which a release makes "
+            "little: plates spalled at 3.0 depths of a crater and do so at 2.3 here, and walls of shields hold that "
+            "failed above 5.6 km/s (docs/validation.md); where spall decides, compare with pressure_cutoff at the "
+            "spall strength"
         )
 
 

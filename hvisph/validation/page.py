@@ -113,8 +113,8 @@ def _missed(one: Experiments, result: SetResult | None) -> Iterator[str]:
 
 def _cells(verdict: Verdict, one: Experiments) -> tuple[str, ...]:
     words = judge_of(one.model.judge).quantities
-    *cells, word = verdict_cells(verdict, one.model.asked.get(verdict.quantity), words)
-    return *cells, f"**{word}**" if word == "MISSED" else word
+    name, word, *cells = verdict_cells(verdict, one.model.asked.get(verdict.quantity), words)
+    return name, f"**{word}**" if word == "MISSED" else word, *cells
 
 
 def _anchor(one: Experiments) -> str:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from hvisph.case.experiments import Asked
 from hvisph.validation.compare import Compared, Verdict
 
-CELLS = ("quantity", "shots", "mean off", "worst", "bias", "scatter", "asked", "")
+CELLS = ("quantity", "", "shots", "mean off", "worst", "bias", "scatter", "asked")
 
 
 @dataclass(frozen=True)
@@ -73,10 +73,10 @@ def verdict_cells(one: Verdict, asked: Asked | None, words: Mapping[str, str]) -
         far = "" if one.farthest is None else f"wrong ones within {100 * one.farthest:.0f} % of the curve"
         curve = "" if one.of_curve is None else f"the curve: {100 * one.of_curve:.0f} %"
         sides = f"{one.weak} fail that held, {one.strong} hold that failed"
-        return name, count, f"{100 * one.right:.0f} % right", far, sides, curve, asked_text(asked, one.unit), word
+        return name, word, count, f"{100 * one.right:.0f} % right", far, sides, curve, asked_text(asked, one.unit)
     worst = percent(one.worst, mean=True) + (f" ({one.worst_shot})" if one.worst_shot else "")
-    return (name, count, percent(one.mean, mean=True), worst, percent(one.bias), percent(one.scatter, mean=True),
-            asked_text(asked, one.unit), word)  # fmt: skip
+    return (name, word, count, percent(one.mean, mean=True), worst, percent(one.bias), percent(one.scatter, mean=True),
+            asked_text(asked, one.unit))  # fmt: skip
 
 
 def asked_text(asked: Asked | None, unit: str) -> str:
