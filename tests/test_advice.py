@@ -114,6 +114,6 @@ def test_punching_is_named_for_the_default_only():
     assert not named(3100.0)
     assert not named(850.0, formulation={"type": "eulerian"})
     assert named(850.0, word="plug", formulation={"type": "adaptive", "conversion": {"strain": 0.85}})
-    assert named(3100.0, word="spall strength")
-    assert not named(850.0, word="spall strength")
+    assert named(3100.0, word="adds up plastic strain")
+    assert not named(850.0, word="adds up plastic strain")
     assert not named(3100.0, word="plug")
