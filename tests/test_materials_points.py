@@ -4,6 +4,7 @@ import h5py
 import numpy as np
 import pytest
 
+from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import library_of
 from hvisph.core.errors import CaseError
 from hvisph.core.jit import plain
@@ -340,6 +341,37 @@ def test_a_table_in_hdf5_that_does_not_fit_is_refused(tmp_path):
     (tmp_path / "text.h5").write_text("no HDF5")
     with pytest.raises(CaseError, match="cannot be read"):
         read_eos_table(tmp_path / "text.h5")
+
+
+def test_measured_shocks_are_met_where_a_material_says_so():
+    """Points within the range of shocks that a library file claims: 2 % of what they have in common."""
+    library, judged = library_of(), []
+    for name in library.names():
+        notes = library.notes(name)
+        if notes.shocks is None or not notes.hugoniot:
+            continue
+        low, high = notes.shocks
+        points = [(up, us) for up, us in notes.hugoniot if low <= up <= high]
+        if len(points) < 5:
+            continue
+        up, measured, ours = np.array(beside_measured(library.load(name), points)).T
+        line = np.polyval(np.polyfit(up, measured, 2), up)
+        assert np.abs(ours / line - 1.0).max() < 0.02, name
+        judged.append(name)
+    assert {"iron-high-pressure", "copper-tillotson"} <= set(judged)
+
+
+def test_a_shock_outside_of_what_a_material_meets_is_warned_of():
+    from hvisph.simulation.shock import beyond_measured
+
+    def said(material, speed):
+        settings = [f"bodies.projectile.material={material}", f"bodies.target.material={material}"]
+        return beyond_measured(load_case("quickstart", [*settings, f"bodies.projectile.velocity=[{speed} m/s, 0]"]))
+
+    assert len(said("iron-armco", 2000)) == 2
+    assert "iron-high-pressure" in said("iron-armco", 2000)[0]
+    assert said("iron-armco", 400) == said("iron-high-pressure", 4000) == said("aluminium-2024-t3", 4000) == []
+    assert len(said("iron-high-pressure", 500)) == 2
 
 
 @pytest.mark.parametrize("name", ["copper-ofhc", "copper-ofhc-steinberg", "copper-etp", "copper-tillotson", "nickel"])

@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError
 
 from hvisph.case.materials import Material
 from hvisph.case.model import StrictModel
-from hvisph.case.units import PositiveVelocity
+from hvisph.case.units import PositiveVelocity, Velocity
 from hvisph.casefile.merge import laid_over
 from hvisph.casefile.problems import raise_all, translate
 from hvisph.casefile.reading import read_yaml
@@ -54,6 +54,11 @@ class Notes(StrictModel):
     hugoniot: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = Field(
         default=(), description="Measured points [up, Us] [m/s]"
     )
+    shocks: tuple[Velocity, PositiveVelocity] | None = Field(
+        default=None,
+        description="Particle velocities between which its shock speed is within 2 % of measured ones [m/s]",
+    )
+    beyond: str = Field(default="", description="Material to take outside of `shocks`")
 
 
 class Library:

@@ -99,6 +99,10 @@ def _sheet(known: Any, name: str, model: Any) -> str:
             f"{max(apart, key=abs):+.1f} % at most"
         )
         lines += ["", paragraph(words)]
+    if notes.shocks:
+        low, high = notes.shocks
+        other = f"; beyond: {notes.beyond}" if notes.beyond else ""
+        lines += ["", paragraph(f"for shocks of {low:g} to {high:g} m/s of particle velocity{other}")]
     return "\n".join(lines)
 
 

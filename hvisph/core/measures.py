@@ -154,7 +154,7 @@ LAYER_CATALOGUE: dict[str, Measure] = {
         _measure("mean_pressure", "Pa", _SOLID, "Impulse over that width and the time since the first arrival",
                  "mean pressure", "GPa", 4),
         _measure("passage_time", "s", _SOLID, "When the projectile's centre of mass was behind it",
-                 "passed at", "us", 2),
+                 "centre of projectile behind it at", "us", 2),
         _measure("passage_velocity", "m/s", _SOLID, "Axial velocity of all of the projectile's matter then",
                  "projectile's velocity then", "m/s", 1),
         _measure("passage_largest_share", "", _SOLID, "Share of the projectile's mass in its largest piece then",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import degrees
 from typing import Any
 
 from hvisph.core.measures import LAYER_CATALOGUE
@@ -13,6 +14,8 @@ from hvisph.measures.perforation import NO, NOT_YET, YES, Perforation, perforati
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import Scene
 
+OBLIQUE = 0.05  # angle from which a plate's crater and lips are no longer those along the shot line [rad]
+OF_A_CRATER = ("crater_diameter", "crater_diameter_minimum")
 OF_A_HOLE = ("crater_lip_to_lip", "impact_diameter", "lip_height", "lip_height_maximum")
 # Measures that earlier moments tell, see `passage`.
 IN_TIME = ("perforation_time", "passage_time", "passage_velocity", "passage_largest_share", "passage_length")
@@ -68,9 +71,16 @@ def perforated(layers: Sequence[LayerMeasures]) -> Result:
     return meaningless("", f"not yet: {stopped.body}: {stopped.results['perforated'].reason.removeprefix('not yet: ')}")
 
 
-def without_hole(layers: Sequence[LayerMeasures]) -> dict[str, Result]:
-    """Return the measures of a hole's lips without a value where the first layer has no hole, else nothing."""
+def without_meaning(layers: Sequence[LayerMeasures]) -> dict[str, Result]:
+    """Return the measures along the shot line that have no meaning, without a value.
+
+    Those of a hole's lips where the first layer has no hole, and of crater and lips where it is oblique.
+    """
     first = layers[0] if layers else None
+    if first is not None and (first.obliquity or 0.0) > OBLIQUE:
+        angle = f"{degrees(first.obliquity or 0.0):.3g} degrees"
+        reason = f"'{first.body}' is oblique by {angle}: the layer's own measures are along its normal"
+        return {name: meaningless("m", reason) for name in (*OF_A_CRATER, *OF_A_HOLE)}
     if first is None or first.state not in (NO, NOT_YET):
         return {}
     reason = f"'{first.body}' is not perforated{' yet' if first.state == NOT_YET else ''}: there is no hole's lip"

@@ -17,7 +17,7 @@ from hvisph.measures.debris import BodyFragments, debris
 from hvisph.measures.groups import Neighbours
 from hvisph.measures.heat import temperatures
 from hvisph.measures.hollow import radii
-from hvisph.measures.layers import LayerMeasures, layer_measures, perforated, without_hole
+from hvisph.measures.layers import LayerMeasures, layer_measures, perforated, without_meaning
 from hvisph.measures.lengths import crater_diameter, extension, penetration
 from hvisph.measures.motion import momentum_transfer, residual_velocity
 from hvisph.measures.passage import Moment, moment_of
@@ -182,7 +182,7 @@ def measure_snapshot(
     if now.dimensions == 1:
         behind_shocks = plateau(scene)
         results |= {"plateau_stress": behind_shocks.stress, "interface_velocity": behind_shocks.velocity}
-    results = {name: result.finite() for name, result in results.items()} | without_hole(layers)
+    results = {name: result.finite() for name, result in results.items()} | without_meaning(layers)
     return Measures(
         source=source,
         title=str(now.metadata.get("title", "")),

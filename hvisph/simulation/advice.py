@@ -86,8 +86,11 @@ def against_wall(case: Case) -> float:
 
 def advice(case: Case) -> list[str]:
     """Return what a user should consider of formulation, contact, smoothing length and damage."""
+    from hvisph.simulation.shock import beyond_measured
+
     kind = regime(case)
     return [
+        *beyond_measured(case),
         *_slow(case, kind),
         *_punching(case, kind),
         *_strong(case, kind),

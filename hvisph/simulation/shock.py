@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
+MARGIN = 0.9  # of the ends of the range that a material is known to hold in, since the estimate is a flat impact's
 APART = 0.3  # of the estimate: a difference that is worth a remark
 
 
@@ -37,6 +38,31 @@ def plane_shock(case: Case) -> tuple[Any, str]:
         return None, str(error)
     except ArithmeticError:
         return None, "the numbers of the materials or the velocity are beyond it"
+
+
+def beyond_measured(case: Case) -> list[str]:
+    """Return a warning for each of the first two bodies whose library material is known to miss measured shocks here."""
+    from hvisph.casefile.material_library import library_of
+
+    found, _ = plane_shock(case)
+    if found is None:
+        return []
+    library, said = library_of(), []
+    closing = [body.velocity[0] for body in case.bodies.values()]
+    behind = [closing[0] - closing[1] - found.interface_velocity, found.interface_velocity]
+    for (name, body), speed in zip(case.bodies.items(), behind, strict=False):
+        if body.material.name not in library.files:
+            continue
+        notes = library.notes(body.material.name)
+        if notes.shocks is None or MARGIN * notes.shocks[0] <= speed <= notes.shocks[1] / MARGIN:
+            continue
+        low, high = notes.shocks
+        remedy = f"; see '{notes.beyond}'" if notes.beyond else ""
+        said.append(
+            f"bodies.{name}.material: '{body.material.name}' meets measured shock speeds to 2 % behind shocks of "
+            f"{low:g} to {high:g} m/s of particle velocity, and about {speed:.0f} m/s come here{remedy}"
+        )
+    return said
 
 
 def beside(case: Case, highest: float) -> tuple[dict[str, float | None], list[str]]:
