@@ -41,7 +41,7 @@ def plane_shock(case: Case) -> tuple[Any, str]:
 
 
 def beyond_measured(case: Case) -> list[str]:
-    """Return a warning for each of the first two bodies whose library material is known to miss measured shocks here."""
+    """Return a warning for each of the first two bodies whose material is known to miss measured shocks here."""
     from hvisph.casefile.material_library import library_of
 
     found, _ = plane_shock(case)
