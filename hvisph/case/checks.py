@@ -137,6 +137,8 @@ def _regions(case: Case) -> Iterator[Problem]:
         yield from region_problems(clamp, ("clamped", index), case.dim, case.bodies)
     for index, load in enumerate(case.initial_loads):
         yield from region_problems(load, ("initial_loads", index), case.dim, case.bodies)
+    for name, region in case.output.regions.items():
+        yield from region_problems(region, ("output", "regions", name), case.dim, case.bodies)
     if case.domain is not None:
         yield from box_problems(case.domain, ("domain",), case.dim)
 

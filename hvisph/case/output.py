@@ -6,8 +6,26 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.case.model import StrictModel
+from hvisph.case.model import SCALAR_AS_LIST, StrictModel
+from hvisph.case.regions import BoxRegion, Region
 from hvisph.case.units import PositiveTime
+from hvisph.core.fields import WRITTEN
+
+# Fields that snapshots always hold: places, and volumes as mass over density.
+ALWAYS = ("position", "mass", "density")
+
+
+class OutputRegion(Region):
+    """Particles that are written by themselves at every moment of output: a box, a body, one in so many."""
+
+    box: BoxRegion = Field(
+        default=BoxRegion(),
+        description="Region whose particles are meant, as they stand at the moment; all unless given",
+    )
+    bodies: tuple[str, ...] = Field(default=(), description="Bodies of which they are; all unless given")
+    one_in: Annotated[int, Field(strict=True, ge=1, le=10**9)] = Field(
+        default=1, description="Of the particles, by their numbers, every so many-th is written, at least 1"
+    )
 
 
 class Output(StrictModel):
@@ -30,4 +48,30 @@ class Output(StrictModel):
         default=60.0,
         description="Wall time between checkpoints [s], from which `hvisph resume` goes on; at most "
         "2 % of the run is spent on them; null for one at the end only",
+    )
+    whole_every: Annotated[int, Field(strict=True, ge=1, le=10**9)] = Field(
+        default=1,
+        description="Moments of output between snapshots of the whole, at least 1; regions are written at all, and the "
+        "first and the last state are always whole",
+    )
+    regions: dict[Annotated[str, Field(pattern=r"^[A-Za-z0-9_]{1,64}$")], OutputRegion] = Field(
+        default={}, description="Parts of the model by name, written as `regions/NAME.NNNNNN.vtkhdf`", max_length=100
+    )
+    fields: Annotated[tuple[Literal[WRITTEN], ...], SCALAR_AS_LIST] | None = Field(  # type: ignore[valid-type]
+        default=None,
+        description=f"Fields of snapshots beside {', '.join(ALWAYS)}; all unless given. What is not there cannot be "
+        "measured or shown later",
+    )
+    precision: Literal["double", "single"] = Field(
+        default="double",
+        description="Of the fields in snapshots: double, or single, of seven digits in half of the room, for all but "
+        "positions. The run itself and its checkpoints are double",
+    )
+    compress: Literal["none", "gzip"] = Field(
+        default="none", description="Compression of HDF5 snapshots: gzip takes about half of the room, and time"
+    )
+    constants: Literal["each", "once"] = Field(
+        default="each",
+        description="Whether each HDF5 snapshot holds mass, body and material, or the first for all: then later ones "
+        "cannot be read without it",
     )

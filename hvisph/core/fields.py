@@ -111,3 +111,10 @@ def recordable(dim: int) -> list[str]:
 def field_of(column: str) -> Field:
     """Return the field that a column of `component_names` belongs to."""
     return CATALOGUE[column if column in CATALOGUE else column.rpartition("_")[0]]
+
+
+# What snapshots can hold: of the state, what follows from it, and what is known of the past.
+OF_STATE = ("position", "velocity", "mass", "density", "internal_energy", "smoothing_length", "deviator",
+            "plastic_strain", "damage", "kernel_type")  # fmt: skip
+WRITTEN = (*OF_STATE, "pressure", "sound_speed", "von_mises_stress", "temperature", "displacement", "peak_pressure",
+           "failed")  # fmt: skip

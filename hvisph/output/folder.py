@@ -103,6 +103,10 @@ class RunFolder:
         """Return the name of the VTU snapshot with this number, or of one with a name of its own."""
         return self.path / names.VTU / f"{_stem(number)}.vtu"
 
+    def region_path(self, region: str, number: int) -> Path:
+        """Return the name of the VTKHDF snapshot of a region with this number."""
+        return self.path / names.REGIONS / f"{region}.{_stem(number)}{names.SNAPSHOT_ENDING}"
+
     @property
     def history_path(self) -> Path:
         """The history's file."""
@@ -229,8 +233,8 @@ def forget_snapshots(path: Path, last: bool) -> None:
         folder = path / name
         if not names.is_plain_folder(folder):
             continue
-        numbered = sorted(file for file in folder.iterdir() if names.is_own(file) and file.stem.isdigit())
-        kept = numbered[-1:] if last and name != names.CHECKPOINT else []
+        numbered = sorted(file for file in folder.iterdir() if names.is_own(file) and names.number_of(file) is not None)
+        kept = numbered[-1:] if last and name not in (names.CHECKPOINT, names.REGIONS) else []
         for file in numbered:
             if file not in kept and not file.is_symlink():
                 file.unlink(missing_ok=True)

@@ -2,7 +2,7 @@
 
 Group `VTKHDF` holds what ParaView reads: points, one vertex cell a particle, every field as point data.
 Dataset `hvisph/header` holds the rest as JSON: time, step, names, metadata. Numbers are stored as they
-are, without compression, which would cost more time than writing; a seal (`hvisph.output.seal`) ends the
+are unless asked for otherwise (`Form`); a seal (`hvisph.output.seal`) ends the
 file. Units and meanings are attributes, names of bodies and materials texts of the field data. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,15 +18,45 @@ import numpy as np
 
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import CATALOGUE
-from hvisph.output import layout
-from hvisph.output.sealed import LABELS, reading, writing
+from hvisph.output import layout, names
+from hvisph.output.sealed import LABELS, naming, reading, writing
 from hvisph.output.snapshot import Snapshot
 
 _VTK_VERTEX = 1
+# What never changes of a particle, and may stand in the first snapshot alone.
+CONSTANTS = ("mass", "body", "material")
+# Particles in a compressed piece.
+PIECE = 65536
 
 
-def write_hdf5(path: str | Path, snapshot: Snapshot) -> None:
+@dataclass(frozen=True)
+class Form:
+    """How a snapshot is stored.
+
+    Parameters
+    ----------
+    compress
+        Whether arrays are compressed by gzip.
+    constants_in
+        Name of the snapshot beside it that holds `CONSTANTS` of the same particles; None where it has its own.
+    """
+
+    compress: bool = False
+    constants_in: str | None = None
+
+
+PLAIN = Form()
+
+
+def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None:
     """Write `snapshot` to `path`, complete or not at all.
+
+    Parameters
+    ----------
+    path, snapshot
+        The file, and what goes into it.
+    form
+        How it is stored.
 
     Raises
     ------
@@ -33,8 +64,9 @@ def write_hdf5(path: str | Path, snapshot: Snapshot) -> None:
         When it cannot be written; an earlier file of that name is then untouched.
     """
     with writing(path) as h5:
-        _write_vtk(h5, snapshot)
-        h5.create_dataset("hvisph/header", data=np.bytes_(layout.header_text(snapshot).encode("ascii")))
+        _write_vtk(h5, snapshot, form)
+        more = {"constants_in": form.constants_in} if form.constants_in else {}
+        h5.create_dataset("hvisph/header", data=np.bytes_(layout.header_text(snapshot, more).encode("ascii")))
 
 
 def read_hdf5(path: str | Path) -> Snapshot:
@@ -54,7 +86,24 @@ def read_hdf5(path: str | Path) -> Snapshot:
         data = h5["VTKHDF/PointData"]
         arrays = {name: data[name][...] for name in data}
         arrays["position"] = h5["VTKHDF/Points"][...]
+    if "constants_in" in header:
+        arrays |= _constants(Path(path), str(header["constants_in"]), arrays["id"])
+    with naming(path, "a snapshot"):
         return layout.snapshot_from(header, arrays)
+
+
+def _constants(path: Path, name: str, number: np.ndarray) -> dict[str, np.ndarray]:
+    """Return what a snapshot leaves to another one beside it, of the same particles."""
+    beside = path.with_name(name)
+    if not names.PATTERNS[names.SNAPSHOTS].fullmatch(name):
+        raise OutputError(f"cannot read {path}: '{name[:64]}' is no snapshot beside it")
+    if not beside.is_file():
+        raise OutputError(f"cannot read {path}: masses, bodies and materials stand in {beside}, which is not there")
+    with reading(beside, "a snapshot") as h5:
+        data = h5["VTKHDF/PointData"]
+        if not np.array_equal(data["id"][...], number):
+            raise OutputError(f"it should hold masses, bodies and materials of {path}, but has other particles")
+        return {one: data[one][...] for one in CONSTANTS if one in data}
 
 
 def names_in(h5: Any) -> tuple[list[str], list[str]]:
@@ -88,30 +137,37 @@ def write_labels(root: Any, bodies: Sequence[str], materials: Sequence[str]) -> 
 
     # VTK reads texts of variable length that claim to be ASCII, and takes what is in them for UTF-8
     kind = h5py.string_dtype("ascii")
-    for label, names in zip(LABELS, (bodies, materials), strict=True):
-        texts = [name.replace("\0", " ").encode() for name in names]
+    for label, words in zip(LABELS, (bodies, materials), strict=True):
+        texts = [word.replace("\0", " ").encode() for word in words]
         root.create_dataset(f"FieldData/{label}", data=np.array(texts, dtype=object), dtype=kind)
 
 
-def _write_vtk(h5: Any, snapshot: Snapshot) -> None:
+def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> None:
     n = snapshot.count
     root = mark_vtk(h5)
+    left_out = CONSTANTS if form.constants_in else ()
+
+    def put(group: Any, name: str, values: np.ndarray) -> Any:
+        pieces = {"chunks": (min(n, PIECE), *values.shape[1:]), "compression": "gzip", "compression_opts": 1,
+                  "shuffle": True} if form.compress and n else {}  # fmt: skip
+        return group.create_dataset(name, data=values, **pieces)
+
     for name, count in (("NumberOfPoints", n), ("NumberOfCells", n), ("NumberOfConnectivityIds", n)):
         root.create_dataset(name, data=np.array([count], dtype=np.int64))
     position = snapshot.fields["position"]
-    points = root.create_dataset("Points", data=layout.to_vtk("position", position, snapshot.dimensions))
-    root.create_dataset("Connectivity", data=np.arange(n, dtype=np.int64))
-    root.create_dataset("Offsets", data=np.arange(n + 1, dtype=np.int64))
-    root.create_dataset("Types", data=np.full(n, _VTK_VERTEX, dtype=np.uint8))
+    points = put(root, "Points", layout.to_vtk("position", position, snapshot.dimensions))
+    put(root, "Connectivity", np.arange(n, dtype=np.int64))
+    put(root, "Offsets", np.arange(n + 1, dtype=np.int64))
+    put(root, "Types", np.full(n, _VTK_VERTEX, dtype=np.uint8))
     data = root.create_group("PointData")
     units = snapshot.metadata.get("units") != "none"
     _describe(points, "position", units)
     for name, values in snapshot.fields.items():
-        if name != "position":
-            made = data.create_dataset(name, data=layout.to_vtk(name, values, snapshot.dimensions))
-            _describe(made, name, units)
+        if name != "position" and name not in left_out:
+            _describe(put(data, name, layout.to_vtk(name, values, snapshot.dimensions)), name, units)
     for name in layout.INDICES:
-        data.create_dataset(name, data=getattr(snapshot, name))
+        if name not in left_out:
+            put(data, name, getattr(snapshot, name))
     root.create_dataset("FieldData/TimeValue", data=np.array([snapshot.time]))
     write_labels(root, snapshot.bodies, snapshot.materials)
 

@@ -51,8 +51,8 @@ def from_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
     return values
 
 
-def header_text(snapshot: Snapshot) -> str:
-    """Return everything of `snapshot` but its arrays, as JSON text."""
+def header_text(snapshot: Snapshot, more: dict[str, Any] | None = None) -> str:
+    """Return everything of `snapshot` but its arrays, and what there is `more` to say, as JSON text."""
     header = {
         "format_version": FORMAT_VERSION,
         "time": float(snapshot.time),
@@ -62,7 +62,7 @@ def header_text(snapshot: Snapshot) -> str:
         "materials": list(snapshot.materials),
         "fields": list(snapshot.fields),
         "metadata": snapshot.metadata,
-    }
+    } | (more or {})
     return json.dumps(header, default=_plain, ensure_ascii=True)
 
 
@@ -118,6 +118,8 @@ def _field(name: str, values: np.ndarray, dim: int, count: int) -> np.ndarray:
         or (name in CATALOGUE and values.shape[1:] != rows)
     ):
         raise ValueError(f"'{name}' has shape {values.shape} for {count} particles")
+    if values.dtype.kind == "f":  # as whoever computes with it expects, however it was stored
+        values = values.astype(np.float64, copy=False)
     return from_vtk(name, values, dim)
 
 

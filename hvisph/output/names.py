@@ -11,6 +11,7 @@ from pathlib import Path
 
 SNAPSHOTS = "snapshots"
 VTU = "vtu"
+REGIONS = "regions"
 CHECKPOINT = "checkpoint"
 CASE = "case.yaml"
 SERIES = "series.pvd"
@@ -26,11 +27,12 @@ SNAPSHOT_ENDING = ".vtkhdf"
 OLD_ENDING = ".h5"  # of snapshots by earlier versions
 PARTIAL = ".partial"  # ends the name of a file that is being written
 
-FOLDERS = (SNAPSHOTS, VTU, CHECKPOINT)
+FOLDERS = (SNAPSHOTS, VTU, REGIONS, CHECKPOINT)
 FILES = (CASE, SERIES, TIME_SERIES, HISTORY, SUMMARY, LOG, REPORT)
 # What each sub-folder holds.
 PATTERNS = {
     SNAPSHOTS: re.compile(rf"([0-9]{{6,}}|{POST_MORTEM})\.(vtkhdf|h5)", re.ASCII),
+    REGIONS: re.compile(r"[A-Za-z0-9_]+\.[0-9]{6,}\.vtkhdf", re.ASCII),
     VTU: re.compile(r"[0-9]{6,}\.vtu", re.ASCII),
     CHECKPOINT: re.compile(r"[0-9]{12}\.h5", re.ASCII),
 }
@@ -40,6 +42,12 @@ def is_own(path: Path) -> bool:
     """Tell whether `path`, in a sub-folder of a run, is named as hvisph names its files there, whole or partial."""
     pattern = PATTERNS.get(path.parent.name)
     return pattern is not None and pattern.fullmatch(path.name.removesuffix(PARTIAL)) is not None
+
+
+def number_of(path: Path) -> int | None:
+    """Return the number of a snapshot's file, of the whole or of a region; None of any other."""
+    number = path.stem.rpartition(".")[2]
+    return int(number) if number.isdecimal() else None
 
 
 def own_files(folder: Path) -> Iterator[Path]:

@@ -19,6 +19,7 @@ from hvisph.output.seal import append_seal, verify_seal
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 MOST_OBJECTS = 1000  # groups and arrays; a snapshot has some thirty
 MOST_DEEP = 8
+PACKED = 1100  # deflate packs 1032 bytes into one at most
 LABELS = ("body_names", "material_names")  # texts in a snapshot, for ParaView
 
 
@@ -66,15 +67,21 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[A
     """
     import h5py
 
+    with naming(path, what), Path(path).open("rb") as file:
+        if file.read(len(SIGNATURE)) != SIGNATURE:
+            raise OutputError("it is not an HDF5 file")
+        if verified:
+            verify_seal(file)
+        with h5py.File(file, "r") as h5:
+            _refuse_what_is_not_ours(h5, file.seek(0, 2))
+            yield h5
+
+
+@contextmanager
+def naming(path: str | Path, what: str) -> Iterator[None]:
+    """Name the file `path`, which should be `what`, in the errors of a block that come of its content."""
     try:
-        with Path(path).open("rb") as file:
-            if file.read(len(SIGNATURE)) != SIGNATURE:
-                raise OutputError("it is not an HDF5 file")
-            if verified:
-                verify_seal(file)
-            with h5py.File(file, "r") as h5:
-                _refuse_what_is_not_ours(h5, file.seek(0, 2))
-                yield h5
+        yield
     except OutputError as error:
         raise OutputError(f"cannot read {path}: {error}") from error
     except OSError as error:
@@ -101,8 +108,9 @@ def _refuse_what_is_not_ours(h5: Any, size: int) -> None:
                 groups.append((node, depth + 1))
                 continue
             _refuse_elsewhere(node, name)
-            claimed += int(node.nbytes)
-            if claimed > size:
+            stored = int(node.id.get_storage_size() if node.chunks else node.nbytes)
+            claimed += stored
+            if claimed > size or node.nbytes > PACKED * stored:
                 raise OutputError(f"'{name}' claims more than the file holds")
 
 
@@ -113,10 +121,13 @@ def _refuse_elsewhere(node: Any, name: str) -> None:
     if not isinstance(node, h5py.Dataset):
         raise OutputError(f"'{name}' in it is no array")
     made = node.id.get_create_plist()
-    plain = made.get_layout() in (h5py.h5d.CONTIGUOUS, h5py.h5d.COMPACT) and not made.get_external_count()
+    plain = made.get_layout() in (h5py.h5d.CONTIGUOUS, h5py.h5d.COMPACT) and not made.get_nfilters()
+    filters = {made.get_filter(k)[0] for k in range(made.get_nfilters())}
+    plain = plain or (node.chunks is not None and filters <= {h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE})
+    plain = plain and not made.get_external_count()
     if name in LABELS and h5py.check_string_dtype(node.dtype) is not None and node.size <= MOST_OBJECTS:
         return  # for other programs: hvisph never reads them
-    if not plain or made.get_nfilters() or node.dtype.kind not in "fiubS" or node.dtype.hasobject:
+    if not plain or node.dtype.kind not in "fiubS" or node.dtype.hasobject:
         raise OutputError(f"'{name}' in it is no plain array inside the file, and hvisph writes no other")
 
 

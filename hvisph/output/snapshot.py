@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -45,3 +45,8 @@ class Snapshot:
     def count(self) -> int:
         """Number of particles."""
         return len(self.id)
+
+    def part(self, chosen: np.ndarray) -> Snapshot:
+        """Return the particles with the indices `chosen` alone."""
+        fields = {name: values[chosen] for name, values in self.fields.items()}
+        return replace(self, fields=fields, body=self.body[chosen], material=self.material[chosen], id=self.id[chosen])

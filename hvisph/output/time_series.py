@@ -17,7 +17,7 @@ import numpy as np
 from hvisph.core.errors import OutputError
 from hvisph.output import names
 from hvisph.output.atomic import reason
-from hvisph.output.hdf5 import mark_vtk, names_in, write_labels
+from hvisph.output.hdf5 import CONSTANTS, mark_vtk, names_in, write_labels
 from hvisph.output.sealed import LABELS, reading
 
 COUNTS = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
@@ -26,10 +26,10 @@ TIME = "FieldData/TimeValue"
 
 @dataclass(frozen=True)
 class _Outline:
-    """What the series needs to know of a snapshot's file: shapes and types of its arrays, time, names."""
+    """What the series needs to know of a snapshot's file: its arrays' shapes, types and files, time, names."""
 
     path: Path
-    arrays: dict[str, tuple[tuple[int, ...], np.dtype]]
+    arrays: dict[str, tuple[tuple[int, ...], np.dtype, str]]
     time: float
     labels: tuple[list[str], list[str]]
 
@@ -70,6 +70,11 @@ def _outlines(place: Path) -> list[_Outline]:
                 outlines.append(_outline(path, h5))
         except OutputError:
             continue
+    for one in outlines:  # what stands in the first alone
+        for name in (f"PointData/{name}" for name in CONSTANTS):
+            first = outlines[0].arrays.get(name)
+            if first is not None and name not in one.arrays and one.arrays["Points"][0][0] == first[0][0]:
+                one.arrays[name] = first
     return outlines
 
 
@@ -83,7 +88,7 @@ def _outline(path: Path, h5: Any) -> _Outline:
         TIME,
         *(f"PointData/{one}" for one in root["PointData"]),
     ):
-        arrays[name] = (root[name].shape, root[name].dtype)
+        arrays[name] = (root[name].shape, root[name].dtype, path.name)
     return _Outline(path, arrays, float(root[TIME][0]), names_in(h5))
 
 
@@ -118,13 +123,12 @@ def _string(root: Any, name: str, outlines: Sequence[_Outline]) -> None:
     """Make an array of those of all snapshots, one after the other."""
     import h5py
 
-    (_, *columns), kind = outlines[0].arrays[name]
+    (_, *columns), kind, _ = outlines[0].arrays[name]
     total = sum(one.arrays[name][0][0] for one in outlines)
     layout = h5py.VirtualLayout((total, *columns), kind)
     at = 0
     for one in outlines:
-        shape, dtype = one.arrays[name]
-        file = f"{names.SNAPSHOTS}/{one.path.name}"
-        layout[at : at + shape[0]] = h5py.VirtualSource(file, f"VTKHDF/{name}", shape, dtype)
+        shape, dtype, file = one.arrays[name]
+        layout[at : at + shape[0]] = h5py.VirtualSource(f"{names.SNAPSHOTS}/{file}", f"VTKHDF/{name}", shape, dtype)
         at += shape[0]
     root.create_virtual_dataset(name, layout)

@@ -52,6 +52,7 @@ class RunFiles:
         self.folder, self.writer, self.state = folder, writer, Files()
         self._text, self._observer, self._clock = text, observer, clock
         self._cadence = Cadence(case.output.checkpoint_every)
+        self._whole_every = case.output.whole_every
         self._writes = not isinstance(folder, SilentFolder)
 
     def write_case(self) -> None:
@@ -102,8 +103,9 @@ class RunFiles:
         """Write the snapshot of a moment of output, where this process has it."""
         if snapshot is None:
             return
-        self.writer.write(snapshot, number)
-        self.state.written = snapshot.time
+        self.writer.write(snapshot, number, whole=self._clock.done)
+        if number % self._whole_every == 0 or self._clock.done:
+            self.state.written = snapshot.time
         self.folder.log.write(f"snapshot {number} at {snapshot.time:.6g} s, step {snapshot.step}")
 
     def write_last(self, failed: bool) -> Snapshot | None:

@@ -3,31 +3,32 @@
 from __future__ import annotations
 
 import time as wall
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hvisph import __version__
+from hvisph.case.output import ALWAYS, Output
 from hvisph.core.errors import OutputError
+from hvisph.core.fields import OF_STATE
 from hvisph.core.particles import FLAGS, RETIRED, Particles
 from hvisph.formulations.diagnose import diagnose
 from hvisph.measures.scene import reference
 from hvisph.output import names
 from hvisph.output.atomic import reason
 from hvisph.output.folder import RunFolder
-from hvisph.output.hdf5 import write_hdf5
+from hvisph.output.hdf5 import Form, write_hdf5
 from hvisph.output.snapshot import Snapshot
 from hvisph.output.time_series import write_time_series
 from hvisph.output.vtu import write_pvd, write_vtu
 from hvisph.simulation.build import Setup
+from hvisph.simulation.kernel_types import in_box
 from hvisph.simulation.peaks import Peaks
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
-# Fields of the state that files hold; those that only the integrator needs stay out.
-STATE_FIELDS = ("position", "velocity", "mass", "density", "internal_energy", "smoothing_length", "deviator",
-                "plastic_strain", "damage", "kernel_type")  # fmt: skip
 MOST_TIME = 0.02  # share of a run's wall time that its series may take while it goes on
 
 
@@ -45,7 +46,7 @@ class SnapshotWriter:
     """
 
     def __init__(self, folder: RunFolder, setup: Setup, case: Case, text: str):
-        self.folder, self.setup, self.formats = folder, setup, case.output.formats
+        self.folder, self.setup, self.output = folder, setup, case.output
         self.metadata: dict[str, Any] = {
             "spacing": case.resolution, "h_over_dx": case.formulation.h_over_dx,
             "kernel_reach": case.formulation.support_over_h, "kinematics": case.kinematics, "title": case.title,
@@ -60,6 +61,7 @@ class SnapshotWriter:
         self.series: list[tuple[float, str]] = []
         self.peaks = Peaks(setup)
         self._start: np.ndarray | None = None  # positions by permanent number
+        self._numbers = np.zeros(0, np.int64)  # of the particles in the first snapshot
         self._series_due = 0.0
 
     def snapshot(self, time: float, step: int, particles: Particles | None = None) -> Snapshot | None:
@@ -73,13 +75,14 @@ class SnapshotWriter:
             return None
         particles, (highest,) = whole
         order = np.flatnonzero(particles.tags[:, FLAGS] & RETIRED == 0)
-        fields = {name: particles[name][order] for name in STATE_FIELDS if name in particles.names}
+        fields = {name: particles[name][order] for name in OF_STATE if name in particles.names}
         for name, values in diagnose(particles, stepper.table, stepper.models).items():
             fields[name] = values[order]
         number = particles.id[order]
         if self._start is None:
             self._start = np.zeros((int(number.max()) + 1, particles.dim))
             self._start[number] = fields["position"]
+            self._numbers = number.astype(np.int64)
         fields["displacement"] = fields["position"] - self._start[number]
         fields["peak_pressure"] = np.maximum(highest[order], fields["pressure"])
         fields["failed"] = (fields["damage"] >= 1.0).astype(np.uint8)
@@ -108,33 +111,72 @@ class SnapshotWriter:
         path = self.folder.path
         try:
             for path in names.own_files(self.folder.path):
-                stale = path.stem == names.POST_MORTEM or (path.stem.isdecimal() and int(path.stem) > number)
-                if path.parent.name in (names.SNAPSHOTS, names.VTU) and stale and names.is_plain(path):
+                own = names.number_of(path)
+                stale = path.stem == names.POST_MORTEM or (own is not None and own > number)
+                if path.parent.name != names.CHECKPOINT and stale and names.is_plain(path):
                     path.unlink()
         except OSError as error:
             raise OutputError(f"cannot delete {path}: {reason(error)}") from error
 
     def write_series(self) -> None:
         """Write the series of all snapshots so far; the next one is due after a while, the longer this one took."""
-        if "hdf5" in self.formats:
+        if "hdf5" in self.output.formats:
             began = wall.monotonic()
             write_time_series(self.folder.path)
             now = wall.monotonic()
             self._series_due = now + (now - began) / MOST_TIME
 
-    def write(self, snapshot: Snapshot, number: int | str) -> None:
-        """Write a snapshot under its number, or one with a name of its own, in every format."""
-        if "hdf5" in self.formats or isinstance(number, str):
-            write_hdf5(self.folder.snapshot_path(number), snapshot)
+    def write(self, snapshot: Snapshot, number: int | str, whole: bool = True) -> None:
+        """Write a snapshot under its number, or one with a name of its own, in every format, and its regions.
+
+        Parameters
+        ----------
+        snapshot, number
+            The state, and its number or name.
+        whole
+            Whether more than its regions is written: else only where the case asks for it at this moment.
+        """
+        output, numbered = self.output, isinstance(number, int)
+        if isinstance(number, int):
+            self._write_regions(snapshot, number)
+            if not whole and number % output.whole_every:
+                return
+        shown = _reduced(snapshot, output)
+        if "hdf5" in output.formats or not numbered:
+            first = self.folder.snapshot_path(0).name
+            known = numbered and number != 0 and np.array_equal(snapshot.id, self._numbers)
+            once = output.constants == "once" and known
+            write_hdf5(
+                self.folder.snapshot_path(number), shown, Form(output.compress == "gzip", first if once else None)
+            )
             if wall.monotonic() > self._series_due:
                 self.write_series()
-        if "vtu" in self.formats and not isinstance(number, str):
+        if "vtu" in output.formats and not isinstance(number, str):
             path = self.folder.vtu_path(number)
-            write_vtu(path, snapshot)
+            write_vtu(path, shown)
             entry = f"{names.VTU}/{path.name}"
             self.series[:] = [one for one in self.series if one[1] != entry]
             self.series.append((snapshot.time, entry))
             write_pvd(self.folder.path / names.SERIES, self.series)
+
+    def _write_regions(self, snapshot: Snapshot, number: int) -> None:
+        for name, region in self.output.regions.items():
+            chosen = in_box(region.box, snapshot.fields["position"]) & (snapshot.id % region.one_in == 0)
+            if region.bodies:
+                chosen &= np.isin(snapshot.body, [snapshot.bodies.index(body) for body in region.bodies])
+            part = _reduced(snapshot.part(np.flatnonzero(chosen)), self.output)
+            write_hdf5(self.folder.region_path(name, number), part, Form(self.output.compress == "gzip"))
+
+
+def _reduced(snapshot: Snapshot, output: Output) -> Snapshot:
+    """Return a snapshot with the fields that a case asks for, in its precision."""
+    fields = {
+        name: values.astype(np.float32) if output.precision == "single" and values.dtype == np.float64
+        and name != "position" else values
+        for name, values in snapshot.fields.items()
+        if output.fields is None or name in output.fields or name in ALWAYS
+    }  # fmt: skip
+    return replace(snapshot, fields=fields)
 
 
 def _impedance(start: Snapshot, number: int) -> float:
