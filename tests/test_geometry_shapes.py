@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.fill import allowed_arrangements, fill
+from hvisph.geometry.fill import allowed_arrangements, fill, refuse_sparse
 from hvisph.geometry.graded import Grading, fill_graded
 from hvisph.geometry.mirror import Mirror, cut
 from hvisph.geometry.section import fill_section
@@ -298,3 +298,11 @@ class TestMeshes:
 def test_impossible_shapes_are_refused(make):
     with pytest.raises(CaseError):
         make()
+
+
+def test_wires_that_a_slip_of_the_unit_threw_apart_are_refused_before_their_box_is_looked_through():
+    wire = Box([1e-3, 1e-3, 1e-3])
+    with pytest.raises(CaseError, match=r"measures 45 by 35 by 0.006 and is nearly all empty.*check the units"):
+        refuse_sparse(Repeat(wire, [(9.0, 7.0, 1e-3)], [6]), 2e-4)
+    refuse_sparse(Repeat(wire, [(2e-3, 0.0, 0.0)], [6]), 2e-4)
+    refuse_sparse(Box([1.0, 1.0, 1.0]), 1e-3)  # many places, but all of them taken

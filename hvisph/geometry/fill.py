@@ -30,6 +30,10 @@ FUNCTIONS: dict[str, Callable[..., Filling]] = {
     "rings": fill_rings,
     "lattice_two_rings": fill_lattice_two_rings,
 }
+# Places of a lattice in the box around a shape up to which all are looked at, some seconds; beyond, a shape that fills
+# less than this share of its box is refused: wires or drops that a slip of the unit has thrown far apart.
+MOST_PLACES = 5e7
+LEAST_SHARE = 1 / 300
 PAIRED = ("even", "square", "cubic", "relaxed")
 
 
@@ -83,6 +87,17 @@ def fill(
     function = FUNCTIONS[name]
     arrange: Any = partial(function, even=even) if even and name in PAIRED else function
     return fill_exactly(shape, dx, arrange) if exact else arrange(shape, dx)
+
+
+def refuse_sparse(shape: Shape, dx: float) -> None:
+    """Raise `CaseError` for a shape that is nearly all empty space, and so large that looking through it takes minutes."""
+    places = math.prod(max(side / dx, 1.0) for side in shape.extent())
+    if places > MOST_PLACES and estimated_count(shape, dx) < LEAST_SHARE * places:
+        size = " by ".join(f"{side:.3g}" for side in shape.extent())
+        raise CaseError(
+            f"the shape measures {size} and is nearly all empty: less than one in {1 / LEAST_SHARE:.0f} of {places:.2g} "
+            f"places at a spacing of {dx:.3g} would hold a particle; check the units of its parts, or make them bodies"
+        )
 
 
 def estimated_count(shape: Shape, dx: float) -> float:

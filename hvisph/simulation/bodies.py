@@ -11,7 +11,7 @@ import numpy as np
 
 from hvisph.case.case import Case
 from hvisph.core.errors import CaseError
-from hvisph.geometry.fill import fill
+from hvisph.geometry.fill import fill, refuse_sparse
 from hvisph.geometry.filling import Filling
 from hvisph.geometry.graded import Grading, fill_graded
 from hvisph.geometry.mirror import Mirror, crosses, cut
@@ -126,8 +126,10 @@ def _filled(case: Case, model: Any, turn: np.ndarray | None, mirrors: Sequence[M
     exact = model.mass == "exact"
     if case.drawn != case.dim:
         solid = shape_of(model.shape, case.drawn)
+        refuse_sparse(Section(solid), dx)
         return Section(solid), fill_section(solid, model.arrangement, dx, exact=exact)
     shape = shape_of(model.shape, case.dim)
+    refuse_sparse(shape, dx)
     even = _split_by(shape, turn, model.position, mirrors, dx)
     if model.grading is not None:
         grading = Grading(model.grading.fine, model.grading.coarsest, model.grading.ratio)
