@@ -6,7 +6,9 @@ import os
 import random
 import resource
 import shutil
+import signal
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -57,6 +59,26 @@ def in_child(action, seconds=60, memory=None):
     return os.waitstatus_to_exitcode(os.waitpid(number, 0)[1]), said
 
 
+def in_place(action, seconds=60):
+    """Do `action` here, where loops are loaded once; return its exit code and what it said, as of `in_child`."""
+
+    def enough(*_):
+        raise TimeoutError(f"took more than {seconds} s of processor time")
+
+    before = signal.signal(signal.SIGVTALRM, enough)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        with open(os.devnull, "w") as nothing, redirect_stdout(nothing), redirect_stderr(nothing):
+            return 0, str(action() or "")
+    except HvisphError as error:
+        return 2, f"refused: {error}"
+    except Exception as error:  # whatever it is, it is counted
+        return 1, f"{type(error).__name__}: {error}"
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
 def forged(work):
     """Let snapshots, checkpoints and summaries lie, each with a seal that fits, and measure, compare and resume."""
     elsewhere = work / "elsewhere.h5"
@@ -66,8 +88,7 @@ def forged(work):
     for formulation in FORMULATIONS:
         case = every_material(formulation, time={"end": 4e-7}, output={"every": 1e-7})
         folder = work / f"run_{formulation}"
-        code, said = in_child(lambda case=case, folder=folder: run(case, folder, threads=1), seconds=600)
-        assert code == 0, said
+        run(case, folder, threads=1)
         runs.append(folder)
 
     def trial(number):
@@ -89,7 +110,7 @@ def forged(work):
                 forge(path, work / "lie.h5", rng, elsewhere)
                 shutil.move(work / "lie.h5", path)
             action = lambda: hvisph.resume(folder, threads=1).exit_code  # noqa: E731
-        code, said = in_child(action)
+        code, said = in_place(action)
         if code not in (0, 2) or str(SECRET) in said:
             keep = Path(os.environ.get("TMPDIR", "/tmp")) / f"hvisph_forged_{number}"
             shutil.copytree(folder, keep, dirs_exist_ok=True)
@@ -110,7 +131,7 @@ def foreign(work):
     case = row_of([METAL, LIQUID], formulation={"type": "eulerian"}, time={"end": 3e-7},
                   output={"every": 1e-7, "formats": ["hdf5", "vtu"], "checkpoint_every": 0.01})  # fmt: skip
     whole, folder, precious = work / "whole", work / "run", work / "precious"
-    assert in_child(lambda: run(case, whole, threads=1), seconds=600)[0] == 0
+    run(case, whole, threads=1)
     own = [path.relative_to(whole) for path in whole.rglob("*")]
 
     def trial(number):
@@ -136,7 +157,7 @@ def foreign(work):
             lambda: hvisph.resume(folder, end=4e-7, threads=1),
             lambda: run(case, folder, force=True, threads=1),
         ):
-            code, said = in_child(action)
+            code, said = in_place(action)
             assert code in (0, 2), said
             refused += code == 2
         assert [path for path in placed if not path.is_file() or path.read_text() != "mine"] == []

@@ -28,6 +28,7 @@ from hvisph.simulation.estimate import estimate, refuse_impossible  # noqa: E402
 from hvisph.simulation.run import run  # noqa: E402
 
 DIMENSIONS = (1, 2, 3)
+MEASURED = ("riemann", "total_lagrangian")  # without and with lists of neighbours
 ENDS = {0: "ended", 1: "ended", 3: "stopped by a watcher"}
 LONGEST = 5.0  # [s] of processor time of a short run, compiling not counted
 
@@ -116,7 +117,7 @@ def long(steps):
             formulation = FORMULATIONS[number]
             options = {"type": formulation} | OPTIONS.get(formulation, {})
             loose = {"speed_over_initial": None, "energy_drift": None, "density": False}
-            case = row_of([METAL], speed=10.0, formulation=options, watch=loose, time={"end": 1.0, "max_steps": steps},
+            case = row_of([METAL, METAL], speed=10.0, formulation=options, watch=loose, time={"end": 1.0, "max_steps": steps},
                           output={"history_every": 1000, "checkpoint_every": 5.0})  # fmt: skip
 
             def action():
@@ -145,71 +146,126 @@ def long_told(tally):
     return f"1e5 steps each: {'; '.join(tally['runs'])}"
 
 
-PROGRAM = """
-import sys, json
+# Imports once; then, for each line "FOLDER COUNT", lets so many children meet on the cache in a folder.
+SERVER = """
+import hashlib, json, os, sys, tempfile
 sys.path[:0] = [{root!r}, {tests!r}]
-from small_runs import METAL, row_of
+from small_runs import METAL, final, row_of
+import numpy as np
+from hvisph.core.loop_cache import cache_folder
 from hvisph.core.self_test import self_test
 from hvisph.simulation.run import run
-import tempfile
-with tempfile.TemporaryDirectory() as work:
-    case = row_of([METAL], dim=1, formulation={{"type": "eulerian"}}, time={{"end": 1e-7}})
-    summary = run(case, work + "/run", threads=1).summary
-print(json.dumps([self_test()["passed"], summary["steps"], summary["conservation"]["energy_drift"]]))
+case = row_of([METAL], dim=1, formulation={{"type": "eulerian"}}, time={{"end": 1e-7}})
+
+def work(folder):
+    os.environ["HVISPH_CACHE_DIR"] = folder
+    cache_folder.cache_clear()
+    passed = self_test()["passed"]
+    with tempfile.TemporaryDirectory() as place:
+        summary = run(case, place + "/run", threads=1).summary
+        fields = final(__import__("pathlib").Path(place) / "run").fields
+    text = b"".join(name.encode() + np.ascontiguousarray(fields[name]).tobytes() for name in sorted(fields))
+    return [passed, summary["steps"], hashlib.sha256(text).hexdigest()]
+
+for line in sys.stdin:
+    folder, count = line.rsplit(" ", 1)
+    pipes = []
+    for _ in range(int(count)):
+        read, write = os.pipe()
+        if os.fork() == 0:
+            said = "null"
+            try:
+                said = json.dumps(work(folder))
+            finally:
+                os.write(write, said.encode())
+                os._exit(0)
+        os.close(write)
+        pipes.append(read)
+    said = []
+    for read in pipes:
+        with os.fdopen(read) as pipe:
+            said.append(json.loads(pipe.read() or "null"))
+        os.wait()
+    print(json.dumps(said), flush=True)
 """
+SMALL_LOOP = 60_000  # [bytes] of a loop that is compiled in about a second
 
 
 def caches(work):
-    """Let five processes, of two versions of the code, meet on one cold cache that is then filled with garbage."""
+    """Let five processes, of two versions of the code, meet on a cache of which a part is missing, or is garbage.
+
+    The part is of loops that are soon compiled; each round has other ones.
+    """
     other = work / "other"
-    shutil.copytree(ROOT / "hvisph", other / "hvisph", ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(ROOT / "tests", other / "tests", ignore=shutil.ignore_patterns("__pycache__"))
-    file = other / "hvisph/integrators/criteria.py"  # the other version takes half the step
-    text = file.read_text(encoding="utf-8")
-    assert "self.cfl * float(" in text
-    file.write_text(text.replace("self.cfl * float(", "0.5 * self.cfl * float("), encoding="utf-8")
-    steps = {}
+    for name in ("hvisph", "tests"):
+        shutil.copytree(ROOT / name, other / name, ignore=shutil.ignore_patterns("__pycache__"))
+    _changed(
+        other / "hvisph/integrators/criteria.py", "self.cfl * times[kind]", "0.5 * self.cfl * times[kind]"
+    )  # half the step
+    _changed(other / "hvisph/core/self_test.py", "np.sqrt(x[k]) * x[k]", "x[k] * np.sqrt(x[k])")  # another loop
+    servers, full = [_server(root) for root in (ROOT, other)], work / "full"
+    right = [_together([server], full, [1])[0] for server in servers]  # a cold cache, compiled by one of each
+    assert all(one and one[0] for one in right)
+    assert right[0][1:] != right[1][1:]
 
     def trial(number):
-        cache, rng = work / f"cache_{number}", random.Random(number)
-        for stage in ("cold", "garbage"):
-            for version, said in _together(cache, other, f"{stage} {number}"):
-                passed, done, drift = said
-                assert passed
-                assert abs(drift) < 1e-13
-                assert steps.setdefault(version, done) == done
-            assert len(set(steps.values())) == 2
-            for path in cache.rglob("*.loop"):
-                content = bytearray(path.read_bytes())
-                kind = rng.randrange(4)
-                path.write_bytes(b"" if kind == 0 else content[: len(content) // 2] if kind == 1
-                                 else rng.randbytes(3000) if kind == 2 else content)  # fmt: skip
+        cache, rng, spoilt = work / f"cache_{number}", random.Random(number), {}
+        shutil.copytree(full, cache)
+        small = sorted(path for path in cache.rglob("*.loop") if path.stat().st_size < SMALL_LOOP)
+        for path in rng.sample(small, min(4, len(small))):
+            kind = rng.choice(["missing", "empty", "cut off", "noise", "one bit turned"])
+            spoilt[kind] = spoilt.get(kind, 0) + 1
+            _spoil(path, kind, rng)
+        said = _together(servers, cache, [3, 2])
+        assert said == [right[0]] * 3 + [right[1]] * 2, f"{number}, {spoilt}: {said}"
+        again = _together(servers, cache, [1, 1])  # what they have left behind is whole
+        assert again == right, f"{number}, afterwards: {again}"
         shutil.rmtree(cache)
-        return {"processes": 10}
+        return {"processes": 7, "loops": spoilt}
 
     return trial
 
 
-def _together(cache, other, what):
-    """Start five processes of two versions on one cache; yield the version of each and what it said."""
-    started = []
-    for k in range(5):
-        root = other if k % 2 else ROOT
-        program = PROGRAM.format(root=str(root), tests=str(root / "tests"))
-        environment = os.environ | {"HVISPH_CACHE_DIR": str(cache), "PYTHONPATH": str(root)}
-        started.append((k % 2, subprocess.Popen([sys.executable, "-c", program], env=environment,
-                                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)))  # fmt: skip
-    for version, process in started:
-        said, wrong = process.communicate()
-        assert process.returncode == 0, f"{what}: {wrong}"
-        yield version, json.loads(said.strip().splitlines()[-1])
+def _changed(file, old, new):
+    """Change a version of the code."""
+    text = file.read_text(encoding="utf-8")
+    assert old in text
+    file.write_text(text.replace(old, new), encoding="utf-8")
+
+
+def _server(root):
+    """Start a version of the code that waits for rounds."""
+    program = SERVER.format(root=str(root), tests=str(root / "tests"))
+    environment = os.environ | {"PYTHONPATH": str(root), "NUMBA_NUM_THREADS": "1"}
+    return subprocess.Popen([sys.executable, "-c", program], env=environment, text=True,
+                            stdin=subprocess.PIPE, stdout=subprocess.PIPE)  # fmt: skip
+
+
+def _together(servers, cache, counts_):
+    """Let so many processes of each version begin at once on a cache; return what each says."""
+    for server, count in zip(servers, counts_, strict=True):
+        server.stdin.write(f"{cache} {count}\n")
+        server.stdin.flush()
+    return [one for server in servers for one in json.loads(server.stdout.readline())]
+
+
+def _spoil(path, kind, rng):
+    """Take a loop out of the cache, or make it garbage."""
+    content = bytearray(path.read_bytes())
+    if kind == "missing":
+        path.unlink()
+        return
+    if kind == "one bit turned":
+        content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
+    kept = {"empty": b"", "cut off": content[: len(content) // 2], "noise": rng.randbytes(3000)}
+    path.write_bytes(kept.get(kind, content))
 
 
 def caches_told(tally):
     """Return the counts in words."""
     return (
-        f"{tally['trials']} rounds, cold and full of garbage, two versions of the code: right results in all "
-        f"{tally['processes']} processes"
+        f"{tally['trials']} rounds of five processes of two versions, beginning at once on a cache of which four loops were "
+        f"spoilt ({counts(tally['loops'])}), after a cold one: right results, bit for bit, in all {tally['processes']}"
     )
 
 
@@ -218,7 +274,7 @@ def memory(count):
 
     def start(work):
         def trial(number):
-            formulation = FORMULATIONS[number]
+            formulation = MEASURED[number]
             options = {"type": formulation} | OPTIONS.get(formulation, {})
             size = (count / 2.0) ** 0.5 * 0.5e-3
             bodies = {name: {"material": METAL, "shape": {"type": "box", "size": [size, size]},
