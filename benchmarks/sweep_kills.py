@@ -1,10 +1,11 @@
 """Kill driver and workers of a sweep at random, again and again, and hold every case against the same one alone.
 
-    python benchmarks/sweep_kills.py [--dask] [--kills 50] [--cases 60] [--seed 0] [--out DIR]
+    python benchmarks/sweep_kills.py [--dask] [--kills 50] [--cases 60] [--seed 0] [--out DIR] [--seconds 300]
 
 Without `--dask` the workers are processes of the driver; with it they are tasks of a cluster of two processes, started
 here, and Dask's own processes are killed as well. Each case must be computed to its end once, and its last state be
 that of the same case run alone, bit for bit. Killed is with SIGKILL, a moment after a worker has begun a case.
+After `--seconds` everything is killed; the same command with `--out` goes on with the same sweep.
 """
 
 from __future__ import annotations
@@ -99,21 +100,19 @@ def strike(sweep, rng, cluster):
     return kind
 
 
-def harass(sweep, kills, rng, cluster):
-    """Kill until it is enough, or all cases have ended; return how often each kind was killed."""
-    counts: dict[str, int] = {}
-    while sum(counts.values()) < kills and sweep.left():
+def harass(sweep, kills, rng, cluster, counts, until):
+    """Kill until it is enough, or all cases have ended, or time is up; count how often each kind was killed."""
+    while sum(counts.values()) < kills and sweep.left() and time.monotonic() < until:
         sweep.keep()
         seen, end = sweep.starts(), time.monotonic() + 20.0
         while sweep.starts() == seen and time.monotonic() < end and sweep.left():
             sweep.keep()
             cluster()
-            time.sleep(0.1)
+            time.sleep(0.3)
         time.sleep(rng.uniform(0.0, 2.0))
         kind = strike(sweep, rng, cluster)
         if kind:
             counts[kind] = counts.get(kind, 0) + 1
-    return counts
 
 
 def judge(sweep, place):
@@ -137,11 +136,15 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=60)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=Path)
+    parser.add_argument("--seconds", type=float, default=float("inf"))
     asked = parser.parse_args()
+    until = time.monotonic() + asked.seconds
     place = asked.out or Path(tempfile.mkdtemp(prefix="sweep_kills"))
     vary = {"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "4 km/s", "count": asked.cases}}}
     folder = begin({"case": "quickstart", "set": SETTINGS, "vary": vary}, place / "sweep")
-    rng, options, there = random.Random(asked.seed), [], None
+    tally = place / "kills.json"
+    counts = json.loads(tally.read_text()) if tally.is_file() else {}
+    rng, options, there = random.Random(asked.seed + 1000 * sum(counts.values())), [], None
     if asked.dask:
         from distributed import LocalCluster
 
@@ -156,12 +159,21 @@ def main() -> None:
         return [process.pid for process in own if any("spawn_main" in word for word in command_of(process))]
 
     sweep = Sweep(folder, options)
-    counts = harass(sweep, asked.kills, rng, cluster)
-    while sweep.left():
+    harass(sweep, asked.kills, rng, cluster, counts, until)
+    while sweep.left() and time.monotonic() < until:
         sweep.keep()
         cluster()
         time.sleep(0.5)
-    sweep.driver.wait()
+    if sweep.left():  # time is up: the end of this piece is one more blow
+        counts["all at once"] = counts.get("all at once", 0) + 1
+        tally.write_text(json.dumps(counts))
+        for process in [*psutil.Process().children(recursive=True), *sweep.workers()]:
+            process.kill()
+        print(f"so far {counts}, {sweep.left()} cases left", flush=True)
+        os._exit(0)
+    tally.write_text(json.dumps(counts))
+    if sweep.driver:
+        sweep.driver.wait()
     starts = sweep.starts()
     wrong, unlike = judge(sweep, place / "alone")
     statuses = sorted({folder.standing(member).status for member in folder.members()})
