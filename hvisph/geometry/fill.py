@@ -90,13 +90,14 @@ def fill(
 
 
 def refuse_sparse(shape: Shape, dx: float) -> None:
-    """Raise `CaseError` for a shape that is nearly all empty space, and so large that looking through it takes minutes."""
+    """Raise `CaseError` for a shape that is nearly all empty, and so large that looking through it takes minutes."""
     places = math.prod(max(side / dx, 1.0) for side in shape.extent())
     if places > MOST_PLACES and estimated_count(shape, dx) < LEAST_SHARE * places:
         size = " by ".join(f"{side:.3g}" for side in shape.extent())
         raise CaseError(
-            f"the shape measures {size} and is nearly all empty: less than one in {1 / LEAST_SHARE:.0f} of {places:.2g} "
-            f"places at a spacing of {dx:.3g} would hold a particle; check the units of its parts, or make them bodies"
+            f"the shape measures {size} and is nearly all empty: less than one in {1 / LEAST_SHARE:.0f} of "
+            f"{places:.2g} places at a spacing of {dx:.3g} would hold a particle; check the units of its parts, or make them "
+            "bodies"
         )
 
 
