@@ -96,8 +96,8 @@ def refuse_sparse(shape: Shape, dx: float) -> None:
         size = " by ".join(f"{side:.3g}" for side in shape.extent())
         raise CaseError(
             f"the shape measures {size} and is nearly all empty: less than one in {1 / LEAST_SHARE:.0f} of "
-            f"{places:.2g} places at a spacing of {dx:.3g} would hold a particle; check the units of its parts, or make them "
-            "bodies"
+            f"{places:.2g} places at a spacing of {dx:.3g} would hold a particle; check the units of "
+            "its parts, or make them bodies"
         )
 
 
