@@ -284,18 +284,29 @@ class Line:
         found[:-1] |= flags[1:]
         return found
 
+    def anywhere(self, here):
+        return here
+
 
 @pytest.mark.parametrize(("guard_damage", "turned"), [(True, [1, 3]), (False, [])])
 def test_what_fails_after_it_turned_lets_its_neighbours_go(guard_damage, turned):
     conversion = Conversion(damage=True, guard_damage=guard_damage)
     lagrangian = np.array([True, True, False, True, True])
     damage = np.array([0.0, 0.2, 1.0, 0.9, 0.0])
-    everyone, nobody = np.ones(5, bool), np.zeros(0, np.int64)
+    everyone = np.ones(5, bool)
 
     def turns():
-        found = conversion.turning(lagrangian, everyone, everyone, np.ones(5), np.zeros(5), damage, Line(), nobody)
+        found = conversion.turning(lagrangian, everyone, everyone, np.ones(5), np.zeros(5), damage, Line())
         return np.flatnonzero(found).tolist()
 
     assert turns() == turned
     lagrangian[turned] = False
     assert turns() == []  # they have not failed: it goes no further
+
+
+def test_what_has_failed_and_flies_alone_keeps_a_density():
+    """Without a floor the density of lone rings fell to nothing, and below."""
+    failing = impact(adaptive(damage=True), material=BRITTLE).stepper.formulation
+    assert failing.sparsest(2) == pytest.approx(10.0 / (7.0 * np.pi), rel=1e-12)  # W(0) h^2 of the cubic spline
+    for limits in ({"strain": 0.5}, {"damage": True, "guard_damage": False}):
+        assert impact(adaptive(**limits), material=BRITTLE).stepper.formulation.sparsest(2) == 0.0

@@ -150,8 +150,9 @@ class TotalLagrangian:
         return _pack, {"REVOLVED": int(self.revolved)}
 
     def sparsest(self, dim: int) -> float:
-        """Return 0: the rate of density is one of its logarithm."""
-        return 0.0
+        """Return W(0) h^dim, that of a particle alone, where failed particles turn and fly; else 0."""
+        flies = self.conversion.damage and self.conversion.guard_damage
+        return float(self.kernel.value(0.0, 1.0, dim)) if flies else 0.0
 
     def limits(self) -> None:
         """Return nothing: no law asks for what a particle bears."""

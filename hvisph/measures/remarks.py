@@ -59,7 +59,8 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray) -> Iterator[
     from scipy.spatial import cKDTree
 
     position = position.reshape(len(position), -1)
-    size = (now.fields["mass"][mine] / now.fields["density"][mine]) ** (1.0 / position.shape[1])
+    density = np.maximum(now.fields["density"][mine], np.finfo(float).tiny)  # a run may have stopped for it
+    size = (now.fields["mass"][mine] / density) ** (1.0 / position.shape[1])
     nearest = cKDTree(position).query(position, 2)[0][:, 1]
     share = float((nearest < CLUMPED * size).mean())
     if share > CLUMPS:
