@@ -87,3 +87,31 @@ def test_tables_fit_a_screen():
     assert max(len(line) for block in blocks for line in block.splitlines()) <= SCREEN
     assert all(block.splitlines()[1].split()[0] == "a" for block in blocks)
     assert [cell for block in blocks for cell in block.splitlines()[1].split()[1:]] == [str(k) for k in range(30)]
+
+
+def test_what_commands_print_fits_a_screen(tmp_path):
+    """Sheets of materials, fragments in 3D, histories of measures, runs side by side: 100 columns."""
+    settings = [
+        "time.end=0.4us",
+        "output.every=0.2us",
+        "symmetry=[{axis: y}, {axis: z}]",
+        "formulation={type: eulerian}",
+    ]
+    shot = str(run(load_case("sphere_on_plate", settings, "0.7 mm"), tmp_path / "a_run_of_a_long_name").folder)
+    for arguments in (
+        ["measure", shot, "--fragments"], ["measure", shot, "--at", "all"], ["compare", shot, shot, "--all"], ["measure", shot],
+        ["check", "quickstart"], ["materials"], ["cases"],
+        *(["materials", name] for name in ("iron-armco", "basalt", "alumina-ad995", "titanium-ti-6al-4v", "copper-etp")),
+    ):  # fmt: skip
+        wide = [line for line in said(*arguments).splitlines() if len(line) > 100]
+        assert not wide, arguments
+
+
+def test_many_columns_go_on_below():
+    from hvisph.cli.words import table
+
+    rows = [["", *(f"column {k}" for k in range(30))], *([str(j), *["1.25"] * 30] for j in range(3))]
+    text = table(rows)
+    assert max(map(len, text.splitlines())) <= 100
+    assert all(f"column {k}" in text for k in range(30))
+    assert text.count("  2  ") >= 3

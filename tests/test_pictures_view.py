@@ -6,6 +6,7 @@ from typer.testing import CliRunner
 
 from hvisph.casefile.loader import load_case
 from hvisph.cli.main import app
+from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.pictures.camera import copies, revolved, seen, turned
 from hvisph.simulation.run import run
 
@@ -62,9 +63,8 @@ def folder(tmp_path_factory):
 
 
 def test_a_picture_shows_the_extent_of_what_there_is():
-    """The cloud behind a shield: a few particles fly far ahead, and belong to it."""
+    """A few particles fly far ahead, and belong to the cloud."""
     from hvisph.output.snapshot import Snapshot
-    from hvisph.pictures.view import Look, Moment, _projected, extent_of
 
     rng = np.random.default_rng(7)
     cloud = rng.normal(size=(5000, 3)) * [1.0, 0.5, 0.5]
@@ -73,13 +73,34 @@ def test_a_picture_shows_the_extent_of_what_there_is():
     shot = Snapshot(
         0.0, 0, 3, {"position": cloud}, zero, zero, np.arange(5000), ["cloud"], ["metal"], {"spacing": 0.01}
     )
+    shows_it_all(shot, ())
+
+
+def shows_it_all(shot, planes):
+    """At least 95 % of the extent of all particles is in the picture, seen from the side, the front or turned."""
+    from hvisph.pictures.view import Look, Moment, _projected, extent_of
+
     for view in ("side", "front", "3d"):
-        moments, look = [Moment(shot)], Look(view=view)
+        moments, look = [Moment(shot, planes)], Look(view=view)
         projected = [_projected(moment, look) for moment in moments]
         left, right, bottom, top = extent_of(projected, moments, look)
         low, high = projected[0][0].min(axis=0), projected[0][0].max(axis=0)
         assert min(right, high[0]) - max(left, low[0]) >= 0.95 * (high[0] - low[0])
         assert min(top, high[1]) - max(bottom, low[1]) >= 0.95 * (high[1] - low[1])
+
+
+@pytest.mark.parametrize("kind", ["rings", "quarter"])
+def test_the_cloud_of_a_whipple_shield_is_in_the_picture(kind, tmp_path):
+    cut = "{base: aluminium-howell-ball, damage: {type: pressure_cutoff, pressure: -2 GPa, fails: true}}"
+    settings = ["time.end=3us", "output.every=1us", "bodies.bumper.shape.diameter=12 mm",
+                "bodies.wall.shape.diameter=14 mm", f"bodies.projectile.material={cut}", f"bodies.bumper.material={cut}",
+                "formulation={type: eulerian}"]  # fmt: skip
+    name = {"rings": "shapes/whipple_shield_axisymmetric", "quarter": "shapes/whipple_shield"}[kind]
+    shot = run(load_case(name, settings, "0.33 mm"), tmp_path / "shield")
+    assert shot.summary["answer"].startswith("bumper: perforated")
+    assert shot.summary["cloud"]["measures"]["cloud_mass"]["value"] > 0.0
+    for path in list_snapshots(shot.folder):
+        shows_it_all(read_snapshot(path), () if kind == "rings" else (1, 2))
 
 
 @pytest.mark.parametrize(
