@@ -18,15 +18,31 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
+from hvisph.case.case import Case
 from hvisph.casefile.loader import load_case
+from hvisph.parallel.parts import Parts
+from hvisph.simulation.bodies import placed_bodies
 
-REACH = 2.8  # spacings within which rows of others are needed, of the model
+# Rows of others over those within one spacing of a part's box, of the model. Two layers of a lattice lie within 2.8
+# spacings of the outermost one, where one lies within a spacing: 2. Where a cut splits a layer by number, half of it comes
+# on top on either count: 2.5 over 1.5.
+LAYERS = 0.5 * (2.0 + 2.5 / 1.5)
 
 
-def modelled(particles: int, processes: int, dim: int) -> float:
-    """Return the rows of others over own ones of compact parts, all of their sides in the material."""
-    own = particles / processes
-    return float(((own ** (1.0 / dim) + 2.0 * REACH) ** dim - own) / own)
+def modelled(case: Case, processes: int) -> float:
+    """Return the rows of others over own ones, mean over the parts at the start, from the sections along cuts."""
+    positions = np.concatenate([body.positions for body in placed_bodies(case)])
+    numbers = np.arange(len(positions))
+    owner = Parts(processes, positions, numbers).owner(positions, numbers)
+    shares = []
+    for part in range(processes):
+        own = positions[owner == part]
+        others = positions[owner != part]
+        apart = np.maximum(own.min(axis=0) - others, others - own.max(axis=0)).max(axis=1)
+        shares.append(LAYERS * (apart <= 1.0000001 * case.resolution).sum() / len(own))
+    return float(np.mean(shares))
 
 
 def one_run(arguments: argparse.Namespace, processes: int, folder: Path) -> tuple[float, str]:
@@ -64,13 +80,13 @@ def main() -> None:
                 if turn:
                     times[number].append(time)
         particles = json.loads((Path(folder) / "run" / "summary.json").read_text())["particles"]
-    dim = load_case(arguments.case, arguments.set).dim
+    case = load_case(arguments.case, arguments.set)
     print(f"{arguments.case} {' '.join(arguments.set)}: {particles} particles, {arguments.threads} threads a process")
     print(f"{'processes':>9}{'ms a step':>12}{'times as fast':>15}{'rows of others, model':>24}")
     for number in numbers:
         paired = [one / other for one, other in zip(times[numbers[0]], times[number], strict=True)]
         own = re.search(r"\((\d+\.\d+)%\)", told[number])
-        rows = f"{own.group(1)} %, {100 * modelled(particles, number, dim):.1f} %" if own else ""
+        rows = f"{own.group(1)} %, {100 * modelled(case, number):.1f} %" if own else ""
         print(f"{number:>9}{statistics.median(times[number]):>12.2f}{statistics.median(paired):>15.2f}{rows:>24}")
         if told[number]:
             print(f"          {told[number]}")

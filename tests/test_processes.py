@@ -15,6 +15,7 @@ from small_runs import DAMAGED, GAS, HARDENING, LIQUID, METAL, assert_same_resul
 
 import hvisph
 from hvisph.casefile.loader import dump_case
+from hvisph.core.errors import CaseError
 from hvisph.parallel.launch import launched
 from hvisph.parallel.parts import Parts
 from hvisph.simulation.run import run
@@ -241,6 +242,15 @@ def test_launchers_are_noticed_by_the_environment(monkeypatch):
     monkeypatch.setenv("PMI_RANK", "1")
     monkeypatch.setenv("PMI_SIZE", "3")
     assert launched() == (1, 3)
+
+
+def test_several_processes_without_mpi_do_not_fight_for_one_folder(monkeypatch, tmp_path):
+    monkeypatch.setenv("PMI_RANK", "1")
+    monkeypatch.setenv("PMI_SIZE", "4")
+    monkeypatch.setitem(sys.modules, "mpi4py", None)
+    with pytest.raises(CaseError, match=r"one of 4 processes, .*pip install 'hvisph\[mpi\]'.*run the whole case"):
+        run(CASES["gas"](), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 7])

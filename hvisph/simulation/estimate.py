@@ -154,7 +154,8 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     )
 
 
-def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *, free: float | None = None) -> None:
+def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *, free: float | None = None,
+                      beside: int = 1) -> None:  # fmt: skip
     """Refuse a case that surely needs more memory than there is; without `bodies`, before a particle is made.
 
     Overlapping bodies are refused where they are placed (`hvisph.simulation.bodies`).
@@ -167,6 +168,8 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
         Its bodies, where they are placed already; otherwise particles are estimated by volume.
     free
         Memory that may be used [bytes]; asked of the system unless given.
+    beside
+        Processes of this machine, each of which begins with the whole.
 
     Raises
     ------
@@ -174,17 +177,21 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
         Naming what is needed, what there is, and a resolution that fits.
     """
     count = rough_count(case) if bodies is None else float(sum(len(body.positions) for body in bodies))
-    each = memory_each(case)
-    needed = INTERPRETER + each * count
+    each, interpreter = beside * memory_each(case), beside * INTERPRETER
+    needed = interpreter + each * count
     free = free_memory() if free is None else free
     if needed <= free:
         return
-    room = max(free - INTERPRETER, 0.0)
+    room = max(free - interpreter, 0.0)
     shrink = (count * each / room) ** (1.0 / case.dim) if room else math.inf
     fits = f"{case.resolution * shrink:.2g}{' m' if case.units == 'si' else ''}" if room else "none"
+    several, fewer = "", ""
+    if beside > 1:
+        several = f" on {beside} processes of this machine, each of which begins with the whole,"
+        fewer = "start fewer processes with more threads; "
     raise CaseError(
-        f"about {count:.2g} particles need about {needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB "
-        f"are free; the finest resolution that fits is about {fits}",
+        f"about {count:.2g} particles need{several} about {needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB "
+        f"are free; {fewer}the finest resolution that fits is about {fits}",
         where="resolution",
     )
 

@@ -86,7 +86,7 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
                 listener.message("there is no checkpoint yet; beginning again")
             else:
                 refuse_changed(checkpoint, case)
-            refuse_impossible(case)
+            refuse_impossible(case, beside=world.beside)
         with heard_compiling(listener.compiling):
             with world.alike():
                 setup = build(case)

@@ -102,7 +102,7 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
     listener = listener if listener and world.first else Listener()
     with world.alike():
         with computable():
-            refuse_impossible(case)
+            refuse_impossible(case, beside=world.beside)
             bodies = placed_bodies(case)
         count = -(-sum(len(body.positions) for body in bodies) // world.size)
         set_threads(threads, worthwhile_threads(case, count), world.beside)

@@ -169,6 +169,8 @@ class Pairs:
     def hold(self, rows: np.ndarray, numbers: np.ndarray) -> None:
         """Take these packed rows (n, width) and their numbers in place of all others, sorted in the order given."""
         self.rows, self.numbers, self.count = rows, numbers, len(rows)
+        if self._room > 2 * self.count:  # of several processes each begins with the whole
+            self._room = 0
         self._make_room(self.count)
         self.sorted[: self.count] = rows
         self.place[: self.count] = np.arange(self.count, dtype=np.uint32)
