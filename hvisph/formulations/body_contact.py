@@ -1,4 +1,8 @@
-"""The contact pass of bodies in pieces: forces, energy of its own, and whether bodies pass through each other."""
+"""The contact pass of bodies in pieces: forces, energy of its own, and whether bodies pass through each other.
+
+A body in pieces is one that meets others, its own failed particles, or with a face one of its own that was far from
+it. Who is near a part of its own body that was far is looked up every few evaluations, among particles at faces.
+"""
 
 from __future__ import annotations
 
@@ -12,14 +16,15 @@ from hvisph.core.exact import value_of, whole_parts
 from hvisph.core.particles import Particles
 from hvisph.integrators.update import ON_AXIS
 from hvisph.materials.table import Material
+from hvisph.sph import rates as rate_slots
 from hvisph.sph.cells import Grid
 from hvisph.sph.copies import Halo
-from hvisph.sph.laws import contact as laws
-from hvisph.sph.pairs import Pairs, Pass
+from hvisph.sph.laws import pressing
+from hvisph.sph.pairs import Pairs
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.symmetry import AXIS, Plane
 
-# Evaluations between two looks at whether bodies pass through each other.
+# Evaluations between two looks at whether bodies pass through each other, and who is near another part of its body.
 LOOK_EVERY = 16
 # A particle from within its body is inside another one where that fills more than this share of what is around it;
 # behind a sound contact it is below 0.3, in two lattices that mix 1 and more.
@@ -50,7 +55,9 @@ class BodyContact:
         What the contact holds [J]: work against it since the start. A repulsion that starts unloaded keeps it apart
         from the bodies' heat, any other has put it there.
     starts
-        Largest W/W(dx) of each particle with another body at the start, at least 1 (n,); beyond it pairs repel.
+        phi0 of each particle, see `sph.laws.pressing` (n,). It falls to that of bodies that touch as soon as phi does.
+    folded, leaving
+        Who is near a part of its own body that was far in the reference, and who has just left its body (n,), bool.
     omega
         Square of the frequency of each particle's contacts [1/s^2] (n,).
     passed
@@ -72,13 +79,18 @@ class BodyContact:
             planes = tuple(plane for plane in planes if plane != AXIS)
         self._inner = fullness >= FULL * _of_body(fullness, particles.body)
         self._tell_apart()
-        layout, constants = laws.row_layout(dim, self._revolved), self.law.coefficients(kernel, formulation.h_over_dx)
-        options = {"EXPONENT": self.law.exponent, "UNLOADED": int(self.law.unloaded), "REVOLVED": int(self._revolved)}
-        self.pairs, self._meeting = (
-            Pairs(layout, kernel, [one], constants, at, h, planes)
-            for one in (Pass(laws.accumulate, layout, options), Pass(laws.meet, layout, {}))
+        coefficients = self.law.coefficients(kernel, formulation.h_over_dx, dim)
+        passes = self.law.passes(dim, self._revolved)
+        self.pairs = Pairs(self.law.row_layout(dim, self._revolved), kernel, passes, coefficients, at, h, planes)
+        layout, constants, look = pressing.looks(dim, kernel)
+        self._meeting, self._folding = (
+            Pairs(layout, kernel, [look[name]], constants, at, h, planes) for name in ("meet", "fold")
         )
-        self.starts, self.omega = np.ones(particles.count), np.zeros(particles.count)
+        self._touching = self.law.touching(kernel, formulation.h_over_dx, dim) * (1.0 + 1e-12)
+        self._slip, self._slips = rate_slots.slots(dim)["R_SLIP"], formulation.slips
+        self.starts, self.omega = np.full(particles.count, self._touching), np.zeros(particles.count)
+        self.folded, self.leaving = np.zeros((2, particles.count), bool)
+        self._pieces = self._bodies.copy()
         self.energy = self._power = self._power_before = 0.0
         self.passed = np.zeros(0, np.int64)
         self._evaluations = 0
@@ -92,46 +104,79 @@ class BodyContact:
 
     def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
-        for pairs in (self.pairs, self._meeting):
+        for pairs in (self.pairs, self._meeting, self._folding):
             pairs.halo = halo_for(pairs.layout)
 
     @property
     def stored(self) -> float:
         """Energy [J] that is in no particle."""
-        return self.energy if self.law.unloaded else 0.0
+        return self.energy if self.law.stores else 0.0
 
     def begin(self, rows: np.ndarray, slots: dict[str, int]) -> None:
         """Take the state of `rows` as the unloaded one."""
-        if self.law.unloaded:
+        if self.law.stores:
             everyone = np.arange(self.particles.count)
-            nearest = self._met(self._packed(everyone, rows, slots), self._numbers)[:, self.particles.dim + 1]
-            # round-off must not load what touches
-            self.starts = np.maximum(1.0, nearest * (1.0 + 1e-12))
+            phi = self._found(self._meeting, everyone, rows, slots, self._bodies)
+            self.starts = np.maximum(self._touching, phi * (1.0 + 1e-12))  # round-off must not load what touches
+
+    def leave(self, leaves: np.ndarray) -> None:
+        """Take note that the particles `leaves` (n,), bool, have left their bodies."""
+        self.leaving |= leaves
+        self._pieces[leaves] = self._bodies_in_all + self.particles.id[leaves]
 
     def add(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray,
             rates: np.ndarray) -> None:  # fmt: skip
-        """Add the contact's accelerations, and power where it is heat, of the `chosen` particles to `rates`."""
-        dim, mass, halo = self.particles.dim, self.particles["mass"], self.pairs.halo
+        """Add the contact's accelerations, and power where it is heat, to `rates`.
+
+        Parameters
+        ----------
+        chosen
+            Particles near another piece.
+        rows, slots
+            Packed rows of the stage, and where what stands in them.
+        loose
+            Who has left its body (n,), bool.
+        rates
+            Rows of rates in the particles' order.
+        """
+        halo = self.pairs.halo
         self.omega[:], self._power = 0.0, 0.0
+        looks = self._evaluations % LOOK_EVERY == 0
+        self._evaluations += 1
+        if looks and self.law.own_faces:
+            self._look_for_folds(rows, slots, loose)
+        if self.folded.any():
+            chosen = np.union1d(chosen, np.flatnonzero(self.folded))
         if not (len(chosen) if halo is None else halo.anywhere(len(chosen) > 0)):
             return
-        packed = self._packed(chosen, rows, slots)
-        self.pairs.rows, self.pairs.numbers = packed, self._numbers[chosen]
+        if self.leaving.any() if halo is None else halo.anywhere(bool(self.leaving.any())):
+            self._unload(chosen, rows, slots)
+        self.pairs.rows, self.pairs.numbers = self._packed(chosen, rows, slots, loose), self._numbers[chosen]
         try:
             self.pairs.evaluate(self.h)
         finally:  # other processes wait for this one's part, also where it has failed
-            pushed = self.pairs.rates[self.pairs.place[: len(chosen)]]
-            power = whole_parts(mass[chosen] * pushed[:, dim], self._power_unit)
-            self._power = float(value_of(power if halo is None else halo.total(power), self._power_unit))
-            if self._evaluations % LOOK_EVERY == 0:
-                self._look(chosen, packed, loose)
-            self._evaluations += 1
-        rates[chosen, : dim + (not self.law.unloaded)] += pushed[:, : dim + (not self.law.unloaded)]
-        self.omega[chosen] = pushed[:, dim + 1]
+            self._take_rates(chosen, rates)
+            if looks:
+                self._look(chosen, rows, slots, loose)
 
-    def _look(self, chosen: np.ndarray, packed: np.ndarray, loose: np.ndarray) -> None:
+    def _take_rates(self, chosen: np.ndarray, rates: np.ndarray) -> None:
+        dim, mass, halo, at = self.particles.dim, self.particles["mass"], self.pairs.halo, self.pairs.place
+        pushed = self.pairs.rates[at[: len(chosen)]]
+        power = whole_parts(mass[chosen] * pushed[:, dim], self._power_unit)
+        self._power = float(value_of(power if halo is None else halo.total(power), self._power_unit))
+        rates[chosen, : dim + (not self.law.stores)] += pushed[:, : dim + (not self.law.stores)]
+        if self._slips:
+            rates[chosen, dim] += pushed[:, self._slip]
+            rates[chosen, self._slip] = pushed[:, self._slip]
+        self.omega[chosen] = pushed[:, dim + 1]
+        if self.law.stores:
+            phi, starts = self.pairs.sorted[at[: len(chosen)], self.pairs.slots["START"]], self.starts[chosen]
+            self.starts[:] = self._touching
+            self.starts[chosen] = np.maximum(self._touching, np.minimum(starts, phi))
+
+    def _look(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
         try:
-            filled = self._met(packed, self._numbers[chosen])[:, self.particles.dim]
+            filled = self._found(self._meeting, chosen, rows, slots, self._bodies)
         except RunError:  # the contact's own pass has found the same
             filled = np.zeros(len(chosen))
         inside = chosen[(filled > INSIDE) & self._inner[chosen] & ~loose[chosen]]
@@ -142,25 +187,59 @@ class BodyContact:
         through = counts[0] >= np.maximum(FEWEST, SHARE * counts[1])
         self.passed = inside[through[body[inside]]]
 
-    def _met(self, packed: np.ndarray, numbers: np.ndarray) -> np.ndarray:
-        self._meeting.rows, self._meeting.numbers = packed, numbers
-        self._meeting.evaluate(self.h)
-        return self._meeting.rates[self._meeting.place[: len(packed)]]
+    def _look_for_folds(self, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
+        tied = np.flatnonzero((rows[: len(loose), slots["KIND"]] == 1.0) & ~loose)
+        self.folded[:] = False
+        self.folded[tied] = self._found(self._folding, tied, rows, slots, self._bodies) > 0.0
 
-    def _packed(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> np.ndarray:
+    def _unload(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> None:
+        """Have particles that leave their bodies press on the rest from where they stand."""
+        before = np.where(self.leaving, self._bodies, self._pieces)
+        phi, more = (self._found(self._meeting, chosen, rows, slots, one) for one in (before, self._pieces))
+        self.starts[chosen] += (more - phi) * (1.0 + 1e-12)
+        self.leaving[:] = False
+
+    def _found(self, pairs: Pairs, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int],
+               bodies: np.ndarray) -> np.ndarray:  # fmt: skip
+        """Return what a law of looks finds for the `chosen` particles, of `bodies` (n,)."""
+        dim, to = self.particles.dim, pairs.slots
+        packed = np.zeros((len(chosen), pairs.layout.width))
+        self._place(chosen, rows, slots, packed, to)
+        packed[:, to["BODY"]] = bodies[chosen]
+        packed[:, to["D"] : to["D"] + dim] = self._displaced(chosen, rows, slots)
+        pairs.rows, pairs.numbers = packed, self._numbers[chosen]
+        pairs.evaluate(self.h)
+        return pairs.rates[pairs.place[: len(chosen)], dim + 1]
+
+    def _place(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], packed: np.ndarray,
+               to: dict[str, int]) -> None:  # fmt: skip
+        """Write places, lengths and volumes of the `chosen` particles into `packed` rows."""
+        dim, own = self.particles.dim, rows[chosen]
+        packed[:, :dim] = own[:, :dim]
+        packed[:, to["H"]] = self.h
+        # an energy of the places alone gives back all that it took: with volumes that stay
+        packed[:, to["V"]] = self._volume[chosen] if self.law.stores else own[:, slots["M"]] / own[:, slots["RHO"]]
+
+    def _displaced(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> np.ndarray:
+        """Return how far the `chosen` particles are from their places in the reference (k, dim) [m]."""
+        dim, x0 = self.particles.dim, slots["X0"]
+        return np.asarray(rows[chosen, :dim] - rows[chosen, x0 : x0 + dim])
+
+    def _packed(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> np.ndarray:
         dim, to = self.particles.dim, self.pairs.slots
         own, packed = rows[chosen], np.zeros((len(chosen), self.pairs.layout.width))
-        packed[:, :dim] = own[:, :dim]
+        self._place(chosen, rows, slots, packed, to)
         packed[:, to["U"] : to["U"] + dim] = own[:, slots["U"] : slots["U"] + dim]
-        packed[:, to["H"]] = self.h
         packed[:, to["M"]] = own[:, slots["M"]]
-        # an energy of the places alone gives back all that it took: with volumes that stay
-        packed[:, to["V"]] = self._volume[chosen] if self.law.unloaded else own[:, slots["M"]] / own[:, slots["RHO"]]
-        packed[:, to["BODY"]] = self._bodies[chosen]
+        packed[:, to["BODY"]] = self._pieces[chosen]
         packed[:, to["K"]] = self._stiffness[chosen]
-        packed[:, to["START"]] = self.starts[chosen]
         if self._revolved:
             packed[:, to["RING"]] = own[:, slots["RING"]]
+        if self.law.stores:
+            packed[:, to["START"]] = self.starts[chosen]
+        if self.law.own_faces:
+            packed[:, to["D"] : to["D"] + dim] = self._displaced(chosen, rows, slots)
+            packed[:, to["TIED"]] = own[:, slots["KIND"]] * ~loose[chosen]
         return packed
 
     def complete(self, dt: float, averaged: bool) -> None:
@@ -175,7 +254,8 @@ class BodyContact:
     def carried(self) -> dict[str, np.ndarray]:
         """Return what the next step needs of each particle, by name."""
         return {"contact_starts": self.starts, "contact_omega": self.omega, "contact_volume": self._volume,
-                "contact_inner": self._inner}  # fmt: skip
+                "contact_inner": self._inner, "contact_pieces": self._pieces, "contact_folded": self.folded,
+                "contact_leaving": self.leaving}  # fmt: skip
 
     def hold(self, carried: dict[str, np.ndarray]) -> None:
         """Take what is `carried` of the particles that there are now."""
@@ -183,13 +263,20 @@ class BodyContact:
             np.array(carried[f"contact_{name}"]) for name in ("starts", "omega", "volume", "inner")
         )
         self._inner = self._inner.astype(bool)
+        self._pieces = np.array(carried["contact_pieces"])
+        self.folded, self.leaving = (np.array(carried[f"contact_{name}"], bool) for name in ("folded", "leaving"))
         self.passed = np.zeros(0, np.int64)
         self._tell_apart()
 
     def fit_grid(self) -> None:
         """Make the grids of cells anew, around the particles that there are now."""
-        for pairs in (self.pairs, self._meeting):
+        for pairs in (self.pairs, self._meeting, self._folding):
             pairs.grid = Grid.around(self.particles["position"], pairs.grid.edge)
+
+    @property
+    def pieces(self) -> np.ndarray:
+        """The bodies (n,) uint32, those that have left theirs as one each."""
+        return self._pieces.astype(np.uint32)
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
         """Go back to where `history` was taken."""

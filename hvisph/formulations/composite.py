@@ -107,6 +107,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         particles, formulation = self.particles, self.formulation
         self._moduli = np.array([(_young_modulus(one), 1.0 / one.first_yield) for one in self.materials])
         self._one_body, self._bodies_in_all = int(np.ptp(particles.body)) == 0, int(particles.body.max()) + 1
+        self._one_piece = self._one_body
         self._can_fail = any(material.can_fail for material in self.materials)
         self._selection = Selection(self._at_start, formulation.kernel.reach * self.h,
                                     with_neighbours=formulation.spatial_correction.acts)  # fmt: skip
@@ -124,7 +125,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         """Make the arrays that have a row for each of the particles that there are now."""
         particles, formulation, dim = self.particles, self.formulation, self.particles.dim
         count, body = particles.count, self.particles.body
-        self._rates = np.zeros((count, rate_slots.width(dim) + 3 * formulation.revolved))
+        self._rates = np.zeros((count, rate_slots.width(dim) + (3 if formulation.revolved else 2 * formulation.slips)))
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)
         self.swellings, self.loose = np.ones(count), np.zeros(count, bool)
@@ -195,7 +196,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         euler = formulation.eulerian
         layout = RowLayout(dim, (*euler.layout(dim).fields, *coupling.FIELDS))
         to = layout.slots()
-        parted = formulation.contact is not None
+        parted = formulation.contact.parts
         shares = specialise(coupling.shares, DIM=dim, KIND=to["KIND"], BODY=to["BODY"], D=to["D"],
                             CONTACT=float(parted),
                             STRESS_AT_INTERFACE=float(formulation.stress_at_interface))  # fmt: skip
@@ -209,7 +210,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         self._add_rates = bound(composite_passes.add_rates)
         self._spatial_rows = bound(composite_passes.spatial_rows, TO_D=to["D"], TO_KIND=to["KIND"],
                                    TO_BODY=to["BODY"], write=write)  # fmt: skip
-        if parted and not self._one_body:
+        if parted and (formulation.contact.own_faces or not self._one_body):
             self.contact = BodyContact(
                 self.particles,
                 formulation,
@@ -306,9 +307,9 @@ class CompositeStepper(ReferenceChanges, Stepper):
                                     (formulation.alpha, formulation.beta), formulation.hourglass, 1.0 / self.h,
                                     self._rates)  # fmt: skip
         self._chosen = 0
-        if not self._any_eulerian and self._one_body:
-            return
-        near_body, near_spatial = self._near()
+        near_body = near_spatial = self._none
+        if self._any_eulerian or not self._one_piece:
+            near_body, near_spatial = self._near()
         try:
             self._add_spatial(near_body, near_spatial)
         finally:  # other processes wait for this one's part in the contact, also where it has failed
@@ -335,7 +336,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
 
     def _add_spatial(self, near_body: np.ndarray, near: np.ndarray) -> None:
         """Add the pairs of Eulerian particles, and where no contact parts them of bodies, in the present places."""
-        parted = self.formulation.contact is not None
+        parted = self.formulation.contact.parts
         near = near if parted else near | near_body
         if not (self._any_eulerian or not parted) or not self.anywhere(near.any()):
             return
@@ -383,10 +384,18 @@ class CompositeStepper(ReferenceChanges, Stepper):
         if not self.anywhere(turned or left):
             return
         if self.anywhere(left):
+            before = self.loose.copy()
             self._leave(leaves)
+            self._part(self.loose & ~before)
         if turned:
             particles["kernel_type"][turns] = 0.0
         self._classify()
+
+    def _part(self, leaves: np.ndarray) -> None:
+        """Have particles that left their lists meet the rest of their body as one of another."""
+        if self.contact is not None and self.formulation.contact.own_faces:
+            self.contact.leave(leaves)
+            self._body_indices, self._one_piece = self.contact.pieces, False
 
     def limits(self) -> list[tuple[float, str, int]]:
         """Return what else limits the step: inverted particles, and contact. See `Stepper`."""
@@ -457,6 +466,8 @@ class CompositeStepper(ReferenceChanges, Stepper):
         self.rows_[: self.particles.count], self._rates[...] = carried["rows"], carried["rates"]
         if self.contact is not None:
             self.contact.hold(carried)
+            self._body_indices = self.contact.pieces
+            self._one_piece = self._one_body and not self.anywhere(kept["loose"].any())
         self._classify()
 
     def fit_grid(self) -> None:

@@ -3,7 +3,7 @@
 Passes, over reference neighbours found once (`sph.laws.reference`): deformation and stress, then pair forces.
 Where there are Eulerian particles, a spatial pass of the standard law over them and what is near
 (`sph.laws.standard`, shares in `sph.laws.coupling`); where bodies meet, a pass of contact forces
-(`sph.laws.contact`). See `formulations.composite` for the order.
+(`sph.laws.pressing`). See `formulations.composite` for the order.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ import numpy as np
 from hvisph.core.tensors import in_plane, put
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import reference
-from hvisph.sph.laws.contact import Contact
+from hvisph.sph.laws.contact import Contact, Welded
+from hvisph.sph.laws.pressing import Pressing
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
 
@@ -62,7 +63,7 @@ class TotalLagrangian:
         Equivalent strain since the last renewal at which all take their present places as the reference; None
         for never.
     contact
-        Contact between bodies; None where they meet through the spatial sums.
+        Contact between bodies, and of faces of one body; `Welded` where they meet through the spatial sums.
     conversion
         When Total Lagrangian particles turn Eulerian.
     revolved
@@ -84,16 +85,20 @@ class TotalLagrangian:
     failed_leave: bool = True
     keeps_volume: bool = True
     renew_strain: float | None = None
-    contact: Contact | None = field(default_factory=Contact)
+    contact: Pressing | Contact | Welded = field(default_factory=Pressing)
     conversion: Conversion = field(default_factory=Conversion)
     revolved: bool = False
 
     name = "total_lagrangian"
     fields: tuple[str, ...] = ("kernel_type", "reference_position")
     smoothing = Smoothing()
-    slips = False
     switch = "none"
     stepper = CompositeStepper
+
+    @property
+    def slips(self) -> bool:
+        """Whether bodies rub on each other."""
+        return self.contact.friction > 0.0
 
     @property
     def viscous_factor(self) -> float:

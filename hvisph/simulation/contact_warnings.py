@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +30,9 @@ def contact_warnings(case: Case) -> list[str]:
     materials = [material_of(body.material, body.internal_energy) for body in bodies]
     dx, dim = case.resolution, case.dim
     stiffness = min(contact.of_material(m.density, m.bulk_sound_speed, dx, dim) for m in materials)
-    pressure = contact.carried_over_stiffness(kernel, case.formulation.h_over_dx, dim) * stiffness * dx**dim
+    pressure = contact.carried_over_stiffness(kernel, case.formulation.h_over_dx, dim) * stiffness
+    if not contact.stores:
+        pressure *= dx**dim
     warnings = []
     velocity = bodies[0].velocity[0] - bodies[1].velocity[0]
     if velocity > 0.0:
@@ -44,7 +45,8 @@ def contact_warnings(case: Case) -> list[str]:
                 f"bodies may pass through each other; give {_times(model, expected / pressure)}"
             )
     for material in materials:
-        omega2 = _omega_squared(contact, kernel, stiffness, material.density, case.formulation.h_over_dx, dx, dim)
+        stiff = contact.closer(kernel, case.formulation.h_over_dx, dim, dx)
+        omega2 = 2.0 * stiffness * stiff / material.density
         share = 2.0 / np.sqrt(omega2) * material.longitudinal_sound_speed / case.smoothing_length
         if share < SHARE:
             warnings.append(
@@ -60,20 +62,3 @@ def _times(model: Any, factor: float) -> str:
     key = "stiffness" if getattr(model, "absolute_stiffness", None) is None else "absolute_stiffness"
     return f"{key}: {factor * getattr(model, key):.2g}"
 
-
-def _omega_squared(contact: Any, kernel: Any, stiffness: float, density: float, h_over_dx: float, dx: float,
-                   dim: int) -> float:  # fmt: skip
-    """Return omega^2 [1/s^2] of a particle that faces a lattice of another body, half a spacing closer than at rest."""
-    h, n = h_over_dx * dx, contact.exponent
-    at_spacing = kernel.value(dx, h, dim)
-    reach = int(kernel.reach * h_over_dx) + 1
-    total = 0.0
-    for place in itertools.product(range(reach), *[range(-reach, reach + 1)] * (dim - 1)):
-        r = dx * float(np.hypot(place[0] + 0.5, np.linalg.norm(place[1:])))
-        w = kernel.value(r, h, dim) / at_spacing
-        slope = kernel.derivative(r, h, dim) / at_spacing
-        if contact.unloaded:
-            w = max(w - 1.0, 0.0)
-        curvature = 3.0 * kernel.value(0.0, h, dim) / (at_spacing * h**2)
-        total += n * ((n - 1) * w ** (n - 2) * slope**2 + w ** (n - 1) * curvature) if w > 0.0 else 0.0
-    return 2.0 * stiffness * total * dx**dim / density

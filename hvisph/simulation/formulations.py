@@ -25,7 +25,8 @@ from hvisph.formulations.protocol import AnyFormulation
 from hvisph.formulations.riemann import Riemann
 from hvisph.formulations.total_lagrangian import TotalLagrangian
 from hvisph.sph.kernels import KERNELS
-from hvisph.sph.laws.contact import UNLOADED_STIFFNESS, Contact
+from hvisph.sph.laws.contact import Contact, Welded
+from hvisph.sph.laws.pressing import Pressing
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -114,10 +115,10 @@ def _viscosity(model: Any) -> MonaghanViscosity:
     raise ValueError(model.type)
 
 
-def contact_of(model: Any) -> Contact:
+def contact_of(model: Any) -> Pressing | Contact:
     """Return the repulsion between bodies that a case's contact describes."""
     if model.type == "separating":
-        return Contact(model.stiffness or UNLOADED_STIFFNESS, 2, unloaded=True)
+        return Pressing(model.stiffness or 1.0, friction=model.friction, own_faces=model.own_faces)
     return Contact(model.stiffness, model.exponent, model.absolute_stiffness)
 
 
@@ -128,7 +129,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         "h_over_dx": model.h_over_dx,
         "viscosity": _viscosity(model.viscosity),
         "artificial_stress": _artificial_stress(model.artificial_stress),
-        "contact": contact_of(model.contact) if model.parted else None,
+        "contact": contact_of(model.contact) if model.parted else Welded(),
         "revolved": KINEMATICS[case.kinematics].revolved,
     }
     if model.type == "eulerian":

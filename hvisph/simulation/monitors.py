@@ -183,7 +183,7 @@ class Observer:
         counted = (*counted, SLIP_COLUMN) if self._slips else counted
         self._works = setup.stepper.has_energy
         counted = (*counted, *WORK_COLUMNS) if self._works else counted
-        self._repels = getattr(formulation, "contact", None) is not None
+        self._repels = getattr(getattr(formulation, "contact", None), "parts", False)
         counted = (*counted, CONTACT_COLUMN) if self._repels else counted
         counted = (*counted, HIGHEST_COLUMN, *ANGULAR_COLUMNS[_turns(particles)])
         self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)

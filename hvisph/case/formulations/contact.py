@@ -17,17 +17,22 @@ class SeparatingContact(StrictModel):
     """Bodies press on each other and slide with Coulomb's friction, and part freely; those that touch at rest stay so.
 
     The Riemann problem of each pair, which takes no energy but that of slip. Total Lagrangian bodies: a repulsion that
-    starts unloaded, without friction; what it holds is an account of its own and comes back.
+    starts unloaded; what it holds is an account of its own and comes back.
     """
 
     type: Literal["separating"] = "separating"
     friction: Annotated[float, Quantity(NUMBER, minimum=0, maximum=10)] = Field(
         default=0.0, description="Coefficient of friction mu [-], 0 to 10"
     )
+    own_faces: bool = Field(
+        default=True,
+        description="Of Total Lagrangian bodies alone: whether faces of one body that meet, farther apart at the start "
+        "than kernels reach, press, slide and part as bodies do; if not they pass through each other",
+    )
     stiffness: PositiveNumber | None = Field(
         default=None,
-        description="Of Total Lagrangian bodies alone: k, stiffness K over rho0 c0^2/dx^d of each material [-], above "
-        "0; unless given 0.25, and more where the impact needs it",
+        description="Of Total Lagrangian bodies alone: stiffness at first touch over that of a spacing of each material "
+        "[-], above 0; unless given 1, and more where the impact needs it",
     )
 
 
@@ -62,7 +67,12 @@ Contact = Annotated[SeparatingContact | WeldedContact | RepulsiveContact, Field(
 
 
 def stiffness_problems(contact: Any, formulation: str) -> Iterator[Problem]:
-    """Yield that separating bodies of `formulation` have no stiffness to choose."""
+    """Yield what separating bodies of `formulation` have not to choose: stiffness, and contact of their own faces."""
+    if isinstance(contact, SeparatingContact) and not contact.own_faces:
+        yield Problem(
+            ("formulation", "contact", "own_faces"),
+            f"is of Total Lagrangian bodies; faces of one body that meet weld with '{formulation}'; leave it out",
+        )
     if isinstance(contact, SeparatingContact) and contact.stiffness is not None:
         yield Problem(
             ("formulation", "contact", "stiffness"),

@@ -105,11 +105,6 @@ class TotalLagrangianFormulation(KernelOptions):
     def problems(self, case: Surroundings) -> Iterator[Problem]:
         """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
         yield from super().problems(case)
-        if isinstance(self.contact, SeparatingContact) and self.contact.friction > 0.0:
-            yield Problem(
-                ("formulation", "contact", "friction"),
-                f"bodies of '{self.type}' slide freely; leave it out, or take riemann or eulerian",
-            )
         if self.renew_reference is not None and self.viscosity_gradient == "reference":
             yield Problem(
                 ("formulation", "renew_reference"),

@@ -1,16 +1,12 @@
 """Contact between bodies: a repulsion between particles of different bodies (Vignjevic et al. 2006).
 
-    E    = sum over pairs of different bodies of V_a V_b K w^n,    w = W_ab / W(dx) - w0, where that is positive
+    E    = sum over pairs of different bodies of V_a V_b K w^n,    w = W_ab / W(dx)
     F_ab = - V_a V_b K n w^(n-1) / W(dx) grad_a W_ab               force on a, -F_ab on b
 
-As published w0 = 0, n = 4: bodies that touch repel each other, and half of a pair's work, -F_ab . (u_a - u_b) / 2, is
-heat of each side (Young 2021 eqs. 15-16). Unloaded, w0 = 1 and n = 2: particles a spacing apart, and all that is
-farther, feel nothing; a pair that starts nearer takes the smaller of what its sides had with anyone at the start.
-V are volumes of the reference then, so that E is a function of places alone: it gives back what it took, and is an
-account of its own.
+Bodies that touch repel each other (n = 4 as published), and half of a pair's work, -F_ab . (u_a - u_b) / 2, is heat of
+each side (Young 2021 eqs. 15-16). What bodies of one's own should have is `sph.laws.pressing`.
 
-Kernels are uncorrected, in the current configuration; the force is along the line of centres, so there
-is no friction. As published K [Pa/m^d] carries about 20 K dx^2 of pressure in 2D and 40 K dx^3 in 3D. A pair takes
+Kernels are uncorrected, in the current configuration; the force is along the line of centres. K [Pa/m^d] carries about 20 K dx^2 of pressure in 2D and 40 K dx^3 in 3D. A pair takes
 the softer of its two stiffnesses. The stiffness of a pair against approach,
 
     k_ab = V_a V_b K n ((n - 1) w^(n-2) (W'/W(dx))^2 + w^(n-1) 3 W(0) / (W(dx) h^2)),
@@ -27,11 +23,12 @@ opposite is nearer than they are.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
+from hvisph.core.lanes import LANES, all_lanes, total
 from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     dot,
@@ -48,6 +45,7 @@ from hvisph.core.tensors import (
     vector,
 )
 from hvisph.sph.kernels import Kernel
+from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout
 
 from .rings import ring_weight
@@ -56,11 +54,6 @@ from .rings import ring_weight
 REVOLVED = 0
 # Pressure that a plane contact of stiffness K carries, over K dx^d: measured, see Young 2021 sec. 2.4.
 CARRIED = {1: 10.0, 2: 20.0, 3: 40.0}
-# k of an unloaded contact: bars of elastic metal leave 1.6 of 50 m/s with it, of 100 particles each.
-UNLOADED_STIFFNESS = 0.25
-# An unloaded contact carries so many times the pressure that is expected: lattices that do not face each other
-# particle by particle carry less than those that do.
-RESERVE = 2.5
 
 
 @dataclass(frozen=True)
@@ -75,57 +68,78 @@ class Contact:
         n, a whole number of 2 or more.
     absolute
         K [Pa/m^d] for all bodies, in place of k; None for none.
-    unloaded
-        Whether bodies that touch feel nothing until they press on each other; the exponent is 2 then.
-    expected
-        Pressure to come [Pa]; an unloaded contact is made stiff enough for it.
     """
 
     stiffness: float = 0.025
     exponent: int = 4
     absolute: float | None = None
-    unloaded: bool = False
-    expected: float = 0.0
+
+    parts = True  # bodies meet through it, and not through kernel sums
+    stores = own_faces = False  # its work is heat of both sides
+    friction = 0.0
 
     def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, carried: float = 1.0) -> float:
-        """Return K [Pa/m^d] of a material with reference density [kg/m^3] and bulk sound speed [m/s].
-
-        `carried` is the largest pressure that a contact of this kind carries, over K dx^d.
-        """
+        """Return K [Pa/m^d] of a material with reference density [kg/m^3] and bulk sound speed [m/s]."""
         if self.absolute is not None:
             return self.absolute
-        stiffest = max(self.stiffness * density * sound_speed**2, RESERVE * self.expected / carried)
-        return stiffest / spacing**dim
+        return self.stiffness * density * sound_speed**2 / spacing**dim
 
     def carried_over_stiffness(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
         """Return about the largest pressure that a plane contact carries, over K dx^d."""
-        if not self.unloaded:
-            return CARRIED[dim]
-        r = np.linspace(1.0, 0.0, 400, endpoint=False)
-        at_spacing = kernel.value(1.0, h_over_dx, dim)
-        w = np.array([kernel.value(one, h_over_dx, dim) for one in r]) / at_spacing
-        slope = -np.array([kernel.derivative(one, h_over_dx, dim) for one in r]) / at_spacing
-        # of each particle its opposite one alone, which is the nearest
-        return float((2.0 * (w - 1.0) * slope).max())
+        return CARRIED[dim]
 
-    def coefficients(self, kernel: Kernel, h_over_dx: float) -> np.ndarray:
+    def closer(self, kernel: Kernel, h_over_dx: float, dim: int, dx: float) -> float:
+        """Return omega^2 rho/(2 K) of a particle that faces a lattice half a spacing closer than at rest [m^(d-2)]."""
+        h, n = h_over_dx * dx, self.exponent
+        at_spacing = kernel.value(dx, h, dim)
+        reach = int(kernel.reach * h_over_dx) + 1
+        curvature = 3.0 * kernel.value(0.0, h, dim) / (at_spacing * h**2)
+        total = 0.0
+        for place in itertools.product(range(reach), *[range(-reach, reach + 1)] * (dim - 1)):
+            r = dx * float(np.hypot(place[0] + 0.5, np.linalg.norm(place[1:])))
+            w, slope = kernel.value(r, h, dim) / at_spacing, kernel.derivative(r, h, dim) / at_spacing
+            total += n * ((n - 1) * w ** (n - 2) * slope**2 + w ** (n - 1) * curvature) if w > 0.0 else 0.0
+        return total * dx**dim
+
+    def touching(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
+        """Return nothing: what touches repels."""
+        return 0.0
+
+    def coefficients(self, kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
         """Return 1 / w(dx/h) and w(0) / w(dx/h), which the law reads."""
         at_spacing = kernel.shape.py_func(1.0 / h_over_dx)
         return np.array([1.0 / at_spacing, kernel.shape.py_func(0.0) / at_spacing])
 
+    def passes(self, dim: int, revolved: bool) -> list[Pass]:
+        """Return the pass of the contact."""
+        ways = {"EXPONENT": self.exponent, "REVOLVED": int(revolved)}
+        return [Pass(accumulate, self.row_layout(dim, revolved), ways)]
+
+    def row_layout(self, dim: int, revolved: bool) -> RowLayout:
+        """Return what a particle shows its neighbours."""
+        return row_layout(dim, revolved)
+
+
+@dataclass(frozen=True)
+class Welded:
+    """No contact: bodies meet through the kernel sums, as one."""
+
+    parts = stores = own_faces = False
+    friction = 0.0
+
 
 def row_layout(dim: int, revolved: bool = False) -> RowLayout:
-    """Return what a particle shows its neighbours; K is its stiffness [Pa/m^d], START its own w0."""
+    """Return what a particle shows its neighbours; K is its stiffness [Pa/m^d]."""
     more = (("ring", "radius"),) if revolved else ()
     return RowLayout(dim, (("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"),
-                           ("body", "scalar"), ("k", "scalar"), ("start", "scalar"), *more))  # fmt: skip
+                           ("body", "scalar"), ("k", "scalar"), *more))  # fmt: skip
 
 
 def accumulate(near, n, rows, i, constants, out):
     """Sum contact force, half of its work and omega^2 of particle `i`; the row's |mu| slot takes omega^2."""
     inverse_w0, at_zero = constants[0], constants[1]
     x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
-    h, body, stiffness, start = rows[i, H], rows[i, BODY], rows[i, K], rows[i, START]
+    h, body, stiffness = rows[i, H], rows[i, BODY], rows[i, K]
     scale_own = rows[i, V] / rows[i, M]
     if REVOLVED:
         inverse_ring = 1.0 / rows[i, RING]
@@ -140,14 +154,11 @@ def accumulate(near, n, rows, i, constants, out):
         other = min(abs(body - b[BODY]), 1.0)
         ratio = shape(q) * inverse_w0
         slope_ratio = slope(q) * (inverse_w0 * ih)
-        if UNLOADED:
-            ratio = larger_lanes(ratio - min(start, b[START]), all_lanes(0.0))
         lower = ratio
         for _ in range(EXPONENT - 3):
             lower = lower * ratio
-        # w^(n-2) for n = 2 is one
         if EXPONENT == 2:
-            lower = min(1e9 * ratio, 1.0) if UNLOADED else all_lanes(1.0)
+            lower = all_lanes(1.0)  # w^(n-2)
         power_of_w = lower * ratio
         both = other * b[V] * min(stiffness, b[K]) * float(EXPONENT)
         if REVOLVED:
@@ -165,16 +176,3 @@ def accumulate(near, n, rows, i, constants, out):
     write_rates(out, i, times(scale_own, totals(a)), -0.5 * scale_own * total(power), 2.0 * scale_own * total(omega2),
                 no_gradient(DIM))  # fmt: skip
 
-
-def meet(near, n, rows, i, constants, out):
-    """Find how other bodies stand about particle `i`: their sum of V W in place of the power, the largest w of |mu|."""
-    x, h, body = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, BODY]
-    ih = 1.0 / h
-    filled, nearest = all_lanes(0.0), all_lanes(0.0)
-    for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
-        dx = minus(x, vector(b, 0, DIM))
-        of_shape = min(abs(body - b[BODY]), 1.0) * shape(np.sqrt(dot(dx, dx)) * ih)
-        filled += b[V] * of_shape
-        nearest = larger_lanes(nearest, of_shape * constants[0])
-    write_rates(out, i, no_vector(DIM), total(filled) * scale(ih) / ih, largest(nearest), no_gradient(DIM))
