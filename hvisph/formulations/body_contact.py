@@ -1,7 +1,7 @@
 """The contact pass of bodies in pieces: forces, energy of its own, and whether bodies pass through each other.
 
 A body in pieces is one that meets others, its own failed particles, or with a face one of its own that was far from
-it. Who is near a part of its own body that was far is looked up every few evaluations, among particles at faces.
+it. Who is near a part of its own body that was far is looked up every few evaluations.
 """
 
 from __future__ import annotations

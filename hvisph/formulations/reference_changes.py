@@ -18,7 +18,7 @@ from hvisph.sph.copies import FixedCopies
 from hvisph.sph.reference import Reference
 from hvisph.sph.symmetry import Plane
 
-# A particle whose volume a cut list would change by more than this factor has no list that spans a volume.
+# A particle whose volume cut lists would have changed by more than this factor has no list that spans a volume.
 LARGEST_JUMP = 5.0
 # Particles stop so far before a plane of symmetry [h].
 STAND_OFF = 1e-6
@@ -85,9 +85,9 @@ class ReferenceChanges:
             ref.remove(gone)
             self.loose |= leaves
             with np.errstate(divide="ignore", invalid="ignore"):
-                ratio = with_them / np.linalg.det(self._maps(beside))
-            sound = (ratio > 1.0 / LARGEST_JUMP) & (ratio < LARGEST_JUMP)
-            self.swellings[beside[sound]] *= ratio[sound]
+                chi = self.swellings[beside] * with_them / np.linalg.det(self._maps(beside))
+            sound = (chi > 1.0 / LARGEST_JUMP) & (chi < LARGEST_JUMP)
+            self.swellings[beside[sound]] = chi[sound]
             leaves = np.zeros_like(leaves)
             leaves[beside[~sound & self._lagrangian[beside]]] = True  # Eulerian ones have the guard
 

@@ -61,4 +61,3 @@ def _times(model: Any, factor: float) -> str:
     """Return the key that gives the stiffness, with `factor` times its value."""
     key = "stiffness" if getattr(model, "absolute_stiffness", None) is None else "absolute_stiffness"
     return f"{key}: {factor * getattr(model, key):.2g}"
-

@@ -175,4 +175,3 @@ def accumulate(near, n, rows, i, constants, out):
         )
     write_rates(out, i, times(scale_own, totals(a)), -0.5 * scale_own * total(power), 2.0 * scale_own * total(omega2),
                 no_gradient(DIM))  # fmt: skip
-

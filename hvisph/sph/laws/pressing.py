@@ -154,7 +154,9 @@ def _facing(kernel: Kernel, h_over_dx: float, dim: int) -> tuple[np.ndarray, np.
         r = np.hypot.outer(s + layers, across).ravel()
         along = np.repeat(s + layers, len(across)) / r
         filled.append(sum(kernel.value(one, h_over_dx, dim) for one in r))
-        slope.append(-sum(kernel.derivative(one, h_over_dx, dim) * cosine for one, cosine in zip(r, along, strict=True)))
+        slope.append(
+            -sum(kernel.derivative(one, h_over_dx, dim) * cosine for one, cosine in zip(r, along, strict=True))
+        )
     return np.array(filled), np.array(slope)
 
 
