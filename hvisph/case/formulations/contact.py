@@ -31,8 +31,8 @@ class SeparatingContact(StrictModel):
     )
     stiffness: PositiveNumber | None = Field(
         default=None,
-        description="Of Total Lagrangian bodies alone: stiffness at first touch over that of a spacing of each material "
-        "[-], above 0; unless given 1, and more where the impact needs it",
+        description="Of Total Lagrangian bodies alone: stiffness at first touch over that of a spacing of each "
+        "material [-], above 0; unless given 1, and more where the impact needs it",
     )
 
 

@@ -5,7 +5,8 @@
     F_ab  = - V_a V_b (K_a p_a + K_b p_b) grad_a W_ab                  force on a, -F_ab on b
 
 phi0 is what bodies have whose lattices face each other a spacing apart, or what a particle had at the start where that
-is more, as long as it has had it: bodies that touch feel nothing. phi is smooth along a face, so that one slides on another without friction.
+is more, as long as it has had it: bodies that touch feel nothing. phi is smooth along a face, so that one slides on
+another without friction.
 V are volumes of the reference, so that E is a function of places alone: it gives back what it took, and is an account
 of its own.
 
@@ -145,7 +146,7 @@ class Pressing:
 
 
 def _facing(kernel: Kernel, h_over_dx: float, dim: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return phi of a particle before a lattice, s = 1 to 0 spacings from its first layer, and - dphi/ds [1/spacing]."""
+    """Return phi of a particle s = 1 to 0 spacings before a lattice's first layer, and - dphi/ds [1/spacing]."""
     layers = np.arange(int(kernel.reach * h_over_dx) + 2)
     side = np.arange(-layers[-1], layers[-1] + 1)
     across = np.sqrt(sum(np.meshgrid(*[side**2] * (dim - 1)), np.zeros(1)).ravel()) if dim > 1 else np.zeros(1)
