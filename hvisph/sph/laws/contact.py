@@ -7,7 +7,8 @@ Bodies that touch repel each other (n = 4 as published), and half of a pair's wo
 each side (Young 2021 eqs. 15-16). What bodies of one's own should have is `sph.laws.pressing`.
 
 Kernels are uncorrected, in the current configuration; the force is along the line of centres. K [Pa/m^d] carries
-about 20 K dx^2 of pressure in 2D and 40 K dx^3 in 3D. A pair takes the softer of its two stiffnesses. The stiffness of a pair against approach,
+about 20 K dx^2 of pressure in 2D and 40 K dx^3 in 3D. A pair takes the softer of its two stiffnesses. The stiffness
+of a pair against approach,
 
     k_ab = V_a V_b K n ((n - 1) w^(n-2) (W'/W(dx))^2 + w^(n-1) 3 W(0) / (W(dx) h^2)),
 
