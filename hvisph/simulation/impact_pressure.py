@@ -51,7 +51,7 @@ def stiff_enough(formulation: Any, given: Any, materials: Sequence[Material], ve
     materials, velocities
         Of each body its material and its mean velocity [m/s].
     """
-    contact = getattr(formulation, "contact", None)
+    contact: Any = getattr(formulation, "contact", None)
     if not getattr(contact, "stores", False) or given.stiffness is not None:
         return formulation
     return replace(formulation, contact=replace(contact, expected=expected_pressure(materials, velocities)))
