@@ -50,6 +50,13 @@ def test_clumped_pairs(plate):
     assert "clumped" in text
 
 
+def test_particles_turned_inside_out(plate):
+    now = snapshot(plate)
+    now.fields["density"][[3, 7]] *= -1.0
+    (text,) = said(now, snapshot(plate))
+    assert "plate: 2 of its particles are turned inside out" in text
+
+
 def test_a_solid_that_tears_says_so_unless_it_may_fail(plate):
     torn = plate + np.where(plate[:, :1] > 14.5 * DX, 5 * DX, 0.0)
     (text,) = said(snapshot(torn), snapshot(plate))

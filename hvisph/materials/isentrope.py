@@ -67,7 +67,8 @@ def tabulated(pressure: Callable[[float, float], float], rho0: float, e0: float,
         for k in places:
             h = (densities[k] - rho) / _STEPS
             for _ in range(_STEPS if h else 0):
-                e, t = _stepped(pressure, rho, h, e, t)
+                with np.errstate(over="ignore", invalid="ignore"):  # far beyond what extreme numbers allow
+                    e, t = _stepped(pressure, rho, h, e, t)
                 rho += h
             points[k] = e, t if densities[k] > rho0 else room
     return points.ravel()

@@ -59,8 +59,13 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray) -> Iterator[
     from scipy.spatial import cKDTree
 
     position = position.reshape(len(position), -1)
-    density = np.maximum(now.fields["density"][mine], np.finfo(float).tiny)  # a run may have stopped for it
-    size = (now.fields["mass"][mine] / density) ** (1.0 / position.shape[1])
+    density = now.fields["density"][mine]
+    if turned := int((density <= 0.0).sum()):
+        yield (
+            f"{turned} of its particles are turned inside out, their density below zero: what is computed there has no "
+            "meaning"
+        )
+    size = (now.fields["mass"][mine] / np.maximum(np.abs(density), np.finfo(float).tiny)) ** (1.0 / position.shape[1])
     nearest = cKDTree(position).query(position, 2)[0][:, 1]
     share = float((nearest < CLUMPED * size).mean())
     if share > CLUMPS:
