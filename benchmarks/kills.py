@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import random
@@ -10,6 +11,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -156,25 +158,33 @@ def check_whole(folder):
 
 def kills(work):
     """Kill runs of every kind at random times, go on, and compare with the run that was not killed."""
-    made = {name: (Forked, lambda kind=kind: long_case(*kind)) for name, kind in kinds().items()}
-    for name in FORMULATIONS:
-        made[f"{name} with every material"] = (Forked, lambda name=name: every_material(name))
-    if MPIEXEC:
-        for name in ("eulerian", "riemann"):
-            made[f"{name} 2D on two processes"] = (Launched, lambda name=name: long_case(2, _formulation(name)))
-            made[f"{name} 3D on two processes"] = (Launched, lambda name=name: long_case(3, _formulation(name)))
+    made = {name: partial(long_case, *kind) for name, kind in kinds().items()}
+    made |= {f"{name} with every material": partial(every_material, name) for name in FORMULATIONS}
+    return _trials(work, Forked, made)
+
+
+def distributed(work):
+    """Kill runs on two processes at random times, launcher and processes, and go on; as of `kills`."""
+    if MPIEXEC is None:
+        raise SystemExit("no mpiexec: pip install 'hvisph[mpi]'")
+    both = itertools.product((2, 3), ("eulerian", "riemann"))
+    made = {f"{name} {dim}D": partial(long_case, dim, _formulation(name)) for dim, name in both}
+    return _trials(work, Launched, made)
+
+
+def _trials(work, kind, made):
     names, wholes = [*made], {}
 
     def trial(number) -> Tally:
         name, rng = names[number % len(names)], random.Random(number)
-        kind, case = made[name][0], made[name][1]()
+        case = made[name]()
         folder, whole = work / "killed", work / f"whole {name}"
         shutil.rmtree(folder, ignore_errors=True)
         if name not in wholes:
             code, said = in_child(lambda: run(case, whole, threads=1), seconds=300)
             assert code == 0, f"{name}: {said}"
             wholes[name] = json.loads((whole / "summary.json").read_text())["wall_seconds"]
-        start = 8.0 if kind is Launched else 1.0  # [s] until the first step
+        start = 8.0 if kind is Launched else 1.0  # [s] until the first step, about
         process, count = kind(case, folder), 0
         while count < KILLS:
             time.sleep(rng.uniform(0.0, 0.6 * wholes[name] + start))

@@ -189,7 +189,9 @@ def cost(work):
 
 CAMPAIGNS = [
     Campaign("kills", "random kills survived, nothing lost but the steps since the last checkpoint",
-             "300, all resumed bit for bit", 126, kills.kills, kills.told),
+             "300, all resumed bit for bit", 123, kills.kills, kills.told),
+    Campaign("distributed", "random kills of runs on two processes by MPI, launcher or process",
+             "all resumed bit for bit", 12, kills.distributed, kills.told),
     Campaign("resumes", "resumed run equal to the unbroken one, bit for bit", "every formulation, every material",
              2 * len(FORMULATIONS) - 1, resumes, resumes_told),
     Campaign("fuzz", "fuzzed case files through `hvisph check`", "20,000, no traceback, none over 5 s",
