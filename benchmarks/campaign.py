@@ -6,6 +6,7 @@ run in many short pieces, and trials that failed are the first ones of the next 
 
 from __future__ import annotations
 
+import itertools
 import json
 import sys
 import tempfile
@@ -78,12 +79,18 @@ def counts(tally: dict[str, int]) -> str:
 
 
 def keep_row(path: Path, head: str, order: list[str], row: tuple[str, str, str]) -> None:
-    """Put a row into the table of `path`, in place of its former one."""
-    known = {}
+    """Put a row into the table of `path`, in place of its former one; what follows the table stays."""
+
+    def is_row(line: str) -> bool:
+        return line.startswith("|")
+
+    known, after = {}, []
     if path.is_file():
         lines = path.read_text(encoding="utf-8").splitlines()
-        cells = [line.strip("| ").split(" | ") for line in lines if line[:1] == "|"]
+        table = [*itertools.takewhile(is_row, itertools.dropwhile(lambda line: not is_row(line), lines))]
+        after = lines[lines.index(table[-1]) + 1 :] if table else []
+        cells = [line.strip("| ").split(" | ") for line in table]
         known = {one[0]: one for one in cells if len(one) == 3 and one[0] in order}
     known[row[0]] = list(row)
     rows = [head, *(f"| {' | '.join(known[what])} |" for what in order if what in known)]
-    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    path.write_text("\n".join([*rows, *after]) + "\n", encoding="utf-8")

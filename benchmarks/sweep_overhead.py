@@ -1,6 +1,6 @@
 """What a sweep costs beyond its cases: against the same cases in series in one process, with one worker and with two.
 
-    python benchmarks/sweep_overhead.py [--cases 24] [--end "4 us"] [--rounds 3]
+    python benchmarks/sweep_overhead.py [--cases 24] [--end "4 us"] [--rounds 3] [--workers 1,2]
 
 Each round measures all three, one after the other, in processes of their own, and prints wall and processor time; the
 last line has the medians of the ratios. On a machine that does other things only those of processor time mean much.
@@ -42,6 +42,7 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=24)
     parser.add_argument("--end", default="4 us")
     parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--workers", default="1,2")
     asked = parser.parse_args()
     values = {"bodies.projectile.velocity.0": {"from": "2 km/s", "to": "4 km/s", "count": asked.cases}}
     settings = {"resolution": "0.4 mm", "time.end": asked.end, "output.every": asked.end, "output.formats": ["hdf5"]}
@@ -49,17 +50,18 @@ def main() -> None:
     place = Path(tempfile.mkdtemp(prefix="sweep_overhead"))
     file = place / "sweep.yaml"
     file.write_text(json.dumps(sweep))
-    ratios: dict[str, list[float]] = {"one, wall": [], "one, processor": [], "two, wall": [], "two, processor": []}
+    counts = [int(count) for count in asked.workers.split(",")]
+    ratios: dict[str, list[float]] = {f"{count}, {kind}": [] for count in counts for kind in ("wall", "processor")}
     for number in range(asked.rounds):
         series = measured([sys.executable, "-c", SERIES, json.dumps(sweep), str(place / f"series{number}")])
-        print(f"in series: {series[0]:.1f} s, {series[1]:.1f} s of processor time")
-        for count, word in ((1, "one"), (2, "two")):
-            out = str(place / f"{word}{number}")
+        print(f"in series: {series[0]:.1f} s, {series[1]:.1f} s of processor time", flush=True)
+        for count in counts:
+            out = str(place / f"{count}-{number}")
             command = [sys.executable, "-m", "hvisph", "sweep", str(file), "--workers", str(count), "--threads", "1"]
             wall, spent = measured([*command, "--out", out, "--quiet"])
-            print(f"{count} workers: {wall:.1f} s, {spent:.1f} s of processor time")
-            ratios[f"{word}, wall"].append(wall / series[0])
-            ratios[f"{word}, processor"].append(spent / series[1])
+            print(f"{count} workers: {wall:.1f} s, {spent:.1f} s of processor time", flush=True)
+            ratios[f"{count}, wall"].append(wall / series[0])
+            ratios[f"{count}, processor"].append(spent / series[1])
     print({name: round(statistics.median(values), 3) for name, values in ratios.items()})
 
 
