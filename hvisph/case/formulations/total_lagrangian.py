@@ -146,5 +146,5 @@ class AdaptiveFormulation(TotalLagrangianFormulation):
         adaptive = [body for body in case.bodies.values() if body.formulation in (None, "adaptive")]
         if not adaptive:
             yield Problem(path, "no body is adaptive; use the formulation total_lagrangian")
-        elif self.conversion.damage and all(body.material.damage.type != "johnson_cook" for body in adaptive):
-            yield Problem((*path, "damage"), "no material of an adaptive body can fail; give one johnson_cook damage")
+        elif self.conversion.damage and all(body.material.damage.type == "none" for body in adaptive):
+            yield Problem((*path, "damage"), "no material of an adaptive body can fail; give one a model of damage")
