@@ -117,7 +117,26 @@ class Particles:
         """Return the columns of all fields as constants for compiled loops, such as ``S_VELOCITY``."""
         return {f"S_{name.upper()}": start for name, start in self.offsets.items()}
 
-    def permute(self, order: np.ndarray) -> None:
-        """Put the particles into a new order, in place: row k becomes the former row order[k]."""
-        self.data[...] = self.data.take(order, axis=0)
-        self.tags[...] = self.tags.take(order, axis=0)
+    def permute(self, order: np.ndarray, room: np.ndarray | None = None) -> None:
+        """Put the particles into a new order, in place: row k becomes the former row order[k]; see `reorder`."""
+        for values in (self.data, self.tags):
+            reorder(values, order, room)
+
+
+def reorder(values: np.ndarray, order: np.ndarray, room: np.ndarray | None = None) -> None:
+    """Put rows into a new order, in place: row k becomes the former row order[k].
+
+    Parameters
+    ----------
+    values, order
+        The rows (n, ...), and the former row of each (n,).
+    room
+        A contiguous array whose content is not needed: if it is large enough no copy is allocated.
+    """
+    free = np.empty(0, values.dtype) if room is None else room.reshape(-1).view(values.dtype)
+    if free.size < values.size:
+        values[...] = values.take(order, axis=0)
+        return
+    copy = free[: values.size].reshape(values.shape)
+    np.take(values, order, axis=0, out=copy, mode="clip")  # other modes allocate
+    values[...] = copy

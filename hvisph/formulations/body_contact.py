@@ -203,7 +203,7 @@ class BodyContact:
                bodies: np.ndarray) -> np.ndarray:  # fmt: skip
         """Return what a law of looks finds for the `chosen` particles, of `bodies` (n,)."""
         dim, to = self.particles.dim, pairs.slots
-        packed = np.zeros((len(chosen), pairs.layout.width))
+        packed = np.zeros((len(chosen), pairs.layout.used))
         self._place(chosen, rows, slots, packed, to)
         packed[:, to["BODY"]] = bodies[chosen]
         packed[:, to["D"] : to["D"] + dim] = self._displaced(chosen, rows, slots)
@@ -227,7 +227,7 @@ class BodyContact:
 
     def _packed(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> np.ndarray:
         dim, to = self.particles.dim, self.pairs.slots
-        own, packed = rows[chosen], np.zeros((len(chosen), self.pairs.layout.width))
+        own, packed = rows[chosen], np.zeros((len(chosen), self.pairs.layout.used))
         self._place(chosen, rows, slots, packed, to)
         packed[:, to["U"] : to["U"] + dim] = own[:, slots["U"] : slots["U"] + dim]
         packed[:, to["M"]] = own[:, slots["M"]]

@@ -321,7 +321,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         rows, eulerian, bodies = self.rows_, self._eulerian, self._body_indices
         if self._seen is not None:
             dim, own = self.particles.dim, self.particles.count
-            rows = np.zeros((own, _seen_of(dim).width))
+            rows = np.zeros((own, _seen_of(dim).used))
             rows[:, :dim], rows[:, dim], rows[:, dim + 1] = self.rows_[:own, :dim], bodies, eulerian
             # a cell is chosen by what is up to two cells away
             rows, _ = self._seen.append(rows, self._numbers, 3.0 * self._selection.grid.edge)
@@ -341,7 +341,7 @@ class CompositeStepper(ReferenceChanges, Stepper):
         if not (self._any_eulerian or not parted) or not self.anywhere(near.any()):
             return
         chosen = np.flatnonzero(near & ~self.loose)
-        packed = np.zeros((len(chosen), self.spatial.layout.width))
+        packed = np.zeros((len(chosen), self.spatial.layout.used))
         self._spatial_rows(
             self.rows_, chosen, self._bodies, self.pressures, self.loads, self.spatial.coefficients, packed
         )

@@ -78,7 +78,7 @@ class SeparatingContact:
         if self._seen is None:
             return self._selection.near_other_bodies(rows, self._bodies, reach)
         dim, own = self._pairs.layout.dim, len(rows)
-        places = np.zeros((own, _places(dim).width))
+        places = np.zeros((own, _places(dim).used))
         places[:, :dim], places[:, dim] = rows[:, :dim], self._bodies
         # a cell is chosen by what is up to two cells away
         places, _ = self._seen.append(places, numbers, 3.0 * reach)
@@ -104,7 +104,7 @@ class SeparatingContact:
         if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
             return
         dim, to, near = self._pairs.layout.dim, self._pairs.slots, rows[chosen]
-        packed = np.zeros((len(chosen), self._pairs.layout.width))
+        packed = np.zeros((len(chosen), self._pairs.layout.used))
 
         def copy(name: str, of: str, width: int = 1, factor: Any = 1.0) -> None:
             packed[:, to[name] : to[name] + width] = near[:, slots[of] : slots[of] + width] * factor

@@ -9,7 +9,7 @@ import numpy as np
 
 from hvisph.core.binding import bind
 from hvisph.core.fields import CATALOGUE
-from hvisph.core.particles import Particles
+from hvisph.core.particles import Particles, reorder
 from hvisph.integrators import sums as column
 from hvisph.integrators import update as single
 from hvisph.materials import bearing, plane_stress, response, state
@@ -201,11 +201,10 @@ class Stepper:
         order = order[order < count].copy()
         if (order[1:] > order[:-1]).all():  # it is in order, as in 1D at most times
             return order
-        self.particles.permute(order)
-        for values in (self.lengths, self.signals, self.pressures):
-            values[:] = values.take(order)
-        pairs.rows[:] = pairs.rows.take(order, axis=0)
-        pairs.place[:count] = pairs.place[order]
+        room = pairs.sorted[: pairs.present]  # of the last evaluation, which the step is done with
+        self.particles.permute(order, room)
+        for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count]):
+            reorder(values, order, room)
         pairs.numbers = self.particles.numbers()
         if self.separating:
             self.separating.renumber(self.particles.body)

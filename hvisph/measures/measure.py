@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -112,12 +113,11 @@ def in_time(now: Measures, files: Sequence[Path], start: Snapshot | None,
     start
         The first of them, if it is the run's first.
     read
-        Reads one of them; `hvisph.output.reader.read_snapshot` unless given.
+        Reads one of them; `hvisph.output.reader.read_snapshot`, fields when they are asked for, unless given.
     """
     from hvisph.output import reader
 
-    read = read or reader.read_snapshot
-
+    read = read or partial(reader.read_snapshot, lazily=True)
     last, pairs = now.moment, neighbours_of(start)
 
     def scene(number: int) -> Scene:

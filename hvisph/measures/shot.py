@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.derived import changed
 from hvisph.core.errors import OutputError
 from hvisph.measures.plates import ALIGNED, Plate, outline, plate_of
 from hvisph.measures.roles import LAYER, PROJECTILE, mean_of, members, roles_of, shot_direction
@@ -210,11 +211,11 @@ def _across(start: Snapshot, roles: tuple[str, ...], along: np.ndarray) -> np.nd
 def _turned(snapshot: Snapshot, frame: np.ndarray) -> Snapshot:
     if np.array_equal(frame, np.eye(len(frame))):
         return snapshot
-    fields = dict(snapshot.fields)
-    for name in ("position", "velocity"):
-        if name in fields:
-            fields[name] = fields[name].reshape(snapshot.count, -1) @ frame.T
-    return replace(snapshot, fields=fields)
+
+    def turned(name: str, values: np.ndarray) -> np.ndarray:
+        return values.reshape(snapshot.count, -1) @ frame.T if name in ("position", "velocity") else values
+
+    return replace(snapshot, fields=changed(snapshot.fields, turned))
 
 
 def _impact(seen: Snapshot, roles: tuple[str, ...]) -> tuple[float | None, float | None]:

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.derived import changed
 from hvisph.output.snapshot import Snapshot
 
 TOUCH = 0.75  # [dx]; the first layer of particles is half a spacing from its plane
@@ -79,16 +80,16 @@ class Whole:
         count, images = snapshot.count, self.images
         signs = self._signs(snapshot.dimensions)
         offsets = self._offsets(snapshot.dimensions)
-        fields: dict[str, np.ndarray] = {}
-        for name, values in snapshot.fields.items():
+
+        def imaged(name: str, values: np.ndarray) -> np.ndarray:
             if name in ("position", "velocity"):
                 own = values.reshape(count, -1)
                 shift = offsets if name == "position" else np.zeros_like(offsets)
-                fields[name] = (own[None] * signs[:, None] + shift[:, None]).reshape(images * count, -1)
-            elif name not in SKIPPED:
-                fields[name] = np.tile(values, (images, *[1] * (values.ndim - 1)))
-        if self.revolution and "mass" in fields:
-            fields["mass"] = fields["mass"] / images
+                return (own[None] * signs[:, None] + shift[:, None]).reshape(images * count, -1)
+            tiled = np.tile(values, (images, *[1] * (values.ndim - 1)))
+            return tiled / images if self.revolution and name == "mass" else tiled
+
+        fields = changed(snapshot.fields, imaged, [name for name in snapshot.fields if name not in SKIPPED])
         number = (snapshot.id[None] * images + np.arange(images)[:, None]).ravel()
         return replace(snapshot, fields=fields, body=np.tile(snapshot.body, images),
                        material=np.tile(snapshot.material, images), id=number)  # fmt: skip

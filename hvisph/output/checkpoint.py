@@ -7,7 +7,7 @@ kept, under the number of their step: if the newer is damaged the older serves.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +24,7 @@ FORMAT_VERSION = 2
 KEPT = 2
 _HEADER = "header"
 _ARRAYS = "arrays"
+_PIECE = 8_192  # rows
 
 
 @dataclass(frozen=True)
@@ -37,12 +38,42 @@ class Checkpoint:
     header
         Numbers and text by name, as JSON knows them.
     arrays
-        Arrays by name; names may be paths, as ``history/rows``.
+        Arrays by name, some of those to be written `Ordered`; names may be paths, as ``history/rows``.
     """
 
     step: int
     header: dict[str, Any]
-    arrays: dict[str, np.ndarray]
+    arrays: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Ordered:
+    """An array of which rows are taken in another order when they are asked for.
+
+    Parameters
+    ----------
+    values, order
+        The rows, and which row of them each is.
+    """
+
+    values: np.ndarray
+    order: np.ndarray
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the whole."""
+        return len(self.order), *self.values.shape[1:]
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Kind of its numbers."""
+        return self.values.dtype
+
+    def __len__(self) -> int:
+        return len(self.order)
+
+    def __getitem__(self, rows: slice) -> np.ndarray:
+        return np.asarray(self.values[self.order[rows]])
 
 
 def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
@@ -58,8 +89,14 @@ def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
     header = json.dumps(said | {"content": checkpoint.header}).encode("ascii")
     with writing(path) as h5:
         h5.create_dataset(_HEADER, data=np.frombuffer(header, np.uint8))
-        for name, values in checkpoint.arrays.items():
-            h5.create_dataset(f"{_ARRAYS}/{name}", data=values)
+        for name in checkpoint.arrays:  # one at a time
+            values = checkpoint.arrays[name]
+            if not isinstance(values, Ordered):
+                h5.create_dataset(f"{_ARRAYS}/{name}", data=values)
+                continue
+            made = h5.create_dataset(f"{_ARRAYS}/{name}", values.shape, values.dtype)
+            for begin in range(0, len(values), _PIECE):
+                made[begin : begin + _PIECE] = values[begin : begin + _PIECE]
     earlier = [other for other in list_checkpoints(folder) if other.name < path.name]
     for other in list_checkpoints(folder):
         if other.name not in {path.name, *(kept.name for kept in earlier[: KEPT - 1])}:

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.derived import Derived
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import CATALOGUE
 from hvisph.output import layout, names
@@ -25,8 +26,9 @@ from hvisph.output.snapshot import Snapshot
 _VTK_VERTEX = 1
 # What never changes of a particle, and may stand in the first snapshot alone.
 CONSTANTS = ("mass", "body", "material")
-# Particles in a compressed piece.
-PIECE = 65536
+# Particles in a compressed piece, and those that are written at a time where none is.
+PIECE, _AT_ONCE = 65536, 8192
+_SMALL = 100_000  # particles of a snapshot that is read at once
 
 
 @dataclass(frozen=True)
@@ -69,8 +71,15 @@ def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None
         h5.create_dataset("hvisph/header", data=np.bytes_(layout.header_text(snapshot, more).encode("ascii")))
 
 
-def read_hdf5(path: str | Path) -> Snapshot:
+def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
     """Read a snapshot that `write_hdf5` wrote, after checking that it is whole.
+
+    Parameters
+    ----------
+    path
+        The file.
+    lazily
+        Whether fields of a large one are read whenever they are asked for, and not kept: the file must stay as it is.
 
     Raises
     ------
@@ -83,13 +92,20 @@ def read_hdf5(path: str | Path) -> Snapshot:
             raise OutputError(
                 f"its format is version {header['format_version']}, this hvisph reads {layout.FORMAT_VERSION}"
             )
-        data = h5["VTKHDF/PointData"]
-        arrays = {name: data[name][...] for name in data}
-        arrays["position"] = h5["VTKHDF/Points"][...]
+        places = {name: f"VTKHDF/PointData/{name}" for name in h5["VTKHDF/PointData"]}
+        places["position"] = "VTKHDF/Points"
+        if lazily and "constants_in" not in header and h5[places["position"]].shape[0] > _SMALL:
+            return layout.snapshot_from(header, Derived(places, lambda name: _array(path, places[name])))
+        arrays = {name: h5[at][...] for name, at in places.items()}
     if "constants_in" in header:
         arrays |= _constants(Path(path), str(header["constants_in"]), arrays["id"])
     with naming(path, "a snapshot"):
         return layout.snapshot_from(header, arrays)
+
+
+def _array(path: str | Path, place: str) -> np.ndarray:
+    with reading(path, "a snapshot", verified=False) as h5:
+        return np.asarray(h5[place][...])
 
 
 def _constants(path: Path, name: str, number: np.ndarray) -> dict[str, np.ndarray]:
@@ -147,24 +163,29 @@ def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> None:
     root = mark_vtk(h5)
     left_out = CONSTANTS if form.constants_in else ()
 
-    def put(group: Any, name: str, values: np.ndarray) -> Any:
-        pieces = {"chunks": (min(n, PIECE), *values.shape[1:]), "compression": "gzip", "compression_opts": 1,
+    def put(group: Any, place: str, values: np.ndarray, name: str = "") -> Any:
+        """Write an array, a field as ParaView expects it, a piece at a time."""
+        shape = layout.to_vtk(name, values[:0], snapshot.dimensions).shape[1:]
+        pieces = {"chunks": (min(n, PIECE), *shape), "compression": "gzip", "compression_opts": 1,
                   "shuffle": True} if form.compress and n else {}  # fmt: skip
-        return group.create_dataset(name, data=values, **pieces)
+        made = group.create_dataset(place, (len(values), *shape), values.dtype, **pieces)
+        size = PIECE if form.compress else _AT_ONCE
+        for begin in range(0, len(values), size):
+            made[begin : begin + size] = layout.to_vtk(name, values[begin : begin + size], snapshot.dimensions)
+        return made
 
     for name, count in (("NumberOfPoints", n), ("NumberOfCells", n), ("NumberOfConnectivityIds", n)):
         root.create_dataset(name, data=np.array([count], dtype=np.int64))
-    position = snapshot.fields["position"]
-    points = put(root, "Points", layout.to_vtk("position", position, snapshot.dimensions))
+    points = put(root, "Points", snapshot.fields["position"], "position")
     put(root, "Connectivity", np.arange(n, dtype=np.int64))
     put(root, "Offsets", np.arange(n + 1, dtype=np.int64))
     put(root, "Types", np.full(n, _VTK_VERTEX, dtype=np.uint8))
     data = root.create_group("PointData")
     units = snapshot.metadata.get("units") != "none"
     _describe(points, "position", units)
-    for name, values in snapshot.fields.items():
+    for name in snapshot.fields:  # one at a time
         if name != "position" and name not in left_out:
-            _describe(put(data, name, layout.to_vtk(name, values, snapshot.dimensions)), name, units)
+            _describe(put(data, name, snapshot.fields[name], name), name, units)
     for name in layout.INDICES:
         if name not in left_out:
             put(data, name, getattr(snapshot, name))

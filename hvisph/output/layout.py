@@ -8,10 +8,12 @@ Going there and back returns every number bit for bit.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from hvisph.core.derived import changed
 from hvisph.core.fields import CATALOGUE, SYMMETRIC_LENGTH
 from hvisph.core.harmless import harmless
 from hvisph.output.snapshot import Snapshot
@@ -66,7 +68,7 @@ def header_text(snapshot: Snapshot, more: dict[str, Any] | None = None) -> str:
     return json.dumps(header, default=_plain, ensure_ascii=True)
 
 
-def snapshot_from(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Snapshot:
+def snapshot_from(header: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> Snapshot:
     """Return the snapshot with this header and these arrays, named and laid out as in the file.
 
     Raises
@@ -91,7 +93,7 @@ def snapshot_from(header: dict[str, Any], arrays: dict[str, np.ndarray]) -> Snap
         if not fits or (len(values) and not (values.min() >= 0 and values.max() < most)):
             raise ValueError(f"'{name}' is no index for each particle")
     _check_metadata(header["metadata"], dim)
-    fields = {name: _field(name, arrays[name], dim, len(number)) for name in header["fields"]}
+    fields = changed(arrays, lambda name, values: _field(name, values, dim, len(number)), header["fields"])
     if "position" not in fields:
         raise ValueError("its particles have no positions")
     return Snapshot(

@@ -34,7 +34,7 @@ FOREIGN = ("*.vtu", "*.vtp", "*.vtk", "*.dump", "*.lammpstrj", "dump.*")
 LARGEST_SUMMARY = 10_000_000  # [bytes]; a thousand times a usual one
 
 
-def read_snapshot(path: str | Path, convention: Convention = SI) -> Snapshot:
+def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool = False) -> Snapshot:
     """Read a snapshot by what the file holds, whatever its name: HDF5 or VTU, or points of another code.
 
     Parameters
@@ -43,6 +43,8 @@ def read_snapshot(path: str | Path, convention: Convention = SI) -> Snapshot:
         HDF5 or VTU; of other codes VTU, VTP, VTK (legacy) and LAMMPS text dumps, of which the last moment is read.
     convention
         Names and units of another code's file.
+    lazily
+        Whether fields of an HDF5 file are read whenever they are asked for, and not kept: it must stay as it is.
 
     Raises
     ------
@@ -52,7 +54,7 @@ def read_snapshot(path: str | Path, convention: Convention = SI) -> Snapshot:
     start = _bytes(Path(path), 64)
     if start.startswith(SIGNATURE):
         convention.refuse_own()
-        return read_hdf5(path)
+        return read_hdf5(path, lazily)
     text = start.lstrip(b"\xef\xbb\xbf \t\r\n")
     if text.startswith(b"<"):
         return read_vtp(path, convention) if is_vtp(path) else read_vtu(path, convention)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+
+from hvisph.core.derived import changed
 
 
 @dataclass
@@ -20,7 +23,8 @@ class Snapshot:
         1, 2 or 3.
     fields
         Arrays by the names of `hvisph.core.fields.CATALOGUE`: shape (n,) for scalars,
-        (n, components) for others, with the components of the run's dimensions. SI units.
+        (n, components) for others, with the components of the run's dimensions. SI units. Those of a running
+        simulation, and of large files that are read `lazily`, are made anew whenever they are asked for.
     body, material, id
         Integer arrays of shape (n,): index into `bodies`, index into `materials`, permanent number.
     bodies, materials
@@ -33,7 +37,7 @@ class Snapshot:
     time: float
     step: int
     dimensions: int
-    fields: dict[str, np.ndarray]
+    fields: Mapping[str, np.ndarray]
     body: np.ndarray
     material: np.ndarray
     id: np.ndarray
@@ -48,5 +52,5 @@ class Snapshot:
 
     def part(self, chosen: np.ndarray) -> Snapshot:
         """Return the particles with the indices `chosen` alone."""
-        fields = {name: values[chosen] for name, values in self.fields.items()}
+        fields = changed(self.fields, lambda _, values: values[chosen])
         return replace(self, fields=fields, body=self.body[chosen], material=self.material[chosen], id=self.id[chosen])

@@ -1,15 +1,18 @@
-"""Snapshots as VTU files: an unstructured grid of vertices, through meshio, and the series that lists them.
+"""Snapshots as VTU files: an unstructured grid of vertices, and the series that lists them.
 
-meshio writes the points and their data; time and hvisph's header, which meshio does not write, are added
-as field data, numbers bit for bit. A seal (`hvisph.output.seal`) ends the file as an XML comment.
+An array at a time is made, turned into text and written, numbers bit for bit, so that large states need no copy;
+time and hvisph's header are field data. A seal (`hvisph.output.seal`) ends the file as an XML comment. meshio reads them.
 """
 
 from __future__ import annotations
 
 import base64
 import json
+import math
 import os
-from collections.abc import Sequence
+import sys
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 from xml.sax.saxutils import quoteattr
@@ -26,7 +29,8 @@ from hvisph.output.snapshot import Snapshot
 
 HEADER = "hvisph_header"
 TIME = "TimeValue"  # the name under which ParaView looks for the time
-_TAIL = b"</UnstructuredGrid>\n</VTKFile>\n"
+_VERTEX = 1
+_PIECE = 8_192  # particles
 
 
 def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
@@ -37,17 +41,27 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
     OutputError
         When it cannot be written; an earlier file of that name is then untouched.
     """
-    import meshio
-
     dim, n = snapshot.dimensions, snapshot.count
-    data = {k: layout.to_vtk(k, v, dim) for k, v in snapshot.fields.items() if k != "position"}
-    data |= {name: getattr(snapshot, name) for name in layout.INDICES}
-    points = layout.to_vtk("position", snapshot.fields["position"], dim)
-    mesh = meshio.Mesh(points, [("vertex", np.arange(n).reshape(n, 1))], point_data=data)
     with replacing(path) as file:
-        # meshio closes what it opens, so it gets a handle of its own; zlib would cost ten times the time
-        meshio.vtu.write(os.dup(file.fileno()), mesh, compression=None)
-        _insert_field_data(file, snapshot)
+        order = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
+        file.write(f'<VTKFile type="UnstructuredGrid" version="1.0" byte_order="{order}" header_type="UInt64">\n'.encode())
+        file.write(f'<UnstructuredGrid>\n<Piece NumberOfPoints="{n}" NumberOfCells="{n}">\n<Points>\n'.encode())
+        _write_array(file, "Points", snapshot.fields["position"], lambda one: layout.to_vtk("position", one, dim))
+        file.write(b"</Points>\n<Cells>\n")
+        _write_array(file, "connectivity", np.arange(n))
+        _write_array(file, "offsets", np.arange(1, n + 1))
+        _write_array(file, "types", np.full(n, _VERTEX))
+        file.write(b"</Cells>\n<PointData>\n")
+        for name in snapshot.fields:  # one at a time
+            if name != "position":
+                _write_array(file, name, snapshot.fields[name], partial(layout.to_vtk, name, dim=dim))
+        for name in layout.INDICES:
+            _write_array(file, name, getattr(snapshot, name))
+        file.write(b"</PointData>\n</Piece>\n<FieldData>\n")
+        header = np.frombuffer(layout.header_text(snapshot).encode("ascii"), dtype=np.uint8)
+        for name, values in ((TIME, np.array([snapshot.time])), (HEADER, header)):
+            _write_array(file, name, values, further=f'NumberOfTuples="{len(values)}"')
+        file.write(b"</FieldData>\n</UnstructuredGrid>\n</VTKFile>\n")
         append_seal(file)
 
 
@@ -120,20 +134,23 @@ def _parsed(path: str | Path, meshio: Any) -> Any:
         raise OutputError(f"it is truncated, damaged or not a VTU file ({text})") from error
 
 
-def _insert_field_data(file: BinaryIO, snapshot: Snapshot) -> None:
-    """Put time and header before the closing tags that meshio wrote."""
-    file.seek(-len(_TAIL), os.SEEK_END)
-    if file.read() != _TAIL:
-        raise OutputError("this version of meshio ends VTU files in a way that hvisph does not know")
-    file.seek(-len(_TAIL), os.SEEK_END)
-    header = np.frombuffer(layout.header_text(snapshot).encode("ascii"), dtype=np.uint8)
-    file.write(b"<FieldData>\n")
-    file.write(_data_array(TIME, "Float64", np.array([snapshot.time])))
-    file.write(_data_array(HEADER, "UInt8", header))
-    file.write(b"</FieldData>\n" + _TAIL)
-
-
-def _data_array(name: str, kind: str, values: np.ndarray) -> bytes:
-    content = np.uint32(values.nbytes).tobytes() + values.tobytes()
-    head = f'<DataArray type="{kind}" Name="{name}" NumberOfTuples="{len(values)}" format="binary">\n'
-    return head.encode() + base64.b64encode(content) + b"\n</DataArray>\n"
+def _write_array(
+    file: BinaryIO,
+    name: str,
+    values: np.ndarray,
+    shown: Callable[[np.ndarray], np.ndarray] = np.ascontiguousarray,
+    further: str = "",
+) -> None:
+    """Write an array, as `shown` makes its rows, as text in base 64, its length in front of it, a piece at a time."""
+    none = shown(values[:0])
+    kind = {"f": "Float", "i": "Int", "u": "UInt"}[none.dtype.kind] + str(8 * none.dtype.itemsize)
+    columns = f'NumberOfComponents="{none.shape[1]}"' if none.ndim == 2 else ""
+    file.write(f'<DataArray type="{kind}" Name={quoteattr(name)} {columns} {further} format="binary">\n'.encode())
+    row = none.dtype.itemsize * math.prod(none.shape[1:])
+    rest = np.uint64(row * len(values)).tobytes()
+    for begin in range(0, len(values), _PIECE):
+        rest += shown(values[begin : begin + _PIECE]).tobytes()
+        whole = len(rest) // 3 * 3  # pieces of whole triplets of bytes join without padding
+        file.write(base64.b64encode(rest[:whole]))
+        rest = rest[whole:]
+    file.write(base64.b64encode(rest) + b"\n</DataArray>\n")

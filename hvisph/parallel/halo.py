@@ -49,15 +49,15 @@ class Halo:
     ----------
     world
         The processes.
-    dim, width, used
-        Number of dimensions, length of a row, and how much of it is in use.
+    dim, used
+        Number of dimensions, and length of a row.
     planes
         Axis, place [m] and side of each plane of symmetry: what has passed one meets images from twice as far.
     """
 
-    def __init__(self, world: Ranks, dim: int, width: int, used: int, planes: Sequence[tuple[int, float, float]] = ()):
+    def __init__(self, world: Ranks, dim: int, used: int, planes: Sequence[tuple[int, float, float]] = ()):
         self._world, self._dim, self._used, self._planes = world, dim, used, planes
-        self._storage = np.zeros((0, width))
+        self._storage = np.zeros((0, used))
         self._numbers = np.zeros(0, np.uint64)
         self._chosen = np.zeros(0, np.uint32)
         self._sent: dict[int, np.ndarray] = {}
@@ -111,8 +111,8 @@ class Halo:
     def _room(self, rows: np.ndarray, numbers: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
         """Return storage for `count` rows and numbers that begins with the given ones."""
         own = len(rows)
-        if count > len(self._storage):
-            self._storage = np.zeros((count + count // 4 + 64, self._storage.shape[1]))
+        if count > len(self._storage) or rows.shape[1] != self._storage.shape[1]:
+            self._storage = np.zeros((count + count // 4 + 64, rows.shape[1]))
             self._numbers = np.zeros(len(self._storage), np.uint64)
         if not np.shares_memory(rows, self._storage) or rows.ctypes.data != self._storage.ctypes.data:
             self._storage[:own] = rows

@@ -7,13 +7,14 @@ those of the beginning - and takes its state from the checkpoint afterwards. So 
 from __future__ import annotations
 
 import time as wall
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.output.checkpoint import Checkpoint
+from hvisph.output.checkpoint import Checkpoint, Ordered
 from hvisph.simulation.build import Setup
 from hvisph.simulation.clock import Clock, TimeStep
 from hvisph.simulation.fitting import refuse_misfit
@@ -96,8 +97,10 @@ class Keeper:
         whole = self.setup.share.whole(particles, *carried.values())
         if whole is None:
             return None
-        arrays: dict[str, np.ndarray] = {"state": whole[0].data, "tags": whole[0].tags}
-        arrays |= dict(zip(carried, whole[1], strict=True))
+        rows: dict[str, np.ndarray] = {"state": whole[0].data, "tags": whole[0].tags}
+        rows |= dict(zip(carried, whole[1], strict=True))
+        order = np.argsort(whole[0].id)
+        arrays: dict[str, Any] = {name: Ordered(values, order) for name, values in rows.items()}
         arrays |= {f"{HISTORY}{name}": values for name, values in stepper.history().items()}
         return Checkpoint(clock.steps, header, arrays)
 
@@ -121,7 +124,7 @@ class Keeper:
         except (LookupError, ValueError, TypeError, AttributeError, OverflowError) as error:
             raise OutputError(f"the checkpoint of step {checkpoint.step} does not fit this run: {error}") from error
 
-    def _restore(self, header: dict[str, Any], arrays: dict[str, np.ndarray]) -> TimeStep:
+    def _restore(self, header: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> TimeStep:
         clock, budget, particles = self.clock, self.budget, self.setup.particles
         stepper, order = self.setup.stepper, particles.id.copy()  # as built; what it is does not matter
         particles.data[...], particles.tags[...] = arrays["state"][order], arrays["tags"][order]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time as wall
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,8 @@ from hvisph.case.case import Case
 from hvisph.case.checks import warnings_of
 from hvisph.casefile.folder import run_name
 from hvisph.casefile.loader import dump_case, load_case
-from hvisph.core.errors import CaseError, HvisphError, RunError, computable
+from hvisph.core.allocation import give_back_large
+from hvisph.core.errors import CaseError, HvisphError, OutputError, RunError, computable
 from hvisph.core.forked import refuse_fork
 from hvisph.core.jit import heard_compiling
 from hvisph.formulations.stepper import PERMUTE_EVERY
@@ -24,7 +26,8 @@ from hvisph.integrators.criteria import Limit
 from hvisph.output import names
 from hvisph.output.checkpoint import Checkpoint
 from hvisph.output.folder import RunFolder, SilentFolder
-from hvisph.output.reader import list_snapshots, read_history
+from hvisph.output.history import HistoryWriter, NoHistory
+from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.parallel.world import Alone, world_here
 from hvisph.simulation.advice import advice
@@ -38,6 +41,7 @@ from hvisph.simulation.cost import of_cores, worthwhile_threads
 from hvisph.simulation.domain import Domain
 from hvisph.simulation.estimate import refuse_impossible
 from hvisph.simulation.listener import Listener, Reporter
+from hvisph.simulation.release import let_go
 from hvisph.simulation.monitors import Budget, Observer, mirror_axis
 from hvisph.simulation.run_files import RunFiles
 from hvisph.simulation.share import COLLAPSED, Whole
@@ -135,6 +139,7 @@ def set_threads(threads: int | None, worthwhile: int | None = None, beside: int 
         For more than there are, or where none can work.
     """
     refuse_fork()
+    give_back_large()
     most = numba.config.NUMBA_NUM_THREADS
     if threads is not None and not 1 <= threads <= most:
         raise CaseError(
@@ -208,7 +213,7 @@ class Run:
 
     def _take_steps(self) -> None:
         """Go to the end, to a failure or to an interruption."""
-        with self.files.go_on() if self.checkpoint else self.files.begin(self.start):
+        with self.files.go_on() if self.checkpoint else self._begin_files():
             try:
                 if self.checkpoint is None:
                     self._begin()
@@ -222,6 +227,11 @@ class Run:
                 self.status = "done" if self._enough() else "interrupted"
                 if not self.clock.done or self.clock.fixed is not None:
                     self._checkpoint()
+
+    def _begin_files(self) -> HistoryWriter | NoHistory:
+        start = self.start
+        del self.start  # its file has it from now on
+        return self.files.begin(start)
 
     def _prepare(self) -> None:
         """Evaluate the start and, to go on, take the state from the checkpoint."""
@@ -300,11 +310,6 @@ class Run:
         self.watch.check_step(limit, clock.time, clock.steps)
         following = clock.choose(limit.dt, limit.criterion, self.time_step)
         due = self._complete(following)
-        if clock.steps % PERMUTE_EVERY == 0:
-            self.writer.peaks.permute(stepper.permute())
-            self.share.moved()
-            self.domain.retire(self.budget, following.length)
-            self.share.rebalance(clock.steps)
         if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
             self.files.record(self.time_step, limit.number, self.done.length, self.budget)
         warning = self.watch.warning(clock.time)
@@ -313,8 +318,13 @@ class Run:
             self.listener.message(warning)
         drift = self.budget.energy_drift(stepper.sums)
         self.watch.check_state(drift, clock.time, clock.steps)
-        for number, snapshot in due:
-            self.files.write_output(snapshot, number)
+        while due:  # snapshots hold as long as the particles lie as they do
+            self.files.write_output(*due.pop(0))
+        if clock.steps % PERMUTE_EVERY == 0:
+            self.writer.peaks.permute(stepper.permute())
+            self.share.moved()
+            self.domain.retire(self.budget, following.length)
+            self.share.rebalance(clock.steps)
         if limit.checkpoint:
             self._checkpoint()
         try:
@@ -322,7 +332,7 @@ class Run:
         except KeyboardInterrupt:  # from whoever listens
             self.stop.note()
 
-    def _complete(self, following: TimeStep) -> list[tuple[int, Snapshot | None]]:
+    def _complete(self, following: TimeStep) -> list[tuple[Snapshot | None, int]]:
         """Carry the state over the step under way; return the snapshots that are due, with their numbers."""
         stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
         self.done, self.time_step = self.time_step, following
@@ -334,39 +344,44 @@ class Run:
         self.writer.peaks.record()
         due = []
         for time in moments:
-            at = between(before, particles, (time - started) / self.done.length, self.done.length)
+            start = before if time == moments[-1] else before.copy()
+            at = between(start, particles, (time - started) / self.done.length, self.done.length)
             due.append(self.writer.snapshot(time, clock.steps, at))
         if reached:
             due.append(self.writer.snapshot(clock.time, clock.steps))
-        return list(enumerate(due, first))
+        return list(zip(due, range(first, first + len(due)), strict=True))
 
     def _checkpoint(self) -> None:
         self.files.checkpoint(self.keeper, self.time_step, self.reporter.seconds)
 
     def _finish(self, seconds: float) -> Outcome:
-        now = self.files.write_last(self.status == "failed")
+        last = self.files.write_last(self.status == "failed")
         shared = self.share.account(self.clock.steps - self._first_step)
         if shared:
             self.folder.log.write(shared)
-        conservation, highest = self.budget.as_dict(self.setup.stepper.sums), self.budget.highest()
-        summary = self.share.world.from_first(lambda: self._summary(now, seconds, conservation, highest))
+        sums = self.setup.stepper.sums
+        conservation, highest = self.budget.as_dict(sums), self.budget.highest()
+        energies = self.budget.energies(sums)
+        for one in (self.setup, self.writer):
+            let_go(one)
+        summary = self.share.world.from_first(lambda: self._summary(last, seconds, conservation, energies, highest))
         self.listener.finished(summary)
         if self.status == "interrupted":
             return Outcome(self.folder.path, summary, 128 + (self.stop.number or 0), self.stop.name)
         code = 0 if all(row["passed"] for row in summary["expected"]) else 1
         return Outcome(self.folder.path, summary, HvisphError.exit_code if self.status == "failed" else code)
 
-    def _summary(self, now: Snapshot | None, seconds: float, conservation: dict[str, float | None],
-                 highest: float) -> dict[str, Any]:  # fmt: skip
-        """Write the summary, and what it gives to remark, and return it."""
-        assert now is not None
+    def _summary(self, last: Callable[[], Snapshot] | None, seconds: float, conservation: dict[str, float | None],
+                 energies: dict[str, float | None], highest: float) -> dict[str, Any]:  # fmt: skip
+        """Write the summary, and what it gives to remark, and return it: the run's files alone are measured."""
+        assert last is not None
         summary = summarise(
             self.case, self.text, status=self.status, time=self.clock.time,
             failure=self.failure.as_dict() if self.failure else None, particles=self.share.count,
             steps=self.clock.steps, threads=numba.get_num_threads(), wall_seconds=seconds,
             conservation=conservation,
-            energies=self.budget.energies(self.setup.stepper.sums), highest_pressure=highest,
-            start=self.start, now=now, history=read_history(self.folder.path),
+            energies=energies, highest_pressure=highest,
+            start=self._start(), now=last(), history=read_history(self.folder.path),
             snapshots=list_snapshots(self.folder.path),
         )  # fmt: skip
         self.folder.write_json(names.SUMMARY, summary)
@@ -377,3 +392,12 @@ class Run:
             self.folder.log.write(f"remark: {remark}")
             self.listener.message(f"remark: {remark}")
         return summary
+
+    def _start(self) -> Snapshot:
+        """Return the run's first snapshot: from its file, or where that is gone or holds less from the case."""
+        if self.writer.exact:
+            with suppress(OutputError):
+                return read_snapshot(self.writer.path(0), lazily=True)
+        setup = build(self.case)
+        setup.stepper.start()
+        return SnapshotWriter(self.folder, setup, self.case, self.text).start()

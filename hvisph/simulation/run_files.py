@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import time as wall
+from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hvisph import __version__
@@ -11,6 +13,7 @@ from hvisph.output import names
 from hvisph.output.checkpoint import write_checkpoint
 from hvisph.output.folder import RunFolder, SilentFolder
 from hvisph.output.history import HistoryWriter, NoHistory
+from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.checkpoint import Cadence, Files, Keeper
 from hvisph.simulation.clock import Clock, TimeStep
@@ -108,17 +111,22 @@ class RunFiles:
             self.state.written = snapshot.time
         self.folder.log.write(f"snapshot {number} at {snapshot.time:.6g} s, step {snapshot.step}")
 
-    def write_last(self, failed: bool) -> Snapshot | None:
-        """Write the state in which the run ends, under its own name after a failure; return it."""
+    def write_last(self, failed: bool) -> Callable[[], Snapshot] | None:
+        """Write the state in which the run ends, under its own name after a failure; return what gives it back."""
         now = self.writer.snapshot(self._clock.time, self._clock.steps)
         if now is None:
             return None
-        if failed:
-            self.writer.write(now, names.POST_MORTEM)
-        elif self._clock.time != self.state.written:
-            self.writer.write(now, self._clock.outputs + 1)
+        number: int | str = names.POST_MORTEM if failed else self._clock.outputs
+        if isinstance(number, int) and self._clock.time != self.state.written:
+            number += 1
+        if number != self._clock.outputs:
+            self.writer.write(now, number)
         self.writer.write_series()
-        return now
+        if not self.writer.exact:
+            kept = replace(now, fields=dict(now.fields))
+            return lambda: kept
+        path = self.writer.path(number)
+        return lambda: read_snapshot(path, lazily=True)
 
     def checkpoint_due(self) -> bool:
         """Whether it is time for a checkpoint."""

@@ -133,8 +133,8 @@ class Share:
     def where(self) -> np.ndarray:
         """Return the row of each particle by its permanent number, -1 for those of other processes."""
         if self._at is None:
-            self._at = np.full(self.count, -1, np.int64)
-            self._at[self._stepper.particles.id] = np.arange(self._stepper.particles.count)
+            self._at = np.full(self.count, -1, np.int32)
+            self._at[self._stepper.particles.id] = np.arange(self._stepper.particles.count, dtype=np.int32)
         return self._at
 
     def moved(self) -> None:
@@ -191,15 +191,14 @@ class Share:
         return self.world.gathered(values) if self._asks else values
 
     def whole(self, particles: Particles, *further: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
-        """Return all particles in the order of their numbers, and `further` rows of them; None but on the first."""
+        """Return all particles as they come, and `further` rows of them, no copies of one's own; None but on the first."""
         tags, data = self.gathered(particles.tags), self.gathered(particles.data)
         rows = [self.gathered(one) for one in further]
         if self._asks and not self.world.first:
             return None
-        order = np.argsort(tags[:, 0])
         whole = particles.like(0)
-        whole.data, whole.tags = data[order], tags[order]
-        return whole, [one[order] for one in rows]
+        whole.data, whole.tags = data, tags
+        return whole, rows
 
     # Who has what
 
@@ -218,7 +217,7 @@ class Share:
         planes = [(plane.axis, plane.at, plane.side) for plane in self._planes]
 
         def halo_for(layout: RowLayout) -> Halo:
-            self.halos.append(Halo(world, layout.dim, layout.width, layout.used, planes))
+            self.halos.append(Halo(world, layout.dim, layout.used, planes))
             return self.halos[-1]
 
         own = np.flatnonzero(parts.owner(stepper.homes, particles.id) == world.rank)

@@ -108,7 +108,7 @@ def _remarks(case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, 
     def moments() -> Iterator[Snapshot]:
         for file in files:
             try:
-                moment = read_snapshot(file)
+                moment = read_snapshot(file, lazily=True)
             except HvisphError as error:
                 unread.append(f"{error}: remarks look at the other moments alone")
                 continue

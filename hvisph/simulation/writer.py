@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time as wall
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hvisph import __version__
 from hvisph.case.output import ALWAYS, Output
+from hvisph.core.derived import Derived, changed
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import OF_STATE
 from hvisph.core.particles import FLAGS, RETIRED, Particles
@@ -67,28 +69,52 @@ class SnapshotWriter:
     def snapshot(self, time: float, step: int, particles: Particles | None = None) -> Snapshot | None:
         """Return the state as it stands, or another state of the run, ordered by the particles' permanent numbers.
 
-        Of several processes the first has it, the others have none.
+        Its fields are made when they are asked for, so it holds until the run goes on. Of several processes the first
+        has it, the others have none.
         """
         stepper = self.setup.stepper
         whole = self.setup.share.whole(particles or self.setup.particles, self.peaks.highest)
         if whole is None:
             return None
         particles, (highest,) = whole
-        order = np.flatnonzero(particles.tags[:, FLAGS] & RETIRED == 0)
-        fields = {name: particles[name][order] for name in OF_STATE if name in particles.names}
-        for name, values in diagnose(particles, stepper.table, stepper.models).items():
-            fields[name] = values[order]
-        number = particles.id[order]
+        order = np.argsort(particles.id)
+        order = order[particles.tags[order, FLAGS] & RETIRED == 0]
+        number = particles.id[order].astype(np.int64)
         if self._start is None:
             self._start = np.zeros((int(number.max()) + 1, particles.dim))
-            self._start[number] = fields["position"]
-            self._numbers = number.astype(np.int64)
-        fields["displacement"] = fields["position"] - self._start[number]
-        fields["peak_pressure"] = np.maximum(highest[order], fields["pressure"])
-        fields["failed"] = (fields["damage"] >= 1.0).astype(np.uint8)
-        return Snapshot(time, step, particles.dim, fields, particles.body[order].astype(np.int64),
-                        particles.material[order].astype(np.int64), particles.id[order].astype(np.int64),
+            self._start[number] = particles["position"][order]
+            self._numbers = number
+        own = [name for name in OF_STATE if name in particles.names]
+        begun = self._start
+
+        def found(name: str) -> np.ndarray:
+            return diagnose(particles, stepper.table, stepper.models)[name]
+
+        def field(name: str) -> np.ndarray:
+            match name:
+                case "displacement":
+                    return np.asarray(particles["position"][order] - begun[number])
+                case "peak_pressure":
+                    return np.maximum(highest, found("pressure"))[order]
+                case "failed":
+                    return (particles["damage"][order] >= 1.0).astype(np.uint8)
+            return np.asarray((particles[name] if name in own else found(name))[order])
+
+        shown = list(diagnose(particles, stepper.table, stepper.models))
+        names_ = (*own, *shown, "displacement", "peak_pressure", "failed")
+        return Snapshot(time, step, particles.dim, Derived(names_, field), particles.body[order].astype(np.int64),
+                        particles.material[order].astype(np.int64), number,
                         self.setup.bodies, self.setup.materials, dict(self.metadata))  # fmt: skip
+
+    @property
+    def exact(self) -> bool:
+        """Whether files of the whole hold all of a snapshot, bit by bit."""
+        return self.output.fields is None and self.output.precision == "double"
+
+    def path(self, number: int | str) -> Path:
+        """Return the file of a snapshot, the first of its formats."""
+        hdf5 = "hdf5" in self.output.formats or isinstance(number, str)
+        return self.folder.snapshot_path(number) if hdf5 else self.folder.vtu_path(int(number))
 
     def start(self) -> Snapshot:
         """Return the start, and keep what later snapshots need of it to be measured alone."""
@@ -170,13 +196,13 @@ class SnapshotWriter:
 
 def _reduced(snapshot: Snapshot, output: Output) -> Snapshot:
     """Return a snapshot with the fields that a case asks for, in its precision."""
-    fields = {
-        name: values.astype(np.float32) if output.precision == "single" and values.dtype == np.float64
-        and name != "position" else values
-        for name, values in snapshot.fields.items()
-        if output.fields is None or name in output.fields or name in ALWAYS
-    }  # fmt: skip
-    return replace(snapshot, fields=fields)
+
+    def stored(name: str, values: np.ndarray) -> np.ndarray:
+        single = output.precision == "single" and values.dtype == np.float64 and name != "position"
+        return values.astype(np.float32) if single else values
+
+    asked = [one for one in snapshot.fields if output.fields is None or one in output.fields or one in ALWAYS]
+    return replace(snapshot, fields=changed(snapshot.fields, stored, asked))
 
 
 def _impedance(start: Snapshot, number: int) -> float:

@@ -43,7 +43,7 @@ class Grid:
         n, dim = positions.shape
         wanted = np.ptp(positions, axis=0) / edge * 1.5 + 4
         shape = [int(2 ** np.ceil(np.log2(w))) for w in wanted] + [1] * (3 - dim)
-        while shape[0] * shape[1] * shape[2] > max(4 * n, 4**dim) and max(shape) > 4:
+        while shape[0] * shape[1] * shape[2] > max(n, 4**dim) and max(shape) > 4:
             shape[int(np.argmax(shape))] //= 2
         return cls((shape[0], shape[1], shape[2]), edge)
 

@@ -87,7 +87,7 @@ class Pairs:
         self._further = max(3 * one.rings or 2 * one.slips or int(one.density_rate) for one in passes)
         self.count = len(positions)
         self.slots = layout.slots()
-        self.rows = np.zeros((self.count, layout.width))
+        self.rows = np.zeros((self.count, layout.used))  # close together; sorted, each in whole cache lines
         self.numbers = np.arange(self.count, dtype=np.uint64)
         self.halo: Halo | None = None
         self.images = ImageCopies(planes, layout) if planes else None
@@ -172,7 +172,7 @@ class Pairs:
         if self._room > 2 * self.count:  # of several processes each begins with the whole
             self._room = 0
         self._make_room(self.count)
-        self.sorted[: self.count] = rows
+        self.sorted[: self.count, : self.layout.used] = rows
         self.place[: self.count] = np.arange(self.count, dtype=np.uint32)
 
     def _run(self, sweep: Any, out: np.ndarray) -> None:
