@@ -30,11 +30,12 @@ if TYPE_CHECKING:
 
 # Bodies of more particles than this are counted by their volumes instead of being filled.
 MOST_FILLED = 2_000_000
-# Largest memory of whole runs by `benchmarks/robustness.py --only memory`, their start, checkpoints and measures
-# included: by dimensions [bytes a particle], what a formulation takes beyond it, what its lists of neighbours take
-# [bytes a neighbour], and the interpreter with compiled loops.
-MEMORY = {1: 750, 2: 1250, 3: 1500}
-FURTHER = {"riemann": {1: 200, 2: 290, 3: 750}}
+# Largest memory of whole runs of 30,000 and 300,000 particles (`benchmarks/robustness.py --only memory` holds it against
+# larger ones), with snapshots inside steps, checkpoints and measures: by formulation and dimensions [bytes a particle],
+# what lists of neighbours take [bytes a neighbour], and the interpreter with compiled loops.
+MEMORY = {"eulerian": {1: 570, 2: 690, 3: 930}, "riemann": {1: 600, 2: 940, 3: 1430},
+          "total_lagrangian": {1: 700, 2: 1070, 3: 1600}, "adaptive": {1: 700, 2: 1070, 3: 1600},
+          "projection": {1: 600, 2: 640, 3: 640}}  # fmt: skip
 LISTED = {"total_lagrangian": {1: 30, 2: 30, 3: 40}, "adaptive": {1: 30, 2: 30, 3: 40},
           "projection": {1: 20, 2: 18, 3: 21}}  # fmt: skip
 INTERPRETER = 250_000_000  # [bytes]
@@ -261,8 +262,7 @@ def memory_each(case: Case) -> float:
     reach = case.formulation.support_over_h * case.formulation.h_over_dx
     neighbours = {1: 2.0, 2: math.pi, 3: 4.0 / 3.0 * math.pi}[dim] * reach**dim
     listed = LISTED.get(kind, {}).get(dim, 0) * neighbours
-    text = _snapshot_bytes(dim) / 2 if "vtu" in case.output.formats else 0.0
-    return MEMORY[dim] + FURTHER.get(kind, {}).get(dim, 0) + listed + text
+    return MEMORY[kind][dim] + listed
 
 
 def _snapshot_bytes(dim: int) -> int:
