@@ -1,7 +1,7 @@
 """Snapshots as VTU files: an unstructured grid of vertices, and the series that lists them.
 
 An array at a time is made, turned into text and written, numbers bit for bit, so that large states need no copy;
-time and hvisph's header are field data. A seal (`hvisph.output.seal`) ends the file as an XML comment. meshio reads them.
+time and hvisph's header are field data. A seal (`hvisph.output.seal`) ends the file as an XML comment.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ def write_vtu(path: str | Path, snapshot: Snapshot) -> None:
     dim, n = snapshot.dimensions, snapshot.count
     with replacing(path) as file:
         order = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
-        file.write(f'<VTKFile type="UnstructuredGrid" version="1.0" byte_order="{order}" header_type="UInt64">\n'.encode())
+        kind = f'type="UnstructuredGrid" version="1.0" byte_order="{order}" header_type="UInt64"'
+        file.write(f"<VTKFile {kind}>\n".encode())
         file.write(f'<UnstructuredGrid>\n<Piece NumberOfPoints="{n}" NumberOfCells="{n}">\n<Points>\n'.encode())
         _write_array(file, "Points", snapshot.fields["position"], lambda one: layout.to_vtk("position", one, dim))
         file.write(b"</Points>\n<Cells>\n")

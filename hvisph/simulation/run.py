@@ -41,8 +41,8 @@ from hvisph.simulation.cost import of_cores, worthwhile_threads
 from hvisph.simulation.domain import Domain
 from hvisph.simulation.estimate import refuse_impossible
 from hvisph.simulation.listener import Listener, Reporter
-from hvisph.simulation.release import let_go
 from hvisph.simulation.monitors import Budget, Observer, mirror_axis
+from hvisph.simulation.release import let_go
 from hvisph.simulation.run_files import RunFiles
 from hvisph.simulation.share import COLLAPSED, Whole
 from hvisph.simulation.signals import StopRequests

@@ -191,7 +191,7 @@ class Share:
         return self.world.gathered(values) if self._asks else values
 
     def whole(self, particles: Particles, *further: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
-        """Return all particles as they come, and `further` rows of them, no copies of one's own; None but on the first."""
+        """Return all particles as they come, and `further` rows of them, own ones no copies; None but on the first."""
         tags, data = self.gathered(particles.tags), self.gathered(particles.data)
         rows = [self.gathered(one) for one in further]
         if self._asks and not self.world.first:
