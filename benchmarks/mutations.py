@@ -49,7 +49,7 @@ MUTATIONS = [
     Mutation("secant modulus blind to damage", "sph/laws/deformation.py",
              " * (1.0 - min(damage, 1.0))", "", TWIN),
     Mutation("no share of the viscosity in shear", "sph/laws/deformation.py",
-             "viscous_share(full) * c if SHEARS else c", "c", TWIN),
+             "shear_share(full) * c if SHEARS else c", "c", TWIN),
     Mutation("volume jumps where neighbours leave", "sph/laws/deformation.py",
              "section = swellings[i] * of_list", "section = of_list", "test_total_lagrangian.py -k volume_goes_on"),
     Mutation("contact: frequency without its second part", "sph/laws/contact.py",

@@ -5,6 +5,8 @@ import pytest
 from small_runs import METAL, assert_same_results, final
 
 import hvisph
+from hvisph.case.axisymmetric import axisymmetric_warnings
+from hvisph.case.formulations.viscosity import NoArtificialStress
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.simulation.build import build
@@ -97,6 +99,37 @@ def test_bodies_off_the_axis_are_refused(key, value):
     body = {"material": METAL, "shape": {"type": "sphere", "diameter": 4e-3}, key: value}
     with pytest.raises(CaseError, match=f"bodies.ball.{key}"):
         shot(bodies={"ball": body})
+
+
+@pytest.mark.parametrize(("scheme", "key", "solid"), [
+    ({"type": "eulerian"}, "viscosity_in_shear", "reduced"),
+    ({"type": "adaptive", "conversion": {"strain": 0.3}}, "artificial_stress", NoArtificialStress()),
+])  # fmt: skip
+def test_rings_leave_out_what_no_hoop_balances(scheme, key, solid):
+    disc = {"material": METAL, "shape": {"type": "disc", "diameter": 4e-3}}
+    plane = {"kinematics": "plane_strain", "bodies": {"one": disc}}
+    assert getattr(shot(formulation=scheme).formulation, key) == solid
+    assert getattr(shot(formulation=scheme, **plane).formulation, key) != solid
+    given = {"viscosity_in_shear": "whole"} if key == "viscosity_in_shear" else {"artificial_stress": {"type": "gray"}}
+    case = shot(formulation=scheme | given)
+    assert getattr(case.formulation, key) != solid
+    assert ("run away" in " ".join(axisymmetric_warnings(case))) == (key == "artificial_stress")
+
+
+def test_rings_in_shear_have_less_of_the_viscosity_but_at_the_axis():
+    setup = build(shot(formulation={"type": "eulerian"}, bodies={
+        "rod": {"material": METAL, "shape": {"type": "cylinder", "diameter": 12e-3, "length": 4e-3}}}))  # fmt: skip
+    particles, stepper = setup.particles, setup.stepper
+    stepper.start()
+    whole = stepper.rows[:, stepper.pairs.slots["C"]].copy()  # at rest
+    r, h = particles["position"][:, 1], particles["smoothing_length"]
+    particles["velocity"] = np.column_stack([1e4 * r, np.zeros(len(r))])
+    stepper.predict(0.0)
+    stepper.evaluate()
+    stepper.predict(0.0)
+    left = stepper.rows[:, stepper.pairs.slots["C"]] / whole
+    inside = (np.abs(particles["position"][:, 0] - 2e-3) < 0.5e-3) & (r < 4e-3)
+    assert left[inside] == pytest.approx(np.maximum(0.1, 1.0 - 0.5 * r / h)[inside], rel=1e-6)
 
 
 LAGRANGIAN = {"type": "adaptive", "renew_reference": 0.1, "conversion": {"strain": 0.3}}

@@ -64,10 +64,10 @@ def ring_rates(cloud, hoop, formulation):
                 found -= 2.0 * area * slope * np.outer(jump, e)
             force += w * pair * ((0.0, 1.0) if image else (1.0, 1.0))
             shape -= area * np.outer(x, gradient)
-        hooped = ((1.0 - shape[1, 1]) * cloud.stress[a, 1, 1] - hoop[a]) / (rho * r)
+        leaning = np.clip(4.0 * shape[1, 1], 0.0, 1.0)  # a ring alone has no hoop
+        hooped = leaning * ((1.0 - shape[1, 1]) * cloud.stress[a, 1, 1] - hoop[a]) / (rho * r)
         force[1] += hooped
         power -= hooped * cloud.u[a, 1]
-        leaning = np.clip(4.0 * shape[1, 1], 0.0, 1.0)  # a ring alone has no hoop
         rows.append([*force, power, *(found @ np.linalg.inv(shape)).ravel(), leaning * cloud.u[a, 1] / r])
     return np.array(rows)
 

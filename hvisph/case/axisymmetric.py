@@ -7,12 +7,18 @@ from typing import Any, Protocol
 
 from hvisph.case.bodies import Body
 from hvisph.case.formulations.options import KernelOptions
+from hvisph.case.formulations.riemann import is_gas
 from hvisph.case.model import Problem
 from hvisph.case.regions import SymmetryPlane
 from hvisph.core.kinematics import KINEMATICS
 
 # Fields of velocity that have a meaning about the axis.
 FIELDS = ("uniform", "radial", "linear", "table")
+# What solids leave out about the axis unless told otherwise: pairs push in the plane alone, and no hoop balances that.
+DEFAULTS: dict[str, dict[str, Any]] = {
+    "eulerian": {"viscosity_in_shear": "reduced"},
+    "adaptive": {"artificial_stress": {"type": "none"}},
+}
 _VECTORS = ("velocity", "position")
 
 
@@ -39,7 +45,7 @@ class Case(Protocol):
 def about_axis(data: dict[str, Any]) -> dict[str, Any]:
     """Return the plain form of an axisymmetric case without what it has as one in 3D.
 
-    A third component that is zero and planes of symmetry through the axis say nothing about a solid of revolution.
+    Formulations have the `DEFAULTS` of rings. A third component that is zero and planes of symmetry through the axis say nothing about a solid of revolution.
     """
     filled = dict(data)
     if isinstance(filled.get("bodies"), dict):
@@ -47,6 +53,10 @@ def about_axis(data: dict[str, Any]) -> dict[str, Any]:
     planes = filled.get("symmetry")
     if isinstance(planes, list | tuple):
         filled["symmetry"] = [plane for plane in planes if not _through_axis(plane)]
+    scheme = filled.get("formulation")
+    if isinstance(scheme, dict):
+        gas = isinstance(filled.get("bodies"), dict) and any(map(is_gas, filled["bodies"].values()))
+        filled["formulation"] = ({} if gas else DEFAULTS.get(str(scheme.get("type")), {})) | scheme
     return filled
 
 
@@ -124,6 +134,12 @@ def axisymmetric_warnings(case: Case) -> Iterator[str]:
     """Yield what a user should know about an axisymmetric `case` before it runs."""
     if not KINEMATICS[case.kinematics].revolved:
         return
+    formulation: Any = case.formulation
+    if hasattr(formulation, "artificial_stress") and formulation.artificial_stress.type != "none":
+        yield (
+            "formulation.artificial_stress: pushes rings apart in the plane, which no hoop balances: bodies in tension "
+            "run away; leave it out"
+        )
     for name, body in case.bodies.items():
         if body.material.damage.type == "none":
             yield (

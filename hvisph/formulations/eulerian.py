@@ -58,6 +58,8 @@ class Eulerian:
         Whether particles are rings about the axis x.
     unlike
         Whether bodies that are parted differ in spacing.
+    shears
+        Whether particles in shear flow take a share of the linear viscosity.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -73,6 +75,7 @@ class Eulerian:
     friction: float = 0.0
     revolved: bool = False
     unlike: bool = False
+    shears: bool = False
 
     name = "eulerian"
     stepper = Stepper
@@ -102,6 +105,11 @@ class Eulerian:
     def switch(self) -> str:
         """Which share of the viscosity particles take."""
         return self.viscosity.switch
+
+    @property
+    def softens(self) -> bool:
+        """Whether particles in shear flow have less of the linear viscosity."""
+        return self.shears
 
     @property
     def slips(self) -> bool:

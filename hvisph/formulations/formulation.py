@@ -25,6 +25,10 @@ class Formulation(AnyFormulation, Protocol):
     def switch(self) -> str:
         """Which share of the viscosity particles take, of those in `update`."""
 
+    @property
+    def softens(self) -> bool:
+        """Whether particles in shear flow show their neighbours less of the linear viscosity."""
+
     def layout(self, dim: int) -> RowLayout:
         """Return the widest row that its passes need."""
 

@@ -61,6 +61,7 @@ class Riemann:
     name = "riemann"
     corrects = False
     switch = "none"
+    softens = False
     stepper = Stepper
 
     @property

@@ -101,11 +101,12 @@ class Stepper:
         particles, dim, smoothing = self.particles, self.particles.dim, self.formulation.smoothing
         # Columns that a state lacks are never read: the branches that name them are compiled away.
         columns = {f"S_{name.upper()}": 0 for name in CATALOGUE} | particles.bindings()
-        offered = {"SHARE": 0} | layout.slots() | rates.slots(dim) | columns | {
+        offered = {"SHARE": 0, "C": 0} | layout.slots() | rates.slots(dim) | columns | {
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
             "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
             "PLANE_STRESS": int(particles.kinematics.thins), "REVOLVED": int(particles.kinematics.revolved),
             "SWITCH": single.SWITCHES[self.formulation.switch],
+            "SHEARS": int(self.formulation.softens),
             "recall": response.recall, "NOTHING": response.NOTHING, "REMEMBERS": int("memory" in particles.offsets),
             "thinning": plane_stress.thinning,
             "longitudinal_speed": state.longitudinal_speed, "shear_speed": state.shear_speed,

@@ -111,6 +111,11 @@ class TotalLagrangian:
         return self.spatial_correction.acts
 
     @property
+    def softens(self) -> bool:
+        """Whether Eulerian particles in shear flow have less of the linear viscosity: as rings, which know no hoops."""
+        return self.shears and self.revolved
+
+    @property
     def alpha(self) -> float:
         """Linear coefficient of the viscosity."""
         return self.viscosity.alpha
@@ -131,6 +136,7 @@ class TotalLagrangian:
             correction=self.spatial_correction,
             product=self.product,
             revolved=self.revolved,
+            shears=self.shears,
         )
 
     def passes(self, dim: int) -> list[Pass]:

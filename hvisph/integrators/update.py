@@ -34,7 +34,7 @@ from hvisph.core.tensors import (
     times,
     with_zz,
 )
-from hvisph.sph.viscosity import balsara_share, relaxed_share
+from hvisph.sph.viscosity import balsara_share, relaxed_share, shear_share
 
 from .particle import Limits, Rates, Shown, State
 from .sums import LENGTH, SIZE, SPEED2, SUPPORT
@@ -42,6 +42,8 @@ from .sums import LENGTH, SIZE, SPEED2, SUPPORT
 CHUNK = 256
 # The smallest radius of a ring, over h: below it a ring is taken for one of this radius.
 ON_AXIS = 0.07
+# Rings in shear flow have all of the viscosity at the axis, none beyond the reduced share from h over this on.
+AT_AXIS = 0.5
 # Which share of the viscosity a particle takes: all of it, or by a published switch.
 WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 SWITCHES = {"none": WHOLE, "balsara": BALSARA, "morris_monaghan": MORRIS_MONAGHAN}
@@ -184,9 +186,10 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
     Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
     SPARSEST (least rho h^dim/m, 0 for none), DENSITY_RATE (1 where the rates hold one of ln(rho)),
     DRIFT (share of the acceleration in the stage's
-    position), PLANE_STRESS, REVOLVED, SWITCH (share of the viscosity), REMEMBERS (1 where
+    position), PLANE_STRESS, REVOLVED, SWITCH (share of the viscosity), SHEARS (1 where
+    shear takes a share of it), REMEMBERS (1 where
     particles have a memory), NOTHING (else), columns of the state (S_...) and of the rates (R_...),
-    slots of the row (U, SHARE), the templates above, and functions of `hvisph.materials` and `pack`.
+    slots of the row (U, C, SHARE), the templates above, and functions of `hvisph.materials` and `pack`.
 
     Parameters
     ----------
@@ -278,6 +281,11 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
             signals[s] = pack(rows, s, coefficients, Shown(
                 ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
                 times(thickness, ahead.s), float(tags[s, 1]), ring))  # fmt: skip
+            if SHEARS:  # alpha goes with this speed of sound
+                left = shear_share(l)
+                if REVOLVED:  # nothing else holds the rows at the axis
+                    left = max(left, 1.0 - AT_AXIS * ring / ahead.h)
+                rows[s, C] *= left
             if LIMITED:
                 signals[s] = show_limits(rows, s, coefficients, signals[s], ahead.rho, c, Limits(
                     thickness * bearable_tension(table, models, m, ahead.s, ahead.damage),

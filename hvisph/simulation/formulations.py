@@ -56,6 +56,7 @@ def formulation_of(case: Case) -> AnyFormulation:
                 correction=_correction(model.correction),
                 product=model.momentum_form == "product",
                 mass_form=model.density_form == "mass",
+                shears=model.viscosity_in_shear == "reduced",
                 **revolved,
                 **_separating(model, case),
             )
@@ -133,7 +134,9 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         "revolved": KINEMATICS[case.kinematics].revolved,
     }
     if model.type == "eulerian":
-        return TotalLagrangian(**shared, product=model.momentum_form == "product")
+        return TotalLagrangian(
+            **shared, product=model.momentum_form == "product", shears=model.viscosity_in_shear == "reduced"
+        )
     limits = getattr(model, "conversion", None)
     kinds = [body.formulation or model.type for body in case.bodies.values()]
     return TotalLagrangian(

@@ -36,6 +36,12 @@ class EulerianFormulation(KernelOptions):
 
     type: Literal["eulerian"] = "eulerian"
     viscosity: Viscosity = Field(default=MonaghanViscosity(), description="Artificial viscosity")
+    viscosity_in_shear: Literal["reduced", "whole"] = Field(
+        default="whole",
+        description="Linear viscosity of particles that flow: `whole`, which hardens plastic flow, or `reduced` by the "
+        "share of the change of volume in the rate of strain (to 0.88 in a plane shock, 0.1 in shear); solid "
+        "rings have it `reduced` unless given",
+    )
     artificial_stress: ArtificialStress = Field(
         default=NoArtificialStress(), description="Artificial stress against the tensile instability"
     )

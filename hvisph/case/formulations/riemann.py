@@ -39,10 +39,11 @@ def gas_formulation(data: dict[str, Any]) -> dict[str, Any] | None:
         return None
     if formulation.get("reconstruction") == "none" and "form" not in formulation:
         return None
-    return formulation | {"smoothing_length": FOLLOWING} if any(map(_is_gas, bodies.values())) else None
+    return formulation | {"smoothing_length": FOLLOWING} if any(map(is_gas, bodies.values())) else None
 
 
-def _is_gas(body: Any) -> bool:
+def is_gas(body: Any) -> bool:
+    """Whether a raw body is of an ideal gas."""
     for key in ("material", "eos"):
         body = body.get(key) if isinstance(body, dict) else getattr(body, key, None)
     kind = body.get("type") if isinstance(body, dict) else getattr(body, "type", None)

@@ -15,8 +15,7 @@ Rings of solids of revolution (REVOLVED, `sph.laws.rings`) have F_tt = r/r0 besi
 
 where F0_rr is 1 - kappa of the reference kernel; their volumes are areas of the section.
 
-In plastic flow the linear viscosity would bear as much shear as the metal. With SHEARS a particle takes of alpha
-only the share max(0.1, |tr L|/(|tr L| + 0.2 D')), D' = sqrt(2/3 dev D : dev D): 0.88 in a plane shock.
+With SHEARS a particle takes of alpha only the share that `sph.viscosity` says.
 Hourglass control follows the secant modulus with SECANT: E/(1 + E eps_p/Y) (1 - D), Y the first yield stress.
 """
 
@@ -58,6 +57,7 @@ from hvisph.core.tensors import (
     vector,
     with_zz,
 )
+from hvisph.sph.viscosity import shear_share
 
 CHUNK = 256
 
@@ -72,16 +72,6 @@ def equivalent_strain(f, hoop):
     e = stretching(with_zz(full, full[8] + 0.5 * (hoop * hoop - 1.0)))
     e = plus_identity(e, (-1.0 / 3.0) * (e[0] + e[1] + e[2]))
     return np.sqrt((2.0 / 3.0) * double_dot(e, e))
-
-
-@compiled
-def viscous_share(l):
-    """Return the share of the linear viscosity that a particle with the full velocity gradient `l` [1/s] takes."""
-    d = stretching(l)
-    swelling = d[0] + d[1] + d[2]
-    d = plus_identity(d, (-1.0 / 3.0) * swelling)
-    volume = abs(swelling) + 1e-30  # at rest all of it
-    return max(volume / (volume + 0.2 * np.sqrt((2.0 / 3.0) * double_dot(d, d))), 0.1)
 
 
 @compiled
@@ -199,7 +189,7 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
                 shear = shear_modulus(table, models, m, rho, rows[i, E], p)
                 signals[i] = longitudinal_speed(c, rho, shear) + signal_alpha * c
                 pressures[i] = p
-                rows[i, RHO], rows[i, C] = rho, viscous_share(full) * c if SHEARS else c
+                rows[i, RHO], rows[i, C] = rho, shear_share(full) * c if SHEARS else c
                 state[i, S_DENSITY] = rho * grown(stage * swelling)
             sigma = plus_identity(own_symmetric(rows, i, S, DIM), -(pressures[i] + loads[i]))
             stress = times(j, product(matrix(sigma), transposed(inverse)))

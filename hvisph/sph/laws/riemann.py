@@ -89,7 +89,7 @@ from hvisph.sph.shape_matrix import sound_inverse
 from .edges import at_edges
 from .interface import across
 from .limiters import TINY
-from .rings import hoop_rate, ring_weight
+from .rings import hoop_share, ring_weight
 from .unlike import ENTRIES, along_normal, depth, stretched
 
 # Where in the constants the tables of depths begin.
@@ -324,9 +324,10 @@ def accumulate(near, n, rows, i, constants, out):
         if not (CONSISTENT or ONLY_OTHER):
             gradient_u = product(gradient_u, sound_inverse(matrix(totals(moment)))[0])
         full, own = total(fullness), 0.0 if ONLY_OTHER else 1.0
-        hoop = ((own - full) * radial(s) - own * rows[i, HOOP]) * inverse_ring
+        taken = hoop_share(full) * inverse_ring
+        hoop = ((own - full) * radial(s) - own * rows[i, HOOP]) * (inverse_ring if ONLY_OTHER else taken)
         force, work = plus_radial(force, hoop), work - hoop * radial(u)
-        out[i, R_HOOP] = hoop_rate(radial(u), inverse_ring, full)
+        out[i, R_HOOP] = radial(u) * taken
     write_rates(out, i, times(inverse_density, force), inverse_density * work, largest(mu), gradient_u)
     if PARTED:
         out[i, R_SLIP] = inverse_density * total(slip)

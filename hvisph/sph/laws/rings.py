@@ -18,8 +18,8 @@ A uniform pressure is static at the axis, as its pair sum gives kappa p/(rho r);
 kept to round-off. Only in the plane is the velocity gradient a sum, without w.
 
 A ring alone has nothing to lean on: the pressure of a fluid does no work on its hoop, as kappa says, and it would be
-squeezed without end at the axis. Its hoop's rate is taken as far as it has neighbours, in whole from kappa = 1/4, that
-of an edge.
+squeezed without end at the axis. Its hoop's rate and force are taken as far as it has neighbours, in whole from kappa =
+1/4, that of an edge.
 
 Compare: the area-weighted form of Owen's Spheral, which conserves nothing; contact SPH of Rublev & Parshikov 2025.
 """
@@ -48,16 +48,12 @@ def ring_weight(ring, inverse_ring):
 
 
 @compiled
-def hoop_rate(u, inverse_ring, fullness):
-    """Return the rate at which a ring's circumference grows [1/s]: none of a ring alone.
+def hoop_share(fullness):
+    """Return which share of its hoop's rate and force a ring takes: none of a ring alone.
 
     Parameters
     ----------
-    u
-        Radial velocity [m/s].
-    inverse_ring
-        1 over the radius [1/m].
     fullness
         kappa: 1 within a body, 1/2 at a face, 1/4 at an edge.
     """
-    return u * inverse_ring * min(max(EDGES * fullness, 0.0), 1.0)
+    return min(max(EDGES * fullness, 0.0), 1.0)

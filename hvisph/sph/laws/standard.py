@@ -74,7 +74,7 @@ from hvisph.sph.rows import RowLayout
 from hvisph.sph.shape_matrix import sound_inverse
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
-from .rings import hoop_rate, ring_weight
+from .rings import hoop_share, ring_weight
 
 # Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
 # viscosity, corrected gradients, their test by component, pairs beside Total Lagrangian particles, rings, rings beside
@@ -230,11 +230,12 @@ def accumulate(near, n, rows, i, constants, out):
     if REVOLVED:
         fullness = totals(moment)
         gradient_u = product(gradient_u, sound_inverse(matrix(fullness))[0])
-        hoop = ((1.0 - radial(fullness)) * radial(t) - rows[i, HOOP]) * rho * inverse_ring
+        taken = hoop_share(radial(fullness)) * inverse_ring
+        hoop = ((1.0 - radial(fullness)) * radial(t) - rows[i, HOOP]) * rho * taken
         if HYBRID:  # a Total Lagrangian ring has this from its own pass
             hoop = hoop * (1.0 - rows[i, KIND])
         force, work = plus_radial(force, hoop), work + hoop * radial(u)
-        out[i, R_HOOP] = hoop_rate(radial(u), inverse_ring, radial(fullness))
+        out[i, R_HOOP] = radial(u) * taken
     write_rates(out, i, force, -work, largest(mu_max), gradient_u)
     if MASS_FORM or DISSIPATION:
         out[i, R_DENSITY] = inverse_rho * total(density_rate)
