@@ -45,7 +45,8 @@ class Case(Protocol):
 def about_axis(data: dict[str, Any]) -> dict[str, Any]:
     """Return the plain form of an axisymmetric case without what it has as one in 3D.
 
-    Formulations have the `DEFAULTS` of rings. A third component that is zero and planes of symmetry through the axis say nothing about a solid of revolution.
+    Formulations have the `DEFAULTS` of rings. A third component that is zero and planes of symmetry through the axis
+    say nothing about a solid of revolution.
     """
     filled = dict(data)
     if isinstance(filled.get("bodies"), dict):
