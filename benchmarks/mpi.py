@@ -41,7 +41,7 @@ def modelled(case: Case, processes: int) -> float:
         own = positions[owner == part]
         others = positions[owner != part]
         apart = np.maximum(own.min(axis=0) - others, others - own.max(axis=0)).max(axis=1)
-        shares.append(LAYERS * (apart <= 1.0000001 * case.resolution).sum() / len(own))
+        shares.append(LAYERS * (apart <= 1.25 * case.resolution).sum() / len(own))
     return float(np.mean(shares))
 
 
