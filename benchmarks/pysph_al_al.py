@@ -1,4 +1,4 @@
-"""The Al-Al impact by PySPH, one density summation of standard SPH a step, as `against_pysph.py` times it.
+"""The Al-Al impact by PySPH: standard SPH for solids, as `against_pysph.py` times it.
 
     pip install pysph
     python benchmarks/pysph_al_al.py DX_MM STEPS FOLDER
@@ -43,8 +43,8 @@ def lattice(dx, low, high):
 class Impact(Application):
     """A disc of 10 mm on a plate of 2 mm."""
 
-    def __init__(self, dx, steps, folder):
-        self._dx, self._steps = dx, steps
+    def __init__(self, dx, folder):
+        self._dx = dx
         super().__init__(fname="al_al", output_dir=folder)
 
     def create_particles(self):
@@ -69,8 +69,6 @@ class Impact(Application):
         solver = Solver(kernel=CubicSpline(dim=2), dim=2, integrator=PECIntegrator(metal=SolidMechStep()))
         solver.set_time_step(2e-9)
         solver.set_final_time(1.0)
-        solver.set_max_steps(self._steps)
-        solver.set_disable_output(True)
         return solver
 
     def create_equations(self):
@@ -92,4 +90,5 @@ class Impact(Application):
 
 
 if __name__ == "__main__":
-    Impact(1e-3 * float(sys.argv[1]), int(sys.argv[2]), sys.argv[3]).run(["--no-openmp"])
+    made = Impact(1e-3 * float(sys.argv[1]), sys.argv[3])
+    made.run(["--no-openmp", "--disable-output", "--max-steps", sys.argv[2]])
