@@ -135,8 +135,8 @@ def _spacing(case: Case, body: Body, path: Path) -> Iterator[Problem]:
         if getattr(body, key) is not None and (getattr(case.formulation, "type", "") not in UNLIKE_SPACINGS or parted):
             yield Problem(
                 (*path, key),
-                f"spacings of a body's own need the formulation {' or '.join(UNLIKE_SPACINGS)}, with contact separating "
-                "or welded: Total Lagrangian bodies have one smoothing length",
+                f"spacings of a body's own need the formulation {' or '.join(UNLIKE_SPACINGS)}, with contact "
+                "separating or welded: Total Lagrangian bodies have one smoothing length",
             )
     grading = body.grading
     if grading is None:
