@@ -11,6 +11,7 @@ from hvisph.pictures.setup import DrawnBody, Setup, setup_figure, setup_picture
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import build
 from hvisph.simulation.first_contact import first_contact
+from hvisph.simulation.velocities import initial_velocity
 
 METAL = "aluminium-howell-ball"
 BASE = {"kinematics": "three_d", "resolution": "0.5 mm", "time": {"end": "1 us"}}
@@ -176,3 +177,29 @@ def test_bundled_cases_of_shapes_weigh_what_their_shapes_do(name):
     pytest.importorskip("trimesh")
     for placed in placed_bodies(load_case(name)):
         assert placed.volumes.sum() == pytest.approx(placed.asked, rel=1e-9)
+
+
+def test_fields_of_half_a_body_are_those_of_the_whole():
+    def ball(field, **further):
+        body = {"material": METAL, "shape": {"type": "sphere", "diameter": "6 mm"}, "position": [0.0, 0.0, 0.0],
+                "initial_velocity": [field]}  # fmt: skip
+        return placed_bodies(load_case({"kinematics": "three_d", "resolution": "1 mm", "bodies": {"ball": body},
+                                       "time": {"end": "1 us"}} | further))[0]  # fmt: skip
+
+    outward = {"type": "radial", "speed": 100.0, "radius": "3 mm", "power": 1}
+    half = ball(outward, symmetry=[{"axis": "z"}, {"axis": "y"}])
+    velocity = initial_velocity(half.model, half.positions, half.middle)
+    assert velocity == pytest.approx(half.positions * 100.0 / 3e-3, rel=1e-9)
+    spin = {"type": "spin", "rate": 3e4, "axis": [0.0, 0.0, 1.0]}
+    ball(spin, symmetry=[{"axis": "z"}])
+    with pytest.raises(CaseError, match=r"bodies.ball.initial_velocity.0.*no mirror image"):
+        ball(spin, symmetry=[{"axis": "y"}])
+
+
+def test_a_radial_field_of_rings_is_about_the_axis():
+    ball = {"material": METAL, "shape": {"type": "sphere", "diameter": "6 mm"}, "position": [0.0, 0.0],
+            "initial_velocity": [{"type": "radial", "speed": 100.0, "radius": "3 mm", "power": 1}]}  # fmt: skip
+    body = placed_bodies(load_case({"kinematics": "axisymmetric", "resolution": "1 mm", "bodies": {"ball": ball},
+                                   "time": {"end": "1 us"}}))[0]  # fmt: skip
+    velocity = initial_velocity(body.model, body.positions, body.middle)
+    assert velocity == pytest.approx(body.positions * 100.0 / 3e-3, rel=1e-9)

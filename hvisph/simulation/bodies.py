@@ -21,7 +21,7 @@ from hvisph.geometry.place import needed_turn, rotated, rotation_matrix, row
 from hvisph.geometry.section import Section, fill_section
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
 from hvisph.simulation.shapes import shape_of
-from hvisph.simulation.velocities import initial_velocity
+from hvisph.simulation.velocities import initial_velocity, refuse_unlike_halves
 
 # Shapes that touch others on the shot line at their outermost particles, unless they are turned.
 FACED = (Interval, Disc, Sphere, Box, Cylinder)
@@ -47,6 +47,8 @@ class PlacedBody:
         Their volumes (n,) [m^dim].
     spacing
         Their spacing (n,) [m].
+    middle
+        Middle of the mass of the whole body (dim,) [m], on the axis of rings.
     surface
         Its surface at its place; None for particles from a file.
     """
@@ -57,12 +59,13 @@ class PlacedBody:
     positions: np.ndarray
     volumes: np.ndarray
     spacing: np.ndarray
+    middle: np.ndarray
     surface: Placed | None = None
 
     @property
     def mean_velocity(self) -> np.ndarray:
         """Velocity of the middle of its mass at the start, (dim,) [m/s]."""
-        velocity = initial_velocity(self.model, self.positions, self.volumes)
+        velocity = initial_velocity(self.model, self.positions, self.middle)
         return np.asarray(self.volumes @ velocity / self.volumes.sum())
 
     @property
@@ -111,7 +114,17 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
             raise CaseError("the symmetry planes leave no particle of this body", where=f"bodies.{name}")
         _refuse_distance(name, positions, float(spacing.min()), case.units)
         surface = None if shape is None else Placed(shape.shape, centre, shape.matrix)
-        bodies.append(PlacedBody(name, model, filling, positions, volumes, spacing[kept], surface))
+        middle = centre + filling.volumes @ filling.positions / filling.volumes.sum()
+        if case.drawn != case.dim:
+            middle[1] = 0.0
+        for mirror in mirrors:
+            if len(positions) < filling.count and abs(middle[mirror.axis] - mirror.at) < spacing.min():
+                middle[mirror.axis] = mirror.at
+                try:
+                    refuse_unlike_halves(model, positions, middle, mirror.axis, mirror.at)
+                except CaseError as error:
+                    raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
+        bodies.append(PlacedBody(name, model, filling, positions, volumes, spacing[kept], middle, surface))
     _refuse_overlaps(bodies, case.units)
     if dim == 1:
         _refuse_disorder(bodies)

@@ -8,23 +8,53 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 
+# A field may differ by so much of its largest velocity from its mirror image.
+UNLIKE = 1e-6
 
-def initial_velocity(model: Any, positions: np.ndarray, volumes: np.ndarray) -> np.ndarray:
+
+def initial_velocity(model: Any, positions: np.ndarray, middle: np.ndarray) -> np.ndarray:
     """Return the velocity of every particle of a body at the start, (n, dim) [m/s].
 
     Parameters
     ----------
     model
         The body of the case.
-    positions, volumes
-        Its particles at their place, (n, dim) [m] and (n,) [m^dim].
+    positions
+        Its particles at their place, (n, dim) [m].
+    middle
+        Middle of the mass of the whole body (dim,) [m], about which fields turn and spread unless they say otherwise.
     """
     velocity = np.tile(np.asarray(model.velocity, dtype=float), (len(positions), 1))
     for field in model.initial_velocity:
         centre = getattr(field, "centre", None)
-        middle = volumes @ positions / volumes.sum() if centre is None else np.asarray(centre)
-        velocity += _FIELDS[field.type](field, positions, positions - middle)
+        about = middle if centre is None else np.asarray(centre)
+        velocity += _FIELDS[field.type](field, positions, positions - about)
     return velocity
+
+
+def refuse_unlike_halves(model: Any, positions: np.ndarray, middle: np.ndarray, axis: int, at: float) -> None:
+    """Refuse a field whose halves at the symmetry plane `at` [m] across `axis`, which cuts the body, are no images.
+
+    Raises
+    ------
+    CaseError
+        With the field's number; tables, which may hold the kept half alone, are not tried.
+    """
+    turned = positions.copy()
+    turned[:, axis] = 2.0 * at - turned[:, axis]
+    for number, field in enumerate(model.initial_velocity):
+        if field.type in ("uniform", "table"):
+            continue
+        alone = model.model_copy(update={"velocity": (0.0,) * positions.shape[1], "initial_velocity": (field,)})
+        here, there = initial_velocity(alone, positions, middle), initial_velocity(alone, turned, middle)
+        there[:, axis] *= -1.0
+        if np.abs(here - there).max() > UNLIKE * np.abs(here).max():
+            plane = f"{'xyz'[axis]} = {at:g}"
+            raise CaseError(
+                f"the symmetry plane {plane} cuts this body, and a {field.type} of one half is no mirror image of that of "
+                "the other; leave out the plane, or give a field that is symmetric about it",
+                where=f"initial_velocity.{number}",
+            )
 
 
 def _uniform(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
