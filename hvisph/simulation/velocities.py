@@ -51,8 +51,8 @@ def refuse_unlike_halves(model: Any, positions: np.ndarray, middle: np.ndarray, 
         if np.abs(here - there).max() > UNLIKE * np.abs(here).max():
             plane = f"{'xyz'[axis]} = {at:g}"
             raise CaseError(
-                f"the symmetry plane {plane} cuts this body, and a {field.type} of one half is no mirror image of that of "
-                "the other; leave out the plane, or give a field that is symmetric about it",
+                f"the symmetry plane {plane} cuts this body, and a {field.type} of one half is no mirror image of that "
+                "of the other; leave out the plane, or give a field that is symmetric about it",
                 where=f"initial_velocity.{number}",
             )
 
