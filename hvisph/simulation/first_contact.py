@@ -12,8 +12,9 @@ from hvisph.simulation.bodies import PlacedBody
 
 # Pairs of bodies that are looked at; a case of more is told by its first ones.
 MOST_PAIRS = 200
-# Bodies that touch at the start: those of a mesh to the accuracy of its distances [spacings].
-TOUCHING = 0.05
+# Bodies that touch at the start: those of a mesh to the accuracy of its distances, and what lattices that were fitted
+# to their shapes may lie within each other [spacings].
+TOUCHING, WITHIN = 0.05, 0.25
 
 
 def first_contact(bodies: list[PlacedBody]) -> tuple[float, str, str] | None:
@@ -41,9 +42,9 @@ def first_contact(bodies: list[PlacedBody]) -> tuple[float, str, str] | None:
         if speed == 0.0 or one.surface is None or other.surface is None:
             continue
         distance = _distance(one, other, approach / speed)
-        touching = TOUCHING * one.filling.finest
-        if distance is not None and distance > -touching:
-            contacts.append((distance / speed if distance > touching else 0.0, one.name, other.name))
+        dx = one.filling.finest
+        if distance is not None and distance > -WITHIN * dx:
+            contacts.append((distance / speed if distance > TOUCHING * dx else 0.0, one.name, other.name))
     return min(contacts) if contacts else None
 
 
