@@ -259,7 +259,7 @@ def test_limits_of_all_control_groups_count(version, limits, left, tmp_path):
 def test_a_case_beyond_the_process_own_limit_is_refused_before_anything_is_written(tmp_path):
     import resource
 
-    line = [sys.executable, "-m", "hvisph", "run", "al_al", "--resolution", "0.02 mm", "--out", str(tmp_path / "run")]
+    line = [sys.executable, "-m", "hvisph", "run", "al_al", "--resolution", "0.01 mm", "--out", str(tmp_path / "run")]
     limit = 1_200_000_000
     done = subprocess.run(line, capture_output=True, text=True, check=False, env=os.environ | {"NUMBA_NUM_THREADS": "1"},
                           preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))  # fmt: skip
