@@ -141,6 +141,16 @@ def test_sound_speed_is_never_below_a_tenth_of_the_ambient_one(model):
             assert c >= 0.1 * material.bulk_sound_speed * (1 - 1e-12)
 
 
+def test_functions_of_a_table_outlive_the_material_that_they_are_of():
+    def function():
+        return Material("x", RHO0, MODELS[-1]).pressure_function()
+
+    of_both = function()
+    rows = [np.full_like(Material("x", RHO0, MODELS[-1]).whole_row, np.nan) for _ in range(8)]  # where it may have been
+    assert of_both(3000.0, 1e6) == Material("x", RHO0, MODELS[-1]).pressure(3000.0, 1e6)
+    assert np.isnan(rows).all()
+
+
 def test_a_value_that_is_no_number_stays_none():
     for model in MODELS:
         row = Material("x", RHO0, model).whole_row

@@ -172,10 +172,11 @@ class Material:
 
     def _state(self) -> Callable[[float, float], tuple[float, float, float]]:
         """Return pressure, p_rho and p_e as a function of density and energy, in plain Python."""
-        values, module = slots.values(self._without_isentrope), MODULES[self.eos.name]
+        row, module = self._without_isentrope, MODULES[self.eos.name]
+        values = slots.values(row)
         if hasattr(module, "state"):
             state = plain(module.state)
-            return lambda rho, e: state(rho, e, values)
+            return lambda rho, e, _held=row: state(rho, e, values)  # among which is the address of the row
         pressure, square = plain(module.pressure), plain(module.sound_speed_squared)
 
         def of_two(rho: float, e: float) -> tuple[float, float, float]:
