@@ -25,6 +25,17 @@ def test_a_page_is_up_to_date(name):
     assert f"models/{name}.md" in (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
 
 
+def test_the_pictures_of_the_pages_are_drawn(tmp_path):
+    sys.path.insert(0, str(DOCS))
+    try:
+        from model_pictures import draw
+    finally:
+        sys.path.remove(str(DOCS))
+    for name, (_, kind, *_) in PAGES.items():
+        draw(models.material_of_page(name, kind), kind, tmp_path / f"{name}.png")
+        assert (tmp_path / f"{name}.png").stat().st_size > 5000, name
+
+
 def test_every_model_has_its_page():
     written = {path.stem for path in (DOCS / "models").glob("*.md")}
     assert written == set(PAGES)
