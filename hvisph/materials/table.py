@@ -176,7 +176,12 @@ class Material:
         values = slots.values(row)
         if hasattr(module, "state"):
             state = plain(module.state)
-            return lambda rho, e, _held=row: state(rho, e, values)  # among which is the address of the row
+
+            def of_grid(rho: float, e: float, _held: np.ndarray = row) -> tuple[float, float, float]:
+                p, p_rho, p_e = state(rho, e, values)  # among the values is the address of the row
+                return p, p_rho, p_e
+
+            return of_grid
         pressure, square = plain(module.pressure), plain(module.sound_speed_squared)
 
         def of_two(rho: float, e: float) -> tuple[float, float, float]:
