@@ -42,7 +42,13 @@ def whole(case, tmp_path_factory):
 def command(*arguments, **further):
     """A process of the command `hvisph`."""
     line = [sys.executable, "-m", "hvisph", *map(str, arguments), "--threads", "1", "--quiet"]
+    further = {"preexec_fn": heeding} | further
     return subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **further)
+
+
+def heeding():
+    """Heed a hang-up as usual, also where the tests themselves run under nohup."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 def wait_for(process, condition, seconds=60.0):

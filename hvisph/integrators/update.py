@@ -295,8 +295,7 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                     h_low < ahead.h < h_high))  # fmt: skip
             if SWITCH:
                 share = state[s, S_VISCOSITY_SHARE] if SWITCH == MORRIS_MONAGHAN else 1.0
-                share = viscous_share(share, l, c, ahead.h, stage, coefficients)
-                rows[s, SHARE] = share
+                rows[s, SHARE] = share = viscous_share(share, l, c, ahead.h, stage, coefficients)
                 # a small share lets no step grow: the shock that raises it may be a step away
                 signals[s] += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
         extremes[i, SPEED2], extremes[i, LENGTH], extremes[i, SIZE] = fastest, longest, size

@@ -135,10 +135,8 @@ def accumulate(near, n, rows, i, constants, out):
     if DISSIPATION:
         p = rows[i, P]
         twice_alpha = 2.0 * constants[4]  # for c_a + c_b in place of their mean
-    if REVOLVED:
-        inverse_ring = 1.0 / rows[i, RING]
-        moment = spread(no_symmetric(DIM))
-    a, l = spread(no_vector(DIM)), spread(no_gradient(DIM))
+    inverse_ring = 1.0 / rows[i, RING] if REVOLVED else 0.0
+    a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
     density_rate = power = mu_max = plain = all_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
