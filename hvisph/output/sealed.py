@@ -168,6 +168,8 @@ class _Sink(io.RawIOBase):
             return size or 0
 
     def flush(self) -> None:
+        if self._file.closed:  # Python closes what it collects, and the file may have gone before
+            return
         try:
             self._file.flush()
         except OSError as error:
