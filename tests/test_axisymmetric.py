@@ -116,6 +116,35 @@ def test_rings_leave_out_what_no_hoop_balances(scheme, key, solid):
     assert ("run away" in " ".join(axisymmetric_warnings(case))) == (key == "artificial_stress")
 
 
+def test_a_graded_plate_of_rings_answers_as_one_of_even_spacing(tmp_path):
+    """A third of the particles, and the same residual velocity within 2 %: nothing comes back from the coarse rim."""
+    bodies = {
+        "shot": {"material": METAL, "shape": {"type": "sphere", "diameter": 4e-3}, "velocity": [3000.0, 0.0, 0.0]},
+        "plate": {"material": METAL, "shape": {"type": "cylinder", "diameter": 0.1, "length": 2e-3}},
+    }
+    found = {}
+    for name, change in (("even", {}), ("graded", {"grading": {"fine": [None, 12e-3, 12e-3], "coarsest": 4e-3}})):
+        changed = bodies | {"plate": bodies["plate"] | change}
+        ran = run(shot(bodies=changed, time={"end": 4e-6}, output={"every": 4e-6}), tmp_path / name, threads=1)
+        found[name] = final(tmp_path / name)
+        assert abs(ran.summary["conservation"]["energy_drift"]) < 1e-13
+    assert found["graded"].count < 0.4 * found["even"].count  # the sphere's fifty among them
+    speeds, masses = {}, {}
+    for name, last in found.items():
+        own = last.body == 0
+        speeds[name] = last.fields["mass"][own] @ last.fields["velocity"][own, 0] / last.fields["mass"][own].sum()
+        masses[name] = last.fields["mass"].sum()
+    assert masses["graded"] == pytest.approx(masses["even"], rel=1e-12)
+    assert speeds["graded"] == pytest.approx(speeds["even"], rel=0.02)
+
+
+def test_only_what_flat_faces_bound_is_graded():
+    grading = {"fine": [None, 4e-3], "coarsest": 1e-3}
+    ball = {"material": METAL, "shape": {"type": "sphere", "diameter": 8e-3}, "grading": grading}
+    with pytest.raises(CaseError, match="of rings a cylinder, a tube and a ring of a box are graded"):
+        shot(bodies={"ball": ball})
+
+
 def test_rings_in_shear_have_less_of_the_viscosity_but_at_the_axis():
     setup = build(shot(formulation={"type": "eulerian"}, bodies={
         "rod": {"material": METAL, "shape": {"type": "cylinder", "diameter": 12e-3, "length": 4e-3}}}))  # fmt: skip

@@ -69,6 +69,11 @@ def _flattened(body: Any) -> Any:
         value = short.get(key)
         if isinstance(value, list | tuple) and len(value) == 3 and value[2] == 0:
             short[key] = list(value[:2])
+    grading = short.get("grading")
+    if isinstance(grading, dict):
+        fine = grading.get("fine")
+        if isinstance(fine, list | tuple) and len(fine) == 3 and fine[1] == fine[2]:
+            short["grading"] = grading | {"fine": list(fine[:2])}
     if short.get("arrangement") == "cubic":
         short["arrangement"] = "square"
     return short
@@ -122,8 +127,6 @@ def _body(name: str, body: Body) -> Iterator[Problem]:
         yield Problem(("bodies", name, "position"), "bodies are solids about the axis: y must be 0; off it use a ring")
     if body.rotation is not None:
         yield Problem(("bodies", name, "rotation"), "a turned solid is no solid about the axis; leave it out")
-    if body.grading is not None:
-        yield Problem(("bodies", name, "grading"), "rings have even spacing; leave it out")
     if body.shape.type == "particles":
         yield Problem(("bodies", name, "shape", "type"), "particles from a file have no axisymmetric form")
     for number, field in enumerate(body.initial_velocity):

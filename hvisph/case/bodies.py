@@ -30,15 +30,22 @@ else:
 
 
 class Grading(StrictModel):
-    """Fine layers in the middle, which grow towards the rim."""
+    """Fine layers where a body is struck, which grow away from there."""
 
     fine: tuple[PositiveLength | None, ...] = Field(
-        description="Full width of the fine part along each axis [m], null along an axis that is not graded",
+        description="Full width of the fine part along each axis [m], null along an axis that is not graded; of rings "
+        "along x, and as a diameter about the axis",
         min_length=1, max_length=3,
     )  # fmt: skip
     coarsest: PositiveLength = Field(description="Largest spacing [m], above the resolution")
     ratio: Annotated[float, Quantity(NUMBER, above=1, maximum=1.1)] = Field(
-        default=1.1, description="Thickness of a layer over that of the layer before it [-], above 1 and at most 1.1"
+        default=1.1,
+        description="Thickness of a layer over that of the layer before it [-] at most, above 1 and at most 1.1",
+    )
+    face: Literal["middle", "front", "rear"] = Field(
+        default="middle",
+        description="Where along x the fine part lies: in the middle, at the `front` (the face at lower x), as in a "
+        "thick target, or at the `rear`",
     )
 
 
@@ -65,7 +72,9 @@ class Body(StrictModel):
         "serve best: next to a denser body the finer spacing belongs to the denser one",
     )
     grading: Grading | None = Field(
-        default=None, description="Spacing that grows towards the rim, for a box or an interval; even unless given"
+        default=None,
+        description="Spacing that grows towards the rim, for a box or an interval, of rings for a cylinder, a tube "
+        "or a ring of a box; even unless given",
     )
     velocity: VelocityVector = Field(
         default=(),

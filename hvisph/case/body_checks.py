@@ -10,9 +10,9 @@ from typing import Protocol
 from hvisph.case.bodies import Body
 from hvisph.case.formulations.options import KernelOptions
 from hvisph.case.model import Path, Problem
-from hvisph.case.plain_shapes import BoxShape, IntervalShape
+from hvisph.case.plain_shapes import BoxShape, CylinderShape, IntervalShape, TubeShape
 from hvisph.case.regions import SymmetryPlane
-from hvisph.case.shapes import shape_problems
+from hvisph.case.shapes import RingShape, Shape, shape_problems
 from hvisph.case.velocities import LinearField, UniformField
 from hvisph.core.shapes import SECTION_ARRANGEMENTS, arrangements_of
 
@@ -141,14 +141,27 @@ def _spacing(case: Case, body: Body, path: Path) -> Iterator[Problem]:
     grading = body.grading
     if grading is None:
         return
-    if not isinstance(body.shape, BoxShape | IntervalShape):
+    if case.drawn != case.dim:
+        if not _is_washer(body.shape):
+            yield Problem(
+                (*path, "grading"),
+                f"a {body.shape.type} has even spacing; of rings a cylinder, a tube and a ring of a box are graded",
+            )
+    elif not isinstance(body.shape, BoxShape | IntervalShape):
         yield Problem((*path, "grading"), f"a {body.shape.type} has even spacing; only a box or an interval is graded")
-    elif len(grading.fine) != case.dim:
+    if len(grading.fine) != case.dim:
         yield _length((*path, "grading", "fine"), case.dim, len(grading.fine), "widths")
     if not grading.coarsest > (body.resolution or case.resolution):
         yield Problem((*path, "grading", "coarsest"), "must be above the spacing of the fine part, the resolution")
     if body.mass == "nominal":
         yield Problem((*path, "mass"), "a graded body always has its exact mass; leave `mass` out")
+
+
+def _is_washer(shape: Shape) -> bool:
+    """Whether the half-plane section of a solid of revolution about x is a box along x and the radius."""
+    if isinstance(shape, RingShape):
+        return shape.axis == "x" and isinstance(shape.section, BoxShape)
+    return isinstance(shape, CylinderShape | TubeShape) and shape.axis == "x"
 
 
 def _velocity(case: Case, body: Body, path: Path) -> Iterator[Problem]:

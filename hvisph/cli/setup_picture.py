@@ -20,7 +20,7 @@ def draw_setup(case: Any, path: str) -> Path:
     for body in placed:
         model, held = body.model, held_particles(case.clamped, body.name, body.positions)
         label = f"{body.name}: {model.material.name or 'own material'}, {model.shape.type}"
-        bodies.append(DrawnBody(body.name, label, body.positions, body.spacing, body.mean_velocity, held))
+        bodies.append(DrawnBody(body.name, label, body.positions, body.breadth, body.mean_velocity, held))
     notes = []
     contact = first_contact(placed)
     if contact is not None:

@@ -15,6 +15,7 @@ from hvisph.core.errors import CaseError
 from hvisph.core.shapes import SECTION_ARRANGEMENTS
 from hvisph.geometry.fill import fill
 from hvisph.geometry.filling import Filling
+from hvisph.geometry.graded import Grading, fill_graded
 from hvisph.geometry.shapes import Cylinder, Ring, Shape, Tube
 from hvisph.geometry.shapes.combined import Measured
 
@@ -63,6 +64,11 @@ class Section(Measured):
         """The radius, where the solid reaches to the axis."""
         return (1,) if self.bounds()[0][1] == 0.0 else ()
 
+    @property
+    def radial_axes(self) -> tuple[int, ...]:
+        """The radius."""
+        return (1,)
+
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower and the upper corner of the box around it, (2,) each [m]."""
         low, high = self.solid.bounds()
@@ -97,15 +103,25 @@ def require_revolved(solid: Shape) -> None:
             )
 
 
-def fill_section(solid: Shape, arrangement: str | None, dx: float, *, exact: bool = True) -> Filling:
+def fill_section(
+    solid: Shape,
+    arrangement: str | None,
+    dx: float,
+    *,
+    exact: bool = True,
+    even: tuple[int, ...] = (),
+    grading: Grading | None = None,
+) -> Filling:
     """Fill the half-plane section of a solid of revolution about x with rings.
 
     Parameters
     ----------
     solid
         A shape in 3D.
-    arrangement, dx, exact
+    arrangement, dx, exact, even
         As for `hvisph.geometry.fill.fill`, in 2D.
+    grading
+        How the spacing grows in a section that flat faces bound; None for an even spacing.
 
     Returns
     -------
@@ -124,6 +140,9 @@ def fill_section(solid: Shape, arrangement: str | None, dx: float, *, exact: boo
             f"{', '.join(SECTION_ARRANGEMENTS)}",
             where="arrangement",
         )
-    filling = fill(section, arrangement, dx, exact=exact)
+    if grading is not None:
+        filling = fill_graded(section, dx, grading, even)
+    else:
+        filling = fill(section, arrangement, dx, exact=exact, even=even)
     rings = 2 * math.pi * filling.positions[:, 1] * filling.volumes
     return replace(filling, volumes=rings * (solid.volume / rings.sum()) if exact else rings)

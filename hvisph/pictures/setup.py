@@ -30,7 +30,7 @@ class DrawnBody:
     name, label
         Its name, and what stands beside it: material, size.
     positions, spacing
-        Particles (n, dim) and their spacing (n,) [m].
+        Particles (n, dim) and how wide each is drawn (n,) [m].
     velocity
         Mean velocity (dim,) [m/s].
     held

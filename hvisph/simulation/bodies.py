@@ -63,6 +63,13 @@ class PlacedBody:
     surface: Placed | None = None
 
     @property
+    def breadth(self) -> np.ndarray:
+        """Side of a square or cube of each particle's volume, of rings of their section, (n,) [m]."""
+        if isinstance(getattr(self.surface, "shape", None), Section):
+            return np.sqrt(self.volumes / (2.0 * np.pi * self.positions[:, 1]))
+        return np.asarray(self.volumes ** (1.0 / self.positions.shape[1]))
+
+    @property
     def mean_velocity(self) -> np.ndarray:
         """Velocity of the middle of its mass at the start, (dim,) [m/s]."""
         velocity = initial_velocity(self.model, self.positions, self.middle)
@@ -137,17 +144,19 @@ def _filled(case: Case, model: Any, turn: np.ndarray | None, mirrors: Sequence[M
     if model.shape.type == "particles":
         return None, read_particles(model.shape.file, case.dim, model.material.density, model.shape.unit)
     exact = model.mass == "exact"
-    if case.drawn != case.dim:
-        solid = shape_of(model.shape, case.drawn)
-        refuse_sparse(Section(solid), dx)
-        return Section(solid), fill_section(solid, model.arrangement, dx, exact=exact)
-    shape = shape_of(model.shape, case.dim)
+    revolved = case.drawn != case.dim
+    solid = shape_of(model.shape, case.drawn)
+    shape = Section(solid) if revolved else solid
     refuse_sparse(shape, dx)
-    even = _split_by(shape, turn, model.position, mirrors, dx)
+    even = _split_by(shape, turn, model.position, mirrors, dx) if exact else ()
+    grading = None
     if model.grading is not None:
-        grading = Grading(model.grading.fine, model.grading.coarsest, model.grading.ratio)
+        grading = Grading(model.grading.fine, model.grading.coarsest, model.grading.ratio, model.grading.face)
+    if revolved:
+        return shape, fill_section(solid, model.arrangement, dx, exact=exact, even=even, grading=grading)
+    if grading is not None:
         return shape, fill_graded(shape, dx, grading, even)
-    return shape, fill(shape, model.arrangement, dx, exact=exact, even=even if exact else ())
+    return shape, fill(shape, model.arrangement, dx, exact=exact, even=even)
 
 
 def _split_by(

@@ -60,6 +60,11 @@ class Shape(ABC):
         """Axes along which layers begin half a spacing from the lower bound, because an axis of revolution is there."""
         return ()
 
+    @property
+    def radial_axes(self) -> tuple[int, ...]:
+        """Axes that are the distance from an axis of revolution."""
+        return ()
+
     def centroid(self) -> np.ndarray | None:
         """Return the middle of the volume, (dim,) [m]; None where no formula gives it."""
         return None

@@ -1,7 +1,9 @@
-"""Bodies of unlike spacings that touch: a sound wave passes from one into the other, of the same material, unreflected.
+"""Bodies of unlike spacings that touch, and a graded one: a sound wave passes from fine to coarse, unreflected.
 
 A smooth pulse of velocity in the first body sends half of it to the right, into the second, whose spacing is twice or
-four times as large. Exact is d'Alembert's solution: half the momentum of the start, and no wave that comes back.
+four times as large, or in one body to where its layers have grown to twice the thickness; of rings along the axis of a
+cylinder, within a radius that nothing has reached from the rim. Exact is d'Alembert's solution: half the momentum of the
+start, and no wave that comes back.
 """
 
 from __future__ import annotations
@@ -20,10 +22,12 @@ from hvisph.verification.ran import Ran, vectors
 
 SPEED, CENTRE, WIDTH = 10.0, -8e-3, 8e-3  # of the pulse [m/s], [m]
 LENGTHS, THICKNESS = (20e-3, 12e-3), 16e-3  # of the bodies, and of the strip [m]
+RIM, CORE = 18e-3, 2e-3  # radii of the cylinder of rings, and of its part that is looked at [m]
 C = float(np.sqrt(YOUNGS_MODULUS * (1.0 - POISSON_RATIO) / ((1.0 + POISSON_RATIO) * (1.0 - 2.0 * POISSON_RATIO)) / RHO))
 END = 14e-3 / C  # the pulse is in the second body, what came back is on its way [s]
 # The face is as thick as the kernel of the coarser body, and the pulse as long as 8 to 20 of its spacings.
 REFLECTED = {1: 0.01, 2: 0.03, 4: 0.06}
+GRADED = 0.01  # a tenth a layer
 
 
 def pulse(x: np.ndarray) -> np.ndarray:
@@ -38,6 +42,8 @@ def _trials(options: Options) -> Iterator[Trial]:
         for ratio in (1, 2, 4):
             if not (options.quick and dim == 2 and ratio == 4):
                 yield _trial(dim, dx, ratio)
+    for rings in (False, True):
+        yield _graded(options.dx(0.25e-3, 0.5e-3), rings)
 
 
 def _case(dim: int, dx: float, ratio: int) -> dict[str, Any]:
@@ -79,6 +85,48 @@ def _trial(dim: int, dx: float, ratio: int) -> Trial:
         return {"velocity_x": [Curve(name, *_along(ran, body)) for body, name in enumerate(("first", "second"))]}
 
     return Trial(f"{dim}D, 1:{ratio}", [Start(_case(dim, dx, ratio), state=start)], figures, curves)
+
+
+def _graded(dx: float, rings: bool) -> Trial:
+    """Return a strip, or a cylinder of rings, whose layers grow from dx to 2 dx behind the pulse's start."""
+    length = sum(LENGTHS)
+    solid = {"type": "cylinder", "diameter": 2.0 * RIM, "length": length}
+    bar = {
+        "material": ELASTIC,
+        "shape": solid if rings else {"type": "box", "size": [length, THICKNESS]},
+        "grading": {"fine": [LENGTHS[0], None], "coarsest": 2.0 * dx, "face": "front"},
+        "position": [0.5 * length - LENGTHS[0], 0.0],
+    }
+    case = _case(2, dx, 1) | {"bodies": {"bar": bar}}
+    if rings:
+        case |= {"kinematics": "axisymmetric", "symmetry": []}
+
+    def start(particles: Particles) -> None:
+        x = particles["position"]
+        particles["velocity"] = np.column_stack([pulse(x[:, 0]), np.zeros(particles.count)])
+
+    def core(ran: Ran) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Return masses, x, and velocities along x at the start and now, of what no wave from the rim has reached."""
+        own = vectors(ran.first, "position")[:, 1] < CORE
+        u0, u = (vectors(one, "velocity")[own, 0] for one in (ran.first, ran.last))
+        return ran.first.fields["mass"][own], vectors(ran.last, "position")[own, 0], u0, u
+
+    def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
+        mass, x, before, u = core(runs[0])
+        passed = (mass * u)[x > 0.0].sum() / (mass * before).sum()
+        yield Figure("momentum that passes", float(passed), 0.5, 0.02, why="half of the pulse")
+        back = np.abs(u[(x > -10e-3) & (x < -2e-3)]).max()
+        yield limit("wave that comes back, over the one that goes in", float(back / (0.5 * SPEED)), GRADED,
+                    why="a tenth a layer")  # fmt: skip
+
+    def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
+        _, x, _, u = core(runs[0])
+        order = np.argsort(x)
+        at = np.linspace(float(x.min()), float(x.max()), 400)
+        exact = 0.5 * (pulse(at - C * END) + pulse(at + C * END) + pulse(-2.0 * LENGTHS[0] - at + C * END))
+        return {"velocity_x": [Curve("computed", x[order], u[order]), Curve("exact", at, exact, exact=True)]}
+
+    return Trial(f"{'rings' if rings else '2D'}, graded to 1:2", [Start(case, state=start)], figures, curves)
 
 
 def _along(ran: Ran, body: int) -> tuple[np.ndarray, np.ndarray]:
