@@ -2,8 +2,8 @@
 
 A smooth pulse of velocity in the first body sends half of it to the right, into the second, whose spacing is twice or
 four times as large, or in one body to where its layers have grown to twice the thickness; of rings along the axis of a
-cylinder, within a radius that nothing has reached from the rim. Exact is d'Alembert's solution: half the momentum of the
-start, and no wave that comes back.
+cylinder, within a radius that nothing has reached from the rim. Exact is d'Alembert's solution: half the momentum of
+the start, and no wave that comes back.
 """
 
 from __future__ import annotations
