@@ -121,7 +121,7 @@ def test_order_of_particles_in_a_snapshot_does_not_matter():
 def test_values_that_are_not_finite_have_a_reason():
     snap = impact_end(0.4 * MM)
     snap.fields["velocity"][3, 0] = np.nan
-    found = measure_snapshot(snap)
+    found = measure_snapshot(snap, impact_start(0.4 * MM))
     assert list(found.results) == list(unmeasured(snap, "none").results)
     assert found["residual_velocity"].value is None
     assert "finite" in found["residual_velocity"].reason

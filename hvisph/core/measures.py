@@ -94,7 +94,7 @@ CATALOGUE: dict[str, Measure] = {
                  "peak centre pressure", "GPa", 2, "P peak"),
         _measure("centre_tension_peak", "Pa", _ANY, "Highest tension on the shot line, positive",
                  "peak tension on the axis", "GPa", 2, "T peak"),
-        _measure("residual_velocity", "m/s", _ANY, "Axial velocity of the projectile's main body",
+        _measure("residual_velocity", "m/s", _SOLID, "Axial velocity of the projectile's main body behind all layers",
                  "residual velocity", "m/s", 1, "v_d"),
         _measure("momentum_transfer", "", _ANY, "Momentum of the target over that of the shot",
                  "momentum transfer beta", "", 3, "beta"),
@@ -194,6 +194,8 @@ PROJECTILE_CATALOGUE: dict[str, Measure] = {
     for measure in (
         _measure("residual_mass", "kg", _SOLID, "Mass of all pieces of 1 % of the projectile's mass or more",
                  "residual mass", "g", 3),
+        _measure("residual_length", "m", _SOLID, "Length of the largest piece behind all layers",
+                 "residual length", "mm", 2),
         _measure("residual_velocity_largest", "m/s", _SOLID, "Axial velocity of the largest piece",
                  "residual velocity, largest piece", "m/s", 1),
         _measure("residual_angle", "rad", _SOLID, "Angle between its velocity and the shot line",

@@ -11,10 +11,12 @@ from hvisph.measures.perforation import NOT_YET, YES
 
 def answer(layers: Sequence[LayerMeasures], unitless: bool = False) -> str:
     """Return which layers are perforated, in the order along the shot line; empty where that has no meaning."""
-    return "; ".join(_one(layer, unitless) for layer in layers if layer.state)
+    return "; ".join(_one(layer, unitless) for layer in layers if layer.state or layer.opening)
 
 
 def _one(layer: LayerMeasures, unitless: bool) -> str:
+    if layer.opening:
+        return f"{layer.body}: open from the start, without a new way through"
     if layer.state == NOT_YET:
         return f"{layer.body}: not perforated yet"
     if layer.state != YES:

@@ -69,8 +69,8 @@ def cloud(scene: Scene, layers: tuple[LayerMeasures, ...], witness: float | None
         Coordinate of a witness plane along the shot line [m]; None for no plane.
     """
     units = {name: unit_of(name, scene.space) for name in CLOUD_CATALOGUE}
-    through = [layer for layer in layers if layer.state == YES]
-    if not through or not layers or layers[0].state != YES:
+    through = layers[: _passed(layers)]
+    if not any(layer.state == YES for layer in through):
         reason = "no layer is perforated" if scene.now.dimensions > 1 else "a cloud has no meaning in 1D"
         return Cloud({name: meaningless(unit, reason) for name, unit in units.items()})
     rows = members(scene, layers)
@@ -97,10 +97,7 @@ def cloud(scene: Scene, layers: tuple[LayerMeasures, ...], witness: float | None
 
 def members(scene: Scene, layers: tuple[LayerMeasures, ...]) -> np.ndarray:
     """Return the indices of the cloud's particles."""
-    through = 0
-    while through < len(layers) and layers[through].state == YES:
-        through += 1
-    body = scene.layers[through - 1]
+    body = scene.layers[_passed(layers) - 1]
     plate = scene.plate(body)
     assert plate is not None
     free = np.ones(scene.now.count, dtype=bool)
@@ -112,6 +109,11 @@ def members(scene: Scene, layers: tuple[LayerMeasures, ...]) -> np.ndarray:
     free &= np.isin(scene.now.body, list(known))
     free &= plate.depth(scene.position) > plate.thickness
     return np.flatnonzero(free & (scene.now.fields["velocity"] @ np.array(plate.basis[0]) > 0.0))
+
+
+def _passed(layers: tuple[LayerMeasures, ...]) -> int:
+    """Return how many layers from the first on are perforated, or had openings that let the projectile through."""
+    return next((k for k, layer in enumerate(layers) if layer.state != YES and not layer.opening), len(layers))
 
 
 def unit_of(name: str, dim: int) -> str:

@@ -35,12 +35,15 @@ class LayerMeasures:
         By name; values in SI.
     obliquity
         Angle between the shot line and the layer's normal [rad]; None where the start is not known.
+    opening
+        Whether it has no state since openings of its own let the projectile through.
     """
 
     body: str
     state: str
     results: dict[str, Result] = field(default_factory=dict)
     obliquity: float | None = None
+    opening: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON."""
@@ -61,13 +64,14 @@ def perforated(layers: Sequence[LayerMeasures]) -> Result:
     """Return whether all layers are perforated: 1 or 0, without a value while that is open."""
     if not layers:
         return meaningless("", "there is no layer")
-    if not all(layer.state for layer in layers):
-        return meaningless("", layers[0].results["perforated"].reason)
-    if all(layer.state == YES for layer in layers):
-        return Result(1.0, "")
-    stopped = next(layer for layer in layers if layer.state != YES)
     if any(layer.state == NO for layer in layers):
         return Result(0.0, "")
+    if all(layer.state == YES for layer in layers):
+        return Result(1.0, "")
+    if not all(layer.state for layer in layers):
+        unknown = next(layer for layer in layers if not layer.state)
+        return meaningless("", f"{unknown.body}: {unknown.results['perforated'].reason}")
+    stopped = next(layer for layer in layers if layer.state != YES)
     return meaningless("", f"not yet: {stopped.body}: {stopped.results['perforated'].reason.removeprefix('not yet: ')}")
 
 
@@ -107,7 +111,7 @@ def _layer(scene: Scene, body: int) -> LayerMeasures:
     else:
         results |= marks(scene, plate, hole) | loads(scene, plate)
     return LayerMeasures(name, state, {one: results[one].finite() for one in LAYER_CATALOGUE},
-                         None if plate is None else plate.obliquity)  # fmt: skip
+                         None if plate is None else plate.obliquity, hole is not None and not state)  # fmt: skip
 
 
 def _answer(state: str, reason: str) -> Result:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from hvisph.measures.behind import held_back, in_pieces
 from hvisph.measures.layers import LayerMeasures
-from hvisph.measures.perforation import NO, NOT_YET
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.roles import LAYER, PROJECTILE, members
 from hvisph.measures.scene import Scene
@@ -17,18 +17,13 @@ from hvisph.output.snapshot import Snapshot
 def residual_velocity(scene: Scene, layers: Sequence[LayerMeasures]) -> Result:
     """Return the mass-mean axial velocity of the projectile's main body behind all layers [m/s].
 
-    It has a meaning where all of them are perforated and the main body holds half of the projectile's mass or more.
+    It has a meaning where that is behind all of them (`behind`) and holds half of the projectile's mass or more.
     Its uncertainty is the standard error of the mean over the particles.
     """
-    if not {"velocity", "mass"} <= scene.now.fields.keys():
-        return meaningless("m/s", "the snapshot has no velocity or no mass")
-    holds = next((layer for layer in layers if layer.state in (NO, NOT_YET)), None)
-    if holds is not None:
-        return meaningless("m/s", f"'{holds.body}' is not perforated{' yet' if holds.state == NOT_YET else ''}")
+    reason = held_back(scene, layers) or in_pieces(scene)
+    if reason:
+        return meaningless("m/s", reason)
     chosen, mass = scene.projectile, scene.now.fields["mass"]
-    share = float(mass[chosen].sum() / (scene.shot_mass or mass[scene.is_projectile].sum()))
-    if share < 0.5:
-        return meaningless("m/s", f"the projectile's largest piece holds {100.0 * share:.2g} % of its mass")
     velocity = _axial(scene.now)[chosen]
     mean = float(np.average(velocity, weights=mass[chosen]))
     return Result(mean, "m/s", float(velocity.std() / np.sqrt(len(chosen))))

@@ -1,7 +1,7 @@
 """What earlier moments tell of the layers: when each was perforated, and how the projectile was as it passed.
 
-Both are found by halving among the snapshots. A layer is passed at the first of them in which the projectile's centre
-of mass is behind the layer's rear face.
+Both are found by halving among the snapshots. A layer is passed at the first of them in which half of the projectile's
+mass is behind the layer's rear face.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from hvisph.core.measures import LAYER_CATALOGUE
 from hvisph.measures.layers import LayerMeasures, state_of
 from hvisph.measures.loads import is_struck, mean_pressure
-from hvisph.measures.perforation import YES
+from hvisph.measures.perforation import YES, is_behind
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import Scene
 
@@ -31,7 +31,7 @@ class Moment:
     time
         [s].
     passed
-        Whether the projectile's centre of mass is behind each layer, in the order along the shot line.
+        Whether half of the projectile's mass is behind each layer, in the order along the shot line.
     struck
         Whether what flies at each of them has reached it.
     state
@@ -64,8 +64,7 @@ def moment_of(scene: Scene, again: Callable[[], Scene] | None = None) -> Moment:
     anew = again or (lambda: scene)
     if not mass.sum() > 0.0:
         return Moment(time, (False,) * count, (False,) * count, lambda number: state_of(anew(), number))
-    centre = (mass @ scene.position / mass.sum())[None]
-    passed = tuple(plate is not None and bool(plate.depth(centre)[0] > plate.thickness) for plate in plates)
+    passed = tuple(plate is not None and is_behind(scene, plate) for plate in plates)
     struck = tuple(plate is not None and is_struck(scene, plate) for plate in plates)
     return Moment(time, passed, struck, lambda number: state_of(anew(), number), lambda: _projectile(anew()))
 
@@ -96,16 +95,16 @@ def with_history(layers: Sequence[LayerMeasures], count: int, moment: Callable[[
     timed = []
     for number, layer in enumerate(layers):
         results = dict(layer.results)
-        if layer.state == YES:
-            opened = _first(count, last(number))
-            if opened is not None:
-                results["perforation_time"] = _between(at(opened - 1).time, at(opened).time)
+        opened = _first(count, last(number)) if layer.state == YES else None
+        if opened is not None:
+            results["perforation_time"] = _between(at(opened - 1).time, at(opened).time)
+        if layer.state == YES or layer.opening:
             passed = _first(count, lambda index, number=number: at(index).passed[number])  # type: ignore[misc]
             if passed is not None:
                 results |= at(passed).projectile()
                 results["passage_time"] = _between(at(passed - 1).time, at(passed).time)
             elif count > 1:
-                reason = "the projectile's centre is not behind it yet"
+                reason = "half of the projectile's mass is not behind it yet"
                 results |= {name: meaningless(results[name].unit, reason) for name in PASSAGE}
         if count > 1 and results["struck_diameter"].value is not None:
             first = _first(count, lambda index, number=number: at(index).struck[number])  # type: ignore[misc]

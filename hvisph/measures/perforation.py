@@ -3,12 +3,14 @@
 The attached part of the layer, groups linked at 2 dx that hold something of its rim, is drawn as balls of 1.5 dx
 on a grid in the layer's own axes. The layer is open where the space before it and the space behind it, within its
 edges, are connected: so a way counts that is wider than about three spacings, wherever it is and whatever its
-direction. Pieces that are stuck in it, of the projectile or of the layer, close it.
+direction. Pieces that are stuck in it, of the projectile or of the layer, close it. Of a layer that was open before it
+was struck only a way counts that was not there (`ways`).
 
 - ``yes``: open.
 - ``not yet``: closed, and what flies at it still brings more than a thousandth of the shot's kinetic energy, which
   3 % of its velocity do.
 - ``no``: closed, and nothing comes any more.
+- no answer: without a new way the projectile has a way, or had one, through an opening of the layer's own.
 """
 
 from __future__ import annotations
@@ -17,17 +19,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.measures.plates import RIM, Plate
+from hvisph.measures.plates import Plate
 from hvisph.measures.plug import attached
 from hvisph.measures.scene import Scene
+from hvisph.measures.shot import own_spacings
+from hvisph.measures.statistics import weighted_quantile
+from hvisph.measures.ways import has_opened, is_open, place_of
 
 YES, NO, NOT_YET = "yes", "no", "not yet"
-RADIUS = 1.5  # [dx] of the balls
-CELL = {2: 0.5, 3: 1.0}  # [dx]
-SHIFT = 0.37  # [cells]; keeps the particles of a lattice off the borders of cells
 SPENT = 1e-3  # share of the shot's kinetic energy below which nothing more is to come
 SLOW = 0.03  # share of the shot's speed below which a piece is stuck
-MOST_CELLS = 40_000_000
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Perforation:
     Parameters
     ----------
     state
-        ``yes``, ``no`` or ``not yet``.
+        ``yes``, ``no`` or ``not yet``; empty where nothing but an opening of its own lets the projectile through.
     reason
         Why it is not, in words; empty where it is.
     attached
@@ -62,6 +63,8 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
     groups = scene.fragments(plate.body)
     held = [group.particles for group, holds in zip(groups, attached(scene, plate.body), strict=True) if holds]
     fixed = np.concatenate(held) if held else np.zeros(0, dtype=np.int64)
+    if plate.open and scene.start is None:
+        return Perforation("", "it had openings, and a single snapshot does not tell where", fixed)
     approach = _approach(scene, plate, fixed)
     if len(fixed) == 0 or _open(scene, plate, fixed):
         stuck = np.flatnonzero((np.abs(approach) < SLOW * _speed(scene)) & _within(scene, plate, fixed))
@@ -70,6 +73,11 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
         closed = "what struck it is stuck in it"
     else:
         closed = "its attached part has no opening"
+    if plate.open:
+        closed = "no way leads through it that was not there at the start"
+        if plate.clear or is_behind(scene, plate):
+            through = "was open along the projectile's path" if plate.clear else "let the projectile through as it was"
+            return Perforation("", f"it {through}: {closed}", fixed)
     share = _to_come(scene, plate, approach, fixed)
     if share > SPENT:
         return Perforation(NOT_YET, f"{closed}, and {100.0 * share:.2g} % of the shot's energy still fly at it", fixed)
@@ -102,13 +110,6 @@ def _to_come(scene: Scene, plate: Plate, approach: np.ndarray, fixed: np.ndarray
     return energy / whole if whole > 0.0 else 0.0
 
 
-def _inside(plate: Plate, low: np.ndarray, cell: float, shape: tuple[int, ...]) -> np.ndarray:
-    """Return whether the cells across a layer, of which the first is at `low` [m], are within its edges."""
-    axes = [corner + (np.arange(count) + 0.5 - SHIFT) * cell for corner, count in zip(low, shape, strict=True)]
-    middles = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(shape))
-    return (plate.outward(middles) <= RIM).reshape(shape)
-
-
 def _within(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
     """Return whether a particle is between the outermost attached ones along the normal, and none of them."""
     depth = plate.depth(scene.position)
@@ -117,26 +118,32 @@ def _within(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
     return np.asarray(inside)
 
 
-def _open(scene: Scene, plate: Plate, solid: np.ndarray) -> bool:
-    """Whether the space before and the space behind `solid` (indices) are connected within the layer's edges."""
-    from scipy import ndimage
+def is_behind(scene: Scene, plate: Plate) -> bool:
+    """Whether half of the projectile's mass or more is behind a layer's rear face, which moves along with its rim."""
+    mass = scene.now.fields["mass"] * scene.is_projectile
+    if not mass.sum() > 0.0:
+        return False
+    rear = plate.thickness + float(_carried(scene, plate) @ np.array(plate.basis[0]))
+    return weighted_quantile(plate.depth(scene.position), mass, 0.5) > rear
 
-    dim = scene.now.dimensions
-    place = np.column_stack([plate.depth(scene.position[solid]), plate.across(scene.position[solid])])
-    low = np.concatenate([[place[:, 0].min()], RIM * np.array(plate.low)])
-    high = np.concatenate([[place[:, 0].max()], RIM * np.array(plate.high)])
-    radius, cell = RADIUS * scene.spacing, CELL[dim] * scene.spacing
-    cell = max(cell, float((np.prod(high - low + 4.0 * radius) / MOST_CELLS) ** (1.0 / dim)))
-    # beyond the balls along the normal there is space; beyond the edges across it nothing is looked at
-    pad = int(np.ceil(radius / cell)) + 2
-    shape = np.ceil((high - low) / cell).astype(int) + 2 * pad
-    index = np.floor((place - low) / cell + SHIFT).astype(int) + pad
-    inside = ((index >= 0) & (index < shape)).all(axis=1)
-    filled = np.zeros(shape, dtype=bool)
-    filled[tuple(index[inside].T)] = True
-    free = ndimage.distance_transform_edt(~filled) * cell > radius
-    free = free[(slice(None), *[slice(pad, -pad)] * (dim - 1))]
-    if plate.edges:  # a disc has no corners, through which there would be a way
-        free &= _inside(plate, low[1:], cell, free.shape[1:])
-    labels, _ = ndimage.label(free)
-    return bool(np.intersect1d(labels[0], labels[-1]).max(initial=0) > 0)
+
+def _open(scene: Scene, plate: Plate, solid: np.ndarray) -> bool:
+    """Whether a way leads through `solid` (indices); of a layer that was open, one that was not there at the start."""
+    place = place_of(plate, scene.position[solid], scene.spacings(solid), scene.spacing)
+    if not plate.open or scene.start is None:  # what was open is not asked for without its start
+        return is_open(plate, place, scene.spacing)
+    own = np.flatnonzero(scene.start.body == plate.body)
+    position = scene.start.fields["position"][own] + _carried(scene, plate)
+    return has_opened(plate, place, place_of(plate, position, own_spacings(scene.start, own, scene.spacing),
+                                             scene.spacing), scene.spacing)  # fmt: skip
+
+
+def _carried(scene: Scene, plate: Plate) -> np.ndarray:
+    """Return how far a layer has gone as a whole: its rim in the mean since the start, shape (dim,) [m]."""
+    if scene.start is None:
+        return np.zeros(scene.now.dimensions)
+    now = np.flatnonzero(scene.rim(plate.body))
+    before = np.flatnonzero(np.isin(scene.start.id, scene.now.id[now]))
+    if len(now) == 0 or len(now) != len(before):
+        return np.zeros(scene.now.dimensions)
+    return np.asarray(scene.position[now].mean(axis=0) - scene.start.fields["position"][before].mean(axis=0))

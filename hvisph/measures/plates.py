@@ -34,6 +34,12 @@ class Plate:
     edges
         In 3D: how far its particles reach from the entry in each of `DIRECTIONS` in the plane [m], which a disc or a
         turned box fills less than the box of `low` and `high`; empty in 1D and 2D.
+    open
+        Whether a way led through it before it was struck: a mesh, a honeycomb, a plate with holes or of several parts.
+    clear
+        Whether none of it was in the projectile's way along the shot line.
+    pieces
+        Of how many connected groups it was.
     """
 
     body: int
@@ -44,6 +50,9 @@ class Plate:
     low: tuple[float, ...]
     high: tuple[float, ...]
     edges: tuple[float, ...] = ()
+    open: bool = False
+    clear: bool = False
+    pieces: int = 1
 
     @property
     def obliquity(self) -> float:
@@ -81,7 +90,8 @@ class Plate:
         """Return what `as_dict` was made from."""
         rows = tuple(tuple(map(float, row)) for row in plain["basis"])
         entry, low, high, edges = (tuple(map(float, plain.get(key, ()))) for key in ("entry", "low", "high", "edges"))
-        return cls(int(plain["body"]), rows, float(plain["front"]), float(plain["thickness"]), entry, low, high, edges)
+        return cls(int(plain["body"]), rows, float(plain["front"]), float(plain["thickness"]), entry, low, high, edges,
+                   bool(plain.get("open")), bool(plain.get("clear")), int(plain.get("pieces", 1)))  # fmt: skip
 
 
 def plate_of(body: int, position: np.ndarray, axis: np.ndarray, spacing: float) -> Plate:

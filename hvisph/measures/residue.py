@@ -5,32 +5,30 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.measures import PROJECTILE_CATALOGUE
+from hvisph.measures.behind import held_back, in_pieces
 from hvisph.measures.cloud import unit_of
 from hvisph.measures.layers import LayerMeasures
-from hvisph.measures.perforation import YES
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import Scene
 
 PIECE = 0.01  # share of the projectile's mass from which on a group counts as a piece
-HALF = 0.5  # share of the mass below which the largest piece does not stand for the projectile
 
 
 def residue(scene: Scene, layers: tuple[LayerMeasures, ...]) -> dict[str, Result]:
-    """Return the measures of the projectile; velocities behind the layers only where all of them are perforated."""
+    """Return the measures of the projectile; what is residual only where it has left all layers behind (`behind`)."""
     dim = scene.now.dimensions
     if not {"velocity", "mass"} <= scene.now.fields.keys():
         return _none(scene.space, "the snapshot has no velocity or no mass")
     groups, mass = scene.shot_groups, scene.now.fields["mass"]
     whole = scene.shot_mass or float(mass[scene.is_projectile].sum())
     largest = groups[0]
-    share = largest.mass / whole
+    share, broken = largest.mass / whole, in_pieces(scene)
     results = {
         "largest_share": Result(share, ""),
         "pieces_share": Result(sum(one.mass for one in groups if one.mass >= PIECE * whole) / whole, ""),
         "erosion": meaningless("m", "a single snapshot does not tell the length at the start"),
         "depth": meaningless("m", "there is no layer whose start is known"),
     }
-    broken = "" if share >= HALF else f"the projectile's largest piece holds {100.0 * share:.2g} % of its mass"
     length = _length(scene, _extent(scene.position[largest.particles, 0]) + scene.spacing)
     results["length"] = meaningless("m", broken or "not told in 1D") if broken or dim == 1 else length
     if scene.start is not None and dim > 1:
@@ -43,17 +41,17 @@ def residue(scene: Scene, layers: tuple[LayerMeasures, ...]) -> dict[str, Result
         plate = scene.shot.plates[0]
         deepest = plate.depth(scene.position[largest.particles]).max() + 0.5 * scene.spacing
         results["depth"] = _length(scene, float(deepest))
-    results |= _velocities(scene, layers, broken, whole)
+    results |= _residual(scene, layers, broken, whole)
+    behind = results["residual_mass"]  # as long as it has no meaning, no more has a residual length
+    results["residual_length"] = meaningless("m", behind.reason) if behind.value is None else results["length"]
     return {name: results[name].finite() for name in PROJECTILE_CATALOGUE}
 
 
-def _velocities(scene: Scene, layers: tuple[LayerMeasures, ...], broken: str, whole: float) -> dict[str, Result]:
+def _residual(scene: Scene, layers: tuple[LayerMeasures, ...], broken: str, whole: float) -> dict[str, Result]:
     names = ("residual_mass", "residual_velocity_largest", "residual_angle", "residual_velocity_pieces",
              "residual_velocity_all")  # fmt: skip
-    dim = scene.now.dimensions
-    holds = next((layer.body for layer in layers if layer.state != YES), None)
-    if dim == 1 or holds is not None:
-        reason = "not told in 1D" if dim == 1 else f"'{holds}' is not perforated"
+    reason = held_back(scene, layers)
+    if reason:
         return {name: meaningless(unit_of(name, scene.space), reason) for name in names}
     velocity, mass = scene.now.fields["velocity"], scene.now.fields["mass"]
     groups = scene.shot_groups

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.measures.groups import ALIKE, LINK, Fragment, Neighbours, connected_groups, grouped, main_body
-from hvisph.measures.plates import RIM, Plate
+from hvisph.measures.groups import LINK, Fragment, Neighbours, connected_groups, grouped, main_body
+from hvisph.measures.plates import RIM, Plate, plate_of
 from hvisph.measures.roles import PROJECTILE, members
-from hvisph.measures.shot import Shot, shot_of, spacing_of
+from hvisph.measures.shot import Shot, own_spacings, shot_of, spacing_of
 from hvisph.output.snapshot import Snapshot
 
 
@@ -119,14 +119,12 @@ class Scene:
 
         It is that of the start, which the smoothing lengths of then tell.
         """
-        ratio, start = self.now.metadata.get("h_over_dx"), self.start
-        if ratio is None or start is None or "smoothing_length" not in start.fields or not len(rows):
+        start = self.start
+        if start is None or "smoothing_length" not in start.fields or not len(rows):
             return self.spacing
         images = self.shot.whole.images  # whose numbers follow those of their particles
         at = np.searchsorted(start.id[: start.count // images], self.now.id[rows] // images * images)
-        own = start.fields["smoothing_length"][at] / float(ratio)
-        low, high = self.spacing / ALIKE, self.spacing * ALIKE
-        return own if own.min() < low or own.max() > high else self.spacing
+        return own_spacings(start, at, self.spacing)
 
     @cached_property
     def support(self) -> float:
@@ -289,9 +287,9 @@ class Scene:
     def rim(self, body: int) -> np.ndarray:
         """Return whether a particle is of a layer's rim, its outer tenth towards any of its edges, shape (n,).
 
-        What began there, where the start is known and particles have permanent numbers, as in our own files;
-        else what is there now, between the edges of the main bodies: debris may have flown further. In 1D
-        there is none.
+        Of a layer of several parts, those that do not reach there have rims of their own. What began there, where the
+        start is known and particles have permanent numbers, as in our own files; else what is there now, between the
+        edges of the main bodies: debris may have flown further. In 1D there is none.
         """
         if body not in self._rims:
             self._rims[body] = self._rim(body)
@@ -304,9 +302,8 @@ class Scene:
         known = self.plate(body)
         if known is not None and self.start is not None and "spacing" in self.start.metadata:
             own = self.start.body == body
-            across = known.across(self.start.fields["position"][own])
-            outer = self.start.id[own][known.outward(across) >= RIM]
-            return np.isin(self.now.id, outer) & (self.now.body == body)
+            outer = self._outer(known, self.start.fields["position"][own], np.flatnonzero(own))
+            return np.isin(self.now.id, self.start.id[own][outer]) & (self.now.body == body)
         rows = np.flatnonzero(self.now.body == body)
         main = np.concatenate(self.target_sides) if body == self.target else self.fragments(body)[0].particles
         low, high = self.lateral[main].min(axis=0), self.lateral[main].max(axis=0)
@@ -315,6 +312,19 @@ class Scene:
         outward = flat.outward(self.lateral[rows])
         rim[rows] = (outward >= RIM) & (outward <= 1.0)
         return rim
+
+    def _outer(self, plate: Plate, position: np.ndarray, rows: np.ndarray) -> np.ndarray:
+        """Return which of a layer's particles at the start (indices `rows`) are its rim or that of one of its parts."""
+        outer = plate.outward(plate.across(position)) >= RIM
+        if plate.pieces == 1 or self.start is None:
+            return outer
+        groups = connected_groups(position, own_spacings(self.start, rows, self.spacing))
+        for group in range(groups.max() + 1):
+            part = groups == group
+            if not outer[part].any():
+                alone = plate_of(plate.body, position[part], position[part, 1:].mean(axis=0), self.spacing)
+                outer[part] = alone.outward(alone.across(position[part])) >= RIM
+        return outer
 
     def _main(self, chosen: np.ndarray) -> np.ndarray:
         members = np.flatnonzero(chosen)

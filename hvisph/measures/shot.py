@@ -14,8 +14,10 @@ import numpy as np
 
 from hvisph.core.derived import changed
 from hvisph.core.errors import OutputError
+from hvisph.measures.groups import ALIKE
 from hvisph.measures.plates import ALIGNED, Plate, outline, plate_of
 from hvisph.measures.roles import LAYER, PROJECTILE, mean_of, members, roles_of, shot_direction
+from hvisph.measures.ways import with_openings
 from hvisph.measures.whole import Mirror, Whole, whole_of
 from hvisph.output.snapshot import Snapshot
 
@@ -112,8 +114,8 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     source = now if start is None else start
     if "shot" in source.metadata and "plates" in source.metadata["shot"]:
         shot = Shot.from_dict(source.metadata["shot"])
-        told = all("edges" in plate for plate in source.metadata["shot"]["plates"])
-        return shot if told or start is None or start.dimensions < 3 else _outlined(shot, start)
+        told = all({"edges", "open"} <= plate.keys() for plate in source.metadata["shot"]["plates"])
+        return shot if told or start is None or start.dimensions < 2 else _outlined(shot, start)
     given = source.metadata.get("shot", {})
     planes = given.get("planes")
     if planes is not None:
@@ -135,11 +137,11 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
 
 
 def _outlined(shot: Shot, start: Snapshot) -> Shot:
-    """Return the shot of a run of a version that did not store the outlines of layers, with them."""
-    seen = shot.seen(start)
+    """Return the shot of a run of a version that did not store outlines and openings of layers, with them."""
+    seen, spacing = shot.seen(start), spacing_of(start)
     flat = [(seen.fields["position"][seen.body == plate.body], plate) for plate in shot.plates]
-    plates = tuple(replace(plate, edges=outline(plate.across(position))) for position, plate in flat)
-    return replace(shot, plates=plates)
+    plates = [replace(plate, edges=outline(plate.across(position))) for position, plate in flat]
+    return replace(shot, plates=tuple(_with_openings(plate, seen, shot.roles, spacing) for plate in plates))
 
 
 def _whole(source: Snapshot, projectile: np.ndarray, spacing: float, planes: list[Mirror] | None) -> Whole:
@@ -164,8 +166,24 @@ def spacing_of(snapshot: Snapshot) -> float:
 def _plates(seen: Snapshot, roles: tuple[str, ...], axis: np.ndarray, spacing: float) -> tuple[Plate, ...]:
     position = seen.fields["position"].reshape(seen.count, -1)
     layers = [body for body, role in enumerate(roles) if role == LAYER and (seen.body == body).any()]
-    plates = [plate_of(body, position[seen.body == body], axis, spacing) for body in layers]
+    plates = [_with_openings(plate_of(body, position[seen.body == body], axis, spacing), seen, roles, spacing)
+              for body in layers]  # fmt: skip
     return tuple(sorted(plates, key=lambda plate: float(position[seen.body == plate.body, 0].mean())))
+
+
+def _with_openings(plate: Plate, seen: Snapshot, roles: tuple[str, ...], spacing: float) -> Plate:
+    position, own = seen.fields["position"].reshape(seen.count, -1), np.flatnonzero(seen.body == plate.body)
+    projectile = position[members(seen, roles, PROJECTILE)]
+    return with_openings(plate, position[own], projectile, own_spacings(seen, own, spacing), spacing)
+
+
+def own_spacings(start: Snapshot, rows: np.ndarray, spacing: float) -> float | np.ndarray:
+    """Return the spacing of the particles `rows` of the start [m]: dx, or where it differs, of each its own."""
+    ratio = start.metadata.get("h_over_dx")
+    if ratio is None or "smoothing_length" not in start.fields or not len(rows):
+        return spacing
+    own = start.fields["smoothing_length"][rows] / float(ratio)
+    return np.asarray(own) if own.min() < spacing / ALIKE or own.max() > spacing * ALIKE else spacing
 
 
 def _frame(start: Snapshot, roles: tuple[str, ...]) -> np.ndarray:

@@ -137,10 +137,13 @@ def _limits(verdicts: Sequence[Mapping[str, Any]]) -> Figure:
     figure, panels = _figure(len(verdicts))
     for axes, one in zip(panels, verdicts, strict=True):
         shots = one["shots"]
-        for happened, colour, label in ((False, INK, "no"), (True, ACCENT, "yes")):
-            some = [shot for shot in shots if shot["happened"] == happened]
-            axes.plot([s["value"] for s in some], [abs(s["residual"] or 0.0) if happened else 0.0 for s in some], "o",
-                      color=colour, label=label)  # fmt: skip
+        held = [shot["value"] for shot in shots if not shot["happened"]]
+        through = [shot for shot in shots if shot["happened"] and shot["residual"] is not None]
+        untold = [shot["value"] for shot in shots if shot["happened"] and shot["residual"] is None]
+        axes.plot(held, np.zeros(len(held)), "o", color=INK, label="no")
+        axes.plot([s["value"] for s in through], [abs(s["residual"]) for s in through], "o", color=ACCENT, label="yes")
+        if untold:
+            axes.plot(untold, np.zeros(len(untold)), "|", markersize=14, color=ACCENT, label="yes, not through yet")
         if one["below"] is not None and one["above"] is not None:
             axes.axvspan(*sorted((one["below"], one["above"])), color=FAINT, alpha=0.3)
         curve = one["lambert_jonas"]

@@ -20,7 +20,7 @@ def _speeds(shots: Sequence[Shot]) -> dict[str, list[tuple[float, bool, float | 
         through = shot.measure("perforated").value
         if through is not None:
             speed = max(body.velocity[0] for body in shot.ran.case.bodies.values())
-            rest = shot.measure("residual_velocity").value if through else 0.0
+            rest = shot.measure("residual_velocity").value if through else None
             speeds.setdefault(shot.name, []).append((float(speed), through > 0.5, rest))
     return {name: sorted(points, key=lambda one: one[0]) for name, points in speeds.items()}
 
@@ -39,7 +39,10 @@ def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
             values[name] = {("ballistic_limit", None): Value(None, None, reason)}
             continue
         values[name] = {("ballistic_limit", None): Value(middle, half)}
-        speed, rest = (np.array([one[k] for one in points if one[2] is not None], dtype=float) for k in (0, 2))
+        told = [(speed, rest) for speed, through, rest in points if through and rest is not None]
+        if not told:
+            continue
+        speed, rest = np.array(told, dtype=float).T
         wanted = {one.at for shot in shots if shot.name == name for one in shot.measured if one.at is not None}
         for at in wanted:
             if speed.min() <= at <= speed.max():
