@@ -112,6 +112,30 @@ def _bind(template: Callable[..., Any], name: str, bindings: dict[str, Any]) -> 
     return copy
 
 
+@cache
+def _narrowed(function: Any, constants: tuple[tuple[str, Any], ...]) -> Any:
+    source, held = function.py_func, dict(constants)
+    bindings = {}
+    for name in {step.argval for step in dis.get_instructions(source) if step.opname == "LOAD_GLOBAL"}:
+        value = source.__globals__.get(name)
+        bound = _narrowed(value, constants) if isinstance(value, Dispatcher) else held.get(name, value)
+        if bound is not value:
+            bindings[name] = bound
+    if not bindings:
+        return function
+    tag = hashlib.sha256(repr(constants).encode()).hexdigest()[:8]
+    mark = compiled if function.targetoptions.get("forceinline") else called
+    return mark(_bind(source, f"{source.__name__}_{tag}", bindings))
+
+
+def narrowed(function: Any, **constants: Any) -> Any:
+    """Return a compiled scalar function with these constants for its globals, in all that it calls by name.
+
+    The function itself comes back where nothing of it names one of them, or all have that value already.
+    """
+    return _narrowed(function, tuple(sorted(constants.items())))
+
+
 _made: dict[str, Any] = {}
 
 

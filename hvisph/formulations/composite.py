@@ -23,7 +23,7 @@ from hvisph.core.particles import Particles
 from hvisph.integrators import sums as column
 from hvisph.integrators import update as single
 from hvisph.materials import state
-from hvisph.materials.table import Material, pack
+from hvisph.materials.table import Material, fitted, pack
 from hvisph.sph import rates as rate_slots
 from hvisph.sph.copies import FixedCopies, Halo
 from hvisph.sph.kernels.kernel import scale
@@ -174,8 +174,9 @@ class CompositeStepper(ReferenceChanges, Stepper):
             "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": self._read, "PLACES": 3 * dim,
             "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
             "RENEWS": int(formulation.renew_strain is not None), "REVOLVED": int(formulation.revolved),
-            "remembered_state": state.remembered_state, "longitudinal_speed": state.longitudinal_speed,
-            "shear_modulus": state.shear_modulus,
+            "remembered_state": fitted(state.remembered_state, self.table, self.models),
+            "longitudinal_speed": state.longitudinal_speed,
+            "shear_modulus": fitted(state.shear_modulus, self.table, self.models),
             "REMEMBERS": int("memory" in self.particles.offsets), "S_MEMORY": 0,
             **{name: at for name, at in self.particles.bindings().items()
                if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_MEMORY")},

@@ -7,6 +7,7 @@ import numpy as np
 from hvisph.core.jit import prange, specialise
 from hvisph.core.particles import Particles
 from hvisph.materials import state
+from hvisph.materials.table import fitted
 
 CHUNK = 1024
 NAMES = ("pressure", "sound_speed", "von_mises_stress", "temperature")
@@ -40,8 +41,8 @@ def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dic
     fields = {name: np.zeros(particles.count) for name in NAMES}
     columns = {k: v for k, v in particles.bindings().items() if k in _diagnose.__code__.co_names}
     remembers = int("memory" in particles.offsets)
-    loop = specialise(_diagnose, parallel=True, remembered_state=state.remembered_state,
-                      temperature_of=state.temperature_of, REMEMBERS=remembers,
+    loop = specialise(_diagnose, parallel=True, remembered_state=fitted(state.remembered_state, table, models),
+                      temperature_of=fitted(state.temperature_of, table, models), REMEMBERS=remembers,
                       COMPONENTS=particles["deviator"].shape[1], **{"S_MEMORY": 0} | columns)  # fmt: skip
     loop(particles.data, particles.tags, table, models, *fields.values())
     if "pressure" in particles.offsets:  # a scheme whose pressure is no function of the state

@@ -13,7 +13,7 @@ from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
 from hvisph.integrators import sums as column
 from hvisph.materials import response
-from hvisph.materials.table import Material, pack
+from hvisph.materials.table import Material, fitted, pack
 from hvisph.sph import rates, traversal
 from hvisph.sph.copies import Halo
 from hvisph.sph.kernels import scale
@@ -126,7 +126,7 @@ class ProjectionStepper:
         dim, kernel = self.particles.dim, self.formulation.kernel
         shared = rates.slots(dim) | self.particles.bindings() | {
             "DIM": dim, "slope": kernel.slope, "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
-            "respond": response.respond,
+            "respond": fitted(response.respond, self.table, self.models),
         }  # fmt: skip
         sums: tuple[Any, ...] = (laws.velocity_gradient, laws.stress_divergence, laws.poisson, laws.pressure_gradient)
         loops: tuple[Any, ...] = (passes.stress, passes.velocity, passes.pressure, passes.acceleration)

@@ -13,7 +13,7 @@ from hvisph.core.particles import Particles, reorder
 from hvisph.integrators import sums as column
 from hvisph.integrators import update as single
 from hvisph.materials import bearing, plane_stress, response, state
-from hvisph.materials.table import Material, pack
+from hvisph.materials.table import Material, fitted, pack
 from hvisph.sph import rates
 from hvisph.sph.cells import Grid
 from hvisph.sph.copies import Halo
@@ -23,6 +23,11 @@ from hvisph.sph.symmetry import Plane, turn_back
 
 from .formulation import Formulation
 
+# Functions of a particle's material that the pass over single particles calls.
+OF_MATERIALS = (
+    *(response.recall, plane_stress.thinning, state.longitudinal_speed, state.shear_speed, state.shear_modulus),
+    *(bearing.bearable_tension, bearing.bearable_shear, bearing.failed, bearing.orderly),
+)
 # Steps between two sortings of the state itself into cell order, which keeps memory access near.
 PERMUTE_EVERY = 16
 
@@ -107,14 +112,10 @@ class Stepper:
             "PLANE_STRESS": int(particles.kinematics.thins), "REVOLVED": int(particles.kinematics.revolved),
             "SWITCH": single.SWITCHES[self.formulation.switch],
             "SHEARS": int(self.formulation.softens),
-            "recall": response.recall, "NOTHING": response.NOTHING, "REMEMBERS": int("memory" in particles.offsets),
-            "thinning": plane_stress.thinning,
-            "longitudinal_speed": state.longitudinal_speed, "shear_speed": state.shear_speed,
-            "bearable_tension": bearing.bearable_tension, "bearable_shear": bearing.bearable_shear,
-            "failed": bearing.failed, "orderly": bearing.orderly,
+            "NOTHING": response.NOTHING, "REMEMBERS": int("memory" in particles.offsets),
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
-            "shear_modulus": state.shear_modulus,
         }  # fmt: skip
+        offered |= {of.py_func.__name__: fitted(of, self.table, self.models) for of in OF_MATERIALS}
         packer, options = self.formulation.pack(dim)
         parts = {part.__name__: bind(part, {}, offered) for part in single.PARTS}
         parts["pack"] = bind(packer, options, offered)

@@ -55,6 +55,7 @@ from .damage import johnson_cook as damage_model
 from .eos import JonesWilkinsLee
 from .isentrope import temperature
 from .melting import melt_temperature
+from .present import FURTHER_DAMAGE, FURTHER_EOS, FURTHER_STRENGTH, POROUS
 from .slots import (
     DAMAGE_TAG,
     DISTENSION,
@@ -162,26 +163,27 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     row = parameters(table, m)
     strength, damage_tag = models[m, STRENGTH_TAG], models[m, DAMAGE_TAG]
     first = memory[0]
-    if models[m, EOS_TAG] == _JWL:
+    if FURTHER_EOS and models[m, EOS_TAG] == _JWL:
         first += dt
     solid, c, first = solid_pressure(models[m, EOS_TAG], rho, e, first, row)
-    if damage_tag == _CRUSHING:
+    if FURTHER_DAMAGE and damage_tag == _CRUSHING:
         solid += first
-    if row[DISTENSION] > 1.0 and damage_tag == _GRADY_KIPP:  # crushing breaks
+    if POROUS and FURTHER_DAMAGE and row[DISTENSION] > 1.0 and damage_tag == _GRADY_KIPP:  # crushing breaks
         damage = max(damage, (row[DISTENSION] - first) / (row[DISTENSION] - 1.0))
     if row[FAILS_IN_TENSION] > 0.0 and solid < row[PRESSURE_MINIMUM]:
         damage = 1.0
     limit = memory[1]
-    if damage_tag == _GRADY_SPALL and damage < 1.0:
+    if FURTHER_DAMAGE and damage_tag == _GRADY_SPALL and damage < 1.0:
         damage, limit = _spalled(solid, rho, c, divergence(l), limit, row)
     memory = (first, limit, memory[2], memory[3], memory[4])
     felt = felt_damage(damage, row)
     p = borne(damage_tag, solid, felt, row)
     friction = row[FAILED_FRICTION]
-    owns = strength in (_ROCK, _JOHNSON_HOLMQUIST)  # its own strength when broken
+    owns = FURTHER_STRENGTH and strength in (_ROCK, _JOHNSON_HOLMQUIST)  # its own strength when broken
     if strength == _NO_STRENGTH or (felt >= 1.0 and friction <= 0.0 and not owns):
         if (
-            strength == _NO_STRENGTH
+            FURTHER_DAMAGE
+            and strength == _NO_STRENGTH
             and damage < 1.0
             and damage_tag == _PRINCIPAL_STRESS
             and -solid >= row[tensile.TENSILE_STRENGTH]
@@ -190,7 +192,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
         return no_symmetric(3), plastic_strain, damage, p, c, memory
 
     shear, filled = row[SHEAR_MODULUS], 1.0
-    if row[DISTENSION] > 1.0:  # the solid's state; its stress acts on its share of a section
+    if POROUS and row[DISTENSION] > 1.0:  # the solid's state; its stress acts on its share of a section
         rho, filled = rho * first, 1.0 / first
     d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
     factor, offset = 1.0, 0.0
@@ -206,7 +208,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
         if strength >= _JOHNSON_COOK:
             factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, strain_rate, felt, row)
             shear *= share
-    if damage_tag == _GRADY_KIPP and felt < 1.0 and not owns:
+    if FURTHER_DAMAGE and damage_tag == _GRADY_KIPP and felt < 1.0 and not owns:
         s = times(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
     shear *= filled
     half = times(shear * dt, d)
@@ -234,11 +236,11 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
             if fails:
                 damage += increment / damage_model.fracture_strain(p, reached, strain_rate, homologous, row)
                 damage = min(damage, 1.0)
-    if damage_tag > _JOHNSON_COOK_DAMAGE and damage < 1.0:
+    if FURTHER_DAMAGE and damage_tag > _JOHNSON_COOK_DAMAGE and damage < 1.0:
         flowed = (increment, flow, strain_rate)
         s, damage, p, first = _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row)
         memory = (first, memory[1], memory[2], memory[3], memory[4])
-    if felt_damage(damage, row) >= 1.0 and damage_tag != _CRUSHING:
+    if felt_damage(damage, row) >= 1.0 and not (FURTHER_DAMAGE and damage_tag == _CRUSHING):
         p = max(p, 0.0)
         if friction == 0.0 and not owns:
             s = no_symmetric(3)

@@ -12,6 +12,7 @@ from .eos.jwl import BURN_RATE
 from .isentrope import temperature
 from .melting import melt_temperature
 from .porosity import loaded
+from .present import FURTHER_DAMAGE, FURTHER_EOS, FURTHER_STRENGTH, POROUS
 from .slots import (
     DAMAGE_TAG,
     DISTENSION,
@@ -57,9 +58,9 @@ def borne(damage_tag, p, felt, row):
     if p < 0.0:
         if felt >= 1.0:
             return 0.0
-        if damage_tag == _GRADY_KIPP:
+        if FURTHER_DAMAGE and damage_tag == _GRADY_KIPP:
             return (1.0 - felt) * p
-        if damage_tag == _CRUSHING:
+        if FURTHER_DAMAGE and damage_tag == _CRUSHING:
             return max(p, -row[TENSION] * (1.0 - felt))
     return p
 
@@ -73,10 +74,10 @@ def least_pressure(damage_tag, damage, row):
 @compiled
 def solid_pressure(tag, rho, e, memory, row):
     """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first number remembered."""
-    if row[DISTENSION] > 1.0:
+    if POROUS and row[DISTENSION] > 1.0:
         return loaded(tag, rho, e, memory, row)
     p, c = pressure_and_sound_speed(tag, rho, e, row)
-    if tag == _JWL and row[BURN_RATE] > 0.0:
+    if FURTHER_EOS and tag == _JWL and row[BURN_RATE] > 0.0:
         p *= min(max(memory * row[BURN_RATE], 0.0), 1.0)
     return p, c, memory
 
@@ -86,7 +87,7 @@ def remembered_state(table, models, m, rho, e, damage, memory):
     """Pressure [Pa] and bulk sound speed [m/s] of a particle with the first number of its memory."""
     row, damage_tag = parameters(table, m), models[m, DAMAGE_TAG]
     p, c, _ = solid_pressure(models[m, EOS_TAG], rho, e, memory, row)
-    if damage_tag == _CRUSHING:
+    if FURTHER_DAMAGE and damage_tag == _CRUSHING:
         p += memory
     return borne(damage_tag, p, felt_damage(damage, row), row), c
 
@@ -107,7 +108,7 @@ def equilibrium_state(table, models, m, rho, e, damage):
 def temperature_of(table, m, rho, e, memory):
     """Temperature [K] of a particle with the first number of its memory; not a number without a heat capacity."""
     row = parameters(table, m)
-    if row[DISTENSION] > 1.0:
+    if POROUS and row[DISTENSION] > 1.0:
         rho *= memory
     return temperature(rho, e, row) if row[INVERSE_HEAT_CAPACITY] > 0.0 else nan
 
@@ -116,10 +117,10 @@ def temperature_of(table, m, rho, e, memory):
 def shear_modulus(table, models, m, rho, e, p):
     """Shear modulus [Pa] of the current state; that at rest for all but Steinberg's strength."""
     strength = models[m, STRENGTH_TAG]
-    if strength != _STEINBERG_GUINAN and strength != _STEINBERG_LUND:
+    if not FURTHER_STRENGTH or (strength != _STEINBERG_GUINAN and strength != _STEINBERG_LUND):
         return table[m, SHEAR_MODULUS]
     row = parameters(table, m)
-    if row[DISTENSION] > 1.0:
+    if POROUS and row[DISTENSION] > 1.0:
         rho = max(rho, row[RHO0])
     melt = melt_temperature(rho, p, row)
     return row[SHEAR_MODULUS] * conditions(strength, rho, e, p, temperature(rho, e, row), melt, 0.0, 0.0, 0.0, row)[2]
@@ -135,18 +136,18 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     row, strength = parameters(table, m), models[m, STRENGTH_TAG]
     felt = felt_damage(damage, row)
     shear = row[SHEAR_MODULUS]
-    owns = strength in (_ROCK, _JOHNSON_HOLMQUIST)
+    owns = FURTHER_STRENGTH and strength in (_ROCK, _JOHNSON_HOLMQUIST)
     if strength != _NO_STRENGTH and felt >= 1.0 and not owns:
         return row[FAILED_FRICTION] * max(p, 0.0), shear
     if strength in (_NO_STRENGTH, _ELASTIC):
         return inf, shear
-    if row[DISTENSION] > 1.0:
+    if POROUS and row[DISTENSION] > 1.0:
         rho = max(rho, row[RHO0])
     t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
     homologous = homologous_temperature(e, t, melt, row)
     factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, felt, row)
     flow = yield_stress(strength, plastic_strain, factor, offset, row)
-    cracked = models[m, DAMAGE_TAG] == _GRADY_KIPP and not owns
+    cracked = FURTHER_DAMAGE and models[m, DAMAGE_TAG] == _GRADY_KIPP and not owns
     return (flow * (1.0 - felt) if cracked else flow), shear * share
 
 

@@ -11,10 +11,10 @@ from typing import Any, cast
 import numpy as np
 
 from ..core.errors import CaseError
-from ..core.jit import plain
+from ..core.jit import narrowed, plain
 from . import isentrope, slots
 from .damage import GradyKipp, GradySpall, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage
-from .eos import MODULES, JonesWilkinsLee
+from .eos import MODULES, IdealGas, JonesWilkinsLee
 from .melting import Lindemann, Simon
 from .porosity import Porosity
 from .slots import EquationOfState, Model
@@ -231,3 +231,15 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
     tags = [(material.eos.tag, material.strength.tag, material.damage.tag) for material in materials]
     models = np.array(tags, dtype=np.int64).reshape(len(materials), slots.MODEL_COUNT)
     return table, models
+
+
+def fitted(function: Any, table: np.ndarray, models: np.ndarray) -> Any:
+    """Return a compiled function of materials without the models that none of the packed ones has, see `present`."""
+    most = models.max(axis=0, initial=0)
+    return narrowed(
+        function,
+        FURTHER_EOS=bool(most[slots.EOS_TAG] > IdealGas.tag),
+        FURTHER_STRENGTH=bool(most[slots.STRENGTH_TAG] > JohnsonCook.tag),
+        FURTHER_DAMAGE=bool(most[slots.DAMAGE_TAG] > JohnsonCookDamage.tag),
+        POROUS=bool((table[:, slots.DISTENSION] > 1.0).any()),
+    )

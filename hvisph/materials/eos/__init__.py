@@ -6,6 +6,7 @@ from math import sqrt
 from types import ModuleType
 
 from ...core.jit import called, compiled
+from ..present import FURTHER_EOS
 from ..slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
 from . import elastic, ideal_gas, jwl, linear, mie_gruneisen, murnaghan, polynomial, stiffened_gas, table, tillotson
 from .elastic import Elastic
@@ -82,10 +83,10 @@ def pressure_and_sound_speed(tag, rho, e, row):
     elif tag == _IDEAL_GAS:
         p = ideal_gas.pressure(rho, e, row)
         c_squared = ideal_gas.sound_speed_squared(rho, e, p, row)
-    elif tag == _TILLOTSON:
+    elif FURTHER_EOS and tag == _TILLOTSON:
         p, p_rho, p_e = tillotson.state(rho, e, row)
         c_squared = p_rho + p * p_e / (rho * rho)
-    elif tag >= _POLYNOMIAL:
+    elif FURTHER_EOS and tag >= _POLYNOMIAL:
         p, c_squared = _further(tag, rho, e, row)
     else:  # linear and elastic are one law
         p = linear.pressure(rho, e, row)

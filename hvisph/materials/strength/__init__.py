@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf
 
 from ...core.jit import called, compiled
+from ..present import FURTHER_STRENGTH
 from ..slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE, MELT_LAW, ROOM_TEMPERATURE, TOTAL_ENERGY, Model
 from . import (
     cowper_symonds,
@@ -96,7 +97,7 @@ def conditions(tag, rho, e, p, temperature, melt, homologous, rate, damage, row)
     """
     if tag == _JOHNSON_COOK:
         return johnson_cook.rate_and_heat_factor(rate, homologous, row), 0.0, 1.0
-    if tag > _JOHNSON_COOK:
+    if FURTHER_STRENGTH and tag > _JOHNSON_COOK:
         return _further(tag, rho, e, p, temperature, melt, rate, damage, row)
     return 1.0, 0.0, 1.0
 
@@ -122,4 +123,6 @@ def yield_stress(tag, plastic_strain, factor, offset, row):
         return linear_hardening.yield_stress(plastic_strain, row)
     if tag == _JOHNSON_COOK:
         return johnson_cook.yield_stress(plastic_strain, factor, row)
-    return _further_yield(tag, plastic_strain, factor, offset, row)
+    if FURTHER_STRENGTH:
+        return _further_yield(tag, plastic_strain, factor, offset, row)
+    return offset

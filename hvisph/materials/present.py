@@ -1,0 +1,11 @@
+"""Which of the models that are seldom met a compiled loop has: these flags stand in front of their branches.
+
+What most cases have - the common equations of state, strengths and failure - is in every loop, so that another metal
+needs no other loop. The rest is half of what a loop would be made of: `table.fitted` takes out what no material of
+a case has.
+"""
+
+FURTHER_EOS = True  # Tillotson, polynomial, Murnaghan, JWL, tables
+FURTHER_STRENGTH = True  # beyond Johnson-Cook
+FURTHER_DAMAGE = True  # beyond Johnson-Cook
+POROUS = True

@@ -1,0 +1,78 @@
+"""Functions of materials without the models that a case has not: the same numbers, and nothing of those models."""
+
+import numpy as np
+import pytest
+from test_materials_eos import ALUMINIUM, MODELS, identify
+from test_materials_response import DAMAGES, GAS, JC, LATER_DAMAGES, LATER_STRENGTHS, RHO0, STRENGTHS, M, material
+
+from hvisph.core.jit import plain
+from hvisph.materials import bearing, response, state
+from hvisph.materials.eos import IdealGas
+from hvisph.materials.porosity import Porosity
+from hvisph.materials.table import Material, fitted, pack
+
+PORES = Porosity(1.3, 1e8, 1e9)
+METALS = [material(JC, DAMAGES[2]), material(STRENGTHS[2])]
+OTHERS = {
+    "strength": [material(one) for one in LATER_STRENGTHS],
+    "damage": [material(STRENGTHS[2], one) for one in LATER_DAMAGES],
+    "pores": [Material("foam", RHO0, GAS, STRENGTHS[2], porosity=PORES)],
+}
+
+
+def states(count):
+    generator = np.random.default_rng(4)
+    for _ in range(count):
+        rho, e = RHO0 * generator.uniform(0.9, 1.4), 10.0 ** generator.uniform(1.0, 7.0)
+        s = tuple(1e8 * generator.standard_normal(6))
+        s = (s[0], s[1], -s[0] - s[1], *s[3:])
+        yield rho, e, s, generator.uniform(0.0, 0.3), generator.choice([0.0, 0.4, 1.0]), generator
+
+
+def compare(made, packed_with):
+    """Compare the functions fitted to `packed_with` with the general ones, for the first of it."""
+    table, models = pack([made, *packed_with])
+    answers = []
+    for name in ("recall", "flow_stress", "remembered_state", "shear_modulus", "bearable_tension"):
+        general = getattr(response, name, None) or getattr(state, name, None) or getattr(bearing, name)
+        answers.append((name, plain(general), plain(fitted(general, table, models))))
+    for rho, e, s, strain, damage, generator in states(40):
+        l = tuple(1e5 * generator.standard_normal(9))
+        memory = (1.2, 1e-4, 2.0, 1.0, 1e3)
+        arguments = {
+            "recall": (1e-8, rho, e, s, strain, damage, memory, l),
+            "flow_stress": (rho, e, 1e9, strain, damage, 1e4),
+            "remembered_state": (rho, e, damage, 1.2),
+            "shear_modulus": (rho, e, 1e9),
+            "bearable_tension": (s, damage),
+        }
+        for name, general, own in answers:
+            assert own(table, models, M, *arguments[name]) == general(table, models, M, *arguments[name]), name
+
+
+@pytest.mark.parametrize("made", [material(a, b) for a in STRENGTHS[1:] for b in DAMAGES], ids=str)
+def test_common_models_have_the_general_numbers(made):
+    compare(made, [])
+
+
+@pytest.mark.parametrize("kind", OTHERS)
+def test_rare_models_have_the_general_numbers_each_in_its_own_loop(kind):
+    for made in OTHERS[kind]:
+        compare(made, METALS)
+    compare(METALS[0], OTHERS[kind])
+
+
+@pytest.mark.parametrize("eos", MODELS, ids=identify)
+def test_equations_of_state_have_the_general_numbers(eos):
+    compare(material(STRENGTHS[2], eos=eos), METALS)
+
+
+def test_a_loop_holds_rare_models_where_a_material_has_one():
+    for model in (*MODELS, *LATER_STRENGTHS, *LATER_DAMAGES):
+        made = material(model) if model in LATER_STRENGTHS else material(JC, model)
+        made = material(JC, eos=model) if model in MODELS else made
+        common = fitted(response.recall, *pack([made])) is fitted(response.recall, *pack(METALS))
+        assert common == (model in MODELS and model.tag <= IdealGas.tag), model
+    rare = [material(one, eos=ALUMINIUM) for one in LATER_STRENGTHS]
+    porous = Material("foam", RHO0, GAS, JC, LATER_DAMAGES[0], PORES)
+    assert fitted(response.recall, *pack([porous, *rare])) is response.recall
