@@ -20,7 +20,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "benchmarks")]
 import psutil  # noqa: E402
 from attacks import in_child  # noqa: E402
 from campaign import Tally  # noqa: E402
-from small_runs import FORMULATIONS, METAL, OPTIONS, assert_same_results, every_material, row_of  # noqa: E402
+from small_runs import DAMAGED, FORMULATIONS, METAL, OPTIONS, assert_same_results, every_material, row_of  # noqa: E402
 
 import hvisph  # noqa: E402
 from hvisph.casefile.loader import dump_case  # noqa: E402
@@ -49,7 +49,7 @@ def kinds():
         "riemann welded": (2, _formulation("riemann", contact={"type": "welded"})),
         "riemann mirrored": (2, {"symmetry": [{"axis": "y", "at": 0.0}]}),
         "riemann in a domain": (2, {"domain": {"min": [-2.5e-3, None]}}),
-        "riemann with gauges": (2, {"gauges": {"here": {"type": "point", "position": [1e-3, 0.0]}}}),
+        "riemann with gauges": (2, {"gauges": {"here": {"type": "fixed", "at": [1e-3, 0.0], "fields": ["pressure"]}}}),
         "eulerian corrected": (2, _formulation("eulerian", correction={"type": "mixed"})),
         "eulerian variable h": (3, _formulation("eulerian", **variable)),
         "eulerian balsara": (2, _formulation("eulerian", viscosity={"type": "balsara"})),
@@ -76,8 +76,9 @@ def long_case(dim, options):
     end = 4e-8 if options.get("formulation", {}).get("type") == "projection" else 3e-6 / dim
     time_ = {"end": end} | options.get("time", {})
     output = {"every": end / 6, "formats": ["hdf5", "vtu"], "checkpoint_every": 0.02}
+    other = DAMAGED if "conversion" in options.get("formulation", {}) else METAL
     return row_of(
-        [METAL, METAL], dim=dim, dx=SPACING[dim], **options | {"time": time_, "output": output, "watch": LOOSE}
+        [METAL, other], dim=dim, dx=SPACING[dim], **options | {"time": time_, "output": output, "watch": LOOSE}
     )
 
 
@@ -167,7 +168,7 @@ def distributed(work):
     """Kill runs on two processes at random times, launcher and processes, and go on; as of `kills`."""
     if MPIEXEC is None:
         raise SystemExit("no mpiexec: pip install 'hvisph[mpi]'")
-    both = itertools.product((2, 3), ("eulerian", "riemann"))
+    both = [*itertools.product((2, 3), ("eulerian", "riemann")), *((2, name) for name in FORMULATIONS[2:])]
     made = {f"{name} {dim}D": partial(long_case, dim, _formulation(name)) for dim, name in both}
     return _trials(work, Launched, made)
 

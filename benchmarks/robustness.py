@@ -25,6 +25,7 @@ import collisions  # noqa: E402
 import endurance  # noqa: E402
 import kills  # noqa: E402
 import numpy as np  # noqa: E402
+import several  # noqa: E402
 from campaign import Campaign, counts, keep_row  # noqa: E402
 from hostile import GOOD, MISTAKES, damaged, extreme, mutated, shifted  # noqa: E402
 from small_runs import FORMULATIONS, HARDENING, METAL, assert_same_results, every_material, row_of  # noqa: E402
@@ -191,7 +192,10 @@ CAMPAIGNS = [
     Campaign("kills", "random kills survived, nothing lost but the steps since the last checkpoint",
              "300, all resumed bit for bit", 123, kills.kills, kills.told),
     Campaign("distributed", "random kills of runs on two processes by MPI, launcher or process",
-             "all resumed bit for bit", 12, kills.distributed, kills.told),
+             "all resumed bit for bit", 20, kills.distributed, kills.told),
+    Campaign("processes", "1 to 4 processes by MPI x 1 and 2 threads, and runs in parts on different numbers of them",
+             "every case, bit for bit", len(several.cases()) * len([*several.SETTINGS, *several.PARTS]),
+             several.processes, several.told),
     Campaign("resumes", "resumed run equal to the unbroken one, bit for bit", "every formulation, every material",
              2 * len(FORMULATIONS) - 1, resumes, resumes_told),
     Campaign("fuzz", "fuzzed case files through `hvisph check`", "20,000, no traceback, none over 5 s",

@@ -38,11 +38,14 @@ KINEMATICS = {1: "uniaxial_strain", 2: "plane_strain", 3: "three_d"}
 
 
 def row_of(materials, dim=2, dx=0.5e-3, speed=1500.0, **further):
-    """A case of one box a material, in a row, the first flying at the others."""
+    """A case of one box a material, or cylinder about an axis, in a row, the first flying at the others."""
+    shape = {"type": "interval", "length": SIZES[1][0]} if dim == 1 else {"type": "box", "size": SIZES[dim]}
+    if further.get("kinematics") == "axisymmetric":
+        shape = {"type": "cylinder", "length": SIZES[2][0], "diameter": SIZES[2][1]}
     bodies = {
         f"body_{k}": {
             "material": material,
-            "shape": {"type": "interval", "length": SIZES[1][0]} if dim == 1 else {"type": "box", "size": SIZES[dim]},
+            "shape": shape,
             "velocity": [speed if k == 0 else 0.0] + [0.0] * (dim - 1),
         }
         for k, material in enumerate(materials)
