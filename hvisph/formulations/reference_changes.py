@@ -1,4 +1,4 @@
-"""What changes the reference of Total Lagrangian particles: some leave the lists, or all take their present places.
+"""The reference of Total Lagrangian particles: built, and changed where some leave the lists or all take new places.
 
 leave   the list of a particle is cut. Its chi takes det F(list before)/det F(list after) at the same places, so that
 J = chi det F goes on without a jump. A neighbour whose remaining list spans no volume leaves, too.
@@ -14,9 +14,14 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
+from hvisph.integrators.update import ON_AXIS
 from hvisph.sph.copies import FixedCopies
 from hvisph.sph.reference import Reference
+from hvisph.sph.rows import RowLayout, aligned_zeros
 from hvisph.sph.symmetry import Plane
+from hvisph.sph.traversal import FAR
+
+from .composite_loops import Loops
 
 # A particle whose volume cut lists would have changed by more than this factor has no list that spans a volume.
 LARGEST_JUMP = 5.0
@@ -25,14 +30,16 @@ STAND_OFF = 1e-6
 
 
 class ReferenceChanges:
-    """Part of `CompositeStepper`: lists that are cut, references that are renewed."""
+    """Part of `CompositeStepper`: lists that are built and cut, references that are renewed."""
 
     particles: Particles
     formulation: Any
     reference: Reference
     copies: FixedCopies
     rows_: np.ndarray
+    layout: RowLayout
     slots: dict[str, int]
+    sequence: np.ndarray
     h: float
     loose: np.ndarray
     swellings: np.ndarray
@@ -40,7 +47,9 @@ class ReferenceChanges:
     volume: np.ndarray
     alone: np.ndarray
     latest: np.ndarray
-    _map: Any
+    _loops: Loops
+    _moduli: np.ndarray
+    _bodies_in_all: int
     _lagrangian: np.ndarray
     _tied: np.ndarray
 
@@ -61,13 +70,37 @@ class ReferenceChanges:
         raise NotImplementedError
 
     def _build_reference(self) -> None:
-        raise NotImplementedError
+        """Build lists, images and rows of the present reference: places, `volume` and who is `alone`."""
+        particles, formulation, slots, dim = self.particles, self.formulation, self.slots, self.particles.dim
+        count, kernel = particles.count, formulation.kernel
+        reach = kernel.reach * self.h
+        extended, numbers = self.copies.find(particles["reference_position"], self.sequence, reach, self.alone)
+        rows, x0 = aligned_zeros(len(extended) + 1, self.layout.width), slots["X0"]
+        rows[:count] = self.rows_[:count]
+        rows[:-1, x0 : x0 + dim] = extended
+        rows[-1, :dim] = rows[-1, x0 : x0 + dim] = FAR
+        rows[-1, slots["RHO"]] = 1.0
+        if "RING0" in slots:
+            rows[:-1, slots["RING0"]] = np.copysign(self._ring_radius(extended), extended[:, 1])
+        if "EM" in slots:
+            rows[:-1, slots["EM"]] = self.copies.extended(self._moduli[particles.material, 0])
+        self.rows_ = rows
+        bodies = particles.body.astype(np.int64)
+        bodies[self.alone] = self._bodies_in_all + np.flatnonzero(self.alone)
+        volume, bodies = self.copies.extended(self.volume), self.copies.extended(bodies)
+        self.reference = Reference(extended, volume, bodies, numbers, count, kernel, self.h, formulation.correction)
+
+    def _ring_radius(self, position: np.ndarray) -> np.ndarray:
+        """Return the radius [m] of rings at `position` (n, dim) [m], as the pass over single particles has it."""
+        return np.maximum(np.abs(position[:, 1]), ON_AXIS * self.h)
 
     def _maps(self, chosen: np.ndarray) -> np.ndarray:
         """Return F of the particles `chosen` at the places of the rows, by the lists as they are, (k, dim, dim)."""
         dim = self.particles.dim
         maps = np.zeros((len(chosen), dim * dim))
-        self._map(chosen.astype(np.uint64), self.rows_, self.reference.lists, self.reference.corrections, maps)
+        self._loops.map_particles(
+            chosen.astype(np.uint64), self.rows_, self.reference.lists, self.reference.corrections, maps
+        )
         return maps.reshape(-1, dim, dim)
 
     def _leave(self, leaves: np.ndarray) -> None:
