@@ -28,7 +28,8 @@ def measure(resolution: float, formulation: str, threads: int, steps: int) -> di
     from hvisph.output.folder import RunFolder
     from hvisph.simulation.build import build
     from hvisph.simulation.listener import Listener
-    from hvisph.simulation.run import Run, set_threads
+    from hvisph.simulation.loop import Run
+    from hvisph.simulation.run import set_threads
 
     class Timed(Run):
         found: tuple[float, float] = (0.0, 0.0)

@@ -20,7 +20,8 @@ from hvisph.core.errors import RunError
 from hvisph.output.folder import RunFolder
 from hvisph.simulation.build import build
 from hvisph.simulation.listener import Listener
-from hvisph.simulation.run import Run, set_threads
+from hvisph.simulation.loop import Run
+from hvisph.simulation.run import set_threads
 
 SMALL = ["resolution=0.5 mm", "bodies.projectile.shape.diameter=3 mm", "bodies.target.shape.size=[2 mm, 6 mm]"]
 CASES = {

@@ -8,7 +8,8 @@ from hvisph.casefile.loader import load_case
 from hvisph.output.folder import RunFolder
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.build import build
-from hvisph.simulation.run import Run, run, set_threads
+from hvisph.simulation.loop import Run
+from hvisph.simulation.run import run, set_threads
 
 FORMULATIONS = ["eulerian", "riemann"]
 DX = 0.5e-3

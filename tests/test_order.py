@@ -7,7 +7,8 @@ from small_runs import FORMULATIONS, assert_same_results, every_material
 from hvisph.formulations.composite import CompositeStepper
 from hvisph.formulations.projection_stepper import ProjectionStepper
 from hvisph.formulations.stepper import Stepper
-from hvisph.simulation import run as step_loop
+from hvisph.simulation import loop
+from hvisph.simulation.run import run
 
 
 def shuffle_starts(monkeypatch):
@@ -26,9 +27,9 @@ def test_the_order_at_the_start_does_not_matter(formulation, tmp_path, monkeypat
     gauges = {"here": {"type": "material", "at": [1e-3, 0.0], "fields": ["pressure"]},
               "there": {"type": "fixed", "at": [3e-3, 0.0], "fields": ["velocity"]}}  # fmt: skip
     case = every_material(formulation, time={"end": 4e-7}, output={"every": 2e-7}, gauges=gauges)
-    step_loop.run(case, tmp_path / "one", threads=1)
+    run(case, tmp_path / "one", threads=1)
     shuffle_starts(monkeypatch)
     if formulation != "projection":  # whose lists last until particles are sorted: their margin shows in the last bits
-        monkeypatch.setattr(step_loop, "PERMUTE_EVERY", 7)
-    step_loop.run(case, tmp_path / "other", threads=2)
+        monkeypatch.setattr(loop, "PERMUTE_EVERY", 7)
+    run(case, tmp_path / "other", threads=2)
     assert_same_results(tmp_path / "one", tmp_path / "other")

@@ -11,7 +11,8 @@ from hvisph.core.errors import CaseError
 from hvisph.output.folder import RunFolder
 from hvisph.output.reader import read_history, read_snapshot
 from hvisph.simulation.build import build
-from hvisph.simulation.run import Run, run, set_threads
+from hvisph.simulation.loop import Run
+from hvisph.simulation.run import run, set_threads
 
 EULERIAN = {"formulation": {"type": "eulerian"}}
 

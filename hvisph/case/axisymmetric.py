@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Protocol
+from collections.abc import Iterator
+from typing import Any
 
 from hvisph.case.bodies import Body
-from hvisph.case.formulations.options import KernelOptions
 from hvisph.case.formulations.riemann import is_gas
 from hvisph.case.model import Problem
 from hvisph.case.regions import SymmetryPlane
+from hvisph.case.surroundings import Surroundings
 from hvisph.core.kinematics import KINEMATICS
 
 # Fields of velocity that have a meaning about the axis.
@@ -20,26 +20,6 @@ DEFAULTS: dict[str, dict[str, Any]] = {
     "adaptive": {"artificial_stress": {"type": "none"}},
 }
 _VECTORS = ("velocity", "position")
-
-
-class Case(Protocol):
-    """What the rules see of a case."""
-
-    @property
-    def kinematics(self) -> str:
-        """Dimensions and stress state by name."""
-
-    @property
-    def bodies(self) -> Mapping[str, Body]:
-        """Bodies by name."""
-
-    @property
-    def symmetry(self) -> Sequence[SymmetryPlane]:
-        """Symmetry planes."""
-
-    @property
-    def formulation(self) -> KernelOptions:
-        """Scheme that computes the run."""
 
 
 def about_axis(data: dict[str, Any]) -> dict[str, Any]:
@@ -85,11 +65,11 @@ def _through_axis(plane: Any) -> bool:
     return isinstance(plane, dict) and plane.get("axis") in ("y", "z") and plane.get("at", 0) == 0
 
 
-def axisymmetric_problems(case: Case) -> Iterator[Problem]:
+def axisymmetric_problems(case: Surroundings) -> Iterator[Problem]:
     """Yield what an axisymmetric `case` has that has no meaning about the axis, or is not there yet."""
     if not KINEMATICS[case.kinematics].revolved:
         return
-    formulation: Any = case.formulation
+    formulation = case.formulation
     if formulation.type == "projection":
         why = "its Poisson equation is that of the plane"
         yield Problem(("kinematics",), f"'projection' has no axisymmetric form: {why}; use another formulation")
@@ -134,11 +114,11 @@ def _body(name: str, body: Body) -> Iterator[Problem]:
             yield Problem(("bodies", name, "initial_velocity", number), "no ring turns about another axis than x")
 
 
-def axisymmetric_warnings(case: Case) -> Iterator[str]:
+def axisymmetric_warnings(case: Surroundings) -> Iterator[str]:
     """Yield what a user should know about an axisymmetric `case` before it runs."""
     if not KINEMATICS[case.kinematics].revolved:
         return
-    formulation: Any = case.formulation
+    formulation = case.formulation
     if hasattr(formulation, "artificial_stress") and formulation.artificial_stress.type != "none":
         yield (
             "formulation.artificial_stress: pushes rings apart in the plane, which no hoop balances: bodies in tension "

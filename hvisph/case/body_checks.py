@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
-from typing import Protocol
 
 from hvisph.case.bodies import Body
-from hvisph.case.formulations.options import KernelOptions
 from hvisph.case.model import Path, Problem
 from hvisph.case.plain_shapes import BoxShape, CylinderShape, IntervalShape, TubeShape
-from hvisph.case.regions import SymmetryPlane
 from hvisph.case.shapes import RingShape, Shape, shape_problems
+from hvisph.case.surroundings import Surroundings
 from hvisph.case.velocities import LinearField, UniformField
 from hvisph.core.shapes import SECTION_ARRANGEMENTS, arrangements_of
 
@@ -25,39 +23,7 @@ UNLIKE_SPACINGS = ("eulerian", "riemann")
 UNLIKE, MOST_UNEQUAL = 1.1, 3.0
 
 
-class Case(Protocol):
-    """What bodies see of their case."""
-
-    @property
-    def dim(self) -> int:
-        """Number of space dimensions."""
-
-    @property
-    def drawn(self) -> int:
-        """Number of dimensions in which bodies are drawn."""
-
-    @property
-    def units(self) -> str:
-        """`si` or `none`."""
-
-    @property
-    def resolution(self) -> float:
-        """Particle spacing [m]."""
-
-    @property
-    def bodies(self) -> Mapping[str, Body]:
-        """Bodies by name."""
-
-    @property
-    def symmetry(self) -> Sequence[SymmetryPlane]:
-        """Symmetry planes."""
-
-    @property
-    def formulation(self) -> KernelOptions:
-        """Scheme that computes the run."""
-
-
-def body_problems(case: Case) -> Iterator[Problem]:
+def body_problems(case: Surroundings) -> Iterator[Problem]:
     """Yield what is wrong with the bodies of `case`."""
     for index, (name, body) in enumerate(case.bodies.items()):
         path: Path = ("bodies", name)
@@ -72,7 +38,7 @@ def body_problems(case: Case) -> Iterator[Problem]:
     yield from _count(case)
 
 
-def spacing_warnings(case: Case) -> Iterator[str]:
+def spacing_warnings(case: Surroundings) -> Iterator[str]:
     """Yield what is doubtful where neighbours in the file have unlike spacings or masses of particles."""
     bodies = list(case.bodies.items())
     for (one, first), (other, second) in pairwise(bodies):
@@ -99,7 +65,7 @@ def _length(path: Path, dim: int, given: int, what: str) -> Problem:
     return Problem(path, f"has {given} {what}, needs {dim} in {dim}D: [{axes}]")
 
 
-def _arrangement(case: Case, body: Body, path: Path) -> Iterator[Problem]:
+def _arrangement(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
     allowed = arrangements_of(case.dim, body.shape.type)
     if case.drawn != case.dim:
         allowed = SECTION_ARRANGEMENTS
@@ -111,7 +77,7 @@ def _arrangement(case: Case, body: Body, path: Path) -> Iterator[Problem]:
         )
 
 
-def _thickness(case: Case, body: Body, path: Path) -> Iterator[Problem]:
+def _thickness(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
     formulation = case.formulation
     h = formulation.h_over_dx * (body.resolution or case.resolution)
     support = formulation.support_over_h * h
@@ -128,7 +94,7 @@ def _thickness(case: Case, body: Body, path: Path) -> Iterator[Problem]:
         )
 
 
-def _spacing(case: Case, body: Body, path: Path) -> Iterator[Problem]:
+def _spacing(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
     contact = getattr(case.formulation, "contact", None)
     parted = contact is not None and contact.type == "repulsive"
     for key in ("resolution", "grading"):
@@ -164,7 +130,7 @@ def _is_washer(shape: Shape) -> bool:
     return isinstance(shape, CylinderShape | TubeShape) and shape.axis == "x"
 
 
-def _velocity(case: Case, body: Body, path: Path) -> Iterator[Problem]:
+def _velocity(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
     if len(body.velocity) != case.dim:
         yield _length((*path, "velocity"), case.dim, len(body.velocity), "components")
     elif case.units == "si" and math.hypot(*body.velocity) > FASTEST:
@@ -183,7 +149,7 @@ def _velocity(case: Case, body: Body, path: Path) -> Iterator[Problem]:
             yield Problem(place, "nothing spins in 1D; leave it out")
 
 
-def _place(case: Case, body: Body, path: Path, first: bool) -> Iterator[Problem]:
+def _place(case: Surroundings, body: Body, path: Path, first: bool) -> Iterator[Problem]:
     if body.position is not None:
         if len(body.position) != case.dim:
             yield _length((*path, "position"), case.dim, len(body.position), "components")
@@ -201,7 +167,7 @@ def _place(case: Case, body: Body, path: Path, first: bool) -> Iterator[Problem]
         yield Problem((*path, "rotation", "axis"), "must not be all zero")
 
 
-def _count(case: Case) -> Iterator[Problem]:
+def _count(case: Surroundings) -> Iterator[Problem]:
     spacings = [
         math.prod(size / (b.resolution or case.resolution) for size in b.shape.extent()[: case.dim])
         for b in case.bodies.values()
@@ -215,5 +181,5 @@ def _count(case: Case) -> Iterator[Problem]:
         )
 
 
-def _metre(case: Case) -> str:
+def _metre(case: Surroundings) -> str:
     return " m" if case.units == "si" else ""

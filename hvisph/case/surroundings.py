@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 from hvisph.case.bodies import Body
-from hvisph.case.regions import BoxRegion, InitialLoad
+from hvisph.case.regions import BoxRegion, InitialLoad, SymmetryPlane
 from hvisph.case.time import Time
 
 
@@ -36,6 +36,14 @@ class Surroundings(Protocol):
     @property
     def bodies(self) -> Mapping[str, Body]:
         """Bodies by name."""
+
+    @property
+    def symmetry(self) -> Sequence[SymmetryPlane]:
+        """Symmetry planes."""
+
+    @property
+    def formulation(self) -> Any:
+        """Scheme that computes the run, one of `case.formulations`."""
 
     @property
     def initial_loads(self) -> Sequence[InitialLoad]:

@@ -17,9 +17,11 @@ from hvisph.parallel.world import world_here
 from hvisph.simulation.build import build
 from hvisph.simulation.checkpoint import refuse_changed
 from hvisph.simulation.cost import worthwhile_threads
+from hvisph.simulation.ending import Outcome
 from hvisph.simulation.estimate import refuse_impossible
 from hvisph.simulation.listener import Listener
-from hvisph.simulation.run import Outcome, Run, folder_of, set_threads
+from hvisph.simulation.loop import Run
+from hvisph.simulation.run import folder_of, set_threads
 
 
 def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_steps: int | None = None,

@@ -1,206 +1,52 @@
-"""A process' share of a run: the whole at first, its own particles once they are spread, and what is asked of all.
+"""A process' share of a run: the whole at first, its own particles once they are spread.
 
 Every process builds the whole and evaluates it once; from then on each has the particles of its part of the space.
-Alone a share is the whole, and what it is asked for it finds itself. Methods are called by all processes together.
+Alone a share is the whole. Methods are called by all processes together.
 """
 
 from __future__ import annotations
 
 import time as wall
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 
-from hvisph.core.particles import Particles
 from hvisph.formulations.protocol import AnyStepper
-from hvisph.integrators.criteria import NAMES, Criteria, Limit
+from hvisph.integrators.criteria import Criteria
 from hvisph.parallel.halo import Halo
 from hvisph.parallel.parts import Parts
 from hvisph.parallel.world import Alone, Ranks
+from hvisph.simulation.asked import Asked
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.symmetry import Plane
 
-T = TypeVar("T")
 # Steps between two cuts of the space, and between two looks at who left a part.
 CUT_EVERY, MOVE_EVERY = 128, 16
 # Largest share of the mean work that a process may have before the space is cut again: where particles change sides
 # between any two steps, and where all must be built anew for it, which is looked at so many times less often.
 BALANCED, SETTLED, SELDOM = 1.05, 1.2, 8
-# Criteria, beside those of `criteria` what stops a run: they travel as numbers.
-COLLAPSED = "collapsed"
-CRITERIA = (*NAMES, "not_finite", COLLAPSED, "contact", "inverted", "passed_through")
 
 
-@dataclass
-class Whole:
-    """What limits the step of all, and what processes ask for.
-
-    Parameters
-    ----------
-    dt, criterion
-        Length of the step [s], and what sets it.
-    number, body
-        The particle that does, by its permanent number, and its body; of no particle -1.
-    stop
-        The signal that asks the run to stop, 0 for none.
-    checkpoint
-        Whether a checkpoint is due.
-    """
-
-    dt: float
-    criterion: str
-    number: int
-    body: int
-    stop: int
-    checkpoint: bool
-
-
-@dataclass
-class Seen:
-    """A particle at fault: permanent number, body, place [m], density [kg/m^3], energy [J/kg]."""
-
-    number: int
-    body: int
-    position: list[float]
-    density: float
-    energy: float
-
-
-class Share:
+class Share(Asked):
     """Part of a run that this process has.
 
     Parameters
     ----------
     stepper, criteria, planes
         The run as built, the whole: what moves its particles, what limits its step, its planes of symmetry.
-
-    Attributes
-    ----------
-    world
-        The processes.
-    count
-        Number of particles of the whole.
     """
 
     def __init__(self, stepper: AnyStepper, criteria: Criteria, planes: tuple[Plane, ...]):
-        self._stepper, self._criteria, self._planes = stepper, criteria, planes
-        self.world: Alone = Alone()
-        self.count = stepper.particles.count
-        self.spread = False
+        super().__init__(stepper)
+        self._criteria, self._planes = criteria, planes
         self.halos: list[Halo] = []
         self._rows_of: list[tuple[Callable[[], np.ndarray], Callable[[np.ndarray], None]]] = []
         self._began, self._waited = wall.perf_counter(), 0.0
-        self._at: np.ndarray | None = None
         self.imbalance = 1.0
-
-    @property
-    def _asks(self) -> bool:
-        return self.spread and self.world.size > 1
 
     def follow(self, read: Callable[[], np.ndarray], write: Callable[[np.ndarray], None]) -> None:
         """Let an array with a row a particle move with the particles: how it is read, and replaced."""
         self._rows_of.append((read, write))
-
-    # What is asked of all
-
-    def total(self, counts: np.ndarray) -> np.ndarray:
-        """Return the sums of whole numbers over all particles, from those over this process' own."""
-        return self.world.total(counts) if self._asks else counts
-
-    def most(self, *values: float) -> np.ndarray:
-        """Return the largest of each value over all processes."""
-        return self.world.most(np.array(values)) if self._asks else np.array(values)
-
-    def at(self, numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return the `values` (n, ...) of particles by their permanent numbers, bit by bit."""
-        rows = self.where()[numbers]
-        if not self._asks:
-            return values[rows]
-        here = rows >= 0
-        bits = np.zeros((len(numbers), *values.shape[1:]), np.int64)
-        wide = values.dtype.itemsize == 8
-        bits[here] = values[rows[here]].view(np.int64) if wide else values[rows[here]]
-        sums = self.world.total(bits)
-        return sums.view(values.dtype) if wide else sums.astype(values.dtype)
-
-    def first_of(self, one: T | None) -> T:
-        """Return what any process has, of several that of the first."""
-        all_ = self.world.objects(one) if self._asks else [one]
-        return next(some for some in all_ if some is not None)
-
-    def where(self) -> np.ndarray:
-        """Return the row of each particle by its permanent number, -1 for those of other processes."""
-        if self._at is None:
-            self._at = np.full(self.count, -1, np.int32)
-            self._at[self._stepper.particles.id] = np.arange(self._stepper.particles.count, dtype=np.int32)
-        return self._at
-
-    def moved(self) -> None:
-        """Take note that particles were put into a new order."""
-        self._at = None
-
-    def worst(self, score: np.ndarray) -> Seen | None:
-        """Return the particle of the largest score (n,), of several that of the smallest number; none without scores.
-
-        What is no number scores most, and minus infinity is no score.
-        """
-        particles = self._stepper.particles
-        score = np.where(np.isnan(score), np.inf, score)
-        own: tuple[float, int, Seen] | None = None
-        if len(score) and score.max() > -np.inf:
-            rows = np.flatnonzero(score == score.max())
-            row = int(rows[particles.id[rows].argmin()])
-            own = (-float(score[row]), int(particles.id[row]), self._seen(row))
-        all_ = [one for one in (self.world.objects(own) if self._asks else [own]) if one is not None]
-        return min(all_, key=lambda one: one[:2])[2] if all_ else None
-
-    def look_up(self, number: int) -> Seen:
-        """Return a particle by its permanent number."""
-        row = int(self.where()[number])
-        own = self._seen(row) if row >= 0 else None
-        all_ = self.world.objects(own) if self._asks else [own]
-        return next(one for one in all_ if one is not None)
-
-    def _seen(self, row: int) -> Seen:
-        particles = self._stepper.particles
-        return Seen(int(particles.id[row]), int(particles.body[row]), [float(x) for x in particles["position"][row]],
-                    float(particles["density"][row]), float(particles["internal_energy"][row]))  # fmt: skip
-
-    def agreed(self, limit: Limit, stop: int, checkpoint: bool) -> Whole:
-        """Return what limits the step of all, from what limits that of this process' particles."""
-        particles = self._stepper.particles
-        number, body = -1, -1
-        if 0 <= limit.particle < particles.count:
-            number, body = int(particles.id[limit.particle]), int(particles.body[limit.particle])
-        if not self._asks:
-            return Whole(limit.dt, limit.criterion, number, body, stop, checkpoint)
-        kind = CRITERIA.index(limit.criterion)
-        own = np.array([limit.dt, kind, number, body, stop, float(checkpoint), limit.unrounded])
-        table = self.world.everybodys(own)
-        # a failure stops all; of equal steps the first criterion and the smallest number count
-        first = int(np.lexsort((table[:, 2], table[:, 6], table[:, 1], table[:, 0]))[0])
-        dt, criterion, number, body = table[first, :4].tolist()
-        return Whole(dt, CRITERIA[int(criterion)], int(number), int(body), int(table[:, 4].max()), bool(table[0, 5]))
-
-    # The whole, on the first process
-
-    def gathered(self, values: np.ndarray) -> np.ndarray:
-        """Return the rows of all processes, as they come, on the first; none on the others."""
-        return self.world.gathered(values) if self._asks else values
-
-    def whole(self, particles: Particles, *further: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
-        """Return all particles as they come, and `further` rows of them, own ones no copies; None but on the first."""
-        tags, data = self.gathered(particles.tags), self.gathered(particles.data)
-        rows = [self.gathered(one) for one in further]
-        if self._asks and not self.world.first:
-            return None
-        whole = particles.like(0)
-        whole.data, whole.tags = data, tags
-        return whole, rows
-
-    # Who has what
 
     def join(self, world: Alone) -> None:
         """Be one of several processes, which have nothing to tell each other yet."""

@@ -10,8 +10,8 @@ import numpy as np
 from hvisph.core.errors import RunError
 from hvisph.core.particles import MATERIAL
 from hvisph.integrators import sums as column
+from hvisph.simulation.asked import Seen, Whole
 from hvisph.simulation.build import Setup
-from hvisph.simulation.share import Seen, Whole
 
 # Steps between two looks at all densities.
 DENSITY_EVERY = 8

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.output import names
+from hvisph.simulation.ending import Outcome
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.resume import resume
-from hvisph.simulation.run import Outcome, run
+from hvisph.simulation.run import run
 from hvisph.study.comparison import Entry, is_run
 
 

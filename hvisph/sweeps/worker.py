@@ -15,9 +15,10 @@ from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError, OutputError
 from hvisph.output import names
 from hvisph.output.checkpoint import list_checkpoints
 from hvisph.output.folder import forget_snapshots
+from hvisph.simulation.ending import Outcome
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.resume import resume
-from hvisph.simulation.run import Outcome, run
+from hvisph.simulation.run import run
 from hvisph.sweeps.folder import ENDED, STEPPING, SweepFolder
 from hvisph.sweeps.plan import Member, Plan
 from hvisph.sweeps.selection import Selection

@@ -20,7 +20,8 @@ from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import build
 from hvisph.simulation.cost import worthwhile_threads
 from hvisph.simulation.listener import Listener
-from hvisph.simulation.run import Run, set_threads
+from hvisph.simulation.loop import Run
+from hvisph.simulation.run import set_threads
 from hvisph.verification.figure import Figure, limit
 from hvisph.verification.problem import Options, Problem, Start, Trial
 from hvisph.verification.ran import Ran

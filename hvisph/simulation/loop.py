@@ -1,0 +1,268 @@
+"""The step loop, with everything that happens on a schedule."""
+
+from __future__ import annotations
+
+import time as wall
+from typing import Any
+
+import numba
+
+from hvisph import __version__
+from hvisph.case.case import Case
+from hvisph.case.checks import warnings_of
+from hvisph.casefile.loader import dump_case
+from hvisph.core.errors import RunError
+from hvisph.formulations.stepper import PERMUTE_EVERY
+from hvisph.integrators.criteria import Limit
+from hvisph.output.checkpoint import Checkpoint
+from hvisph.output.folder import RunFolder
+from hvisph.output.history import HistoryWriter, NoHistory
+from hvisph.output.snapshot import Snapshot
+from hvisph.simulation.advice import advice
+from hvisph.simulation.asked import COLLAPSED, Whole
+from hvisph.simulation.between import between
+from hvisph.simulation.build import Setup
+from hvisph.simulation.checkpoint import Keeper
+from hvisph.simulation.clock import Clock, TimeStep
+from hvisph.simulation.contact_warnings import contact_warnings
+from hvisph.simulation.cost import of_cores
+from hvisph.simulation.domain import Domain
+from hvisph.simulation.ending import Outcome, exit_code_of, sum_up
+from hvisph.simulation.listener import Listener, Reporter
+from hvisph.simulation.monitors import Budget, Observer, mirror_axis
+from hvisph.simulation.release import let_go
+from hvisph.simulation.run_files import RunFiles
+from hvisph.simulation.signals import StopRequests
+from hvisph.simulation.watch import Failure, Watch
+from hvisph.simulation.writer import SnapshotWriter
+
+
+class Run:
+    """The step loop and its schedule.
+
+    Parameters
+    ----------
+    case, setup
+        The case, and its objects as at the start.
+    folder
+        The run's folder, held.
+    listener
+        Hears of the run.
+    checkpoint
+        Where to go on from; None to begin.
+    """
+
+    def __init__(
+        self,
+        case: Case,
+        setup: Setup,
+        folder: RunFolder,
+        listener: Listener,
+        checkpoint: Checkpoint | None = None,
+    ):
+        self.case, self.setup, self.folder, self.listener = case, setup, folder, listener
+        self.checkpoint, self.text = checkpoint, dump_case(case)
+        self.share, self.domain = setup.share, Domain(setup, case.domain)
+        axis = mirror_axis(setup)
+        self.writer = SnapshotWriter(folder, setup, case, self.text)
+        self.observer = Observer(setup, case.resolution, axis)
+        self.clock = Clock(case.time.end, case.output.every, case.time.step)
+        self.files = RunFiles(folder, case, self.text, self.writer, self.observer, self.clock)
+        self.status = "done"
+        self.failure: Failure | None = None
+        self.stop = StopRequests()
+        self._stopped = False  # what all processes know of it
+
+    def go(self) -> Outcome:
+        """Run to the end, to a failure or to an interruption, and sum up."""
+        ready = wall.perf_counter()
+        if self.checkpoint is None:
+            self.files.write_case()
+        self._prepare()
+        count, world = self.share.count, self.share.world
+        threads = of_cores(numba.get_num_threads(), numba.config.NUMBA_NUM_THREADS)
+        several = f"{world.size} processes, each with " if world.size > 1 else ""
+        self.folder.log.write(
+            f"hvisph {__version__}: {self.case.title or 'untitled'}; {count} particles, {several}{threads}; "
+            f"ready after {wall.perf_counter() - ready:.2f} s"
+            f"{f'; goes on from step {self.clock.steps}' if self.checkpoint else ''}"
+        )
+        self.listener.started(self.folder.path, count, self.clock.end)
+        warnings = [*warnings_of(self.case), *contact_warnings(self.case), *advice(self.case)]
+        said = [f"warning: {warning}" for warning in warnings]
+        for line in (*said, *(f"note: {note}" for note in self.setup.notes)):
+            self.folder.log.write(line)
+            self.listener.message(line)
+        self.reporter = Reporter(self.listener, self.setup, self.clock, self.files.state.wall_seconds)
+        self.share.begin()
+        self._first_step = self.clock.steps
+        with self.stop:
+            self._take_steps()
+            return self._finish()
+
+    def _take_steps(self) -> None:
+        """Go to the end, to a failure or to an interruption."""
+        with self.files.go_on() if self.checkpoint else self._begin_files():
+            try:
+                if self.checkpoint is None:
+                    self._begin()
+                while not self._enough() and not self._stopping():
+                    self._advance()
+            except Failure as failure:
+                self.status, self.failure = "failed", failure
+                self.folder.log.write(f"failed: {failure}")
+                self.listener.message(str(failure))
+            else:
+                self.status = "done" if self._enough() else "interrupted"
+                if not self.clock.done or self.clock.fixed is not None:
+                    self._checkpoint()
+
+    def _begin_files(self) -> HistoryWriter | NoHistory:
+        start = self.start
+        del self.start  # its file has it from now on
+        return self.files.begin(start)
+
+    def _prepare(self) -> None:
+        """Evaluate the start and, to go on, take the state from the checkpoint."""
+        with self.share.world.in_turn():
+            self.setup.stepper.start()
+        self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.watch)
+        self.start = self.writer.start()
+        self.keeper = Keeper(
+            self.case,
+            self.setup,
+            self.clock,
+            self.budget,
+            self.watch,
+            self.files.state,
+            self.writer.series,
+            self.writer.peaks,
+        )
+        if self.checkpoint is not None:
+            self.time_step = self.keeper.restore(self.checkpoint)
+            self.share.moved()
+
+    def _stopping(self) -> bool:
+        """Whether to stop: of several processes all stop after the same step."""
+        return self._stopped if self.share.world.size > 1 else self.stop.number is not None
+
+    def _enough(self) -> bool:
+        most = self.case.time.max_steps
+        return self.clock.done or (most is not None and self.clock.steps >= most)
+
+    def _begin(self) -> None:
+        """Choose the first step."""
+        stepper, limit = self.setup.stepper, self._limit()
+        self.watch.check_step(limit, 0.0, 0)
+        if self.setup.particles.has_previous:
+            stepper.complete(0.0, 0.0)
+        self.time_step = self.clock.choose(limit.dt, limit.criterion, None)
+        stepper.predict(self.time_step.length)
+        self.files.record(self.time_step, limit.number, 0.0, self.budget)
+
+    def _limit(self, collapsed: RunError | None = None) -> Whole:
+        """Return what limits the next step of all; `collapsed` is what kept this process from finding its forces."""
+        own = Limit(-1.0, COLLAPSED, -1) if collapsed else self._own_limit()
+        whole = self.share.agreed(own, self.stop.number or 0, self.files.checkpoint_due())
+        if whole.criterion == COLLAPSED:
+            what = self.share.first_of(collapsed)
+            raise self.watch.collapsed(what, self.clock.time, self.clock.steps) from collapsed
+        if whole.stop and self.share.world.size > 1:
+            self._stopped, self.stop.number = True, self.stop.number or whole.stop
+        return whole
+
+    def _own_limit(self) -> Limit:
+        stepper = self.setup.stepper
+        limit = self.setup.criteria.limit(
+            stepper.lengths, stepper.signals, stepper.rates, stepper.place, self.setup.particles.id
+        )
+        cfl = self.case.time.cfl
+        for time, criterion, particle in stepper.limits():
+            if cfl * time < limit.dt:
+                limit = Limit(cfl * time, criterion, particle, time)
+        return limit
+
+    def _advance(self) -> None:
+        """Take one step: forces, the next step from the criteria, the state carried on, the schedule."""
+        stepper, clock = self.setup.stepper, self.clock
+        last = clock.last(self.time_step)
+        if last is not None:  # the end cuts it; from before it the run can be extended
+            self._checkpoint()
+            self.time_step = last
+            stepper.predict(last.length)
+        collapsed: RunError | None = None
+        try:
+            stepper.evaluate()
+        except RunError as error:
+            collapsed = error
+        limit = self._limit(collapsed)
+        self.watch.check_step(limit, clock.time, clock.steps)
+        following = clock.choose(limit.dt, limit.criterion, self.time_step)
+        due = self._complete(following)
+        if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
+            self.files.record(self.time_step, limit.number, self.done.length, self.budget)
+        warning = self.watch.warning(clock.time)
+        if warning:
+            self.folder.log.write(warning)
+            self.listener.message(warning)
+        drift = self.budget.energy_drift(stepper.sums)
+        self.watch.check_state(drift, clock.time, clock.steps)
+        while due:  # snapshots hold as long as the particles lie as they do
+            self.files.write_output(*due.pop(0))
+        if clock.steps % PERMUTE_EVERY == 0:
+            self.writer.peaks.permute(stepper.permute())
+            self.share.moved()
+            self.domain.retire(self.budget, following.length)
+            self.share.rebalance(clock.steps)
+        if limit.checkpoint:
+            self._checkpoint()
+        try:
+            self.reporter.report(self.time_step, limit.body, drift)
+        except KeyboardInterrupt:  # from whoever listens
+            self.stop.note()
+
+    def _complete(self, following: TimeStep) -> list[tuple[Snapshot | None, int]]:
+        """Carry the state over the step under way; return the snapshots that are due, with their numbers."""
+        stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
+        self.done, self.time_step = self.time_step, following
+        started, moments, first = clock.time, clock.passed(self.done), clock.outputs + 1
+        before = particles.data.copy() if moments else particles.data
+        stepper.complete(self.done.length, following.length)
+        reached = clock.complete(self.done)
+        self.budget.record(stepper.sums, self.done.length, stepper.pressures)
+        self.writer.peaks.record()
+        due = []
+        for time in moments:
+            start = before if time == moments[-1] else before.copy()
+            at = between(start, particles, (time - started) / self.done.length, self.done.length)
+            due.append(self.writer.snapshot(time, clock.steps, at))
+        if reached:
+            due.append(self.writer.snapshot(clock.time, clock.steps))
+        return list(zip(due, range(first, first + len(due)), strict=True))
+
+    def _checkpoint(self) -> None:
+        self.files.checkpoint(self.keeper, self.time_step, self.reporter.seconds)
+
+    def _finish(self) -> Outcome:
+        last = self.files.write_last(self.status == "failed")
+        shared = self.share.account(self.clock.steps - self._first_step)
+        if shared:
+            self.folder.log.write(shared)
+        sums = self.setup.stepper.sums
+        ended: dict[str, Any] = {
+            "status": self.status, "time": self.clock.time, "steps": self.clock.steps,
+            "failure": self.failure.as_dict() if self.failure else None, "particles": self.share.count,
+            "wall_seconds": self.reporter.seconds, "conservation": self.budget.as_dict(sums),
+            "energies": self.budget.energies(sums), "highest_pressure": self.budget.highest(),
+        }  # fmt: skip
+        for one in (self.setup, self.writer):
+            let_go(one)
+
+        def summary_of() -> dict[str, Any]:
+            assert last is not None
+            return sum_up(self.case, self.text, self.writer, last(), ended, self.listener)
+
+        summary = self.share.world.from_first(summary_of)
+        self.listener.finished(summary)
+        code = exit_code_of(self.status, summary, self.stop.number or 0)
+        return Outcome(self.folder.path, summary, code, self.stop.name if self.status == "interrupted" else "")
