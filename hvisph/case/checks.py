@@ -13,7 +13,7 @@ from hvisph.case.gauges import Gauge, gauge_problems
 from hvisph.case.model import Path, Problem
 from hvisph.case.output import Output
 from hvisph.case.plausible import implausible
-from hvisph.case.regions import Clamp, box_problems, region_problems
+from hvisph.case.regions import Clamp, SymmetryPlane, box_problems, region_problems
 from hvisph.case.surroundings import Surroundings
 from hvisph.core.measures import CATALOGUE, measures_of
 

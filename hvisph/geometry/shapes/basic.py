@@ -11,12 +11,50 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.core.errors import CaseError, nearest
-from hvisph.geometry.shapes.shape import AXES, SURFACE_MARGIN, Centred, box_distance, require_sizes
+from hvisph.core.errors import CaseError
+from hvisph.geometry.shapes.shape import AXES, SURFACE_MARGIN, Axial, Centred, box_distance, require_sizes
+
+
+class Ball(Centred):
+    """All points nearer to the origin than half a diameter, in any number of dimensions."""
+
+    diameter: float
+
+    def __post_init__(self) -> None:
+        require_sizes(self.kind, diameter=self.diameter)
+
+    def extent(self) -> tuple[float, ...]:
+        """Return the full size along each axis [m]."""
+        return (self.diameter,) * self.dim
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Tell which `points` (n, dim) [m] lie strictly inside: booleans of shape (n,)."""
+        return _within_ball(points, self.diameter)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
+        return _beyond_ball(points, self.diameter)
+
+
+class Rectangular(Centred):
+    """All points within the extent along each axis, in any number of dimensions."""
+
+    def contains(self, points: np.ndarray) -> np.ndarray:
+        """Tell which `points` (n, dim) [m] lie strictly inside: booleans of shape (n,)."""
+        return _within_box(points, self.extent())
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
+        return _beyond_box(points, self.extent())
+
+    @property
+    def flat_axes(self) -> tuple[int, ...]:
+        """Axes across which flat faces bound the whole shape."""
+        return tuple(range(self.dim))
 
 
 @dataclass(frozen=True)
-class Interval(Centred):
+class Interval(Rectangular):
     """A stretch of the line (1D).
 
     Parameters
@@ -30,10 +68,7 @@ class Interval(Centred):
     def __post_init__(self) -> None:
         require_sizes("interval", length=self.length)
 
-    @property
-    def dim(self) -> int:
-        """Number of dimensions: 1."""
-        return 1
+    dim = 1
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
@@ -44,22 +79,9 @@ class Interval(Centred):
         """Length [m]."""
         return self.length
 
-    def contains(self, points: np.ndarray) -> np.ndarray:
-        """Tell which `points` (n, 1) [m] lie strictly inside: booleans of shape (n,)."""
-        return _within_box(points, self.extent())
-
-    def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 1) [m] to the surface, negative inside: (n,) [m]."""
-        return _beyond_box(points, self.extent())
-
-    @property
-    def flat_axes(self) -> tuple[int, ...]:
-        """Axes across which flat faces bound the whole shape."""
-        return (0,)
-
 
 @dataclass(frozen=True)
-class Disc(Centred):
+class Disc(Ball):
     """A disc (2D): the cross-section of an infinite cylinder across the plane.
 
     Parameters
@@ -70,38 +92,20 @@ class Disc(Centred):
 
     diameter: float
 
-    def __post_init__(self) -> None:
-        require_sizes("disc", diameter=self.diameter)
-
-    @property
-    def dim(self) -> int:
-        """Number of dimensions: 2."""
-        return 2
+    dim = 2
 
     def centroid(self) -> np.ndarray:
         """Return the middle of the volume, the origin, (dim,) [m]."""
         return np.zeros(self.dim)
-
-    def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
-        return (self.diameter, self.diameter)
 
     @property
     def volume(self) -> float:
         """Area [m^2]."""
         return math.pi * self.diameter**2 / 4
 
-    def contains(self, points: np.ndarray) -> np.ndarray:
-        """Tell which `points` (n, 2) [m] lie strictly inside: booleans of shape (n,)."""
-        return _within_ball(points, self.diameter)
-
-    def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 2) [m] to the surface, negative inside: (n,) [m]."""
-        return _beyond_ball(points, self.diameter)
-
 
 @dataclass(frozen=True)
-class Sphere(Centred):
+class Sphere(Ball):
     """A ball (3D).
 
     Parameters
@@ -112,34 +116,16 @@ class Sphere(Centred):
 
     diameter: float
 
-    def __post_init__(self) -> None:
-        require_sizes("sphere", diameter=self.diameter)
-
-    @property
-    def dim(self) -> int:
-        """Number of dimensions: 3."""
-        return 3
-
-    def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
-        return (self.diameter,) * 3
+    dim = 3
 
     @property
     def volume(self) -> float:
         """Volume [m^3]."""
         return math.pi * self.diameter**3 / 6
 
-    def contains(self, points: np.ndarray) -> np.ndarray:
-        """Tell which `points` (n, 3) [m] lie strictly inside: booleans of shape (n,)."""
-        return _within_ball(points, self.diameter)
-
-    def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
-        return _beyond_ball(points, self.diameter)
-
 
 @dataclass(frozen=True)
-class Box(Centred):
+class Box(Rectangular):
     """A rectangle (2D) or a cuboid (3D) with its edges along the axes.
 
     Parameters
@@ -174,22 +160,9 @@ class Box(Centred):
         """Area [m^2] or volume [m^3]."""
         return math.prod(self.size)
 
-    def contains(self, points: np.ndarray) -> np.ndarray:
-        """Tell which `points` (n, dim) [m] lie strictly inside: booleans of shape (n,)."""
-        return _within_box(points, self.extent())
-
-    def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
-        return _beyond_box(points, self.extent())
-
-    @property
-    def flat_axes(self) -> tuple[int, ...]:
-        """Axes across which flat faces bound the whole shape."""
-        return tuple(range(self.dim))
-
 
 @dataclass(frozen=True)
-class Cylinder(Centred):
+class Cylinder(Axial, Centred):
     """A circular cylinder of finite length (3D).
 
     Parameters
@@ -206,18 +179,7 @@ class Cylinder(Centred):
 
     def __post_init__(self) -> None:
         require_sizes("cylinder", diameter=self.diameter, length=self.length)
-        if self.axis not in AXES:
-            raise CaseError(f"unknown axis '{self.axis}'{nearest(self.axis, AXES)}", where="axis")
-
-    @property
-    def dim(self) -> int:
-        """Number of dimensions: 3."""
-        return 3
-
-    @property
-    def axis_index(self) -> int:
-        """Column of the coordinate along the length."""
-        return AXES.index(self.axis)
+        super().__post_init__()
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
@@ -230,21 +192,13 @@ class Cylinder(Centred):
 
     def contains(self, points: np.ndarray) -> np.ndarray:
         """Tell which `points` (n, 3) [m] lie strictly inside: booleans of shape (n,)."""
-        along = points[:, [self.axis_index]]
-        across = np.delete(points, self.axis_index, axis=1)
-        return _within_ball(across, self.diameter) & _within_box(along, (self.length,))
+        along, across = self.split(points)
+        return _within_ball(across, self.diameter) & _within_box(along[:, None], (self.length,))
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
-        return box_distance(
-            np.abs(points[:, self.axis_index]) - self.length / 2,
-            _beyond_ball(np.delete(points, self.axis_index, axis=1), self.diameter),
-        )
-
-    @property
-    def flat_axes(self) -> tuple[int, ...]:
-        """Axes across which flat faces bound the whole shape."""
-        return (self.axis_index,)
+        along, across = self.split(points)
+        return box_distance(np.abs(along) - self.length / 2, _beyond_ball(across, self.diameter))
 
 
 def _within_ball(points: np.ndarray, diameter: float) -> np.ndarray:

@@ -92,15 +92,8 @@ class Measured(Shape):
         return self._volume
 
 
-@dataclass(frozen=True)
-class Union(Measured):
-    """All that lies in one of the parts.
-
-    Parameters
-    ----------
-    parts
-        Shapes of the same number of dimensions.
-    """
+class OfParts(Measured):
+    """What parts make, each with its say."""
 
     parts: Sequence[Shape]
 
@@ -112,21 +105,44 @@ class Union(Measured):
         """Number of dimensions."""
         return self.parts[0].dim
 
-    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the lower and the upper corner of the box around it, (dim,) each [m]."""
-        corners = [part.bounds() for part in self.parts]
-        return np.min([low for low, _ in corners], axis=0), np.max([high for _, high in corners], axis=0)
+    @property
+    def _corners(self) -> tuple[np.ndarray, np.ndarray]:
+        """Lower and upper corners of the boxes around the parts, (parts, dim) each [m]."""
+        lows, highs = zip(*(part.bounds() for part in self.parts), strict=True)
+        return np.array(lows), np.array(highs)
 
-    def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
-        least = self.parts[0].distance(points)
+    def _each(self, points: np.ndarray, of_two: np.ufunc) -> np.ndarray:
+        """Return `of_two` distances at a time of all those of `points` (n, dim) to the parts (n,) [m]."""
+        found = self.parts[0].distance(points)
         for part in self.parts[1:]:
-            np.minimum(least, part.distance(points), out=least)
-        return least
+            of_two(found, part.distance(points), out=found)
+        return found
 
 
 @dataclass(frozen=True)
-class Intersection(Measured):
+class Union(OfParts):
+    """All that lies in one of the parts.
+
+    Parameters
+    ----------
+    parts
+        Shapes of the same number of dimensions.
+    """
+
+    parts: Sequence[Shape]
+
+    def bounds(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the lower and the upper corner of the box around it, (dim,) each [m]."""
+        lows, highs = self._corners
+        return lows.min(axis=0), highs.max(axis=0)
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
+        return self._each(points, np.minimum)
+
+
+@dataclass(frozen=True)
+class Intersection(OfParts):
     """All that lies in every part.
 
     Parameters
@@ -138,27 +154,19 @@ class Intersection(Measured):
     parts: Sequence[Shape]
 
     def __post_init__(self) -> None:
-        _require_parts(self.parts)
+        super().__post_init__()
         low, high = self.bounds()
         if not (low < high).all():
             raise CaseError("the parts of the intersection have nothing in common", where="parts")
 
-    @property
-    def dim(self) -> int:
-        """Number of dimensions."""
-        return self.parts[0].dim
-
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower and the upper corner of a box around it, (dim,) each [m]."""
-        corners = [part.bounds() for part in self.parts]
-        return np.max([low for low, _ in corners], axis=0), np.min([high for _, high in corners], axis=0)
+        lows, highs = self._corners
+        return lows.max(axis=0), highs.min(axis=0)
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
-        most = self.parts[0].distance(points)
-        for part in self.parts[1:]:
-            np.maximum(most, part.distance(points), out=most)
-        return most
+        return self._each(points, np.maximum)
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,29 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.core.errors import CaseError, nearest
-from hvisph.geometry.shapes.shape import AXES, Centred, box_distance, require_sizes, require_smaller
+from hvisph.geometry.shapes.shape import AXES, Axial, Centred, box_distance, require_sizes, require_smaller
+
+
+class HollowBall(Centred):
+    """All points between two radii from the origin, in any number of dimensions."""
+
+    outer_diameter: float
+    inner_diameter: float
+
+    def __post_init__(self) -> None:
+        _require_hollow(self.kind, self.outer_diameter, self.inner_diameter)
+
+    def extent(self) -> tuple[float, ...]:
+        """Return the full size along each axis [m]."""
+        return (self.outer_diameter,) * self.dim
+
+    def distance(self, points: np.ndarray) -> np.ndarray:
+        """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
+        return _wall(points, self.outer_diameter, self.inner_diameter)
 
 
 @dataclass(frozen=True)
-class Annulus(Centred):
+class Annulus(HollowBall):
     """A disc with a concentric hole (2D): the cross-section of a long tube.
 
     Parameters
@@ -24,34 +41,20 @@ class Annulus(Centred):
     outer_diameter: float
     inner_diameter: float
 
-    def __post_init__(self) -> None:
-        _require_hollow("annulus", self.outer_diameter, self.inner_diameter)
-
-    @property
-    def dim(self) -> int:
-        """Number of dimensions: 2."""
-        return 2
+    dim = 2
 
     def centroid(self) -> np.ndarray:
         """Return the middle of the volume, the origin, (2,) [m]."""
         return np.zeros(self.dim)
-
-    def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
-        return (self.outer_diameter, self.outer_diameter)
 
     @property
     def volume(self) -> float:
         """Area [m^2]."""
         return math.pi * (self.outer_diameter**2 - self.inner_diameter**2) / 4
 
-    def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 2) [m] to the surface, negative inside: (n,) [m]."""
-        return _wall(points, self.outer_diameter, self.inner_diameter)
-
 
 @dataclass(frozen=True)
-class HollowSphere(Centred):
+class HollowSphere(HollowBall):
     """A ball with a concentric cavity (3D).
 
     Parameters
@@ -63,30 +66,17 @@ class HollowSphere(Centred):
     outer_diameter: float
     inner_diameter: float
 
-    def __post_init__(self) -> None:
-        _require_hollow("hollow sphere", self.outer_diameter, self.inner_diameter)
-
-    @property
-    def dim(self) -> int:
-        """Number of dimensions: 3."""
-        return 3
-
-    def extent(self) -> tuple[float, ...]:
-        """Return the full size along each axis [m]."""
-        return (self.outer_diameter,) * 3
+    kind = "hollow sphere"
+    dim = 3
 
     @property
     def volume(self) -> float:
         """Volume [m^3]."""
         return math.pi * (self.outer_diameter**3 - self.inner_diameter**3) / 6
 
-    def distance(self, points: np.ndarray) -> np.ndarray:
-        """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
-        return _wall(points, self.outer_diameter, self.inner_diameter)
-
 
 @dataclass(frozen=True)
-class Tube(Centred):
+class Tube(Axial, Centred):
     """A circular tube of finite length (3D).
 
     Parameters
@@ -105,18 +95,7 @@ class Tube(Centred):
     def __post_init__(self) -> None:
         require_sizes("tube", length=self.length)
         _require_hollow("tube", self.outer_diameter, self.inner_diameter)
-        if self.axis not in AXES:
-            raise CaseError(f"unknown axis '{self.axis}'{nearest(self.axis, AXES)}", where="axis")
-
-    @property
-    def dim(self) -> int:
-        """Number of dimensions: 3."""
-        return 3
-
-    @property
-    def flat_axes(self) -> tuple[int, ...]:
-        """Axes across which flat faces bound the whole shape."""
-        return (AXES.index(self.axis),)
+        super().__post_init__()
 
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
@@ -129,9 +108,9 @@ class Tube(Centred):
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
-        along = AXES.index(self.axis)
-        wall = _wall(np.delete(points, along, axis=1), self.outer_diameter, self.inner_diameter)
-        return box_distance(np.abs(points[:, along]) - self.length / 2, wall)
+        along, across = self.split(points)
+        wall = _wall(across, self.outer_diameter, self.inner_diameter)
+        return box_distance(np.abs(along) - self.length / 2, wall)
 
 
 def _require_hollow(shape: str, outer: float, inner: float) -> None:

@@ -44,10 +44,7 @@ class Mesh(Shape):
     volume_within: float
     name: str = "mesh"
 
-    @property
-    def dim(self) -> int:
-        """Number of dimensions: 3."""
-        return 3
+    dim = 3
 
     @property
     def kind(self) -> str:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hvisph.core.errors import CaseError, nearest
-from hvisph.geometry.shapes.shape import AXES, Shape, box_distance, require_sizes
+from hvisph.core.errors import CaseError
+from hvisph.geometry.shapes.shape import Axial, Shape, box_distance, require_sizes
 
 # Points times edges that are compared at once: 80 MB.
 AT_ONCE = 10_000_000
@@ -47,10 +47,7 @@ class Polygon(Shape):
         corners = np.asarray(self.points)
         return corners if _area(corners) > 0 else corners[::-1]
 
-    @property
-    def dim(self) -> int:
-        """Number of dimensions: 2."""
-        return 2
+    dim = 2
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower and the upper corner of the box around it, (2,) each [m]."""
@@ -114,7 +111,7 @@ def _crossing(corners: np.ndarray) -> tuple[int, int] | None:
 
 
 @dataclass(frozen=True)
-class Prism(Shape):
+class Prism(Axial):
     """A plane shape drawn out along an axis (3D), from -length/2 to length/2.
 
     Parameters
@@ -133,25 +130,17 @@ class Prism(Shape):
 
     def __post_init__(self) -> None:
         require_sizes("prism", length=self.length)
-        if self.axis not in AXES:
-            raise CaseError(f"unknown axis '{self.axis}'{nearest(self.axis, AXES)}", where="axis")
-
-    @property
-    def dim(self) -> int:
-        """Number of dimensions: 3."""
-        return 3
+        super().__post_init__()
 
     @property
     def flat_axes(self) -> tuple[int, ...]:
         """Axes across which flat faces bound the whole shape."""
-        along = AXES.index(self.axis)
-        return (along, *(k if k < along else k + 1 for k in self.section.flat_axes))
+        return (self.along, *(k if k < self.along else k + 1 for k in self.section.flat_axes))
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower and the upper corner of the box around it, (3,) each [m]."""
-        along = AXES.index(self.axis)
         low, high = self.section.bounds()
-        return np.insert(low, along, -self.length / 2), np.insert(high, along, self.length / 2)
+        return np.insert(low, self.along, -self.length / 2), np.insert(high, self.along, self.length / 2)
 
     @property
     def volume(self) -> float:
@@ -160,13 +149,12 @@ class Prism(Shape):
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
-        along = AXES.index(self.axis)
-        beyond = np.abs(points[:, along]) - self.length / 2
-        return box_distance(beyond, self.section.distance(np.delete(points, along, axis=1)))
+        along, across = self.split(points)
+        return box_distance(np.abs(along) - self.length / 2, self.section.distance(across))
 
 
 @dataclass(frozen=True)
-class Ring(Shape):
+class Ring(Axial):
     """A plane shape swept round an axis (3D): a torus from a disc, a washer from a box.
 
     Parameters
@@ -185,8 +173,7 @@ class Ring(Shape):
     _volume: list[float] = field(default_factory=list, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if self.axis not in AXES:
-            raise CaseError(f"unknown axis '{self.axis}'{nearest(self.axis, AXES)}", where="axis")
+        super().__post_init__()
         least = float(self.section.bounds()[0][1]) + self.radius
         if not (math.isfinite(self.radius) and least >= -1e-9 * max(self.section.extent())):
             raise CaseError(
@@ -194,21 +181,15 @@ class Ring(Shape):
             )
 
     @property
-    def dim(self) -> int:
-        """Number of dimensions: 3."""
-        return 3
-
-    @property
     def flat_axes(self) -> tuple[int, ...]:
         """Axes across which flat faces bound the whole shape."""
-        return (AXES.index(self.axis),) if 0 in self.section.flat_axes else ()
+        return (self.along,) if 0 in self.section.flat_axes else ()
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower and the upper corner of the box around it, (3,) each [m]."""
-        along = AXES.index(self.axis)
         low, high = self.section.bounds()
         outer = self.radius + high[1]
-        return np.insert([-outer] * 2, along, low[0]), np.insert([outer] * 2, along, high[0])
+        return np.insert([-outer] * 2, self.along, low[0]), np.insert([outer] * 2, self.along, high[0])
 
     @property
     def volume(self) -> float:
@@ -221,6 +202,6 @@ class Ring(Shape):
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, 3) [m] to the surface, negative inside: (n,) [m]."""
-        along = AXES.index(self.axis)
-        radius = np.sqrt((np.delete(points, along, axis=1) ** 2).sum(axis=1))
-        return self.section.distance(np.stack([points[:, along], radius - self.radius], axis=1))
+        along, across = self.split(points)
+        radius = np.sqrt((across**2).sum(axis=1))
+        return self.section.distance(np.stack([along, radius - self.radius], axis=1))

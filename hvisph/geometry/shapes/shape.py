@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from hvisph.core.errors import CaseError
+from hvisph.core.errors import CaseError, nearest
 
 # Relative margin within which a point counts as lying on the surface, hence outside: wide against
 # round-off, narrow against the steps of a lattice of 10^4 nodes across.
@@ -94,6 +94,31 @@ class Centred(Shape):
     @abstractmethod
     def extent(self) -> tuple[float, ...]:
         """Return the full size along each axis [m]."""
+
+
+class Axial(Shape):
+    """A solid about, or drawn out along, one of the axes (3D): a dataclass with a field `axis`, its name."""
+
+    dim = 3
+    axis: str
+
+    def __post_init__(self) -> None:
+        if self.axis not in AXES:
+            raise CaseError(f"unknown axis '{self.axis}'{nearest(self.axis, AXES)}", where="axis")
+
+    @property
+    def along(self) -> int:
+        """Column of the coordinate along the axis."""
+        return AXES.index(self.axis)
+
+    @property
+    def flat_axes(self) -> tuple[int, ...]:
+        """Axes across which flat faces bound the whole shape: both ends."""
+        return (self.along,)
+
+    def split(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the coordinate (n,) [m] of `points` (n, 3) along the axis, and the two across it (n, 2)."""
+        return points[:, self.along], np.delete(points, self.along, axis=1)
 
 
 def require_sizes(shape: str, **sizes: float) -> None:
