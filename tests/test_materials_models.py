@@ -11,6 +11,7 @@ from hvisph.materials.damage import (
     CockcroftLatham,
     GradyKipp,
     GradySpall,
+    JohnsonCookDamage,
     JohnsonHolmquistDamage,
     PressureCutoff,
     PrincipalStress,
@@ -242,6 +243,16 @@ def test_cut_off_with_memory_spalls_and_without_heals():
     assert recalled(spalling, 2600.0)[2:4] == (1.0, 0.0)
     assert recalled(spalling, 2690.0, damage=1.0)[3] == 0.0
     assert recalled(spalling, 2800.0, damage=1.0)[3] > 0.0
+
+
+@pytest.mark.parametrize(
+    "damage", [JohnsonCookDamage(10.0), CockcroftLatham(1e9), PrincipalStress(9e9), GradyKipp(1e33, 9.0)]
+)
+def test_a_spall_strength_fails_beside_damage_of_another_cause(damage):
+    made = Material("al", 2703.0, EOS, VonMises(27e9, 0.3e9), damage, spall_strength=1e9)
+    at = 2703.0 * (1 - 1e9 / (2703.0 * 5240.0**2))
+    assert recalled(made, at * 1.001)[2] < 1.0
+    assert recalled(made, at * 0.995)[2:4] == (1.0, 0.0)
 
 
 def test_what_has_failed_flows_rubs_or_keeps_its_stress():

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from hvisph.case.dimensions import NUMBER, TOUGHNESS
 from hvisph.case.model import StrictModel
@@ -39,6 +39,16 @@ class _Failing(StrictModel):
     friction: NonNegativeNumber = Field(default=0.6, description="Friction of rubble, Y = friction p [-], at least 0")
 
 
+class _Spalling(_Failing):
+    """What models of another cause have in common: tension alone may fail the material, too."""
+
+    spall_strength: PositivePressure | None = Field(
+        default=None,
+        description="Tension at which the material fails for good, whatever the damage [Pa]; none unless given: "
+        "models that add up strain or work know little of a release",
+    )
+
+
 class PressureCutoff(_Failing):
     """Tension is limited: p >= pressure. With `fails` what reaches the limit has spalled; otherwise it holds on."""
 
@@ -47,7 +57,7 @@ class PressureCutoff(_Failing):
     fails: bool = Field(default=False, description="Whether it fails there for good; without, scabs heal")
 
 
-class JohnsonCookDamage(_Failing):
+class JohnsonCookDamage(_Spalling):
     """Strain to failure eps_f = (D1 + D2 exp(D3 s*)) (1 + D4 ln(rate/reference)) (1 + D5 T*).
 
     s* is the mean stress (tension positive) over the von Mises stress; damage grows by
@@ -62,11 +72,17 @@ class JohnsonCookDamage(_Failing):
     d5: Number = Field(default=0.0, description="Temperature coefficient D5 [-]; needs `johnson_cook` strength")
     reference_rate: PositiveRate = Field(default=1.0, description="Reference plastic strain rate [1/s]")
     pressure_cutoff: NegativePressure | None = Field(
-        default=None, description="Lowest pressure that the intact material bears [Pa]; negative"
+        default=None, description="Lowest pressure that the intact material bears [Pa]; negative; `spall_strength` fails there"
     )
 
+    @model_validator(mode="after")
+    def _one_limit(self) -> Self:
+        if self.pressure_cutoff is not None and self.spall_strength is not None:
+            raise ValueError("give either pressure_cutoff, which holds its tension, or spall_strength, which fails there")
+        return self
 
-class GradyKippDamage(_Failing):
+
+class GradyKippDamage(_Spalling):
     """Brittle fracture from Weibull flaws, N(<eps) = k eps^m per m^3, that cracks grow from at 0.4 c_l."""
 
     type: Literal["grady_kipp"] = "grady_kipp"
@@ -88,7 +104,7 @@ class GradySpallDamage(_Failing):
     critical_strain: PositiveNumber = Field(default=0.15, description="eps_c of ductile spall [-], above 0")
 
 
-class PrincipalStressDamage(_Failing):
+class PrincipalStressDamage(_Spalling):
     """Fails for good where the greatest principal stress reaches a limit."""
 
     type: Literal["principal_stress"] = "principal_stress"
@@ -99,7 +115,7 @@ class PrincipalStressDamage(_Failing):
     )
 
 
-class CockcroftLathamDamage(_Failing):
+class CockcroftLathamDamage(_Spalling):
     """Damage is plastic work of the greatest principal stress in tension, sum max(sigma_1, 0) d(eps_p), over W_cr."""
 
     type: Literal["cockcroft_latham"] = "cockcroft_latham"

@@ -45,6 +45,8 @@ class Material:
         Friction of failed material [-], 0 where it flows.
     rate_smoothing
         Steps over which the strain rate is smoothed; 0 for that of the step.
+    spall_strength
+        Tension at which the material fails for good, whatever its damage [Pa]; infinite where none is known.
     """
 
     name: str
@@ -59,9 +61,12 @@ class Material:
     melting: Lindemann | Simon | None = None  # law of the melting point; constant or the strength's own unless given
     failed_friction: float = 0.0  # of failed material [-]; `slots.KEEPS_STRESS` where failing takes nothing
     rate_smoothing: int = 0  # steps over which the strain rate is smoothed
+    spall_strength: float = inf  # [Pa]
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "density")
+        if not self.spall_strength > 0.0:
+            raise CaseError(f"spall_strength is {self.spall_strength!r}, but must be above zero", where=self.name)
         slots.require_not_negative(self, "heat_capacity", "room_temperature", "rate_smoothing")
         if isinstance(self.damage, JohnsonCookDamage):
             if isinstance(self.strength, NoStrength):
@@ -146,6 +151,8 @@ class Material:
         row[slots.RATE_WEIGHT] = 1.0 / self.rate_smoothing if self.rate_smoothing else 0.0
         for model in (self.eos, self.strength, self.damage):
             model.pack(row, self.density)
+        if self.spall_strength < inf:
+            row[slots.PRESSURE_MINIMUM], row[slots.FAILS_IN_TENSION] = -self.spall_strength, 1.0
         if self.heat_capacity > 0.0:
             row[slots.INVERSE_HEAT_CAPACITY] = 1.0 / self.heat_capacity
         if self.room_temperature > 0.0:

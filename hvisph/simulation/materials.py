@@ -81,6 +81,7 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
         _melting(model.melting),
         _failed_friction(model.damage),
         getattr(model.strength, "rate_smoothing", 0),
+        getattr(model.damage, "spall_strength", None) or inf,
     )
 
 
