@@ -72,13 +72,16 @@ class JohnsonCookDamage(_Spalling):
     d5: Number = Field(default=0.0, description="Temperature coefficient D5 [-]; needs `johnson_cook` strength")
     reference_rate: PositiveRate = Field(default=1.0, description="Reference plastic strain rate [1/s]")
     pressure_cutoff: NegativePressure | None = Field(
-        default=None, description="Lowest pressure that the intact material bears [Pa]; negative; `spall_strength` fails there"
+        default=None,
+        description="Lowest pressure that the intact material bears [Pa]; negative; `spall_strength` fails there",
     )
 
     @model_validator(mode="after")
     def _one_limit(self) -> Self:
         if self.pressure_cutoff is not None and self.spall_strength is not None:
-            raise ValueError("give either pressure_cutoff, which holds its tension, or spall_strength, which fails there")
+            raise ValueError(
+                "give either pressure_cutoff, which holds its tension, or spall_strength, which fails there"
+            )
         return self
 
 
