@@ -123,10 +123,10 @@ def test_a_turned_shot_measures_the_same(dim):
     start, now = holed(dim, 10 * MM, 500.0)
     rng = np.random.default_rng(5)
     now.fields["position"] += rng.uniform(-0.1 * DX, 0.1 * DX, now.fields["position"].shape)
-    straight = measure_snapshot(now, start)
+    straight = timed(now, start)
     for _ in range(3):
         matrix, shift = rotation(rng, dim), rng.uniform(-1.0, 1.0, dim)
-        found = measure_snapshot(turned(now, matrix, shift), turned(start, matrix, shift))
+        found = timed(turned(now, matrix, shift), turned(start, matrix, shift))
         same(found, straight)
         np.testing.assert_allclose(found.fragments[1].fragments[0].velocity, 0.0, atol=1e-12)
         np.testing.assert_allclose(found.fragments[0].fragments[0].velocity, matrix[:, 0] * 500.0, atol=1e-9)
@@ -136,7 +136,12 @@ def same(found, straight, relative=1e-9):
     """Every measure has the same value, or the same reason."""
     pairs = [(found.results, straight.results), (found.projectile, straight.projectile)]
     pairs += [(found.cloud.results, straight.cloud.results)]
-    np.testing.assert_allclose(found.cloud.over_angle.get("mass", []), straight.cloud.over_angle.get("mass", []))
+    for told, other in ((found.cloud.over_angle, straight.cloud.over_angle), (found.profile, straight.profile),
+                        (found.cloud.witness, straight.cloud.witness)):  # fmt: skip
+        assert told.keys() == other.keys()
+        for name, values in other.items():
+            scale = np.abs(values).max() if np.size(values) else 0.0
+            np.testing.assert_allclose(told[name], values, rtol=relative, atol=relative * scale, err_msg=name)
     pairs += [(a.results, b.results) for a, b in zip(found.layers, straight.layers, strict=True)]
     assert [layer.state for layer in found.layers] == [layer.state for layer in straight.layers]
     for one, other in pairs:
@@ -150,11 +155,21 @@ def same(found, straight, relative=1e-9):
                 assert one[name].value == pytest.approx(result.value, rel=relative, abs=tiny), name
 
 
+def timed(now, start):
+    """Every measure of a run of two snapshots, with what only the first of them tells."""
+    known = [moment_of(Scene.of(one, start)) for one in (start, now)]
+    found = measure_snapshot(now, start)
+    return replace(found, layers=with_history(found.layers, 2, known.__getitem__))
+
+
 @pytest.mark.parametrize(("dim", "planes"), [(2, "y"), (3, "y"), (3, "yz")])
-@pytest.mark.parametrize("case", [(10 * MM, 500.0, (True, False)), (-3 * MM, -50.0, (False, False))])
+@pytest.mark.parametrize("case", [(10 * MM, 500.0, (True, False)), (-3 * MM, -50.0, (False, False)),
+                                  (30 * MM, 300.0, (True, True))])  # fmt: skip
 def test_half_and_quarter_measure_as_the_whole(dim, planes, case):
     start, now = holed(dim, *case)
-    whole = measure_snapshot(now, start)
+    now.metadata["witness"] = 60 * MM
+    whole = timed(now, start)
+    assert bool(whole.cloud.witness) == (case[2][0])
     told = {"planes": [{"axis": axis, "at": 0.0} for axis in planes]}
     parts = []
     for snap in (start, now):
@@ -162,7 +177,7 @@ def test_half_and_quarter_measure_as_the_whole(dim, planes, case):
         fields = {name: values[kept] for name, values in snap.fields.items()}
         part = replace(snap, fields=fields, body=snap.body[kept], material=snap.material[kept], id=snap.id[kept])
         parts.append(replace(part, metadata={**part.metadata, "shot": told}))
-    found = measure_snapshot(parts[1], parts[0])
+    found = timed(parts[1], parts[0])
     assert found.whole.factor == 2 ** len(planes)
     same(found, whole)
     for one, other in zip(found.fragments, whole.fragments, strict=True):
