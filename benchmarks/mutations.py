@@ -37,6 +37,13 @@ TWIN, PRINTED_TWIN = "test_total_lagrangian_twin.py -k 2-", "test_total_lagrangi
 LENGTHS = "test_lengths_and_clamps.py"
 RESPONSE = "test_materials_response.py"
 MUTATIONS = [
+    Mutation("brittle: no flaws but those dealt out", "materials/damage/grady_kipp.py",
+             "max(min((strain / least) ** exponent, number), row[FLAWS] * strain ** row[EXPONENT])",
+             "min((strain / least) ** exponent, number)", "test_materials_models.py -k brittle"),
+    Mutation("a layer's own openings count as ways through", "measures/perforation.py",
+             "if not plate.open or scene.start is None:", "if True:", "test_measure_openings.py -k from_the_start"),
+    Mutation("residual before the projectile is through", "measures/behind.py",
+             "if not is_behind(scene, plate):", "if False:", "test_measure_openings.py -k residual"),
     Mutation("Total Lagrangian density without J", "sph/laws/deformation.py",
              "rows[i, M] / (volume[i] * section)", "rows[i, M] / volume[i]", TWIN),
     Mutation("Total Lagrangian stress without J", "sph/laws/deformation.py",

@@ -198,13 +198,11 @@ def brittle_strength(rate):
     young, speed = 9 * k * g / (3 * k + g), 0.4 * np.sqrt((k + 4 * g / 3) / rho)
     row = Material("basalt", rho, EOS, ElasticStrength(g), GradyKipp(4e35, 9.0, 0, speed, young, volume)).row().tolist()
     grown, least = plain(grady_kipp.grown), (1.0 / (4e35 * volume)) ** (1.0 / 9.0)
-    # as many flaws as act when the stress is greatest: their number is no limit before
     end = 1.3 * (12.0**3 / (27.0 * 4.0 * np.pi / 3.0 * 4e35 * speed**3 * rate**9)) ** (1.0 / 12.0)
-    number = (rate * 0.7 * end / least) ** 9
     damage, greatest, dt = 0.0, 0.0, end / 2000
     for step in range(1, 2001):
         strain = rate * step * dt
-        damage = grown(damage, strain, dt, least, 9.0, number, row)
+        damage = grown(damage, strain, dt, least, 9.0, 10.0, row)
         greatest = max(greatest, young * strain * (1.0 - damage))
     return greatest
 
@@ -226,8 +224,10 @@ def test_damage_of_one_particle_grows_as_its_cracks_do():
     grown, whole = plain(grady_kipp.grown), model.radius / 1837.3357
     damage = 0.0
     for _ in range(500):
-        damage = grown(damage, 2e-3, 0.5 * whole / 500, 1e-3, 1.0, 1.0, row)
+        damage = grown(damage, 1.05e-3, 0.5 * whole / 500, 1e-3, 1.0, 1.0, row)
     assert damage == pytest.approx(0.125, rel=1e-9)
+    # beyond the flaws that were dealt out there are k V eps^m, here 205 at 2e-3
+    assert grown(0.0, 2e-3, 1e-3 * whole, 1e-3, 1.0, 1.0, row) == pytest.approx(4e26 * 2e-3**9 * 1e-9, rel=1e-9)
     assert grown(0.3, 0.5e-3, 1.0, 1e-3, 1.0, 1.0, row) == 0.3
 
 
@@ -329,7 +329,7 @@ def test_a_point_of_brittle_rock_has_the_flaws_of_its_volume():
     begins = record["xx"][np.flatnonzero(record["damage"] > 0.0)[0]]
     bulk = 2700.0 * 3145.0**2
     young = 9.0 * bulk * 22.7e9 / (3.0 * bulk + 22.7e9)
-    assert begins == pytest.approx(young * weakest, rel=0.02)
+    assert begins == pytest.approx(young * weakest, rel=0.03)  # the crack of one step takes 2 %
 
 
 def shear_stress(steps):
