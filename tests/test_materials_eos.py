@@ -190,3 +190,22 @@ def test_packing_puts_every_field_in_its_own_slot():
 def test_parameters_out_of_range_are_refused(make):
     with pytest.raises(CaseError):
         make()
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_points_of_a_hugoniot_are_fitted_by_a_curve_of_any_order(order):
+    """Points of a known curve give its coefficients back, and no residuals; too few of them are refused."""
+    from hvisph.case.eos import MieGruneisenEos
+
+    c0, s = 3145.0, [1.8, -0.9, 0.7][:order]
+    points = []
+    for up in np.linspace(300.0, 4000.0, 9):
+        us = c0 + 2.0 * up
+        for _ in range(200):
+            us = c0 + sum(one * up * (up / us) ** k for k, one in enumerate(s))
+        points.append((up, us))
+    eos = MieGruneisenEos(us_up=tuple(points), us_up_order=order, gamma=1.4)
+    assert eos.hugoniot == pytest.approx((c0, *s, *[0.0] * (3 - order)), rel=1e-9)
+    assert np.abs(eos.residuals).max() < 1e-6
+    with pytest.raises(ValueError, match="particle velocities at least"):
+        MieGruneisenEos(us_up=tuple(points[:order]), us_up_order=order, gamma=1.4)

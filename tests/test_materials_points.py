@@ -23,7 +23,7 @@ from hvisph.materials.eos import (
 from hvisph.materials.porosity import Porosity
 from hvisph.materials.table import Material
 from hvisph.output.eos_table import read_eos_table
-from hvisph.study.material_sheet import beside_measured
+from hvisph.study.material_sheet import beside_measured, beside_measured_with_strength
 
 POINT = 1e-6  # what two routes in double precision agree to, printed with eight digits
 
@@ -385,13 +385,46 @@ def test_measured_hugoniots(name):
     assert np.sqrt(np.mean((ours / measured - 1.0) ** 2)) < 0.02
 
 
+def test_basalt_meets_measured_shocks_with_its_strength():
+    """35 points that scatter by 3 % about a cubic of their own; beside them Tillotson's has no change of phase."""
+    library = library_of()
+    points = library.notes("basalt-mie-gruneisen").hugoniot
+    up, measured, ours = np.array(beside_measured_with_strength(library.load("basalt-mie-gruneisen"), points)).T
+    apart, own = ours / measured - 1.0, np.polyval(np.polyfit(up, measured, 3), up) / measured - 1.0
+    assert len(up) == len(points)
+    assert abs(apart.mean()) < 0.005
+    assert np.sqrt((apart**2).mean()) < 1.2 * np.sqrt((own**2).mean())
+    others = np.array(beside_measured_with_strength(library.load("basalt"), points))
+    assert np.sqrt(((others[:, 2] / measured - 1.0) ** 2).mean()) > 2.0 * np.sqrt((apart**2).mean())
+
+
+def test_weak_shocks_in_pmma_are_between_or_near_published_fits():
+    """Kinslow's line and IHED's curve differ by 5 % below 1 km/s; with its strength the library is within 1.5 % of them."""
+    for u in (500.0, 750.0, 1000.0, 1500.0, 2000.0):
+        kinslow, ihed = 2572.0 + 1.536 * u, 2817.0 + 1.389 * u - 4.8e-6 * u * u
+        ((_, _, ours),) = beside_measured_with_strength(library_of().load("pmma"), [(u, ihed)])
+        assert 0.985 * min(kinslow, ihed) < ours < 1.015 * max(kinslow, ihed)
+
+
+def test_strength_makes_a_shock_faster_by_what_it_bears():
+    """Perfect plasticity: U^2 = (p + 2/3 Y)/(rho0 eta); without strength the two are one."""
+    aluminium = library_of().load("aluminium-6061-t6")
+    points = [(500.0, 6000.0), (2000.0, 8000.0)]
+    plain_, firm = (np.array(f(aluminium, points))[:, 2] for f in (beside_measured, beside_measured_with_strength))
+    assert (firm > plain_).all()
+    assert firm[1] - plain_[1] < firm[0] - plain_[0]
+    fluid = library_of().load("water")
+    np.testing.assert_allclose(np.array(beside_measured_with_strength(fluid, points)),
+                               np.array(beside_measured(fluid, points)), rtol=1e-9)  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("name", "fit", "reach"),
     [  # quadratic fits to all measured points of a material, up to a particle velocity [km/s]
         ("aluminium-6061-t6", (5.349, 1.338, 0.0), 4.0),  # Marsh 1980, 25 shots
         ("tungsten", (3.994, 1.2788, -4.937e-3), 4.0),  # IHED
         ("stainless-steel-304", (4.58, 1.49, 0.0), 4.0),  # Duffy & Ahrens 1998
-        ("tantalum", (3.31, 1.306, 0.0), 2.0),  # AGU Reference Shelf; above, the library is up to 3.8 % lower
+        ("tantalum", (3.31, 1.306, 0.0), 4.0),  # AGU Reference Shelf
     ],
 )
 def test_hugoniots_beside_fits_to_measurements(name, fit, reach):

@@ -100,7 +100,8 @@ class StiffenedGasEos(StrictModel):
 class MieGruneisenEos(StrictModel):
     """Mie-Grueneisen about a cubic shock Hugoniot Us = c0 + s1 up + s2 (up/Us) up + s3 (up/Us)^2 up.
 
-    `us_up` stands for `sound_speed` and `s1`: measured points, through which the straight line of least squares goes.
+    `us_up` stands for the coefficients: measured points, through which the line of least squares goes, or the curve of
+    `us_up_order`.
     """
 
     type: Literal["mie_gruneisen"] = "mie_gruneisen"
@@ -115,6 +116,9 @@ class MieGruneisenEos(StrictModel):
     us_up: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = Field(
         default=(), description="Points [up, Us] of the Hugoniot [m/s], two at least; for `sound_speed` and `s1`"
     )
+    us_up_order: int = Field(
+        default=1, ge=1, le=3, description="Coefficients fitted to the points: s1, with 2 also s2, with 3 also s3"
+    )
     gamma: NonNegativeNumber = Field(description="Grueneisen coefficient Gamma0 at reference density [-], at least 0")
     a: Number = Field(default=0.0, description="First-order volume correction to Gamma0 [-]")
 
@@ -126,8 +130,10 @@ class MieGruneisenEos(StrictModel):
             return self
         if self.sound_speed is not None or self.s1 is not None or self.s2 or self.s3:
             refuse([Problem(("us_up",), "given beside coefficients of the Hugoniot; leave one out")])
-        if len({up for up, _ in self.us_up}) < 2:
-            refuse([Problem(("us_up",), "a line needs points at two particle velocities at least")])
+        needed = {1: "a line needs points at two", 2: "a curve of order 2 needs points at three",
+                  3: "a curve of order 3 needs points at four"}[self.us_up_order]  # fmt: skip
+        if len({up for up, _ in self.us_up}) < self.us_up_order + 1:
+            refuse([Problem(("us_up",), f"{needed} particle velocities at least")])
         c0, s1 = self.hugoniot[:2]
         if c0 <= 0.0 or s1 < 0.0:
             message = f"the line through the points has c0 = {c0:g} m/s and s1 = {s1:g}; check them"
@@ -139,17 +145,19 @@ class MieGruneisenEos(StrictModel):
         """c0 [m/s], s1, s2 and s3, from the points where they are given."""
         if self.sound_speed is not None and self.s1 is not None:
             return self.sound_speed, self.s1, self.s2, self.s3
-        n = len(self.us_up)
-        mean_up, mean_us = sum(up for up, _ in self.us_up) / n, sum(us for _, us in self.us_up) / n
-        square = sum((up - mean_up) ** 2 for up, _ in self.us_up)
-        slope = sum((up - mean_up) * (us - mean_us) for up, us in self.us_up) / square
-        return mean_us - slope * mean_up, slope, 0.0, 0.0
+        import numpy as np
+
+        up, us = np.array(self.us_up).T
+        columns = [np.ones_like(up), *(up * (up / us) ** k for k in range(self.us_up_order))]
+        found = np.linalg.lstsq(np.column_stack(columns), us, rcond=None)[0].tolist()
+        c0, s1, s2, s3 = [*found, 0.0, 0.0][:4]
+        return c0, s1, s2, s3
 
     @property
     def residuals(self) -> list[float]:
         """Measured less fitted shock speed of each point [m/s]."""
-        c0, s1, _, _ = self.hugoniot
-        return [us - c0 - s1 * up for up, us in self.us_up]
+        c0, s1, s2, s3 = self.hugoniot
+        return [us - c0 - up * (s1 + (up / us) * (s2 + s3 * (up / us))) for up, us in self.us_up]
 
 
 class TillotsonEos(StrictModel):

@@ -149,7 +149,9 @@ def _fitted(case: Case, number: Any, unit: str) -> list[tuple[str, str]]:
         if eos.type == "mie_gruneisen" and eos.us_up:
             c0, s1 = eos.hugoniot[:2]
             left = ", ".join(f"{one:+.3g}" for one in eos.residuals)
-            facts.append(("Hugoniot", f"{name}: Us = {number(c0, 'm/s')} + {s1:.4g} up, {len(eos.us_up)} points"))
+            facts.append(
+                ("Hugoniot", f"{name}: Us = {number(c0, 'm/s')} + {s1:.4g} up{curved}, {len(eos.us_up)} points")
+            )
             facts.append(("", f"measured less fitted: {left}{unit}"))
     return facts
 

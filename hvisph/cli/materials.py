@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -64,7 +65,7 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     from hvisph.casefile.material_library import CONFIDENCE
     from hvisph.casefile.yaml_text import dump
     from hvisph.cli.words import paragraph, quantity, table
-    from hvisph.study.material_sheet import beside_measured, derived, hugoniot
+    from hvisph.study.material_sheet import beside_measured, beside_measured_with_strength, derived, hugoniot
 
     notes = known.notes(name)
     left = {"name", "source"} if notes.sources else {"name"}  # those of the numbers are listed below
@@ -91,19 +92,25 @@ def _sheet(known: Any, name: str, model: Any) -> str:
         lines.append(table(shown))
     beside = beside_measured(model, notes.hugoniot)
     if beside:
-        apart = [100.0 * (ours / measured - 1.0) for _, measured, ours in beside]
-        mean, spread = sum(apart) / len(apart), sum(value**2 for value in apart) / len(apart)
-        words = (
-            f"beside {len(beside)} measured points from {beside[0][0]:g} to {beside[-1][0]:g} m/s its shock speed is "
-            f"{mean:+.1f} % off in the mean, {spread**0.5:.1f} % in root mean square, "
-            f"{max(apart, key=abs):+.1f} % at most"
-        )
+        words = (f"beside {len(beside)} measured points from {beside[0][0]:g} to {beside[-1][0]:g} m/s its shock speed "
+                 f"is {_apart(beside)}; with what its strength bears "
+                 f"{_apart(beside_measured_with_strength(model, notes.hugoniot))}")  # fmt: skip
         lines += ["", paragraph(words)]
     if notes.shocks:
         low, high = notes.shocks
         other = f"; beyond: {notes.beyond}" if notes.beyond else ""
         lines += ["", paragraph(f"for shocks of {low:g} to {high:g} m/s of particle velocity{other}")]
     return "\n".join(lines)
+
+
+def _apart(beside: Sequence[tuple[float, float, float]]) -> str:
+    """Return how far shock speeds are off measured ones, in words."""
+    apart = [100.0 * (ours / measured - 1.0) for _, measured, ours in beside]
+    if not apart:
+        return "unknown"
+    spread = (sum(value**2 for value in apart) / len(apart)) ** 0.5
+    mean = sum(apart) / len(apart)
+    return f"{mean:+.1f} % off in the mean, {spread:.1f} % in root mean square, {max(apart, key=abs):+.1f} % at most"
 
 
 def _beside(models: list[Any]) -> str:

@@ -11,14 +11,18 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import HvisphError
+from hvisph.core.jit import plain
 from hvisph.exact.hugoniot import shock
+from hvisph.materials import state
 from hvisph.materials.limits import range_of
+from hvisph.materials.table import pack
 from hvisph.pictures.panels import Panel, panels_picture
 from hvisph.simulation.material_point import drive, flow_at, knows_heat
 from hvisph.simulation.materials import material_of
 
 SHOCKS = (250.0, 500.0, 1000.0, 2000.0, 3000.0, 4000.0)  # particle velocities [m/s]
 RATES = (1.0, 1e3, 1e6)  # [1/s]
+SHOCKED = 1e6  # strain rate in a shock [1/s]
 
 
 def derived(model: Any) -> dict[str, tuple[float, str]]:
@@ -70,6 +74,39 @@ def beside_measured(model: Any, points: Sequence[tuple[float, float]]) -> list[t
     """Return particle velocity, measured and model's shock speed [m/s] of points [up, Us], as far as the model goes."""
     shocks = hugoniot(model, [up for up, _ in points])
     return [(up, us, row[1]) for (up, us), row in zip(points, shocks, strict=False)]
+
+
+def beside_measured_with_strength(model: Any, points: Sequence[tuple[float, float]]
+                                  ) -> list[tuple[float, float, float]]:  # fmt: skip
+    """Return the same with the stress that the material's strength bears; an elastic precursor is part of the one wave.
+
+    The stress is p + s, s the less of the elastic 4/3 G ln(rho/rho0) and 2/3 Y at a strain rate of `SHOCKED` and the
+    plastic strain of the compression.
+    """
+    material = material_of(model)
+    table, models = pack([material])
+    flow, pressure, rho0 = plain(state.flow_stress), material.pressure_function(), material.density
+
+    def excess(speed: float, u: float) -> float:
+        rho, e = rho0 * speed / (speed - u), material.eos.ambient_energy + 0.5 * u * u
+        p, strain = pressure(rho, e), float(np.log(speed / (speed - u)))
+        y, shear = flow(table, models, 0, rho, e, p, 2.0 / 3.0 * strain, 0.0, SHOCKED)
+        return float(p + min(4.0 / 3.0 * shear * strain, 2.0 / 3.0 * y) - rho0 * speed * u)
+
+    found = []
+    for up, us in points:
+        low, high = up * 1.05, 4.0 * (material.longitudinal_sound_speed + up)
+        speeds = np.geomspace(high, low, 200)  # from above, where no other root of an equation of state is
+        values = [excess(float(speed), up) for speed in speeds]
+        cross = next((k for k in range(1, len(values)) if values[k - 1] < 0.0 <= values[k]), None)
+        if cross is None:
+            break
+        a, b = float(speeds[cross]), float(speeds[cross - 1])
+        for _ in range(60):
+            middle = 0.5 * (a + b)
+            a, b = (middle, b) if excess(middle, up) >= 0.0 else (a, middle)
+        found.append((up, us, 0.5 * (a + b)))
+    return found
 
 
 def picture(models: Sequence[Any], path: str | os.PathLike[str], points: Sequence[tuple[float, float]] = ()) -> Path:
