@@ -147,10 +147,11 @@ def _fitted(case: Case, number: Any, unit: str) -> list[tuple[str, str]]:
     for name, body in case.bodies.items():
         eos = body.material.eos
         if eos.type == "mie_gruneisen" and eos.us_up:
-            c0, s1 = eos.hugoniot[:2]
+            c0, s1, s2, s3 = eos.hugoniot
+            curve = f" {s2:+.4g} up^2/Us {s3:+.4g} up^3/Us^2" if eos.us_up_order > 1 else ""
             left = ", ".join(f"{one:+.3g}" for one in eos.residuals)
             facts.append(
-                ("Hugoniot", f"{name}: Us = {number(c0, 'm/s')} + {s1:.4g} up{curved}, {len(eos.us_up)} points")
+                ("Hugoniot", f"{name}: Us = {number(c0, 'm/s')} + {s1:.4g} up{curve}, {len(eos.us_up)} points")
             )
             facts.append(("", f"measured less fitted: {left}{unit}"))
     return facts
