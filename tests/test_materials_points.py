@@ -122,6 +122,7 @@ def test_tillotson_aluminium_released_from_a_shock():
     ("rho0", "model", "p", "rho", "released_to"),
     [
         (2785.0, MieGrueneisen(5328.0, 2.0, 1.338), 1.856481e10, 3276.5284, (2774.0524, 55794.374)),
+        (2703.0, MieGrueneisen(5240.0, 1.97, 1.40), 1.794792e10, 3182.2553, (2691.5796, 58888.5)),
         (8930.0, MieGrueneisen(3940.0, 2.02, 1.489), 4.848097e10, 10946.256, (8845.1741, 72999.169)),
         (19300.0, MieGrueneisen(4030.0, 1.67, 1.237), 1.016531e11, 23823.084, (19171.276, 64862.859)),
     ],
@@ -259,19 +260,19 @@ class Porous:
 
 
 @pytest.mark.parametrize(
-    ("rho", "e", "alpha", "p", "p_rho"),
+    ("rho", "e", "alpha", "p", "slopes"),
     [
-        (2180.7692, 1e4, 1.2395944, 1.1911381e8, 674137.57),
-        (2492.3077, 4e4, 1.085669, 3.5265213e8, 860854.29),
-        (3323.0769, 6e5, 1.0, 2.4240145e10, None),
+        (2180.7692, 1e4, 1.2395944, 1.1911381e8, (674137.57, 102.43299)),
+        (2492.3077, 4e4, 1.085669, 3.5265213e8, (860854.29,)),
+        (3323.0769, 6e5, 1.0, 2.4240145e10, ()),
     ],
 )
-def test_p_alpha_crushes_its_pores(rho, e, alpha, p, p_rho):
+def test_p_alpha_crushes_its_pores(rho, e, alpha, p, slopes):
     porous = Porous()
     assert porous.crush(rho, e) == pytest.approx((alpha, p), rel=POINT)
-    if p_rho is not None:
-        of_solid = porous.solid._state()(alpha * rho, e)[1:]
-        assert porosity.slopes(p, rho, alpha, of_solid, porous.values)[0] == pytest.approx(p_rho, rel=POINT)
+    of_solid = porous.solid._state()(alpha * rho, e)[1:]
+    found = porosity.slopes(p, rho, alpha, of_solid, porous.values)
+    assert found[: len(slopes)] == pytest.approx(slopes, rel=POINT)
 
 
 @pytest.mark.parametrize(
