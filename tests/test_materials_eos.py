@@ -46,6 +46,7 @@ MODELS = [
     StiffenedGas(5328.0, 2.0),
     MieGrueneisen(5328.0, 2.0, 1.338),
     MieGrueneisen(5328.0, 2.0, 1.2, s2=0.3, s3=-0.1, a=0.48),
+    MieGrueneisen(5328.0, 2.0, 1.2, s2=-0.1, a=0.48, linear_expansion=True),
     IdealGas(1.4, 2e5),
     ALUMINIUM,
     Polynomial(79.06e9, 131.2e9, 50e9, 2.0, 0.48),
@@ -71,11 +72,11 @@ def test_a_body_at_rest_is_at_its_ambient_state(model):
 
 
 @pytest.mark.parametrize("model", MODELS, ids=identify)
-@pytest.mark.parametrize("compression", [0.9, 0.99, 1.001, 1.1, 1.4])
+@pytest.mark.parametrize("compression", [0.4, 0.9, 0.99, 1.001, 1.1, 1.4])
 @pytest.mark.parametrize("e", [0.0, 1e5, 4e6])
 def test_sound_speed_is_the_slope_of_an_isentrope(model, compression, e):
     material = Material("x", RHO0, model)
-    rho, step = compression * RHO0, 1e-5 * RHO0
+    rho, step = compression * RHO0, 1e-5 * compression * RHO0
     # Along an isentrope de = p drho / rho^2; a midpoint gradient keeps the second order.
     p = material.pressure(rho, e)
     slope = p / rho**2
@@ -88,6 +89,45 @@ def test_sound_speed_is_the_slope_of_an_isentrope(model, compression, e):
     scale = material.bulk_sound_speed**2
     # Central difference: error of order (step/rho)^2 = 1e-10, and rounding 1e-16/1e-5.
     assert abs(material.sound_speed_squared(rho, e) - difference) < 1e-7 * (scale + abs(difference))
+
+
+CONDENSED = [
+    MieGrueneisen(5328.0, 2.0, 1.338),
+    MieGrueneisen(3940.0, 2.02, 1.489, a=0.48),
+    Polynomial(79.06e9, 131.2e9, 50e9, 2.0),
+    Murnaghan(26.7e9, 4.0, 1.5),
+]
+
+
+@pytest.mark.parametrize("model", CONDENSED, ids=identify)
+def test_condensed_matter_that_expands_keeps_its_sound_speed_at_rest_density(model):
+    """The share of the pressure that is left falls from 1 without a slope: hot matter has one sound speed at rho0."""
+    material = Material("x", RHO0, model)
+    for e in (0.0, 5e6):
+        p, c = ([f((1.0 + side) * RHO0, e) for side in (-1e-9, 1e-9)]
+                for f in (material.pressure, material.sound_speed_squared))  # fmt: skip
+        assert p[0] == pytest.approx(p[1], abs=1e-8 * RHO0 * material.bulk_sound_speed**2)
+        assert c[0] == pytest.approx(c[1], rel=1e-7)
+
+
+@pytest.mark.parametrize("model", CONDENSED, ids=identify)
+def test_hot_debris_at_half_a_percent_of_its_density_pushes_no_more_than_a_gas(model):
+    material, e = Material("x", RHO0, model), 2e7
+    shares = np.array([0.5, 0.05, 0.005, 5e-4])
+    p = np.array([material.pressure(share * RHO0, e) for share in shares])
+    assert (np.diff(p) < 0.0).all()
+    assert (p > 0.0).all()
+    assert (p[1:] < 2.0 / 3.0 * shares[1:] * RHO0 * e * (1.0 + 6.0 * shares[1:])).all()
+    c = sqrt(material.sound_speed_squared(0.005 * RHO0, e))
+    assert c < 1.1 * sqrt(2.0 / 3.0 * 5.0 / 3.0 * e)  # a gas of single atoms with all of the energy
+    assert abs(material.pressure(1e-9 * RHO0, 0.0)) < 1e-7 * RHO0 * material.bulk_sound_speed**2
+
+
+def test_the_printed_line_of_expansion_keeps_its_thermal_pressure():
+    material = Material("x", RHO0, MieGrueneisen(5328.0, 2.0, 1.338, linear_expansion=True))
+    p = material.pressure(0.005 * RHO0, 2e7)
+    assert p == pytest.approx(RHO0 * (5328.0**2 * -0.995 + 2.0 * 2e7), rel=1e-14)
+    assert sqrt(material.sound_speed_squared(0.005 * RHO0, 2e7)) > 2e5  # [m/s]
 
 
 @pytest.mark.parametrize("model", MODELS, ids=identify)

@@ -208,9 +208,9 @@ RANDOM = [
     ("tillotson", TILLOTSON["aluminium"], (0.05, 2.0), (0.0, 3e7)),
     ("ice", TILLOTSON["ice"], (0.05, 2.0), (0.0, 8e6)),
     ("stiffened_gas", (2785.0, StiffenedGas(5328.0, 2.0)), (0.97, 1.6), (0.0, 5e6)),
-    ("mie_gruneisen", (2785.0, MieGrueneisen(5328.0, 2.0, 1.338, a=0.48)), (0.9, 1.6), (0.0, 5e6)),
-    ("polynomial", (2785.0, Polynomial(79.06e9, 131.2e9, 50e9, 2.0, 0.48)), (0.9, 1.6), (0.0, 5e6)),
-    ("murnaghan", (2700.0, Murnaghan(26.7e9, 4.0, 1.5)), (0.9, 1.6), (0.0, 5e6)),
+    ("mie_gruneisen", (2785.0, MieGrueneisen(5328.0, 2.0, 1.338, a=0.48)), (0.05, 1.6), (0.0, 3e7)),
+    ("polynomial", (2785.0, Polynomial(79.06e9, 131.2e9, 50e9, 2.0, 0.48)), (0.05, 1.6), (0.0, 3e7)),
+    ("murnaghan", (2700.0, Murnaghan(26.7e9, 4.0, 1.5)), (0.05, 1.6), (0.0, 3e7)),
     ("jwl", (1630.0, JonesWilkinsLee(371.2e9, 3.231e9, 4.15, 0.95, 0.3, 7e9, 1630.0)), (0.05, 1.5), (1e5, 5e6)),
 ]
 

@@ -122,6 +122,9 @@ class MieGruneisenEos(StrictModel):
     )
     gamma: NonNegativeNumber = Field(description="Grueneisen coefficient Gamma0 at reference density [-], at least 0")
     a: Number = Field(default=0.0, description="First-order volume correction to Gamma0 [-]")
+    expansion: Literal["vanishing", "linear"] = Field(
+        default="vanishing", description="Below rest density: pressure that vanishes with it, or the printed line"
+    )
 
     @model_validator(mode="after")
     def _one_hugoniot(self) -> MieGruneisenEos:
@@ -188,7 +191,7 @@ class TillotsonEos(StrictModel):
 
 
 class PolynomialEos(StrictModel):
-    """p = A1 mu + A2 mu^2 + A3 mu^3 + (B0 + B1 mu) rho0 e; in expansion T1 mu + T2 mu^2 + B0 rho0 e."""
+    """p = A1 mu + A2 mu^2 + A3 mu^3 + (B0 + B1 mu) rho0 e; in expansion f (T1 mu + T2 mu^2 + B0 rho0 e)."""
 
     type: Literal["polynomial"] = "polynomial"
     a1: PositivePressure = Field(description="A1, the bulk modulus at rest [Pa]; K1 in ceramics")
@@ -201,7 +204,7 @@ class PolynomialEos(StrictModel):
 
 
 class MurnaghanEos(StrictModel):
-    """p = K/n ((rho/rho0)^n - 1) + Gamma rho0 (e - e_c), e_c the energy of cold compression."""
+    """p = K/n ((rho/rho0)^n - 1) + Gamma rho0 (e - e_c), e_c the energy of cold compression; f of it in expansion."""
 
     type: Literal["murnaghan"] = "murnaghan"
     bulk_modulus: PositivePressure = Field(description="Bulk modulus K at rest [Pa]")

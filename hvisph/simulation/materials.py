@@ -109,7 +109,7 @@ def _eos(eos: EosModel, density: float, internal_energy: float) -> EquationOfSta
             return StiffenedGas(eos.sound_speed, eos.gamma)
         case "mie_gruneisen":
             c0, s1, s2, s3 = eos.hugoniot
-            return MieGrueneisen(c0, eos.gamma, s1, s2, s3, eos.a)
+            return MieGrueneisen(c0, eos.gamma, s1, s2, s3, eos.a, eos.expansion == "linear")
         case "tillotson":
             return Tillotson(eos.bulk_modulus, eos.b_modulus, eos.a, eos.b, eos.reference_energy, eos.alpha, eos.beta,
                              eos.incipient_energy, eos.complete_energy, eos.cold_tension == "linear",

@@ -3,7 +3,7 @@
     mu = rho / rho0 - 1,    x = mu / (mu + 1)
     compression:  p = rho0 c0^2 mu [1 + (1 - gamma0/2) mu - a mu^2/2] / D^2 + (gamma0 + a mu) rho0 e
                   D = 1 - (s1 - 1) mu - s2 mu x - s3 mu x^2
-    expansion:    p = rho0 c0^2 mu + (gamma0 + a mu) rho0 e
+    expansion:    p = f [rho0 c0^2 mu + (gamma0 + a mu) rho0 e]
 
 with U = c0 + s1 u + s2 u^2/U + s3 u^3/U^2 (Steinberg 1996; Young 2021, section 3.3). With
 a = s2 = s3 = 0 it is the textbook form p = p_H (1 - gamma0 eta/2) + gamma0 rho0 e with
@@ -11,8 +11,9 @@ eta = 1 - rho0/rho and p_H = rho0 c0^2 eta / (1 - s1 eta)^2.
 
 Valid below the compression at which D vanishes (eta = 1/s1 for the linear Hugoniot). D is
 held at `DENOMINATOR_FLOOR` from there on: the pressure goes on rising, steeply and finite.
-Expansion holds for condensed matter; it is no model of a vapour, whose pressure would vanish
-with the density.
+f is the share of `expansion.py`, with which the pressure vanishes with the density; with
+`expansion: linear` it is 1, as printed: then matter at half a percent of its density keeps
+gamma0 rho0 e, gigapascals in hot debris, and its sound speed collapses the time step.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ import numpy as np
 from ...core.jit import compiled
 from .. import slots
 from ..slots import INVERSE_RHO0, RHO0
+from . import expansion
 
 C0_SQUARED = slots.EOS[0]
 GAMMA0 = slots.EOS[1]
@@ -32,6 +34,7 @@ A = slots.EOS[2]
 S1_MINUS_ONE = slots.EOS[3]
 S2 = slots.EOS[4]
 S3 = slots.EOS[5]
+OF_GAS = slots.EOS[6]
 
 DENOMINATOR_FLOOR = 0.1
 
@@ -46,6 +49,7 @@ class MieGrueneisen:
     s2: float = 0.0  # its quadratic coefficient [-]
     s3: float = 0.0  # its cubic coefficient [-]
     a: float = 0.0  # first-order volume correction of gamma0 [-]
+    linear_expansion: bool = False  # whether expansion is the printed line, without f
 
     name: ClassVar[str] = "mie_gruneisen"
     tag: ClassVar[int] = 3
@@ -75,6 +79,7 @@ class MieGrueneisen:
         row[S1_MINUS_ONE] = self.s1 - 1.0
         row[S2] = self.s2
         row[S3] = self.s3
+        row[OF_GAS] = expansion.AS_CONDENSED if self.linear_expansion else expansion.of_gas(self.gamma0 - self.a)
 
 
 @compiled
@@ -90,7 +95,10 @@ def pressure(rho, e, row):
         if d < DENOMINATOR_FLOOR:
             d = DENOMINATOR_FLOOR
         reference *= (1.0 + mu * (1.0 - 0.5 * gamma0 - 0.5 * a * mu)) / (d * d)
-    return rho0 * (reference + (gamma0 + a * mu) * e)
+    p = rho0 * (reference + (gamma0 + a * mu) * e)
+    if mu < 0.0 and row[OF_GAS] >= 0.0:
+        p *= expansion.left(1.0 + mu, row[OF_GAS])
+    return p
 
 
 @compiled
@@ -111,4 +119,10 @@ def sound_speed_squared(rho, e, p, row):
             d_slope = 0.0
         inverse = 1.0 / d
         slope *= (numerator + mu * (first - a * mu - 2.0 * numerator * d_slope * inverse)) * (inverse * inverse)
-    return slope + a * e + p * (gamma0 + a * mu) * rho0 / (rho * rho)
+    by_density, by_energy = slope + a * e, (gamma0 + a * mu) * rho0
+    if mu < 0.0 and row[OF_GAS] >= 0.0:
+        eta, v = 1.0 + mu, row[OF_GAS]
+        f = expansion.left(eta, v)
+        by_density = f * by_density + expansion.slope(eta, v) * (row[C0_SQUARED] * mu + (gamma0 + a * mu) * e)
+        by_energy *= f
+    return by_density + p * by_energy / (rho * rho)

@@ -1,10 +1,12 @@
 """Murnaghan equation of state: a bulk modulus that grows with pressure.
 
-    p = K/n ((rho/rho0)^n - 1) + Gamma rho0 (e - e_c),    K(p) = K + n p
+    compression:  p = K/n ((rho/rho0)^n - 1) + Gamma rho0 (e - e_c),    K(p) = K + n p
+    expansion:    p = f [K/n ((rho/rho0)^n - 1) + Gamma rho0 e]
     e_c = K/(n rho0) [((rho/rho0)^(n-1) - 1)/(n-1) + rho0/rho - 1]
 
-e_c is the energy of cold compression. With Gamma = 0, the default, energy plays no part: for liquids
-and for solids that stay cold.  Murnaghan 1944, Proc. Natl. Acad. Sci. 30, 244.
+e_c is the energy of cold compression. f is the share of `expansion.py`: in expansion the pressure vanishes with
+the density, where K/n of tension would stay; e_c would grow without end and plays no part there. With Gamma = 0, the
+default, energy plays no part: for liquids and for solids that stay cold.  Murnaghan 1944, Proc. Natl. Acad. Sci. 30, 244.
 """
 
 from __future__ import annotations
@@ -18,10 +20,12 @@ from ...core.errors import CaseError
 from ...core.jit import compiled
 from .. import slots
 from ..slots import INVERSE_RHO0, RHO0
+from . import expansion
 
 BULK_MODULUS = slots.EOS[0]
 EXPONENT = slots.EOS[1]
 GAMMA = slots.EOS[2]
+OF_GAS = slots.EOS[3]
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,7 @@ class Murnaghan:
         row[BULK_MODULUS] = self.bulk_modulus
         row[EXPONENT] = self.exponent
         row[GAMMA] = self.gamma
+        row[OF_GAS] = expansion.of_gas(self.gamma)
 
 
 @compiled
@@ -61,6 +66,10 @@ def state(rho, e, row):
     power = eta ** (n - 1.0)
     cold = k / n * (eta * power - 1.0)
     thermal = row[GAMMA] * row[RHO0]
-    cold_energy = k * row[INVERSE_RHO0] / n * ((power - 1.0) / (n - 1.0) + 1.0 / eta - 1.0)
     slope = k * row[INVERSE_RHO0] * power
-    return cold + thermal * (e - cold_energy), slope - thermal * cold / (rho * rho), thermal
+    if eta >= 1.0:
+        cold_energy = k * row[INVERSE_RHO0] / n * ((power - 1.0) / (n - 1.0) + 1.0 / eta - 1.0)
+        return cold + thermal * (e - cold_energy), slope - thermal * cold / (rho * rho), thermal
+    p = cold + thermal * e
+    f, falls = expansion.left(eta, row[OF_GAS]), expansion.slope(eta, row[OF_GAS]) * row[INVERSE_RHO0]
+    return f * p, f * slope + falls * p, f * thermal

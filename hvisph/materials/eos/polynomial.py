@@ -2,11 +2,12 @@
 
     mu = rho/rho0 - 1
     compression:  p = A1 mu + A2 mu^2 + A3 mu^3 + (B0 + B1 mu) rho0 e
-    expansion:    p = T1 mu + T2 mu^2 + B0 rho0 e
+    expansion:    p = f [T1 mu + T2 mu^2 + B0 rho0 e]
 
 The common form of hydrocodes (Johnson & Holmquist 1994 call its coefficients K1, K2, K3; ceramics
 then have B0 = B1 = 0). A1 and T1 are bulk moduli, and T1 is A1 where it is not given. A fit holds
-up to the pressure it was fitted to, no further: with A3 < 0 it bends down.
+up to the pressure it was fitted to, no further: with A3 < 0 it bends down. f, which the common form
+lacks, is the share of `expansion.py`: the pressure vanishes with the density.
 """
 
 from __future__ import annotations
@@ -19,8 +20,9 @@ import numpy as np
 from ...core.jit import compiled
 from .. import slots
 from ..slots import INVERSE_RHO0, RHO0
+from . import expansion
 
-A1, A2, A3, B0, B1, T1, T2 = slots.EOS[:7]
+A1, A2, A3, B0, B1, T1, T2, OF_GAS = slots.EOS[:8]
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,7 @@ class Polynomial:
         row[A1], row[A2], row[A3] = self.a1, self.a2, self.a3
         row[B0], row[B1] = self.b0, self.b1
         row[T1], row[T2] = self.t1 or self.a1, self.t2
+        row[OF_GAS] = expansion.of_gas(self.b0)
 
 
 @compiled
@@ -64,4 +67,6 @@ def state(rho, e, row):
         slope = (row[A1] + mu * (2.0 * row[A2] + 3.0 * mu * row[A3])) * row[INVERSE_RHO0]
         return p, slope + row[B1] * e, gamma * row[RHO0]
     p = mu * (row[T1] + mu * row[T2]) + row[B0] * row[RHO0] * e
-    return p, (row[T1] + 2.0 * row[T2] * mu) * row[INVERSE_RHO0], row[B0] * row[RHO0]
+    by_density = (row[T1] + 2.0 * row[T2] * mu) * row[INVERSE_RHO0]
+    f, falls = expansion.left(1.0 + mu, row[OF_GAS]), expansion.slope(1.0 + mu, row[OF_GAS]) * row[INVERSE_RHO0]
+    return f * p, f * by_density + falls * p, f * row[B0] * row[RHO0]
