@@ -242,6 +242,17 @@ def test_removal_empties_lists_and_keeps_gradients_exact():
         assert ((field[near[keep]] - field[i])[:, None] * g).sum(axis=0) == pytest.approx([2.0, -3.0], rel=1e-12)
 
 
+def test_what_is_squeezed_below_a_third_of_its_spacing_sets_shorter_steps():
+    """Sheared by g at the same volume the speed of sound is that at rest, and |F^-1|^2 = 2 + g^2."""
+    speed = {}
+    for shear in (0.0, 2.0, 6.0):
+        setup = build(body())
+        mapped(setup, np.array([[1.0, shear], [0.0, 1.0]]), np.zeros((2, 2)))
+        speed[shear] = setup.stepper.signals.copy()
+    assert speed[2.0] == pytest.approx(speed[0.0], rel=1e-9)  # some of the step's reserve is gone, no more
+    assert speed[6.0] == pytest.approx(0.3 * np.sqrt(1.0 + 6.0**2) * speed[0.0], rel=1e-9)
+
+
 def test_inverted_particle_stops_with_its_place():
     case = body()
     setup = build(case)

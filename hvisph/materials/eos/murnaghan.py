@@ -6,7 +6,8 @@
 
 e_c is the energy of cold compression. f is the share of `expansion.py`: in expansion the pressure vanishes with
 the density, where K/n of tension would stay; e_c would grow without end and plays no part there. With Gamma = 0, the
-default, energy plays no part: for liquids and for solids that stay cold.  Murnaghan 1944, Proc. Natl. Acad. Sci. 30, 244.
+default, energy plays no part: for liquids and for solids that stay cold.  Murnaghan 1944, Proc. Natl. Acad. Sci.
+30, 244.
 """
 
 from __future__ import annotations
