@@ -29,6 +29,8 @@ if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type ch
 else:
     KinematicsName = Literal[tuple(KINEMATICS)]
 
+SNAPSHOTS = 20  # of a run after its start, unless a case says how often
+
 BodyName = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_-]{0,63}$")]
 
 
@@ -96,6 +98,11 @@ class Case(StrictModel):
     def drawn(self) -> int:
         """Number of dimensions in which bodies are drawn."""
         return KINEMATICS[self.kinematics].drawn
+
+    @property
+    def snapshot_interval(self) -> float:
+        """Time between snapshots [s]."""
+        return self.output.every or self.time.end / SNAPSHOTS
 
     @property
     def smoothing_length(self) -> float:

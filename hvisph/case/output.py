@@ -33,7 +33,7 @@ class Output(StrictModel):
 
     every: PositiveTime | None = Field(
         default=None,
-        description="Time between snapshots [s]; unless given, or beyond the end, only first and last state",
+        description="Time between snapshots [s], a twentieth of the run unless given; beyond it first and last alone",
     )
     formats: tuple[Literal["hdf5", "vtu"], ...] = Field(
         default=("hdf5",),

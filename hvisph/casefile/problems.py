@@ -80,6 +80,19 @@ def user_path(root: type[BaseModel], loc: Sequence[str | int], data: Any) -> Pat
     return path
 
 
+# What people write for a key, the key, and how the two differ.
+OTHER_WORDS = {
+    "radius": ("diameter", ", twice the radius"),
+    "thickness": ("length", ", which is along x"),
+    "height": ("length", ", which is along x"),
+    "speed": ("velocity", ", one component for each dimension"),
+    "dx": ("resolution", ""),
+    "spacing": ("resolution", ""),
+    "end_time": ("end", ""),
+    "dt": ("step", ""),
+}
+
+
 def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple[Path, str]:
     kind, value = detail["type"], detail["input"]
     if kind == "extra_forbidden":
@@ -89,10 +102,11 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
         if ":" in str(path[-1]):
             spaced = _short(str(path[-1])).replace(":", ": ", 1)
             return path, f"unknown key; YAML wants a space after a colon: '{spaced}'"
-        return (
-            path,
-            f"unknown key{nearest(str(path[-1]), keys_of(parent, at(data, path[:-1])) if parent else [])}",
-        )
+        allowed = keys_of(parent, at(data, path[:-1])) if parent else []
+        key, remark = OTHER_WORDS.get(str(path[-1]), ("", ""))
+        if key in allowed:
+            return path, f"unknown key; give '{key}'{remark}"
+        return path, f"unknown key{nearest(str(path[-1]), allowed)}"
     spot = walk(root, path, data)
     if kind == "missing":
         about = spot.info.description if spot and spot.info and spot.info.description else ""

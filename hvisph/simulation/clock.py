@@ -36,7 +36,7 @@ class Clock:
     end
         Time at which the run ends [s].
     every
-        Time between outputs [s]; None for the end alone.
+        Time between outputs [s]; from the end on there is one, the end.
     fixed
         Fixed step [s], or None for steps from the criteria.
 
@@ -51,7 +51,7 @@ class Clock:
     """
 
     end: float
-    every: float | None = None
+    every: float
     fixed: float | None = None
     time: float = 0.0
     steps: int = 0
@@ -61,12 +61,12 @@ class Clock:
 
     def moment(self, number: int) -> float:
         """Return the moment of output with this number [s], at most the end."""
-        return self.end if number >= self._last else number * (self.every or self.end)
+        return self.end if number >= self._last else number * self.every
 
     @property
     def _last(self) -> int:
         """Number of the last moment of output, which is the end."""
-        return 1 if self.every is None else max(ceil(self.end / self.every - SLIVER), 1)
+        return max(ceil(self.end / self.every - SLIVER), 1)
 
     def choose(self, allowed: float, criterion: str, under_way: TimeStep | None) -> TimeStep:
         """Return the step after the one under way.
@@ -118,8 +118,7 @@ class Clock:
 
     def extend(self) -> TimeStep:
         """Return the step from here after `end` was moved, in place of the one under way."""
-        if self.every is not None:
-            self.outputs = floor(self.time / self.every * (1.0 + SLIVER))
+        self.outputs = floor(self.time / self.every * (1.0 + SLIVER))
         return self.choose(self.allowed, self.allowed_by, None)
 
     @property

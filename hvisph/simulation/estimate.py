@@ -141,7 +141,7 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
         bodies = tuple(_uncounted(case))
     particles = sum(body.particles for body in bodies)
     steps, threads = estimated_steps(case), threads or worthwhile_threads(case, particles)
-    snapshots = 1 + (math.ceil(case.time.end / case.output.every - 1e-9) if case.output.every else 1)
+    snapshots = 1 + math.ceil(case.time.end / case.snapshot_interval - 1e-9)
     written = _snapshot_bytes(case.dim) * sum(VTU_GROWTH if f == "vtu" else 1.0 for f in case.output.formats)
     return Estimate(
         bodies=bodies,

@@ -66,7 +66,7 @@ class Run:
         axis = mirror_axis(setup)
         self.writer = SnapshotWriter(folder, setup, case, self.text)
         self.observer = Observer(setup, case.resolution, axis)
-        self.clock = Clock(case.time.end, case.output.every, case.time.step)
+        self.clock = Clock(case.time.end, case.snapshot_interval, case.time.step)
         self.files = RunFiles(folder, case, self.text, self.writer, self.observer, self.clock)
         self.status = "done"
         self.failure: Failure | None = None

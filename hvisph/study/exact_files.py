@@ -63,7 +63,7 @@ def write_exact(solution: ExactSolution, case: Case, folder: str | Path) -> list
 
 
 def _moments(case: Case) -> list[float]:
-    end, every = case.time.end, case.output.every or case.time.end
+    end, every = case.time.end, case.snapshot_interval
     # the end itself is the first moment that the waves are not followed through
     return [min(number * every, end * (1.0 - 1e-12)) for number in range(1, int(np.ceil(end / every - 1e-9)) + 1)]
 
