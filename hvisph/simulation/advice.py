@@ -235,9 +235,9 @@ def _peaks(case: Case, kind: Regime) -> Iterator[str]:
     round_faces = any(body.shape.type == "sphere" for body in case.bodies.values())
     if case.formulation.type == "eulerian" and case.dim == 3 and round_faces:
         yield (
-            "formulation: where a sphere meets another body in 3D 'eulerian' leaves single particles of the rim of the contact "
-            "at up to 1.2 times the pressure of a flat impact, more of them at finer spacings (riemann: 1.09); take "
-            "riemann where peaks count"
+            "formulation: where a sphere meets another body in 3D 'eulerian' leaves single particles of the rim of the "
+            "contact at up to 1.2 times the pressure of a flat impact, more of them at finer spacings (riemann: 1.09); "
+            "take riemann where peaks count"
         )
 
 
