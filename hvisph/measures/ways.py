@@ -174,15 +174,31 @@ def with_openings(plate: Plate, position: np.ndarray, projectile: np.ndarray, ow
     """
     if position.shape[1] == 1:
         return plate
+    place = place_of(plate, position, own, spacing)
+    grid = Grid.about(plate, spacing, [place])
+    cells = grid.filled(place)
+    if _is_full(grid, cells, RADIUS * spacing):
+        return plate
     from scipy import ndimage
 
-    place = place_of(plate, position, own, spacing)
-    cells = Grid.about(plate, spacing, [place]).filled(place)
     _, pieces = ndimage.label(cells, structure=np.ones([3] * cells.ndim))
     if pieces > 1:  # of cells, which may be more than of particles linked at 2 dx
         pieces = len(np.unique(connected_groups(position, own)))
     opened = is_open(plate, place, spacing)
     return replace(plate, open=opened, pieces=max(pieces, 1), clear=opened and _clear(position, projectile, spacing))
+
+
+def _is_full(grid: Grid, cells: np.ndarray, radius: float) -> bool:
+    """Whether all cells of a slice across the layer are within `radius` [m] of particles: it is closed."""
+    near = cells.copy()
+    for _ in range(int(radius / grid.cell)):
+        grown = near.copy()
+        for axis in range(cells.ndim):
+            for step in (-1, 1):
+                grown |= np.roll(near, step, axis)  # what wraps round comes from the pad, which is empty
+        near = grown
+    near = near[(slice(None), *[slice(grid.pad, -grid.pad)] * (cells.ndim - 1))]
+    return bool((near | ~grid.inside).reshape(len(near), -1).all(axis=1).any())
 
 
 def _clear(position: np.ndarray, projectile: np.ndarray, spacing: float) -> bool:
