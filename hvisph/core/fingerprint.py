@@ -22,7 +22,9 @@ from numba.core.dispatcher import Dispatcher
 from numba.extending import _Intrinsic
 
 # What makes code without being called by name, such as the arithmetic of lanes: taken as whole texts.
-_MACHINERY = ("fingerprint", "jit", "lanes", "memory", "nearby", "operation", "simd", "tensors")
+_MACHINERY = (
+    *("branches", "fingerprint", "jit", "lanes", "many", "masks", "memory", "nearby", "operation", "simd", "tensors"),
+)
 _WHOLE = {f"{__package__}.{name}" for name in _MACHINERY}
 # Functions of these packages are known by name and version.
 _FOREIGN = {"numpy", "numba", "llvmlite", "math", "builtins"}

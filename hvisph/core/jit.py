@@ -23,9 +23,13 @@ import numba
 from numba.core import event
 from numba.core.dispatcher import Dispatcher
 from numba.core.registry import CPUDispatcher
+from numba.core.sigutils import normalize_signature
 
-from . import on_demand
+from . import branches, on_demand
+from .lanes import strict
 from .loop_cache import LoopCache, cache_folder
+from .many import Many
+from .masks import mask
 
 # Threads wait for each other asleep, unless the user says otherwise. Awake they hold a core that another process needs,
 # or the very thread that they wait for: a small case on a busy machine then takes ten times as long. Read when the
@@ -45,10 +49,47 @@ _LEAN = _OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 class _Scalar(CPUDispatcher):
-    """A compiled scalar function that Python calls through another one, made when it does."""
+    """A compiled scalar function that Python calls through another one, made when it does.
+
+    Loops may call it with strict lanes, many particles at once: see `core.branches`.
+    """
 
     def __call__(self, *arguments: Any) -> Any:
         return _entry(self)(*arguments)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return how the function is called with arguments of these types."""
+        wide = _wide(args)
+        if wide:
+            return _in_lanes(self, wide).get_call_template(args, kws)
+        return super().get_call_template(args, kws)
+
+    def get_overload(self, sig: Any) -> Any:
+        """Return the compiled form for a signature."""
+        wide = _wide(normalize_signature(sig)[0])
+        return _in_lanes(self, wide).get_overload(sig) if wide else super().get_overload(sig)
+
+
+def _wide(kinds: Any) -> tuple[int, ...]:
+    """Return which of some types hold strict lanes."""
+    return tuple(k for k, kind in enumerate(kinds) if _holds_lanes(kind))
+
+
+def _holds_lanes(kind: Any) -> bool:
+    if isinstance(kind, numba.types.BaseTuple):
+        return any(map(_holds_lanes, kind))
+    return kind in (strict, mask) or isinstance(kind, Many)
+
+
+@cache
+def _in_lanes(function: _Scalar, wide: tuple[int, ...]) -> Any:
+    """Return what does for lanes in the arguments `wide` what `function` does for numbers."""
+    if function.targetoptions.get("forceinline"):
+        try:
+            return numba.njit(forceinline=True, **_LEAN)(branches.in_lanes(function.py_func, wide))
+        except branches.Unsuitable:
+            function = called(function.py_func)
+    return numba.njit(**_LEAN)(branches.lane_by_lane(function))
 
 
 @cache

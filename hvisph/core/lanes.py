@@ -1,12 +1,17 @@
-"""Several numbers at once: a number type of compiled loops, with the arithmetic of floats.
+"""Several numbers at once: number types of compiled loops, with the arithmetic of floats.
 
 A pair law is written for one neighbour and runs over LANES of them: eight where the processor's vectors
 hold as many, otherwise four. All operations are element by element; a plain float beside a vector counts
 for all of its lanes.
+
+There are two kinds. `lanes` are for sums over neighbours: the compiler may reorder, contract and approximate. `strict`
+lanes round as single floats do, to the last bit, so that a particle's state does not depend on which others it is
+carried with; see `core.masks` for what they have beside.
 """
 
 from __future__ import annotations
 
+import math
 import operator
 from typing import Any
 
@@ -35,17 +40,22 @@ VECTOR = ir.VectorType(_f64, LANES)
 
 
 class Lanes(types.Type):
-    """Type of LANES float64."""
+    """Type of LANES float64, and what the compiler may do to their arithmetic."""
 
-    def __init__(self) -> None:
-        super().__init__("lanes")
+    def __init__(self, name: str, flags: tuple[str, ...]) -> None:
+        super().__init__(name)
+        self.flags = flags
 
     def can_convert_from(self, typing_context, other):
         """Take a float for LANES equal ones, where branches of a template give one or the other."""
         return Conversion.unsafe if isinstance(other, types.Float) else None
 
+    def unify(self, typing_context, other):
+        """Return what a variable is that is of this type or of another one."""
+        return self if isinstance(other, types.Float) else None
 
-lanes = Lanes()
+
+lanes, strict = Lanes("lanes", FAST), Lanes("strict lanes", ())
 
 
 @register_model(Lanes)
@@ -65,10 +75,10 @@ def splat(builder: Any, value: Any, count: int = LANES) -> Any:
 def _call(name: str) -> Any:
     """Return a generator of LLVM's function `name`."""
 
-    def generate(builder, *arguments):
+    def generate(builder, flags, *arguments):
         kind = ir.FunctionType(VECTOR, [VECTOR] * len(arguments))
         function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.{name}.v{LANES}f64")
-        return builder.call(function, arguments, fastmath=FAST)
+        return builder.call(function, arguments, fastmath=flags)
 
     return generate
 
@@ -76,20 +86,28 @@ def _call(name: str) -> Any:
 def _choose(comparison: str) -> Any:
     """Return a generator that takes the first of two where the comparison holds, and the second elsewhere."""
 
-    def generate(builder, a, b):
-        return builder.select(builder.fcmp_ordered(comparison, a, b, flags=FAST), a, b)
+    def generate(builder, flags, a, b):
+        return builder.select(builder.fcmp_ordered(comparison, a, b, flags=flags), a, b)
 
     return generate
 
 
+def _emit(name: str) -> Any:
+    """Return a generator of LLVM's instruction `name`."""
+    return lambda builder, flags, *arguments: getattr(builder, name)(*arguments, flags=flags)
+
+
 def _define(functions: tuple[Any, ...], count: int, generate: Any) -> None:
-    """Give `functions` of `count` arguments a meaning for vectors: `generate(builder, *vectors)`."""
-    mixed = [(lanes, lanes), (lanes, types.float64), (types.float64, lanes)]
-    cases = [signature(lanes, *case) for case in ([(lanes,)] if count == 1 else mixed)]
+    """Give `functions` of `count` arguments a meaning for vectors: `generate(builder, flags, *vectors)`."""
+    cases = []
+    for kind in (lanes, strict):
+        mixed = [(kind, kind), (kind, types.float64), (types.float64, kind)]
+        cases += [signature(kind, *case) for case in ([(kind,)] if count == 1 else mixed)]
 
     def lower(context, builder, sig, arguments):
         pairs = zip(arguments, sig.args, strict=True)
-        return generate(builder, *(a if kind == lanes else splat(builder, a) for a, kind in pairs))
+        wide = (a if isinstance(kind, Lanes) else splat(builder, a) for a, kind in pairs)
+        return generate(builder, sig.return_type.flags, *wide)
 
     for function in functions:
         infer_global(function)(type("_Template", (ConcreteTemplate,), {"key": function, "cases": cases}))
@@ -97,15 +115,15 @@ def _define(functions: tuple[Any, ...], count: int, generate: Any) -> None:
             lower_builtin(function, *case.args)(lower)
 
 
-_define((operator.add, operator.iadd), 2, lambda builder, a, b: builder.fadd(a, b, flags=FAST))
-_define((operator.sub, operator.isub), 2, lambda builder, a, b: builder.fsub(a, b, flags=FAST))
-_define((operator.mul, operator.imul), 2, lambda builder, a, b: builder.fmul(a, b, flags=FAST))
-_define((operator.truediv, operator.itruediv), 2, lambda builder, a, b: builder.fdiv(a, b, flags=FAST))
-_define((operator.neg,), 1, lambda builder, a: builder.fneg(a, flags=FAST))
+_define((operator.add, operator.iadd), 2, _emit("fadd"))
+_define((operator.sub, operator.isub), 2, _emit("fsub"))
+_define((operator.mul, operator.imul), 2, _emit("fmul"))
+_define((operator.truediv, operator.itruediv), 2, _emit("fdiv"))
+_define((operator.neg,), 1, _emit("fneg"))
 _define((min,), 2, _choose("<"))
 _define((max,), 2, _choose(">"))
 _define((abs,), 1, _call("fabs"))
-_define((np.sqrt,), 1, _call("sqrt"))
+_define((np.sqrt, math.sqrt), 1, _call("sqrt"))
 _define((np.copysign,), 2, _call("copysign"))
 
 
@@ -129,7 +147,7 @@ def larger_lanes(typing_context, a, b):
     """Return the larger of each two lanes, NaN where either is; `max` would lose it."""
 
     def generate(context, builder, sig, arguments):
-        return _call("maximum")(builder, *arguments)
+        return _call("maximum")(builder, FAST, *arguments)
 
     return lanes(lanes, lanes), generate
 

@@ -11,7 +11,8 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin
 
-from .lanes import FAST, VECTOR, lanes, reduced, splat
+from .lanes import VECTOR, Lanes, lanes, reduced, splat, strict
+from .many import Many, load, store
 
 
 class _Number:
@@ -66,28 +67,27 @@ class _Kind(_Number):
 
 def _common(numbers: Any) -> Any:
     """Return the type that holds all of `numbers`: lanes where one of them is."""
-    return lanes if any(getattr(n, "kind", None) == lanes for n in numbers) else types.float64
+    return next((n.kind for n in numbers if isinstance(getattr(n, "kind", None), Lanes)), types.float64)
 
 
 class _Value(_Number):
     """A number of the function under compilation."""
 
-    def __init__(self, builder: Any, value: Any) -> None:
-        self.builder, self.value = builder, value
+    def __init__(self, builder: Any, value: Any, kind: Any) -> None:
+        self.builder, self.value, self.kind = builder, value, kind
 
     def _with(self, name: str, a: Any, b: Any) -> _Value:
-        builder = self.builder
+        builder, kind = self.builder, _common((a, b))
         a, b = (_emitted(builder, n) for n in (a, b))
-        wide = VECTOR in (a.type, b.type)
-        if wide:
+        if isinstance(kind, Lanes):
             a, b = (n if n.type == VECTOR else splat(builder, n) for n in (a, b))
-        return _Value(builder, getattr(builder, name)(a, b, flags=FAST if wide else ()))
+        return _Value(builder, getattr(builder, name)(a, b, flags=getattr(kind, "flags", ())), kind)
 
     def total(self) -> _Value:
-        return _Value(self.builder, reduced(self.builder, "fadd", self.value, 0.0))
+        return _Value(self.builder, reduced(self.builder, "fadd", self.value, 0.0), types.float64)
 
     def spread(self) -> _Value:
-        return _Value(self.builder, splat(self.builder, self.value))
+        return _Value(self.builder, splat(self.builder, self.value), lanes)
 
 
 def _emitted(builder: Any, number: Any) -> Any:
@@ -95,10 +95,13 @@ def _emitted(builder: Any, number: Any) -> Any:
 
 
 class _KindOfRows:
-    """An array of floats whose numbers are not known yet."""
+    """An array of floats, or many rows of one, whose numbers are not known yet."""
+
+    def __init__(self, kind: Any) -> None:
+        self.kind = kind
 
     def __getitem__(self, place):
-        return _Kind(types.float64)
+        return _Kind(self.kind)
 
     def __setitem__(self, place, number):
         pass
@@ -120,10 +123,26 @@ class _Rows:
         )
 
     def __getitem__(self, place):
-        return _Value(self.builder, self.builder.load(self._address(place)))
+        return _Value(self.builder, self.builder.load(self._address(place)), types.float64)
 
     def __setitem__(self, place, number):
         self.builder.store(_emitted(self.builder, number), self._address(place))
+
+
+class _ManyRows:
+    """Many rows of an array at once; the number of a single row says nothing here."""
+
+    def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
+        self.context, self.builder, self.kind, self.value = context, builder, kind, value
+
+    def __getitem__(self, place):
+        slot = ir.Constant(ir.IntType(64), place[1])
+        return _Value(self.builder, load(self.context, self.builder, self.kind, self.value, slot), strict)
+
+    def __setitem__(self, place, number):
+        slot, value = ir.Constant(ir.IntType(64), place[1]), _emitted(self.builder, number)
+        wide = value if value.type == VECTOR else splat(self.builder, value)
+        store(self.context, self.builder, self.kind, self.value, slot, wide)
 
 
 def _stand_in(kind: Any) -> Any:
@@ -132,7 +151,9 @@ def _stand_in(kind: Any) -> Any:
         return kind.literal_value
     if isinstance(kind, types.BaseTuple):
         return tuple(_stand_in(part) for part in kind)
-    return _KindOfRows() if isinstance(kind, types.Array) else _Kind(kind)
+    if isinstance(kind, (types.Array, Many)):
+        return _KindOfRows(strict if isinstance(kind, Many) else types.float64)
+    return _Kind(kind)
 
 
 def _argument(context: Any, builder: Any, kind: Any, value: Any) -> Any:
@@ -142,7 +163,8 @@ def _argument(context: Any, builder: Any, kind: Any, value: Any) -> Any:
     if isinstance(kind, types.BaseTuple):
         parts = cgutils.unpack_tuple(builder, value, len(kind))
         return tuple(_argument(context, builder, k, v) for k, v in zip(kind, parts, strict=True))
-    return _Rows(context, builder, kind, value) if isinstance(kind, types.Array) else _Value(builder, value)
+    rows = {types.Array: _Rows, Many: _ManyRows}.get(type(kind))
+    return rows(context, builder, kind, value) if rows else _Value(builder, value, kind)
 
 
 def _passed(kind: Any) -> Any:
@@ -181,7 +203,7 @@ def operation(write: Callable[..., Any]) -> Any:
             return context.get_dummy_value()
         kind = sig.return_type
         parts = [_emitted(builder, part) for part in (result if isinstance(result, tuple) else (result,))]
-        if lanes in (kind, getattr(kind, "dtype", None)):
+        if isinstance(getattr(kind, "dtype", kind), Lanes):
             parts = [part if part.type == VECTOR else splat(builder, part) for part in parts]
         return context.make_tuple(builder, kind, parts) if isinstance(result, tuple) else parts[0]
 
