@@ -198,8 +198,10 @@ class _Converter:
                 return [self.assignment(new, wide, where)]
             case ast.If():
                 return self.branch(one, where)
-            case ast.For(iter=several, target=target, body=body, orelse=[]) if not self.is_wide(several):
-                self.known |= set(_names(target))
+            case ast.For(iter=several, target=target, body=body, orelse=[]):
+                names = set(_names(target))
+                self.known |= names
+                self.wide = self.wide | names if self.is_wide(several) else self.wide - names
                 for _ in range(2):  # what a turn makes wide is wide in the next
                     turn = self.block(body, where=where)
                 return [ast.For(target, self.expression(several), turn, [])]

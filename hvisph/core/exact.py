@@ -15,6 +15,8 @@ from math import ceil, fsum, log2
 import numpy as np
 
 from .jit import compiled
+from .lanes import LANES
+from .masks import chosen
 from .simd import add_rounded
 
 # Bits of the finer part, which leave room for 2^29 terms, and those of a unit below the whole.
@@ -58,9 +60,32 @@ def add_vector(sums, i, k, terms, rounder):
 
 
 @compiled
-def add_eight(sums, i, terms, rounders):
-    """Add eight `terms` to the first eight columns, each with its rounder: `add_whole` of all, side by side."""
-    add_rounded(sums, i, terms, rounders, FINER)
+def add_lanes(counted, k, here, terms, rounder):
+    """Add to the whole number counted[0, k] and the finer one counted[1, k] of each lane what `here` is of `terms`.
+
+    `counted` is an array of int64 (2, columns, LANES); for `rounder` see `rounder_of`.
+    """
+    add_rounded(counted, np.uint64(k), chosen(here, terms, 0.0), rounder, FINER)
+
+
+@compiled
+def add_lanes_of(counted, k, here, terms, rounder):
+    """Add the components of the vector `terms` to the columns from the k-th on, see `add_lanes`."""
+    column = np.uint64(k)
+    for term in terms:
+        add_lanes(counted, column, here, term, rounder)
+        column += np.uint64(1)
+
+
+@compiled
+def sum_lanes(wholes, i, counted):
+    """Write into wholes[i] the sums over the lanes of `counted`."""
+    for part in range(np.uint64(counted.shape[0])):
+        for k in range(np.uint64(counted.shape[1])):
+            whole = np.int64(0)
+            for lane in range(np.uint64(LANES)):
+                whole += counted[part, k, lane]
+            wholes[i, part, k] = whole
 
 
 def whole_parts(terms: np.ndarray, unit: float) -> np.ndarray:

@@ -143,6 +143,16 @@ def all_lanes(typing_context, value):
 
 
 @intrinsic
+def all_strict(typing_context, value):
+    """Return strict lanes that all hold `value`."""
+
+    def generate(context, builder, sig, arguments):
+        return splat(builder, arguments[0])
+
+    return strict(types.float64), generate
+
+
+@intrinsic
 def larger_lanes(typing_context, a, b):
     """Return the larger of each two lanes, NaN where either is; `max` would lose it."""
 

@@ -12,7 +12,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from .lanes import LANES, lanes
+from .lanes import LANES, lanes, splat, strict
 
 EIGHT = 8  # candidates that the first filter takes at once, on every machine
 
@@ -100,43 +100,35 @@ def neighbours(typing_context, rows, near, k, width):
 
 
 @intrinsic
-def add_rounded(typing_context, sums, i, terms, rounders, finer):
-    """Round eight terms to whole numbers and finer ones, and add them to the first eight columns of sums[i].
+def add_rounded(typing_context, counted, k, terms, rounder, finer):
+    """Round lanes to whole numbers and finer ones, and add them to counted[0, k] and counted[1, k].
 
     Parameters
     ----------
-    sums
-        Contiguous array of int64 (count, 2, 8 or more): whole numbers and finer ones.
-    i
-        Row of it.
-    terms, rounders
-        Tuples of eight floats; for rounders see `core.exact`.
+    counted
+        Contiguous array of int64 (2, columns, LANES): whole numbers and finer ones.
+    k
+        Column of it.
+    terms, rounder
+        Strict lanes, and what rounds them, see `core.exact`.
     finer
         Bits of the finer part, a literal.
     """
     if not isinstance(finer, types.Literal):
         return None
     share = 2.0**-finer.literal_value
-    eight = types.UniTuple(types.float64, EIGHT)
-    signature = types.void(sums, types.uint64, eight, eight, finer)
+    signature = types.void(counted, types.uint64, strict, types.float64, finer)
 
     def generate(context, builder, signature, arguments):
-        array, row, terms, rounders, _ = arguments
-        floats, integers = ir.VectorType(_f64, EIGHT), ir.VectorType(_i64, EIGHT)
-
-        def vector(parts):
-            made = ir.Constant(floats, ir.Undefined)
-            for lane, part in enumerate(cgutils.unpack_tuple(builder, parts, EIGHT)):
-                made = builder.insert_element(made, part, ir.Constant(_i32, lane))
-            return made
-
-        term, rounder = vector(terms), vector(rounders)
-        fine = builder.fmul(rounder, ir.Constant(floats, [share] * EIGHT))
+        array, column, term, rounder, _ = arguments
+        integers = ir.VectorType(_i64, LANES)
+        fine = splat(builder, builder.fmul(rounder, ir.Constant(_f64, share)))
+        rounder = splat(builder, rounder)
         whole = builder.fadd(term, rounder)
         rest = builder.fadd(builder.fsub(term, builder.fsub(whole, rounder)), fine)
         for part, (rounded, base) in enumerate(((whole, rounder), (rest, fine))):
             count = builder.sub(builder.bitcast(rounded, integers), builder.bitcast(base, integers))
-            place = [row, ir.Constant(_i64, part), ir.Constant(_i64, 0)]
+            place = [ir.Constant(_i64, part), column, ir.Constant(_i64, 0)]
             address = _address(context, builder, signature.args[0], array, place, integers)
             builder.store(builder.add(builder.load(address, align=8), count), address, align=8)
         return context.get_dummy_value()

@@ -121,7 +121,8 @@ class Stepper:
         parts["pack"] = bind(packer, options, offered)
         limits = self.formulation.limits()
         parts["show_limits"] = bind(limits[0], limits[1], offered) if limits else parts["pack"]  # never called
-        return bind(single.update, parts | {"LIMITED": int(limits is not None)}, offered, parallel=True)
+        carried = bind(single.carried, parts | {"LIMITED": int(limits is not None)}, offered)
+        return bind(single.update, {"carried": carried}, offered, parallel=True)
 
     @property
     def rows(self) -> np.ndarray:

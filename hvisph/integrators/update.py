@@ -4,6 +4,10 @@ Between two evaluations of the pair forces every particle is visited once. With 
 last evaluation its state is carried to the end of the step; then the stage of the
 next evaluation is predicted, `materials.response` gives the stress there, and what the neighbours
 need is packed into the particle's row. See `integrators.scheme` for the scheme and its energy.
+
+Particles of a chunk that share a material, and are all held or all free, are carried LANES at once. The text is that of
+a single one: arrays stand for many of their rows, numbers are lanes (`core.many`, `core.branches`), each of which
+rounds as a single number does. So the bits do not depend on which particles are carried together.
 """
 
 from __future__ import annotations
@@ -12,9 +16,12 @@ from math import pi, sqrt
 
 import numpy as np
 
-from hvisph.core.exact import add_eight, add_vector
+from hvisph.core.exact import add_lanes, add_lanes_of, sum_lanes
 from hvisph.core.growth import grown
 from hvisph.core.jit import compiled, prange
+from hvisph.core.lanes import LANES, all_strict
+from hvisph.core.many import many
+from hvisph.core.masks import first_lanes, lane
 from hvisph.core.tensors import (
     divergence,
     dot,
@@ -37,9 +44,11 @@ from hvisph.core.tensors import (
 from hvisph.sph.viscosity import balsara_share, relaxed_share, shear_share
 
 from .particle import Limits, Rates, Shown, State
-from .sums import LENGTH, SIZE, SPEED2, SUPPORT
+from .sums import COUNTED, HEATING, INTERNAL, KINETIC, LENGTH, MOMENTUM, PLASTIC, SIZE, SLIPPING, SPEED2, SUPPORT
 
 CHUNK = 256
+# More than any key of `listed`.
+NONE = 2**62
 # The smallest radius of a ring, over h: below it a ring is taken for one of this radius.
 ON_AXIS = 0.07
 # Rings in shear flow have all of the viscosity at the axis, none beyond the reduced share from h over this on.
@@ -149,7 +158,8 @@ def strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)
     h = min(max(now.h * grown(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
     s, plastic_strain, damage, p, c, memory = recall(
         table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip
-    return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, memory), p, c, full, thicker
+    kept = memory if REMEMBERS else NOTHING
+    return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, kept), p, c, full, thicker
 
 
 def works(before, now, l, p, dt):
@@ -177,6 +187,135 @@ def viscous_share(share, l, c, h, dt, coefficients):
     if SWITCH == MORRIS_MONAGHAN:
         return relaxed_share(share, divergence(l), c, h, dt, coefficients[5], coefficients[6])
     return balsara_share(l, c, h)
+
+
+@compiled
+def listed(tags, first, end, key, found):
+    """List the particles from `first` to `end` whose material and flag of being held make up `key`.
+
+    Returns how many, and the least key above, or NONE. Behind them the list repeats its last for LANES.
+    """
+    n, above = np.uint64(0), np.uint64(NONE)
+    for s in range(first, end):
+        own = np.uint64(2) * np.uint64(tags[s, 2]) + np.uint64(tags[s, 3] & np.uint32(1))
+        if own == key:
+            found[n] = s
+            n += np.uint64(1)
+        elif own > key:
+            above = min(above, own)
+    for k in range(np.uint64(LANES)):
+        if n > np.uint64(0):
+            found[n + k] = found[n - np.uint64(1)]
+    return n, above
+
+
+def carried(particles, here, alike, materials, coefficients, times_ahead, h_limits, rows, limits, counted, most,
+            rounders):  # fmt: skip
+    """Carry LANES particles on, of one material and all held or all free.
+
+    Parameters
+    ----------
+    particles
+        Their rows of the state, of tags, of rates and of the evaluation's packed rows.
+    here
+        The lanes that count: others repeat the last of these.
+    alike
+        Their material and whether they are held.
+    materials, coefficients, times_ahead, h_limits, rows, limits
+        See `update`; rows and limits of these particles.
+    counted
+        Whole numbers of each lane and finer ones (2, COUNTED, LANES), which their sums are added to.
+    most
+        Largest speed squared, largest smoothing length and sum of the sizes of energies so far, a lane each.
+    rounders
+        What rounds energies, momenta, forces and powers.
+
+    Returns
+    -------
+    tuple
+        `most` with these particles.
+    """
+    state, tags, rates, sorted_rows = particles
+    m, held = alike
+    table, models = materials
+    dt, stage, complete = times_ahead
+    h_low, h_high = h_limits
+    lengths, signals, pressures = limits
+    of_energy, of_momentum, of_force, of_power = rounders
+    s = np.uint64(0)  # arrays stand for all of the particles: any row will do
+    flowed = dissipated = 0.0
+    mass, now, rate = state[s, S_MASS], loaded(state, s), measured(rates, s)
+    acting, free = rate, 0.0 if held else 1.0
+    if held:
+        resting = rate.a
+        if PREVIOUS:
+            resting = times(0.5, plus(resting, own_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
+        add_lanes_of(counted, SUPPORT, here, in_space(times(mass, resting)), of_force)
+    a = no_vector(DIM) if held else rate.a
+    thickness = state[s, S_THICKNESS] if PLANE_STRESS else 1.0
+    ring = ring_radius(now.x, now.h) if REVOLVED else 0.0
+    least = sparsest(mass, ring, now.h, thickness) if SPARSEST else 0.0
+    if complete:
+        u, before = own_vector(sorted_rows, s, U, DIM), now
+        now, l, swelling, hoop = moved(state, s, now, acting, free, u, dt)
+        now, p, c, l, thicker = strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)
+        store(state, s, now)
+        flowed, dissipated = works(before, now, l, pressures[s], dt)
+        flowed, dissipated = mass * flowed, mass * dissipated
+        if PLANE_STRESS:
+            state[s, S_THICKNESS] *= thicker
+        if SWITCH == MORRIS_MONAGHAN:
+            state[s, S_VISCOSITY_SHARE] = viscous_share(state[s, S_VISCOSITY_SHARE], l, c, now.h, dt, coefficients)
+        if PREVIOUS:
+            remember(state, s, u, acting)
+    speed2 = dot(now.u, now.u)
+    kinetic, internal = 0.5 * mass * speed2, mass * now.e
+    add_lanes(counted, KINETIC, here, kinetic, of_energy)
+    add_lanes(counted, INTERNAL, here, internal, of_energy)
+    add_lanes_of(counted, MOMENTUM, here, in_space(times(mass, now.u)), of_momentum)
+    add_lanes(counted, PLASTIC, here, flowed, of_energy)
+    add_lanes(counted, HEATING, here, dissipated, of_energy)
+    if SLIPS:
+        add_lanes(counted, SLIPPING, here, mass * rates[s, R_SLIP], of_power)
+    # The stage: where the rates are evaluated next.
+    x = plus(now.x, times(stage, plus(now.u, times(DRIFT * stage, a))))
+    ahead = State(x, plus(now.u, times(stage, a)), now.rho, now.e + stage * rate.power, now.h, now.s,
+                  now.plastic_strain, now.damage, now.memory)  # fmt: skip
+    swelling = divergence(rate.l) - rate.density
+    ahead, p, c, l, thicker = strained(
+        ahead, stage, rate.l, swelling, rate.hoop, least, table, models, m, h_low, h_high)  # fmt: skip
+    pressures[s], lengths[s] = p, ahead.h
+    shear = shear_modulus(table, models, m, ahead.rho, ahead.e, p)
+    c_l, c_t = longitudinal_speed(c, ahead.rho, shear), shear_speed(ahead.rho, shear)
+    # In plane stress a membrane: its forces and its density are those of its thickness.
+    thickness = state[s, S_THICKNESS] * thicker if PLANE_STRESS else 1.0
+    # In the plane of a ring the mass of its section.
+    ring = ring_radius(ahead.x, ahead.h) if REVOLVED else 0.0
+    planar = mass / (2.0 * pi * ring) if REVOLVED else mass
+    signal = pack(rows, s, coefficients, Shown(
+        ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
+        times(thickness, ahead.s), tags[s, 1], ring))  # fmt: skip
+    if SHEARS:  # alpha goes with this speed of sound
+        left = shear_share(l)
+        if REVOLVED:  # nothing else holds the rows at the axis
+            left = max(left, 1.0 - AT_AXIS * ring / ahead.h)
+        rows[s, C] *= left
+    if LIMITED:
+        signal = show_limits(rows, s, coefficients, signal, ahead.rho, c, Limits(
+            thickness * bearable_tension(table, models, m, ahead.s, ahead.damage),
+            thickness * bearable_shear(
+                table, models, m, ahead.rho, ahead.e, p, ahead.plastic_strain, ahead.damage, l),
+            failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
+            1.0 if h_low < ahead.h < h_high else 0.0))  # fmt: skip
+    if SWITCH:
+        share = state[s, S_VISCOSITY_SHARE] if SWITCH == MORRIS_MONAGHAN else 1.0
+        share = viscous_share(share, l, c, ahead.h, stage, coefficients)
+        rows[s, SHARE] = share
+        # a small share lets no step grow: the shock that raises it may be a step away
+        signal += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
+    signals[s] = signal
+    fastest, longest, size = most
+    return max(fastest, speed2), max(longest, ahead.h), size + (kinetic + abs(internal) if here else 0.0)
 
 
 def update(state, tags, place, rates, sorted_rows, materials, coefficients, times_ahead, h_limits, rows, limits,
@@ -220,85 +359,33 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
     wholes, extremes, (of_energy, of_momentum, of_force, of_power) = sums
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
+        end = min(first + np.uint64(CHUNK), count)
+        near = np.empty(CHUNK + LANES, np.uint32)
+        placed = np.empty(CHUNK + LANES, np.uint32)
+        counted = np.zeros((2, COUNTED, LANES), np.int64)
+        most = (all_strict(0.0), all_strict(0.0), all_strict(0.0))
+        key = np.uint64(0)
+        while key != np.uint64(NONE):
+            n, above = listed(tags, first, end, key, near)
+            for k in range(n + np.uint64(LANES)):
+                if n > np.uint64(0):
+                    placed[k] = place[np.uint64(near[k])]
+            for k in range(np.uint64(0), n, np.uint64(LANES)):
+                most = carried(
+                    (many(state, near, k), many(tags, near, k), many(rates, placed, k), many(sorted_rows, placed, k)),
+                    first_lanes(n - k), (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)),
+                    (table, models), coefficients, (dt, stage, complete), (h_low, h_high), many(rows, near, k),
+                    (many(lengths, near, k), many(signals, near, k), many(pressures, near, k)), counted, most,
+                    (of_energy, of_momentum, of_force, of_power))  # fmt: skip
+            key = above
         i = np.uint64(chunk)
+        sum_lanes(wholes, i, counted)
         fastest = longest = size = 0.0
-        wholes[i] = 0
-        for s in range(first, min(first + np.uint64(CHUNK), count)):
-            k, m = np.uint64(place[s]), np.uint64(tags[s, 2])
-            flowed = dissipated = 0.0
-            mass, now, rate = state[s, S_MASS], loaded(state, s), measured(rates, k)
-            acting, free = rate, 1.0
-            if tags[s, 3] & np.uint32(1):  # clamped
-                held = rate.a
-                if PREVIOUS:
-                    held = times(0.5, plus(held, own_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
-                add_vector(wholes, i, SUPPORT, times(mass, held), of_force)
-                rate, free = Rates(no_vector(DIM), rate.power, rate.l, rate.density, rate.hoop), 0.0
-            thickness = state[s, S_THICKNESS] if PLANE_STRESS else 1.0
-            ring = ring_radius(now.x, now.h) if REVOLVED else 0.0
-            least = sparsest(mass, ring, now.h, thickness) if SPARSEST else 0.0
-            if complete:
-                u, before = own_vector(sorted_rows, k, U, DIM), now
-                now, l, swelling, hoop = moved(state, s, now, acting, free, u, dt)
-                now, p, c, l, thicker = strained(
-                    now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)  # fmt: skip
-                store(state, s, now)
-                flowed, dissipated = works(before, now, l, pressures[s], dt)
-                flowed, dissipated = mass * flowed, mass * dissipated
-                if PLANE_STRESS:
-                    state[s, S_THICKNESS] *= thicker
-                if SWITCH == MORRIS_MONAGHAN:
-                    state[s, S_VISCOSITY_SHARE] = viscous_share(
-                        state[s, S_VISCOSITY_SHARE], l, c, now.h, dt, coefficients)  # fmt: skip
-                if PREVIOUS:
-                    remember(state, s, u, acting)
-            speed2 = dot(now.u, now.u)
-            kinetic, internal, momentum = 0.5 * mass * speed2, mass * now.e, in_space(times(mass, now.u))
-            slipping = mass * rates[k, R_SLIP] if SLIPS else 0.0
-            add_eight(
-                wholes,
-                i,
-                (kinetic, internal, momentum[0], momentum[1], momentum[2], flowed, dissipated, slipping),
-                (of_energy, of_energy, of_momentum, of_momentum, of_momentum, of_energy, of_energy, of_power),
-            )
-            size += kinetic + abs(internal)
-            fastest = max(fastest, speed2)
-            # The stage: where the rates are evaluated next.
-            x = plus(now.x, times(stage, plus(now.u, times(DRIFT * stage, rate.a))))
-            ahead = State(x, plus(now.u, times(stage, rate.a)), now.rho, now.e + stage * rate.power, now.h, now.s,
-                          now.plastic_strain, now.damage, now.memory)  # fmt: skip
-            swelling = divergence(rate.l) - rate.density
-            ahead, p, c, l, thicker = strained(
-                ahead, stage, rate.l, swelling, rate.hoop, least, table, models, m, h_low, h_high)  # fmt: skip
-            pressures[s], lengths[s], longest = p, ahead.h, max(longest, ahead.h)
-            shear = shear_modulus(table, models, m, ahead.rho, ahead.e, p)
-            c_l, c_t = longitudinal_speed(c, ahead.rho, shear), shear_speed(ahead.rho, shear)
-            # In plane stress a membrane: its forces and its density are those of its thickness.
-            thickness = state[s, S_THICKNESS] * thicker if PLANE_STRESS else 1.0
-            # In the plane of a ring the mass of its section.
-            ring = ring_radius(ahead.x, ahead.h) if REVOLVED else 0.0
-            planar = mass / (2.0 * pi * ring) if REVOLVED else mass
-            signals[s] = pack(rows, s, coefficients, Shown(
-                ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
-                times(thickness, ahead.s), float(tags[s, 1]), ring))  # fmt: skip
-            if SHEARS:  # alpha goes with this speed of sound
-                left = shear_share(l)
-                if REVOLVED:  # nothing else holds the rows at the axis
-                    left = max(left, 1.0 - AT_AXIS * ring / ahead.h)
-                rows[s, C] *= left
-            if LIMITED:
-                signals[s] = show_limits(rows, s, coefficients, signals[s], ahead.rho, c, Limits(
-                    thickness * bearable_tension(table, models, m, ahead.s, ahead.damage),
-                    thickness * bearable_shear(
-                        table, models, m, ahead.rho, ahead.e, p, ahead.plastic_strain, ahead.damage, l),
-                    failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
-                    h_low < ahead.h < h_high))  # fmt: skip
-            if SWITCH:
-                share = state[s, S_VISCOSITY_SHARE] if SWITCH == MORRIS_MONAGHAN else 1.0
-                rows[s, SHARE] = share = viscous_share(share, l, c, ahead.h, stage, coefficients)
-                # a small share lets no step grow: the shock that raises it may be a step away
-                signals[s] += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
+        for k in range(np.uint64(LANES)):
+            fastest, longest = max(fastest, lane(most[0], k)), max(longest, lane(most[1], k))
+            size += lane(most[2], k)
         extremes[i, SPEED2], extremes[i, LENGTH], extremes[i, SIZE] = fastest, longest, size
 
 
 PARTS = (loaded, store, measured, remember, moved, sparsest, strained, works, viscous_share)
+
