@@ -111,6 +111,10 @@ def _assign(name: str, value: ast.expr) -> ast.stmt:
     return ast.Assign([ast.Name(name, ast.Store())], value)
 
 
+def _all(values: list[ast.expr]) -> ast.expr:
+    return values[0] if len(values) == 1 else ast.BoolOp(ast.And(), values)
+
+
 class _Expression(ast.NodeTransformer):
     """Rewrites an expression in which names of `wide` stand for lanes."""
 
@@ -232,6 +236,9 @@ class _Converter:
             self.wide |= of_body
             self.known = known | (self.known & bound if one.orelse else set())
             return [ast.If(test, body, orelse)]
+        alike, unlike = self.parts(one.test)
+        if alike and not one.orelse:  # what concerns all lanes is asked first
+            return self.branch(ast.If(alike, [ast.If(unlike, one.body, [])], []), where)
         held, made = self.new("where"), []
         made.append(_assign(held, test))
         inner = self.within(held, where, made)
@@ -257,6 +264,14 @@ class _Converter:
             made += [self.merge(held, name, _load(of_body[name]), _load(name)) for name in merged]
         self.wide, self.known = wide | set(merged), known | set(merged)
         return made
+
+    def parts(self, test: ast.expr) -> tuple[ast.expr | None, ast.expr]:
+        """Return of a condition what does not depend on lanes, if any, and the rest: both must hold."""
+        if not isinstance(test, ast.BoolOp) or isinstance(test.op, ast.Or):
+            return None, test
+        alike = [value for value in test.values if not self.is_wide(value)]
+        unlike = [value for value in test.values if self.is_wide(value)]
+        return (_all(alike) if alike else None), _all(unlike)
 
     def within(self, held: str, where: str, made: list[ast.stmt]) -> str:
         """Return the name of the mask of lanes that are in `where` and `held`."""
