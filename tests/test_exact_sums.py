@@ -6,7 +6,6 @@ import pytest
 from hvisph.core.exact import (
     FINER,
     LARGEST,
-    add_eight,
     add_whole,
     exact_sum,
     rounder_of,
@@ -56,19 +55,3 @@ def test_units_are_powers_of_two_and_of_nothing_there_is_one():
 def test_sums_below_their_unit_are_kept():
     assert total(np.full(1000, 1e-7), 1.0) == pytest.approx(1e-4, rel=2.0**-FINER / 1e-7)
     assert value_of(np.array([3, 1 << (FINER - 1)]), 0.5) == 1.75
-
-
-def _add_all_eight(terms, rounders, sums):
-    for k in range(len(terms)):
-        t = terms[k]
-        add_eight(sums, np.uint64(0), (t[0], t[1], t[2], t[3], t[4], t[5], t[6], t[7]), rounders)
-
-
-def test_eight_at_once_are_eight_one_by_one():
-    rng = np.random.default_rng(0)
-    terms, units = rng.normal(size=(100, 8)), 2.0 ** rng.integers(-45, -20, 8)
-    sums = np.zeros((1, 2, 11), np.int64)
-    specialise(_add_all_eight, parallel=False)(terms, tuple(float(one) for one in rounder_of(units)), sums)
-    expected = np.stack([whole_parts(terms[:, k], units[k]) for k in range(8)], 1)
-    assert np.array_equal(sums[0, :, :8], expected)
-    assert not sums[0, :, 8:].any()

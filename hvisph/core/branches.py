@@ -20,7 +20,6 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from . import masks
-from .lanes import LANES
 
 # As converted texts call them.
 _HELPERS = {f"_{f}": getattr(masks, f) for f in ("chosen", "both", "either", "opposite", "some", "every")}
@@ -43,7 +42,7 @@ def in_lanes(function: Callable[..., Any], wide: Iterable[int]) -> Callable[...,
     exec(compile(ast.Module([made], []), inspect.getfile(function), "exec"), namespace)
     result: Any = namespace[made.name]
     result.__module__ = function.__module__
-    return result  # type: ignore[no-any-return]
+    return result
 
 
 def text_in_lanes(function: Callable[..., Any], wide: Iterable[int]) -> ast.FunctionDef:
@@ -73,7 +72,7 @@ def lane_by_lane(function: Any) -> Callable[..., Any]:
     name, names = function.py_func.__name__, ", ".join(inspect.signature(function.py_func).parameters)
     namespace = vars(masks) | {"function": function}
     exec(_EACH.format(name=name, names=names), namespace)
-    return namespace[f"each_{name}"]  # type: ignore[no-any-return]
+    return namespace[f"each_{name}"]
 
 
 def _names(target: ast.AST) -> list[str]:
@@ -140,6 +139,7 @@ class _Expression(ast.NodeTransformer):
     def visit_Compare(self, node: ast.Compare) -> Any:
         values = [self.visit(value) for value in (node.left, *node.comparators)]
         pairs = zip(node.ops, values, values[1:], strict=False)
+        made: ast.expr
         made, *others = [ast.Compare(a, [sign], [copy.deepcopy(b)]) for sign, a, b in pairs]
         for other in others:
             made = _call("_both", made, other)
@@ -156,7 +156,7 @@ class _Expression(ast.NodeTransformer):
 
 
 class _Converter:
-    """Rewrites statements, in their order; `wide` are the names that stand for lanes now, `known` those with a value."""
+    """Rewrites statements, in their order; `wide` are the names of lanes now, `known` those with a value."""
 
     def __init__(self, wide: set[str], known: set[str]) -> None:
         self.wide, self.known, self.count = wide, known, 0
@@ -227,42 +227,44 @@ class _Converter:
 
     def branch(self, one: ast.If, where: str) -> list[ast.stmt]:
         """Return a branch that does not return."""
-        test, wide, known = self.expression(one.test), set(self.wide), set(self.known)
+        test, wide = self.expression(one.test), set(self.wide)
         if not self.is_wide(one.test):
             body = self.block(one.body, where=where)
-            of_body, bound = self.wide, self.known
-            self.wide, self.known = set(wide), set(known)
+            of_body, self.wide = self.wide, set(wide)
             orelse = self.block(one.orelse, where=where)
             self.wide |= of_body
-            self.known = known | (self.known & bound if one.orelse else set())
             return [ast.If(test, body, orelse)]
         alike, unlike = self.parts(one.test)
         if alike and not one.orelse:  # what concerns all lanes is asked first
             return self.branch(ast.If(alike, [ast.If(unlike, one.body, [])], []), where)
-        held, made = self.new("where"), []
-        made.append(_assign(held, test))
+        return self.wide_branch(one, test, where)
+
+    def wide_branch(self, one: ast.If, test: ast.expr, where: str) -> list[ast.stmt]:
+        """Return a branch that does not return and asks each lane."""
+        wide, known, held = set(self.wide), set(self.known), self.new("where")
+        made: list[ast.stmt] = [_assign(held, test)]
         inner = self.within(held, where, made)
-        merged = [name for name in _bound([*one.body, *one.orelse]) if name in known]
-        if one.orelse:
-            other = _bound(one.orelse)
-            merged += [name for name in _bound(one.body) if name in other and name not in known]
-        kept = {name: self.new(name) for name in merged if name in known}
-        first = [_assign(new, _load(name)) for name, new in kept.items()]
-        body = self.block(one.body, where=inner)
+        of_else = _bound(one.orelse)
+        changed = [name for name in _bound([*one.body, *one.orelse]) if name in known]
+        fresh = [name for name in _bound(one.body) if name in of_else and name not in known]
+        before = {name: self.new(name) for name in changed}
+        first = [_assign(new, _load(name)) for name, new in before.items()]
+        body = first + self.block(one.body, where=inner)
         if not one.orelse:
-            body = first + body + [self.merge(held, name, _load(name), _load(kept[name])) for name in merged]
+            body += [self.merge(held, name, _load(name), _load(before[name])) for name in changed]
             costly = any(self.is_costly(part) for part in one.body)
             made += [ast.If(_call("_some", _load(held)), body, [])] if costly else body
         else:
-            of_body = {name: self.new(name) for name in merged}
-            made += first + body + [_assign(new, _load(name)) for name, new in of_body.items()]
-            made += [_assign(name, _load(new)) for name, new in kept.items()]
+            of_body = {name: self.new(name) for name in changed + fresh}
+            made += body + [_assign(new, _load(name)) for name, new in of_body.items()]
+            made += [_assign(name, _load(new)) for name, new in before.items()]
             self.wide, self.known = set(wide), set(known)
             outside = self.new("where")
             made.append(_assign(outside, _call("_opposite", _load(held))))
-            made += self.block(one.orelse, where=self.within(outside, where, made))
-            made += [self.merge(held, name, _load(of_body[name]), _load(name)) for name in merged]
-        self.wide, self.known = wide | set(merged), known | set(merged)
+            inner = self.within(outside, where, made)
+            made += self.block(one.orelse, where=inner)
+            made += [self.merge(held, name, _load(new), _load(name)) for name, new in of_body.items()]
+        self.wide, self.known = wide | set(changed + fresh), known | set(changed + fresh)
         return made
 
     def parts(self, test: ast.expr) -> tuple[ast.expr | None, ast.expr]:
@@ -301,25 +303,25 @@ class _Converter:
         body, orelse = (side if _ends(side) else [*side, *rest] for side in sides)
         test, wide, known = self.expression(one.test), set(self.wide), set(self.known)
         if not self.is_wide(one.test):
-            made = self.block(body, result, where)
+            here = self.block(body, result, where)
             self.wide, self.known = set(wide), set(known)
-            return [ast.If(test, made, self.block(orelse, result, where))]
-        held, outside, taken, other = self.new("where"), self.new("where"), self.new("result"), self.new("result")
-        made = [_assign(held, test), _assign(outside, _call("_opposite", _load(held)))]
+            return [ast.If(test, here, self.block(orelse, result, where))]
+        held, outside = self.new("where"), self.new("where")
+        made: list[ast.stmt] = [_assign(held, test), _assign(outside, _call("_opposite", _load(held)))]
+        taken, other = (body, self.new("result"), held), (orelse, self.new("result"), outside)
         # First the side that is computed in any case; the other one unless it concerns no lane.
         late = any(map(self.is_costly, body)) and not any(map(self.is_costly, orelse))
-        sides = [(orelse, other, outside), (body, taken, held)] if late else [(body, taken, held), (orelse, other, outside)]
-        (first, name, here), (second, last, there) = sides
-        kept = {one: self.new(one) for one in _bound(first) if one in known}
-        made += [_assign(new, _load(one)) for one, new in kept.items()]
-        made += self.block(first, name, self.within(here, where, made))
-        made += [_assign(one, _load(new)) for one, new in kept.items()]
+        (first, name, these), (second, last, those) = (other, taken) if late else (taken, other)
+        kept = {bound: self.new(bound) for bound in _bound(first) if bound in known}
+        made += [_assign(new, _load(bound)) for bound, new in kept.items()]
+        inner = self.within(these, where, made)
+        made += self.block(first, name, inner)
+        made += [_assign(bound, _load(new)) for bound, new in kept.items()]
         self.wide, self.known = set(wide), set(known)
         if not (result or late):
             made.append(ast.If(_call("_every", _load(held)), [ast.Return(_load(name))], []))
-        inner = self.within(there, where, made)
+        inner = self.within(those, where, made)
         after = self.block(second, last, inner)
-        after.append(_assign(name, _call("_chosen", _load(there), _load(last), _load(name))))
-        made += [ast.If(_call("_some", _load(there)), after, [])] if late else after
+        after.append(_assign(name, _call("_chosen", _load(those), _load(last), _load(name))))
+        made += [ast.If(_call("_some", _load(those)), after, [])] if late else after
         return [*made, _assign(result, _load(name)) if result else ast.Return(_load(name))]
-

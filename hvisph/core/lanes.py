@@ -84,10 +84,15 @@ def _call(name: str) -> Any:
 
 
 def _choose(comparison: str) -> Any:
-    """Return a generator that takes the first of two where the comparison holds, and the second elsewhere."""
+    """Return a generator that takes of two the one for which the comparison with the other holds.
+
+    Of two that are equal or no numbers strict lanes take the first, as compiled code does of single numbers.
+    """
 
     def generate(builder, flags, a, b):
-        return builder.select(builder.fcmp_ordered(comparison, a, b, flags=flags), a, b)
+        if flags:
+            return builder.select(builder.fcmp_ordered(comparison, a, b, flags=flags), a, b)
+        return builder.select(builder.fcmp_ordered(comparison, b, a), b, a)
 
     return generate
 

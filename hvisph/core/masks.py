@@ -67,9 +67,9 @@ def _compare(function: Any, sign: str) -> None:
         lower_builtin(function, *case)(lower)
 
 
-for _function, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">="),
-                         (operator.eq, "=="), (operator.ne, "!=")):  # fmt: skip
-    _compare(_function, _sign)
+for _comparison, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">="),
+                           (operator.eq, "=="), (operator.ne, "!=")):  # fmt: skip
+    _compare(_comparison, _sign)
 
 
 def _lane_by_lane(function: Any, count: int) -> None:
@@ -92,10 +92,10 @@ def _lane_by_lane(function: Any, count: int) -> None:
         lower_builtin(function, *case)(lower)
 
 
-for _function in (math.exp, math.log, math.sin, math.cos, math.tan, math.acos):
-    _lane_by_lane(_function, 1)
-for _function in (operator.pow, operator.ipow):
-    _lane_by_lane(_function, 2)
+for _of_one in (math.exp, math.log, math.sin, math.cos, math.tan, math.acos):
+    _lane_by_lane(_of_one, 1)
+for _of_two in (operator.pow, operator.ipow):
+    _lane_by_lane(_of_two, 2)
 
 
 def _is_truth(kind: Any) -> bool:

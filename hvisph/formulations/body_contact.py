@@ -14,7 +14,7 @@ import numpy as np
 from hvisph.core.errors import RunError
 from hvisph.core.exact import value_of, whole_parts
 from hvisph.core.particles import Particles
-from hvisph.integrators.update import ON_AXIS
+from hvisph.integrators.parts import ON_AXIS
 from hvisph.materials.table import Material
 from hvisph.sph import rates as rate_slots
 from hvisph.sph.cells import Grid

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.integrators.update import ON_AXIS
+from hvisph.integrators.parts import ON_AXIS
 from hvisph.sph.copies import FixedCopies
 from hvisph.sph.reference import Reference
 from hvisph.sph.rows import RowLayout, aligned_zeros

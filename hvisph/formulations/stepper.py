@@ -10,6 +10,7 @@ import numpy as np
 from hvisph.core.binding import bind
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import Particles, reorder
+from hvisph.integrators import parts as carrying
 from hvisph.integrators import sums as column
 from hvisph.integrators import update as single
 from hvisph.materials import bearing, plane_stress, response, state
@@ -110,14 +111,14 @@ class Stepper:
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
             "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
             "PLANE_STRESS": int(particles.kinematics.thins), "REVOLVED": int(particles.kinematics.revolved),
-            "SWITCH": single.SWITCHES[self.formulation.switch],
+            "SWITCH": carrying.SWITCHES[self.formulation.switch],
             "SHEARS": int(self.formulation.softens),
             "NOTHING": response.NOTHING, "REMEMBERS": int("memory" in particles.offsets),
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
         }  # fmt: skip
         offered |= {of.py_func.__name__: fitted(of, self.table, self.models) for of in OF_MATERIALS}
         packer, options = self.formulation.pack(dim)
-        parts = {part.__name__: bind(part, {}, offered) for part in single.PARTS}
+        parts = {part.__name__: bind(part, {}, offered) for part in carrying.PARTS}
         parts["pack"] = bind(packer, options, offered)
         limits = self.formulation.limits()
         parts["show_limits"] = bind(limits[0], limits[1], offered) if limits else parts["pack"]  # never called
