@@ -31,15 +31,15 @@ _SINGLE = {"int", "number_at"}
 _SHORT = 3
 
 
-class Unsuitable(Exception):
+class UnsuitableError(Exception):
     """A function that cannot be computed for all lanes together."""
 
 
 def in_lanes(function: Callable[..., Any], wide: Iterable[int]) -> Callable[..., Any]:
-    """Return `function` for lanes in the arguments at the places `wide`; raise `Unsuitable` where there is no such."""
+    """Return `function` for lanes in the arguments at the places `wide`; raise `UnsuitableError` where there is no such."""
     made = text_in_lanes(function, wide)
     namespace = dict(function.__globals__) | _HELPERS
-    exec(compile(ast.Module([made], []), inspect.getfile(function), "exec"), namespace)
+    exec(compile(ast.Module([made], []), inspect.getfile(function), "exec"), namespace)  # noqa: S102 text of ours
     result: Any = namespace[made.name]
     result.__module__ = function.__module__
     return result
@@ -49,7 +49,7 @@ def text_in_lanes(function: Callable[..., Any], wide: Iterable[int]) -> ast.Func
     """Return the text that `in_lanes` compiles; `ast.unparse` shows it."""
     made = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
     if not isinstance(made, ast.FunctionDef):
-        raise Unsuitable
+        raise UnsuitableError
     names = [argument.arg for argument in made.args.args]
     body = made.body[1:] if ast.get_docstring(made) is not None else made.body
     made.body = _Converter({names[k] for k in wide}, set(names)).block(body)
@@ -71,7 +71,7 @@ def lane_by_lane(function: Any) -> Callable[..., Any]:
     """Return what calls a compiled `function` for each lane of its arguments, one after the other."""
     name, names = function.py_func.__name__, ", ".join(inspect.signature(function.py_func).parameters)
     namespace = vars(masks) | {"function": function}
-    exec(_EACH.format(name=name, names=names), namespace)
+    exec(_EACH.format(name=name, names=names), namespace)  # noqa: S102
     return namespace[f"each_{name}"]
 
 
@@ -151,7 +151,7 @@ class _Expression(ast.NodeTransformer):
 
     def visit_Call(self, node: ast.Call) -> Any:
         if isinstance(node.func, ast.Name) and node.func.id in _SINGLE:
-            raise Unsuitable
+            raise UnsuitableError
         return ast.Call(node.func, [self.visit(argument) for argument in node.args], node.keywords)
 
 
@@ -211,7 +211,7 @@ class _Converter:
                 return [ast.For(target, self.expression(several), turn, [])]
             case ast.Expr(value=value) if not where:
                 return [ast.Expr(self.expression(value))]
-        raise Unsuitable
+        raise UnsuitableError
 
     def assignment(self, one: ast.Assign, wide: bool, where: str) -> ast.stmt:
         """Note what an assignment binds; to an item of rows it is one for the lanes concerned alone."""
@@ -299,7 +299,7 @@ class _Converter:
         """Return a branch that returns on some way, and what follows it."""
         sides = [one.body, one.orelse]
         if sum(not _ends(side) for side in sides) > 1 and len(rest) > _SHORT:
-            raise Unsuitable
+            raise UnsuitableError
         body, orelse = (side if _ends(side) else [*side, *rest] for side in sides)
         test, wide, known = self.expression(one.test), set(self.wide), set(self.known)
         if not self.is_wide(one.test):

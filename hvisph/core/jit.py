@@ -87,7 +87,7 @@ def _in_lanes(function: _Scalar, wide: tuple[int, ...]) -> Any:
     if function.targetoptions.get("forceinline"):
         try:
             return numba.njit(forceinline=True, **_LEAN)(branches.in_lanes(function.py_func, wide))
-        except branches.Unsuitable:
+        except branches.UnsuitableError:
             function = called(function.py_func)
     return numba.njit(**_LEAN)(branches.lane_by_lane(function))
 
