@@ -36,7 +36,7 @@ class UnsuitableError(Exception):
 
 
 def in_lanes(function: Callable[..., Any], wide: Iterable[int]) -> Callable[..., Any]:
-    """Return `function` for lanes in the arguments at the places `wide`; raise `UnsuitableError` where there is no such."""
+    """Return `function` for lanes in the arguments at the places `wide`, or raise `UnsuitableError`."""
     made = text_in_lanes(function, wide)
     namespace = dict(function.__globals__) | _HELPERS
     exec(compile(ast.Module([made], []), inspect.getfile(function), "exec"), namespace)  # noqa: S102 text of ours

@@ -1,0 +1,45 @@
+"""How the cost of a particle-step grows with the number of particles, in 2D and in 3D, on one thread.
+
+    python benchmarks/growth.py [--rounds 3] [--formulation eulerian]
+
+User CPU time of processes that take many steps, less that of ones that take few, sizes in turn.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import tempfile
+
+from against_lammps import ours
+
+# case, the two spacings [mm], and the numbers of steps of the two processes of a measurement
+SIZES = {"2D": ("al_al", (0.042, 0.0133), (5, 30)), "3D": ("sphere_on_plate", (0.2, 0.126), (5, 20))}
+
+
+def cost(folder: str, name: str, dx: float, steps: tuple[int, int], settings: list[str]) -> tuple[float, int]:
+    """Return the cost of a particle-step [us], and particles."""
+    found = [ours(folder, name, f"resolution={dx}mm", f"time.max_steps={n}", *settings) for n in steps]
+    (short, count, few), (long, _, many) = found
+    return 1e6 * (long - short) / (many - few) / count, count
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--formulation", default="eulerian")
+    options = parser.parse_args()
+    settings = [f"formulation={{type: {options.formulation}}}"]
+    with tempfile.TemporaryDirectory() as folder:
+        for title, (name, (coarse, fine), steps) in SIZES.items():
+            ratios = []
+            for _ in range(options.rounds):
+                (small, n), (large, m) = (cost(folder, name, dx, steps, settings) for dx in (coarse, fine))
+                ratios.append(large / small)
+                print(f"{title}: {n} particles {small:.3f} us, {m} particles {large:.3f} us", flush=True)
+            print(f"{title}: median growth {100 * (statistics.median(ratios) - 1):.0f} %", flush=True)
+
+
+if __name__ == "__main__":
+    main()
