@@ -17,14 +17,14 @@ LAWS = {
 
 
 def viscous_pair(cloud, formulation, a, b, gradient):
-    """Return force over m_b, and what of it does the own work, of a pair of the standard law."""
+    """Return force over m_b, what of it does the own work, and half of the viscosity, of a pair of the standard law."""
     x, u = cloud.x[a] - cloud.x[b], cloud.u[a] - cloud.u[b]
     h, c = 0.5 * (cloud.h[a] + cloud.h[b]), 0.5 * (cloud.c[a] + cloud.c[b])
     mu = min(h * u @ x / (x @ x + 0.01 * h**2), 0.0)
     pressed = (-formulation.viscosity.alpha * c * mu + formulation.viscosity.beta * mu**2) * 2.0
     pressed = pressed / (cloud.rho[a] + cloud.rho[b]) * np.eye(2)
     own, other = (cloud.stress[k] / cloud.rho[k] ** 2 for k in (a, b))
-    return (own + other - pressed) @ gradient, (own - 0.5 * pressed) @ gradient
+    return (own + other - pressed) @ gradient, (own - 0.5 * pressed) @ gradient, -0.5 * pressed @ gradient
 
 
 def contact(cloud, a, b, e):
@@ -52,15 +52,27 @@ def ring_rates(cloud, hoop, formulation):
             w = 0.5 * (1.0 + whole.x[b, 1] / r)
             radially = w * (cloud.u[a, 1] - whole.u[b % count, 1])  # of the two real rings
             if isinstance(formulation, Eulerian):
-                pair, own = viscous_pair(whole, formulation, a, b, gradient)
+                pair, own, halved = viscous_pair(whole, formulation, a, b, gradient)
                 pair, own = whole.m[b] * pair, whole.m[b] * own
-                power -= own[1] * radially if image else w * own @ (whole.u[a] - whole.u[b])
+                closing = whole.u[a] - whole.u[b]
+                half = whole.m[b] * halved  # of what dissipates: over the axis as over a mirror
+                if image:
+                    force[1] += (1.0 - 2.0 * w) * 2.0 * half[1]
+                    power -= own[1] * radially + ((1.0 - w) * closing[1] - radially) * half[1]
+                else:
+                    power -= w * own @ closing
                 found -= area * np.outer(whole.u[a] - whole.u[b], gradient)
             else:
                 e = -x / distance
                 jump, traction = contact(whole, a, b, e)
                 pair = -2.0 * area * slope * traction / rho
                 power += -0.5 * pair[1] * radially if image else w * pair @ jump
+                if image:  # what closes is braked
+                    za, zb = whole.rho[a] * whole.c_t[a], whole.rho[b] * whole.c_t[b]
+                    brake = za * zb / (za + zb) * min((whole.u[b] - whole.u[a]) @ e, 0.0) * e[1]
+                    brake *= -2.0 * (1.0 - w) * area * slope / rho
+                    force[1] += brake
+                    power -= 0.5 * brake * (whole.u[a, 1] - whole.u[b, 1])
                 found -= 2.0 * area * slope * np.outer(jump, e)
             force += w * pair * ((0.0, 1.0) if image else (1.0, 1.0))
             shape -= area * np.outer(x, gradient)
@@ -68,7 +80,11 @@ def ring_rates(cloud, hoop, formulation):
         hooped = leaning * ((1.0 - shape[1, 1]) * cloud.stress[a, 1, 1] - hoop[a]) / (rho * r)
         force[1] += hooped
         power -= hooped * cloud.u[a, 1]
-        rows.append([*force, power, *(found @ np.linalg.inv(shape)).ravel(), leaning * cloud.u[a, 1] / r])
+        found, around = found @ np.linalg.inv(shape), leaning * cloud.u[a, 1] / r
+        if isinstance(formulation, Eulerian):  # the same about the axis, and their sum as it is
+            unlike = 0.5 * max(1.0 - r / cloud.h[a], 0.0) * (around - found[1, 1])
+            found[1, 1], around = found[1, 1] + unlike, around - unlike
+        rows.append([*force, power, *found.ravel(), around])
     return np.array(rows)
 
 

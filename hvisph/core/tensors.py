@@ -189,6 +189,12 @@ def plus_radial(v, f):
 
 
 @operation
+def plus_last(l, f):
+    """Return a gradient with `f` added to its last component, in the plane of rings the rate of the radius."""
+    return (*l[:-1], l[-1] + f)
+
+
+@operation
 def on_rows(t, v):
     """Return each row of a gradient, of a vector or of a symmetric tensor, times v: t . v."""
     d = len(v)
