@@ -119,7 +119,9 @@ def main() -> None:
     missed = cuts = 0
     for number in range(given.bodies):
         dim, revolved, body, dx = random_body(random)
-        told = f"{number} {'rings' if revolved else f'{dim}D'} {body['shape']['type']} {body.get('arrangement', 'graded')}"
+        told = (
+            f"{number} {'rings' if revolved else f'{dim}D'} {body['shape']['type']} {body.get('arrangement', 'graded')}"
+        )
         try:
             whole, asked = masses(dim, revolved, body, dx, ())
         except CaseError as error:
@@ -134,7 +136,9 @@ def main() -> None:
             try:
                 part, _ = masses(dim, revolved, body, dx, axes)
             except CaseError as error:
-                kind = f"{'rings' if revolved else f'{dim}D'} {body['shape']['type']} {body.get('arrangement', 'graded')}"
+                kind = (
+                    f"{'rings' if revolved else f'{dim}D'} {body['shape']['type']} {body.get('arrangement', 'graded')}"
+                )
                 refused[f"{kind} across {', '.join(axes)}: {' '.join(str(error).split()[1:9])} ..."] += 1
                 continue
             cuts += 1
