@@ -15,21 +15,24 @@ import hashlib
 import os
 import types
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cache
 from typing import Any
 
-import numba
-from numba.core import event
-from numba.core.dispatcher import Dispatcher
-from numba.core.registry import CPUDispatcher
-from numba.core.sigutils import normalize_signature
+# Types that do not fit are told by errors that nobody reads: to colour each takes a while.
+_coloured = "NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING"
+os.environ.setdefault(_coloured, "1")
+import numba  # noqa: E402
+from numba.core import event  # noqa: E402
+from numba.core.dispatcher import Dispatcher  # noqa: E402
+from numba.core.registry import CPUDispatcher  # noqa: E402
+from numba.core.sigutils import normalize_signature  # noqa: E402
 
-from . import branches, on_demand
-from .lanes import strict
-from .loop_cache import LoopCache, cache_folder
-from .many import Many
-from .masks import mask
+from . import branches, loop_cache, on_demand  # noqa: E402
+from .lanes import strict  # noqa: E402
+from .loop_cache import LoopCache, MadeElsewhereError, cache_folder  # noqa: E402
+from .many import Many  # noqa: E402
+from .masks import mask  # noqa: E402
 
 # Threads wait for each other asleep, unless the user says otherwise. Awake they hold a core that another process needs,
 # or the very thread that they wait for: a small case on a busy machine then takes ten times as long. Read when the
@@ -46,6 +49,18 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "boundscheck": False}
 
 # Scalar functions are called by loops: what would let Python call them takes half of their compilation.
 _LEAN = _OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+
+
+class _Loop(CPUDispatcher):
+    """A compiled loop that Python calls."""
+
+    def compile(self, sig: Any) -> Any:
+        """Return the loop's entry for these types, from the cache or compiled."""
+        try:
+            return super().compile(sig)
+        finally:
+            if isinstance(self._cache, LoopCache):
+                self._cache.end_turn()
 
 
 class _Scalar(CPUDispatcher):
@@ -177,16 +192,48 @@ def narrowed(function: Any, **constants: Any) -> Any:
     return _narrowed(function, tuple(sorted(constants.items())))
 
 
+class _Rehearsed(_Loop):
+    """A loop that is compiled when it is called, and computes nothing."""
+
+    def __call__(self, *arguments: Any) -> None:
+        types_of_them = tuple(map(self.typeof_pyval, arguments))
+        if types_of_them not in self.overloads:
+            with suppress(MadeElsewhereError):
+                self.compile(types_of_them)
+
+
+def loops_there() -> bool:
+    """Whether this process has any loop yet: one that may have run."""
+    return any(isinstance(made, _Loop) and made.signatures for made in _made.values())
+
+
+def rehearse() -> None:
+    """From now on only compile the loops that are called, but for those that another process is at."""
+    global _kind
+    _kind, loop_cache.in_passing = _Rehearsed, True
+    for made in _made.values():
+        if isinstance(made, _Loop):
+            made.__class__ = _Rehearsed
+            if isinstance(made._cache, LoopCache):
+                made._cache.forget_turn()
+
+
+_kind: type[_Loop] = _Loop
 _made: dict[str, Any] = {}
 
 
 @contextmanager
 def heard_compiling(listener: Callable[[str], None]) -> Iterator[None]:
-    """Call `listener(name)` when a loop is compiled afresh in this block, not when it comes from the cache."""
+    """Call `listener(name)` when a loop is compiled afresh in this block, not when it comes from the cache.
+
+    Nor when a process that was forked from this one compiles it.
+    """
+    here = os.getpid()
 
     class Heard(event.Listener):
         def on_start(self, event: Any) -> None:
-            listener(event.data["dispatcher"].py_func.__name__)
+            if os.getpid() == here:
+                listener(event.data["dispatcher"].py_func.__name__)
 
         def on_end(self, event: Any) -> None:
             pass
@@ -226,7 +273,8 @@ def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **
     if parallel is None:
         made = compiled(function)
     else:
-        made = numba.njit(parallel=parallel, nogil=True, **_OPTIONS)(function)
+        made = numba.njit(parallel=parallel, nogil=True, no_cfunc_wrapper=True, **_OPTIONS)(function)
+        made.__class__ = _kind
         folder = cache_folder()
         if folder is not None:
             made._cache = LoopCache(function, folder)

@@ -11,11 +11,15 @@ user's own, closed to others and no link.
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import os
 import pickle
 import stat
 import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -26,6 +30,7 @@ from numba.core.caching import _Cache
 from .fingerprint import fingerprint
 
 _SUFFIX = ".loop"
+_PATIENCE, _LOOK = 120.0, 0.02  # wall time that another process has to make a loop, and between two looks for it [s]
 _SEAL = 32  # bytes of the hash before the pickled loop
 
 
@@ -79,6 +84,13 @@ def _is_own(folder: Path, closed: int) -> bool:
     return stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid() and not status.st_mode & closed
 
 
+in_passing = False  # whether a loop that another process is making is left to it
+
+
+class MadeElsewhereError(Exception):
+    """Another process is making a loop."""
+
+
 class LoopCache(_Cache):
     """The compiled forms of one function in the cache folder."""
 
@@ -86,6 +98,7 @@ class LoopCache(_Cache):
         self._function, self._folder = function, folder
         self._print: str | None = None
         self._enabled = True
+        self._turn = ExitStack()
 
     @property
     def cache_path(self) -> str:
@@ -115,13 +128,23 @@ class LoopCache(_Cache):
         if not self._enabled:
             return None
         target_context.refresh()
-        try:
-            data = self._path(sig, target_context).read_bytes()
-            if hashlib.sha256(data[_SEAL:]).digest() != data[:_SEAL]:
-                return None
-            return compiler.CompileResult._rebuild(target_context, *pickle.loads(data[_SEAL:]))  # noqa: S301 own files
-        except Exception:  # whatever a file of another make brings up: the loop is compiled anew
-            return None
+        path = self._path(sig, target_context)
+        loop = _loop(path, target_context)
+        if loop is None:
+            self._turn = ExitStack()
+            self._turn.enter_context(_turn(path))
+            loop = _loop(path, target_context)  # another process may have had its turn before
+            if loop is None:
+                self._turn.enter_context(_seldom_collected())
+        return loop
+
+    def end_turn(self) -> None:
+        """Let other processes look for the loop again, made or not."""
+        self._turn.close()
+
+    def forget_turn(self) -> None:
+        """Leave the turn to the process that this one was forked from: it is neither ended nor collected here."""
+        self._forgotten, self._turn = self._turn, ExitStack()
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Write the loop beside its place and rename it; a folder that takes no files is no error."""
@@ -136,3 +159,61 @@ class LoopCache(_Cache):
         except OSError:
             if "file" in locals():
                 Path(file.name).unlink(missing_ok=True)
+
+
+def _loop(path: Path, target_context: Any) -> Any:
+    """Return the loop that a file holds, or None."""
+    try:
+        data = path.read_bytes()
+        if hashlib.sha256(data[_SEAL:]).digest() != data[:_SEAL]:
+            return None
+        return compiler.CompileResult._rebuild(target_context, *pickle.loads(data[_SEAL:]))  # noqa: S301 own files
+    except Exception:  # whatever a file of another make brings up: the loop is compiled anew
+        return None
+
+
+@contextmanager
+def _turn(path: Path) -> Iterator[None]:
+    """Have this process' turn to make a loop that others may want too: they wait, for a while, and find it made.
+
+    Where there are no locks, or nothing can be written, everybody makes his own.
+    """
+    held = path.with_suffix(".turn")
+    handle = -1
+    with suppress(OSError, ImportError):
+        import fcntl
+
+        handle = os.open(held, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)
+        for _ in range(round(_PATIENCE / _LOOK)):
+            try:
+                fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            except BlockingIOError:
+                if in_passing:
+                    os.close(handle)
+                    raise MadeElsewhereError from None
+                time.sleep(_LOOK)
+    try:
+        yield
+    finally:
+        if handle >= 0:
+            with suppress(OSError):
+                held.unlink(missing_ok=True)
+                os.close(handle)
+
+
+@contextmanager
+def _seldom_collected() -> Iterator[None]:
+    """Leave Python's collector what there is: the compiler's many objects have it look through all again and again.
+
+    That took a seventh of the time.
+    """
+    usual, frozen = gc.get_threshold(), gc.get_freeze_count()
+    gc.freeze()
+    gc.set_threshold(20_000, 20, 100)
+    try:
+        yield
+    finally:
+        gc.set_threshold(*usual)
+        if not frozen:
+            gc.unfreeze()

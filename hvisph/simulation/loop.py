@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time as wall
+from contextlib import nullcontext
 from typing import Any
 
 import numba
@@ -19,6 +20,7 @@ from hvisph.output.folder import RunFolder
 from hvisph.output.history import HistoryWriter, NoHistory
 from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.advice import advice
+from hvisph.simulation.ahead import compiling_ahead
 from hvisph.simulation.asked import COLLAPSED, Whole
 from hvisph.simulation.between import between
 from hvisph.simulation.build import Setup
@@ -124,7 +126,8 @@ class Run:
 
     def _prepare(self) -> None:
         """Evaluate the start and, to go on, take the state from the checkpoint."""
-        with self.share.world.in_turn():
+        helped = compiling_ahead(self.setup.stepper, self._own_limit) if self.share.world.size == 1 else nullcontext()
+        with self.share.world.in_turn(), helped:
             self.setup.stepper.start()
         self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.watch)
         self.start = self.writer.start()
