@@ -58,7 +58,7 @@ class Sweep:
         found = []
         for process in psutil.process_iter(["cmdline"]):
             command = process.info["cmdline"] or []
-            if "--work" in command and mine in command:
+            if mine in command and (self.driver is None or process.pid != self.driver.pid):
                 found.append(process)
         return found
 

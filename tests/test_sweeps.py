@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -226,6 +227,29 @@ def test_killed_workers_lose_nothing(tmp_path):
     assert page.count("data-sort") >= 4 * 4
     assert same(folder.run_folder(members[3]), alone(folder, members[3], tmp_path))
     assert list(sweep(folder.path)) == []  # nothing is left, and nothing is computed again
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="workers are forked on Linux alone")
+def test_a_command_forks_its_workers_and_replaces_one_that_is_killed(tmp_path):
+    vary = {"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "4 km/s", "count": 3}}}
+    settings = SMALL | {"time.end": "1.5 us", "output.every": "0.5 us", "output.checkpoint_every": 0.02}
+    folder = begin({"case": "quickstart", "set": settings, "vary": vary}, tmp_path / "sweep")
+    command = subprocess.Popen([sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--workers", "2", "--quiet"])
+
+    def starts():
+        lines = [line for file in (folder.path / "claims").glob("*.jsonl") for line in file.read_text().splitlines()]
+        return [event for event in map(json.loads, filter(None, lines)) if event["event"] == "start"]
+
+    while len(starts()) < 2 and command.poll() is None:
+        time.sleep(0.02)
+    worker = starts()[0]["pid"]
+    assert "--work" not in Path(f"/proc/{worker}/cmdline").read_text().split("\0")  # it is no command of its own
+    os.kill(worker, signal.SIGKILL)
+
+    assert command.wait() == 0
+    assert len({event["pid"] for event in starts()}) > 1
+    assert [folder.standing(member).status for member in folder.members()] == ["done"] * 3
+    assert same(folder.run_folder(folder.members()[2]), alone(folder, folder.members()[2], tmp_path))
 
 
 def test_a_case_that_cannot_run_is_a_row_and_not_the_end(tmp_path):

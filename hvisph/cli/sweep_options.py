@@ -39,13 +39,15 @@ class Running:
         return self.quiet or self.as_json
 
     def crew(self) -> Any:
-        """Return what makes the workers, None for this machine's; raises `CaseError` where there can be none."""
+        """Return what makes the workers; raises `CaseError` where there can be none."""
         from hvisph.core.errors import CaseError
 
         if self.dask is not None and self.cluster is not None:
             raise CaseError("give either --dask or --cluster", where="--cluster")
         if self.dask is None and self.cluster is None:
-            return None
+            from hvisph.sweeps.driver import LocalCrew
+
+            return partial(LocalCrew, forks=True)
         from hvisph.sweeps import cluster as clusters
 
         if self.cluster is not None and self.cluster not in clusters.KINDS:

@@ -41,6 +41,8 @@ class DaskCrew:
         Takes what a user has to know while the sweep waits: that no worker is there, and that there are some again.
     """
 
+    waits_for_first = True  # machines may share a disk without locks
+
     def __init__(self, folder: SweepFolder, client: Any, threads: int, options: Sequence[str] = (),
                  tell: Callable[[str], None] = warn):  # fmt: skip
         home = SweepFolder(folder.path.resolve())

@@ -20,17 +20,20 @@ from hvisph.core.errors import INTERRUPTED, OutputError
 from hvisph.output import atomic
 from hvisph.sweeps.beside import beside_limit
 from hvisph.sweeps.folder import ENDED, RESULTS, STEPPING, SweepFolder
+from hvisph.sweeps.forked import Forked, can_fork
 from hvisph.sweeps.plan import Member
 from hvisph.sweeps.selection import Selection
 from hvisph.sweeps.table import Row, TableKeeper, row, rows
 from hvisph.sweeps.verdict import following, verdict
 
-POLL = 0.2  # least wall time between two looks [s]
+POLL = 0.1  # least wall time between two looks [s]
 MOST_FAILURES = 5  # of workers in a row that end with an error
 
 
 class Crew(Protocol):
     """Workers, wherever they are."""
+
+    waits_for_first: bool  # whether the first has to come to a step, with its loops compiled, before there are more
 
     def keep(self, wanted: int) -> int:
         """Have up to `wanted` workers at work, and return how many there are."""
@@ -75,11 +78,16 @@ class LocalCrew:
         Threads of each worker.
     options
         Further options of the command, such as a selection.
+    forks
+        Whether this process may be forked: workers then begin at once.
     """
 
-    def __init__(self, folder: SweepFolder, threads: int, options: Sequence[str] = ()):
+    waits_for_first = False  # who needs a loop that another makes waits for it
+
+    def __init__(self, folder: SweepFolder, threads: int, options: Sequence[str] = (), *, forks: bool = False):
         self.folder, self.threads, self.options = folder, threads, tuple(options)
-        self.processes: list[subprocess.Popen[bytes]] = []
+        self.forks = forks
+        self.processes: list[subprocess.Popen[bytes] | Forked] = []
         self.failures = Failures()
 
     def keep(self, wanted: int) -> int:
@@ -92,7 +100,12 @@ class LocalCrew:
             self.processes.append(self._start())
         return len(self.processes)
 
-    def _start(self) -> subprocess.Popen[bytes]:
+    def _start(self) -> subprocess.Popen[bytes] | Forked:
+        if self.forks and can_fork():
+            from hvisph.sweeps.worker import Worker
+
+            only = Selection.parse(dict(zip(self.options[::2], self.options[1::2], strict=True)).get("--only"))
+            return Forked(lambda: Worker(SweepFolder(self.folder.path), self.threads, only).work())
         command = worker_command(self.folder, self.threads, self.options)
         environment = os.environ | {"NUMBA_NUM_THREADS": str(self.threads), "OMP_NUM_THREADS": str(self.threads)}
         # a session of its own, so that Ctrl-C reaches it once, through `stop`
@@ -193,8 +206,9 @@ class Driver:
             time.sleep(min(5.0 * max(time.monotonic() - begun - POLL, 0.0), 5.0))
 
     def _wanted(self, left: int) -> int:
-        """Return how many workers there should be: at first one alone, which compiles for all."""
-        return min(self.workers, left) if (self.folder.path / STEPPING).exists() else 1
+        """Return how many workers there should be: where none waits for another's loops, at first one alone."""
+        alone = self.crew.waits_for_first and not (self.folder.path / STEPPING).exists()
+        return 1 if alone else min(self.workers, left)
 
     def _failed(self) -> list[Member]:
         return [member for member in self.members if self.folder.standing(member).status in ENDED[1:]]
