@@ -93,8 +93,9 @@ class LocalCrew:
     def keep(self, wanted: int) -> int:
         """Start workers until there are as many as wanted; raises `OutputError` when they end with errors."""
         for process in self.processes:
-            if process.poll() is not None:
-                self.failures.add(process.returncode)
+            code = process.poll()
+            if code is not None:
+                self.failures.add(code)
         self.processes = [process for process in self.processes if process.poll() is None]
         while len(self.processes) < wanted:
             self.processes.append(self._start())
