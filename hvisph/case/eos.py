@@ -175,8 +175,10 @@ class TillotsonEos(StrictModel):
     beta: NonNegativeNumber = Field(description="Exponent beta of the expanded vapour [-]")
     incipient_energy: PositiveSpecificEnergy = Field(description="e_iv, energy of incipient vaporisation [J/kg]")
     complete_energy: PositiveSpecificEnergy = Field(description="e_cv, energy of complete vaporisation [J/kg]")
-    cold_tension: Literal["full", "linear"] = Field(
-        default="full", description="Whether B mu^2 acts in expansion, where it bends the pressure up again, or not"
+    cold_tension: Literal["fading", "linear", "full"] = Field(
+        default="fading",
+        description="Cold expansion: A mu that fades with the density, A mu, or A mu + B mu^2 as printed, which bends "
+        "the pressure up again and makes energy of nothing",
     )
     low_density: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
         default=0.0, description="rho/rho0 below which cold material bears nothing; 0.9 in many codes, off unless given"

@@ -112,7 +112,7 @@ def _eos(eos: EosModel, density: float, internal_energy: float) -> EquationOfSta
             return MieGrueneisen(c0, eos.gamma, s1, s2, s3, eos.a, eos.expansion == "linear")
         case "tillotson":
             return Tillotson(eos.bulk_modulus, eos.b_modulus, eos.a, eos.b, eos.reference_energy, eos.alpha, eos.beta,
-                             eos.incipient_energy, eos.complete_energy, eos.cold_tension == "linear",
+                             eos.incipient_energy, eos.complete_energy, eos.cold_tension,
                              eos.low_density)  # fmt: skip
         case "polynomial":
             return Polynomial(eos.a1, eos.a2, eos.a3, eos.b0, eos.b1, eos.t1 or 0.0, eos.t2)

@@ -9,9 +9,11 @@ e_iv is the energy of incipient, e_cv that of complete vaporisation. The sound s
 c^2 = p_rho + p p_e/rho^2 is that of the blended pressure: the weights' own slope
 (p_h - p_c)/(e_cv - e_iv), which some codes leave out, is part of p_e.
 
-In cold expansion B mu^2 bends the pressure up again below eta = 1 - A/(2B): `cold_tension: linear`
-leaves it out there, and below `low_density` (a share of rho0; 0.9 in many codes, off here) cold
-material bears nothing. Below e = -E0 eta^2/2 the energy in w is held there, exponents at 70.
+In cold expansion B mu^2 bends the pressure up again below eta = 1 - A/(2B), to 2 GPa in ice at a
+tenth of its density, out of nothing: `cold_tension: fading` takes A mu eta^2 (3 - 2 eta) there, which
+leaves slope and curvature at rho0 to A and nothing to matter that is gone; `linear` takes A mu, `full`
+is as printed. Below `low_density` (a share of rho0; 0.9 in many codes, off here) cold material bears
+nothing. Below e = -E0 eta^2/2 the energy in w is held there, exponents at 70.
 
 Tillotson 1962 (General Atomic GA-3216); Melosh 1989, Impact Cratering, appendix II.
 """
@@ -28,6 +30,7 @@ from ...core.errors import CaseError
 from ...core.jit import compiled
 from .. import slots
 from ..slots import INVERSE_RHO0, RHO0
+from . import expansion
 
 CAPITAL_A = slots.EOS[0]
 CAPITAL_B = slots.EOS[1]
@@ -40,6 +43,7 @@ BETA = slots.EOS[7]
 INCIPIENT = slots.EOS[8]
 COMPLETE = slots.EOS[9]
 LOW_DENSITY = slots.EOS[10]
+FADES = slots.EOS[11]
 
 _EXPONENT = 70.0
 _LEAST = 0.5  # w is held above
@@ -58,7 +62,7 @@ class Tillotson:
     beta: float  # [-]
     incipient_energy: float  # e_iv [J/kg]
     complete_energy: float  # e_cv [J/kg]
-    linear_tension: bool = False  # no B mu^2 below rho0
+    cold_tension: str = "fading"  # of the condensed branch below rho0: fading, linear or full
     low_density: float = 0.0  # rho/rho0 below which cold material bears nothing
 
     name: ClassVar[str] = "tillotson"
@@ -81,7 +85,7 @@ class Tillotson:
         """Write the parameters into the material's row of the table."""
         row[CAPITAL_A] = self.bulk_modulus
         row[CAPITAL_B] = self.capital_b
-        row[CAPITAL_B_TENSION] = 0.0 if self.linear_tension else self.capital_b
+        row[CAPITAL_B_TENSION] = self.capital_b if self.cold_tension == "full" else 0.0
         row[INVERSE_E0] = 1.0 / self.reference_energy
         row[SMALL_A] = self.small_a
         row[SMALL_B] = self.small_b
@@ -90,6 +94,7 @@ class Tillotson:
         row[INCIPIENT] = self.incipient_energy
         row[COMPLETE] = self.complete_energy
         row[LOW_DENSITY] = self.low_density
+        row[FADES] = float(self.cold_tension == "fading")
 
 
 @compiled
@@ -110,9 +115,13 @@ def _cold(rho, e, row):
         term_e = b * rho * inverse
     term = b * rho * e * inverse
     square = row[CAPITAL_B] if mu > 0.0 else row[CAPITAL_B_TENSION]
+    cold, cold_slope = mu * (row[CAPITAL_A] + square * mu), row[CAPITAL_A] + 2.0 * square * mu
+    if mu < 0.0 and row[FADES] > 0.0:
+        cold_slope = expansion.left(eta, 0.0) * cold_slope + expansion.slope(eta, 0.0) * cold
+        cold *= expansion.left(eta, 0.0)
     a = row[SMALL_A]
-    p = a * rho * e + term + mu * (row[CAPITAL_A] + square * mu)
-    p_rho = a * e + term_rho + (row[CAPITAL_A] + 2.0 * square * mu) * row[INVERSE_RHO0]
+    p = a * rho * e + term + cold
+    p_rho = a * e + term_rho + cold_slope * row[INVERSE_RHO0]
     p_e = a * rho + term_e
     if eta < row[LOW_DENSITY] and e < row[INCIPIENT]:
         p = p_rho = p_e = 0.0
