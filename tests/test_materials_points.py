@@ -412,6 +412,13 @@ def test_basalt_meets_measured_shocks_with_its_strength():
     assert np.sqrt(((others[:, 2] / measured - 1.0) ** 2).mean()) > 2.0 * np.sqrt((apart**2).mean())
 
 
+def test_shocks_in_water_meet_ihed():
+    """The fit of a universal liquid, U = c + s u + q u exp(-d u), as ImpactsWiki's impedance-match-app lists it."""
+    points = [(1e3 * u, 1e3 * (1.336 + 1.3385 * u + 1.236 * u * np.exp(-0.354 * u))) for u in np.linspace(0.5, 6.0, 12)]
+    for _, measured, ours in beside_measured(library_of().load("water"), points):
+        assert ours == pytest.approx(measured, rel=0.025)
+
+
 def test_weak_shocks_in_pmma_are_between_or_near_published_fits():
     """Kinslow's line and IHED's curve differ by 5 % below 1 km/s; with its strength the library is within 1.5 % of them."""
     for u in (500.0, 750.0, 1000.0, 1500.0, 2000.0):
