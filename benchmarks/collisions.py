@@ -53,7 +53,7 @@ def case_of(seed):
     options = {"type": formulation} | OPTIONS.get(formulation, {})
     end = 4e-6 if formulation != "projection" else 3e-7
     plain = {"kinematics": "three_d", "resolution": 0.6e-3, "bodies": bodies, "formulation": options,
-             "output": {"checkpoint_every": None, "every": None}, "time": {"end": end, "max_steps": 1500}}  # fmt: skip
+             "output": {"checkpoint_every": None, "every": None}, "time": {"end": end, "max_steps": 4000}}  # fmt: skip
     try:
         return load_case(plain | further), formulation
     except CaseError:  # not for every formulation
