@@ -112,3 +112,12 @@ def total(terms: np.ndarray, unit: float) -> np.ndarray:
 def exact_sum(terms: np.ndarray) -> float:
     """Return the sum of `terms` (n,) rounded once: slow, for what is summed once a run."""
     return fsum(terms.tolist())
+
+
+def exact_parts(terms: np.ndarray) -> list[float]:
+    """Return few numbers whose exact sum is that of `terms` (n,): `fsum` of those of several parts is of all."""
+    rest, parts = terms.tolist(), [fsum(terms.tolist())]
+    while parts[-1] and abs(parts[-1]) < np.inf:
+        rest.append(-parts[-1])
+        parts.append(fsum(rest))
+    return parts

@@ -47,7 +47,8 @@ class BodyContact:
     at
         Positions at the start (n, dim) [m].
     fullness
-        Kernel sums of the reference lists at the start (n,), which show who stands within a body.
+        Kernel sums of the reference lists at the start (n,), which show who stands within a body, and the largest of
+        each body (bodies,).
 
     Attributes
     ----------
@@ -65,7 +66,7 @@ class BodyContact:
     """
 
     def __init__(self, particles: Particles, formulation: Any, materials: list[Material], at: np.ndarray, h: float,
-                 planes: tuple[Plane, ...], fullness: np.ndarray, power_unit: float):  # fmt: skip
+                 planes: tuple[Plane, ...], fullness: tuple[np.ndarray, np.ndarray], power_unit: float):  # fmt: skip
         self.particles, self.law, self.h = particles, formulation.contact, h
         dim, kernel = particles.dim, formulation.kernel
         spacing = h / formulation.h_over_dx
@@ -77,7 +78,8 @@ class BodyContact:
         if self._revolved:  # areas of the section
             self._volume /= 2.0 * np.pi * np.maximum(at[:, 1], ON_AXIS * h)
             planes = tuple(plane for plane in planes if plane != AXIS)
-        self._inner = fullness >= FULL * _of_body(fullness, particles.body)
+        full, fullest = fullness
+        self._inner = full >= FULL * fullest[particles.body]
         self._tell_apart()
         coefficients = self.law.coefficients(kernel, formulation.h_over_dx, dim)
         passes = self.law.passes(dim, self._revolved)
@@ -94,7 +96,7 @@ class BodyContact:
         self.energy = self._power = self._power_before = 0.0
         self.passed = np.zeros(0, np.int64)
         self._evaluations = 0
-        self._bodies_in_all = int(particles.body.max()) + 1
+        self._bodies_in_all = len(fullest)
 
     def _tell_apart(self) -> None:
         """Take note of what the particles are that there are now."""
@@ -282,10 +284,3 @@ class BodyContact:
         """Go back to where `history` was taken."""
         self.energy, self._power, self._power_before, evaluations = (float(one) for one in history["contact"])
         self._evaluations = int(evaluations)
-
-
-def _of_body(values: np.ndarray, bodies: np.ndarray) -> np.ndarray:
-    """Return for each particle the largest value of its body."""
-    largest = np.zeros(int(bodies.max()) + 1)
-    np.maximum.at(largest, bodies.astype(np.int64), values)
-    return np.asarray(largest[bodies.astype(np.int64)])

@@ -11,6 +11,7 @@ process has those of its part of the reference for good, with copies of what its
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,8 @@ from hvisph.core.particles import Particles
 from hvisph.integrators import sums as column
 from hvisph.integrators import update as single
 from hvisph.materials.table import Material, pack
-from hvisph.sph.copies import FixedCopies
+from hvisph.sph.copies import FixedCopies, Halo
+from hvisph.sph.rows import RowLayout
 from hvisph.sph.symmetry import Plane
 
 from .body_contact import BodyContact
@@ -69,17 +71,17 @@ class CompositeStepper(CompositeState):
         self.layout, self._read = formulation.row(dim)
         self.slots = self.layout.slots()
         self._update = self._specialised_update(self.layout, previous, drift)
-        self._sort()
+        particles.permute(order_of(particles, formulation.kernel.reach * h))
         particles["reference_position"] = particles["position"]
         self._at_start = particles["position"].copy()
         self._volume_at_start = particles["mass"] / particles["density"]
         self.copies = FixedCopies(planes, dim)
+        self.sequence = np.arange(count, dtype=np.uint64)
+        self._halo_for: Callable[[RowLayout], Halo] | None = None
 
-    def _sort(self) -> None:
-        """Put the particles into the order of cells, body by body, and within a cell by number."""
-        position = self.particles["position"]
-        cells = np.floor(position / (self.formulation.kernel.reach * self.h)).astype(np.int64)
-        self.particles.permute(np.lexsort((self.particles.id, *cells.T, self.particles.body)))
+    def keep_order(self, sequence: np.ndarray) -> None:
+        """Take the particles as a part of more, which have the places `sequence` (n,) in the order of all."""
+        self.sequence = sequence.astype(np.uint64)
 
     @property
     def homes(self) -> np.ndarray:
@@ -90,13 +92,14 @@ class CompositeStepper(CompositeState):
         """Build all that follows from state and reference positions, of all particles."""
         particles, formulation = self.particles, self.formulation
         self._moduli = np.array([(_young_modulus(one), 1.0 / one.first_yield) for one in self.materials])
-        self._one_body, self._bodies_in_all = int(np.ptp(particles.body)) == 0, int(particles.body.max()) + 1
+        bodies = particles.body.astype(float)
+        lowest, highest = self.most(np.array([(-bodies).max(initial=-np.inf), bodies.max(initial=-np.inf)]))
+        self._one_body, self._bodies_in_all = bool(highest == -lowest), int(highest) + 1
         self._one_piece = self._one_body
         self._can_fail = any(material.can_fail for material in self.materials)
         self.volume = self._volume_at_start.copy()
         if formulation.revolved:  # areas of the section
             self.volume /= 2.0 * np.pi * self._ring_radius(self._at_start)
-        self.sequence = np.arange(particles.count, dtype=np.uint64)
         self.alone = np.zeros(particles.count, bool)
         self._make_room()
         self._build_reference()
@@ -104,9 +107,16 @@ class CompositeStepper(CompositeState):
         self._loops = loops(formulation, offered)
         self.spatial = SpatialPass(formulation, self._at_start, self.h, self.planes, offered)
         self.pairs = self.spatial.pairs
+        if self._halo_for is not None:
+            self.spatial.join(self._halo_for)
         if formulation.contact.parts and (formulation.contact.own_faces or not self._one_body):
+            fullest = np.zeros(self._bodies_in_all)
+            np.maximum.at(fullest, particles.body.astype(np.int64), self.reference.zeroth_sums)
             self.contact = BodyContact(particles, formulation, self.materials, self._at_start, self.h, self.planes,
-                                       self.reference.zeroth_sums, self.totals.units[column.SLIPPING])  # fmt: skip
+                                       (self.reference.zeroth_sums, self.most(fullest)),
+                                       self.totals.units[column.SLIPPING])  # fmt: skip
+            if self._halo_for is not None:
+                self.contact.join(self._halo_for)
         self._classify()
 
     @property
@@ -288,6 +298,12 @@ class CompositeStepper(CompositeState):
     def permute(self) -> np.ndarray:
         """Leave the particles where they are: reference lists hold their numbers."""
         return np.arange(self.particles.count)
+
+
+def order_of(particles: Particles, edge: float) -> np.ndarray:
+    """Return the order of cells of an `edge` [m], body by body, and within a cell by number (n,)."""
+    cells = np.floor(particles["position"] / edge).astype(np.int64)
+    return np.lexsort((particles.id, *cells.T, particles.body))
 
 
 def _young_modulus(material: Material) -> float:

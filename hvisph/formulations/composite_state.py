@@ -28,6 +28,7 @@ class CompositeState(ReferenceChanges, Stepper):
     spatial: SpatialPass
     contact: BodyContact | None
     _one_body: bool
+    _halo_for: Callable[[RowLayout], Halo] | None
 
     def _set_up(self) -> None:
         raise NotImplementedError
@@ -69,11 +70,8 @@ class CompositeState(ReferenceChanges, Stepper):
         )  # fmt: skip
 
     def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
-        self.copies.halo = halo_for(self.copies.layout)
-        self.spatial.join(halo_for)
-        if self.contact is not None:
-            self.contact.join(halo_for)
+        """See what other processes have from the start on, by the halos that `halo_for` makes of layouts of rows."""
+        self.copies.halo, self._halo_for = halo_for(self.copies.layout), halo_for
 
     def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
         """Have these particles in place of all others, between steps; see `carried`."""

@@ -62,6 +62,10 @@ class ReferenceChanges:
         """Tell whether something is so on any process: all of them ask at the same place."""
         return bool(here) if self.copies.halo is None else self.copies.halo.anywhere(bool(here))
 
+    def most(self, values: np.ndarray) -> np.ndarray:
+        """Return the largest of each of the floats over all processes."""
+        return values if self.copies.halo is None else self.copies.halo.most(values)
+
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
         """Return which particles have one of `chosen` (n,) among their reference neighbours (n,), bool."""
         return self.reference.neighbours_of(self.copies.extended(chosen))

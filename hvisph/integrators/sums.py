@@ -47,22 +47,25 @@ class Sums:
         Of the columns (COUNTED,), see `core.exact`.
     over
         Makes sums and extremes of this process those of all.
+    exact
+        Returns the sum of terms (n,) of all processes, rounded once.
     """
 
     over: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+    exact: Callable[[np.ndarray], float]
 
     def __init__(self, particles: Particles, sound_speed: float, h: float, chunk: int):
         self._sound_speed, self._h, self._chunk = sound_speed, h, chunk
-        self.over = lambda wholes, extremes: (wholes, extremes)
+        self.over, self.exact = lambda wholes, extremes: (wholes, extremes), exact_sum
         self.begin(particles)
         self.hold(particles.count)
 
     def begin(self, particles: Particles) -> None:
         """Set the units by the state at the start, mass and energy of the whole."""
         mass, sound_speed, h = particles["mass"], self._sound_speed, self._h
-        whole = exact_sum(mass)
+        whole = self.exact(mass)
         energy = mass * (0.5 * (particles["velocity"] ** 2).sum(axis=1) + np.abs(particles["internal_energy"]))
-        energy_unit = unit_of(max(SLOWEST * whole * sound_speed**2, exact_sum(energy)))
+        energy_unit = unit_of(max(SLOWEST * whole * sound_speed**2, self.exact(energy)))
         speed = float(np.sqrt(energy_unit / unit_of(whole)))
         power_unit = energy_unit * 2.0 ** np.ceil(np.log2(max(sound_speed, speed) / h))
         self.units = np.full(COUNTED, energy_unit)

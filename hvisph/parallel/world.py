@@ -20,6 +20,7 @@ from hvisph.core.errors import CaseError, HvisphError
 from .launch import launched
 
 T = TypeVar("T")
+MESSAGE = 1 << 28  # bytes at most; what counts them may be of 32 bits
 INSTALL = "pip install 'hvisph[mpi]', or mpi4py alone for the MPI that is there"
 
 
@@ -67,6 +68,12 @@ class Alone:
     def gathered(self, rows: np.ndarray) -> np.ndarray:
         """Return the rows of all processes one after the other, on the first; none on the others."""
         return rows
+
+    def dealt(self, rows: np.ndarray | None, wanted: list[np.ndarray] | None) -> np.ndarray:
+        """Return of the `rows` (n, ...) of the first process those `wanted` here: it names them for every process."""
+        assert rows is not None
+        assert wanted is not None
+        return np.asarray(rows[wanted[0]])
 
     def from_first(self, make: Callable[[], T]) -> T:
         """Return what `make` returns on the first process, or raise what it raises there."""
@@ -147,19 +154,34 @@ class Ranks(Alone):
         own = np.ascontiguousarray(rows)
         counts = self.everybodys(np.array([len(own)]))[:, 0]
         if self.rank:
-            self._waiting(lambda: self._all.Send(own.view(np.uint8).reshape(-1), 0, 1) if len(own) else None)
+            self._send(own, 0)
             return own[:0]
         whole = np.empty((int(counts.sum()), *own.shape[1:]), own.dtype)
         whole[: len(own)] = own
         ends = np.cumsum(counts)
         for rank in range(1, self.size):
-            part = whole[ends[rank - 1] : ends[rank]]
-            if len(part):
-                self._receive(part, rank)
+            self._receive(whole[ends[rank - 1] : ends[rank]], rank)
         return whole
 
-    def _receive(self, part: np.ndarray, rank: int) -> None:
-        self._waiting(lambda: self._all.Recv(part.view(np.uint8).reshape(-1), rank, 1))
+    def _send(self, rows: np.ndarray, rank: int) -> None:
+        for piece in _pieces(rows):
+            self._waiting(lambda piece=piece: self._all.Send(piece, rank, 1))  # type: ignore[misc]
+
+    def _receive(self, rows: np.ndarray, rank: int) -> None:
+        for piece in _pieces(rows):
+            self._waiting(lambda piece=piece: self._all.Recv(piece, rank, 1))  # type: ignore[misc]
+
+    def dealt(self, rows: np.ndarray | None, wanted: list[np.ndarray] | None) -> np.ndarray:
+        """Return of the `rows` (n, ...) of the first process those `wanted` here: it names them for every process."""
+        made = None if rows is None or wanted is None else (rows.shape[1:], rows.dtype.str, [len(w) for w in wanted])
+        shape, kind, counts = self.from_first(lambda: made or ((), "", [0]))
+        if rows is None or wanted is None:
+            own = np.empty((counts[self.rank], *shape), kind)
+            self._receive(own, 0)
+            return own
+        for rank in range(1, self.size):
+            self._send(rows[wanted[rank]], rank)
+        return np.asarray(rows[wanted[0]])
 
     def from_first(self, make: Callable[[], T]) -> T:
         """Return what `make` returns on the first process, or raise what it raises there."""
@@ -235,6 +257,13 @@ class Ranks(Alone):
             if not isinstance(error, HvisphError):
                 traceback.print_exc()
             self._all.Abort(code)
+
+
+def _pieces(rows: np.ndarray) -> Iterator[np.ndarray]:
+    """Yield the bytes of contiguous rows in pieces that a message can hold."""
+    flat = rows.reshape(-1).view(np.uint8)
+    for first in range(0, len(flat), MESSAGE):
+        yield flat[first : first + MESSAGE]
 
 
 def world_here() -> Alone:

@@ -6,10 +6,12 @@ Methods are called by all processes together. Alone a process finds what it is a
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import fsum
 from typing import TypeVar
 
 import numpy as np
 
+from hvisph.core.exact import exact_parts, exact_sum
 from hvisph.core.particles import Particles
 from hvisph.formulations.protocol import AnyStepper
 from hvisph.integrators.criteria import NAMES, Limit
@@ -63,31 +65,34 @@ class Asked:
     ----------
     stepper
         What moves the particles.
+    count
+        Number of particles of the whole.
 
     Attributes
     ----------
     world
         The processes.
-    count
-        Number of particles of the whole.
-    spread
-        Whether each process has its own particles, not the whole.
     """
 
-    def __init__(self, stepper: AnyStepper):
-        self._stepper = stepper
+    def __init__(self, stepper: AnyStepper, count: int):
+        self._stepper, self.count = stepper, count
         self.world: Alone = Alone()
-        self.count = stepper.particles.count
-        self.spread = False
         self._at: np.ndarray | None = None
+        self._ordered = np.zeros(0, np.uint32)
 
     @property
     def _asks(self) -> bool:
-        return self.spread and self.world.size > 1
+        return self.world.size > 1
 
     def total(self, counts: np.ndarray) -> np.ndarray:
         """Return the sums of whole numbers over all particles, from those over this process' own."""
         return self.world.total(counts) if self._asks else counts
+
+    def exact_sum(self, terms: np.ndarray) -> float:
+        """Return the sum of `terms` (n,) of all particles rounded once, from those of this process' own."""
+        if not self._asks:
+            return exact_sum(terms)
+        return fsum(part for parts in self.world.objects(exact_parts(terms)) for part in parts)
 
     def most(self, *values: float) -> np.ndarray:
         """Return the largest of each value over all processes."""
@@ -95,7 +100,7 @@ class Asked:
 
     def at(self, numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Return the `values` (n, ...) of particles by their permanent numbers, bit by bit."""
-        rows = self.where()[numbers]
+        rows = self.where(numbers)
         if not self._asks:
             return values[rows]
         here = rows >= 0
@@ -110,12 +115,21 @@ class Asked:
         all_ = self.world.objects(one) if self._asks else [one]
         return next(some for some in all_ if some is not None)
 
-    def where(self) -> np.ndarray:
-        """Return the row of each particle by its permanent number, -1 for those of other processes."""
+    def where(self, numbers: np.ndarray) -> np.ndarray:
+        """Return the rows of particles by their permanent numbers, -1 for those of other processes."""
+        own = self._stepper.particles.id
+        if not self._asks:
+            if self._at is None:
+                self._at = np.empty(len(own), np.int32)
+                self._at[own] = np.arange(len(own), dtype=np.int32)
+            return np.asarray(self._at[numbers])
         if self._at is None:
-            self._at = np.full(self.count, -1, np.int32)
-            self._at[self._stepper.particles.id] = np.arange(self._stepper.particles.count, dtype=np.int32)
-        return self._at
+            self._at = np.argsort(own)
+            self._ordered = own[self._at]
+        if not len(own):
+            return np.full(len(numbers), -1)
+        places = np.minimum(np.searchsorted(self._ordered, numbers), len(own) - 1)
+        return np.where(self._ordered[places] == numbers, self._at[places], -1)
 
     def moved(self) -> None:
         """Take note that particles were put into a new order."""
@@ -138,7 +152,7 @@ class Asked:
 
     def look_up(self, number: int) -> Seen:
         """Return a particle by its permanent number."""
-        row = int(self.where()[number])
+        row = int(self.where(np.array([number]))[0])
         own = self._seen(row) if row >= 0 else None
         all_ = self.world.objects(own) if self._asks else [own]
         return next(one for one in all_ if one is not None)
@@ -163,6 +177,16 @@ class Asked:
         first = int(np.lexsort((table[:, 2], table[:, 6], table[:, 1], table[:, 0]))[0])
         dt, criterion, number, body = table[first, :4].tolist()
         return Whole(dt, CRITERIA[int(criterion)], int(number), int(body), int(table[:, 4].max()), bool(table[0, 5]))
+
+    def dealt(self, rows: np.ndarray | None) -> np.ndarray:
+        """Return of the `rows` by permanent number (count, ...) that the first process has those of own particles."""
+        numbers = self._stepper.particles.id
+        if not self._asks:
+            assert rows is not None
+            return np.asarray(rows[numbers])
+        all_ = self.world.gathered(numbers)
+        ends = np.cumsum(self.world.everybodys(np.array([len(numbers)]))[:, 0])
+        return self.world.dealt(rows, np.split(all_, ends[:-1]) if self.world.first else None)
 
     def gathered(self, values: np.ndarray) -> np.ndarray:
         """Return the rows of all processes, as they come, on the first; none on the others."""

@@ -2,36 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hvisph.core.errors import CaseError
-from hvisph.core.kinematics import KINEMATICS
-from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
-from hvisph.formulations.eulerian import Eulerian
+from hvisph.core.particles import Particles
 from hvisph.formulations.protocol import AnyStepper
-from hvisph.formulations.riemann import Riemann
 from hvisph.formulations.stepper import Stepper
 from hvisph.integrators.criteria import Criteria
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.materials.table import Material
-from hvisph.simulation.bodies import PlacedBody, placed_bodies
-from hvisph.simulation.formulations import formulation_of
+from hvisph.simulation.beginning import Beginning, begin
+from hvisph.simulation.bodies import PlacedBody
 from hvisph.simulation.gauges import Gauges
-from hvisph.simulation.impact_pressure import stiff_enough
-from hvisph.simulation.kernel_types import filled_region, set_kernel_types, set_loads
+from hvisph.simulation.kernel_types import set_loads
 from hvisph.simulation.share import Share
-from hvisph.simulation.starting import MEMORY, body_material, remembered, start_of
-from hvisph.simulation.velocities import initial_velocity
-from hvisph.sph.symmetry import AXIS, Plane
+from hvisph.sph.symmetry import Plane
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
-
-# Spacings that differ by more than this share of the case's are unlike; filling a shape exactly changes them by less.
-UNLIKE = 0.005
 
 
 @dataclass
@@ -54,6 +44,8 @@ class Setup:
         What of it this process has.
     notes
         Which sizes had to give way to the spacing of particles.
+    watched
+        As that of `Beginning`.
     """
 
     stepper: AnyStepper
@@ -65,6 +57,7 @@ class Setup:
     density_limits: np.ndarray
     share: Share
     notes: tuple[str, ...] = ()
+    watched: dict[str, np.ndarray] | None = None
 
     @property
     def particles(self) -> Particles:
@@ -73,97 +66,28 @@ class Setup:
 
 
 def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
-    """Build the objects of a run.
+    """Build the objects of a run; arguments and errors as of `beginning.begin`."""
+    return set_up(case, begin(case, bodies))
 
-    Parameters
-    ----------
-    case
-        The case.
-    bodies
-        Its bodies, where they are already placed.
 
-    Raises
-    ------
-    CaseError
-        Where the case cannot be built: overlapping bodies, a clamp that holds nothing.
-    """
-    placed = bodies or placed_bodies(case)
-    dim, dx = case.dim, case.resolution
-    formulation = formulation_of(case)
-    scheme = SCHEMES[case.time.integrator]
-    h = formulation.h_over_dx * dx
-    kinematics = KINEMATICS[case.kinematics]
-    extra = (*formulation.fields, *scheme.extra_fields(kinematics.revolved))
-    made = [body_material(body, case.drawn, dx) for body in placed]
-    if any(material.remembers for material in made):
-        _refuse_memory(case, made)
-        extra = (*extra, *MEMORY)
-    particles = Particles(dim, sum(len(b.positions) for b in placed), extra, kinematics)
-    materials, first = [], 0
-    for number, (body, material) in enumerate(zip(placed, made, strict=True)):
-        if material not in materials:
-            materials.append(material)
-        part = slice(first, first + len(body.positions))
-        first = part.stop
-        particles["position"][part] = body.positions
-        particles["velocity"][part] = initial_velocity(body.model, body.positions, body.middle)
-        density, energy = start_of(body, material)
-        particles["mass"][part] = density * body.volumes
-        particles["density"][part] = density
-        particles["internal_energy"][part] = energy
-        if material.remembers:
-            for name, values in zip(MEMORY, remembered(body, material, dim, case.drawn, dx).T, strict=True):
-                particles[name][part] = values
-        particles.tags[part, BODY] = number
-        particles.tags[part, MATERIAL] = materials.index(material)
-    lengths = np.full(particles.count, h)
-    if isinstance(formulation, Riemann | Eulerian):  # the others have one smoothing length for all
-        lengths = formulation.h_over_dx * np.concatenate([body.spacing for body in placed])
-        formulation = replace(formulation, unlike=bool(np.ptp(lengths) > UNLIKE * h))
-    particles["smoothing_length"] = lengths
-    means = [particles["velocity"][particles.body == number].mean(axis=0) for number in range(len(placed))]
-    own = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]
-    formulation = stiff_enough(formulation, getattr(case.formulation, "contact", None), own, means)
-    particles.tags[:, ID] = np.arange(particles.count)
-    names = [body.name for body in placed]
-    for number, clamp in enumerate(case.clamped):
-        held = filled_region(particles, clamp, names, f"clamped.{number}")
-        particles.tags[held, FLAGS] |= CLAMPED
-        particles["velocity"][held] = 0.0
-    set_kernel_types(particles, case, names)
-    sides = {"above": 1.0, "below": -1.0}
-    planes = tuple(Plane("xyz".index(plane.axis), plane.at, sides[plane.keep]) for plane in case.symmetry)
-    if kinematics.revolved:
-        planes = (*planes, AXIS)
+def set_up(case: Case, start: Beginning) -> Setup:
+    """Return the objects of a run of what it begins with, all of it or a part."""
+    scheme, particles, formulation = SCHEMES[case.time.integrator], start.particles, start.formulation
+    numbers = particles.numbers()
     stepper = formulation.stepper(
-        particles, formulation, materials, scheme.stage, scheme.previous, float(lengths.max()), planes,
+        particles, formulation, start.materials, scheme.stage, scheme.previous, start.longest, start.planes,
         **scheme.further(),
     )  # fmt: skip
     if isinstance(stepper, Stepper):
-        stepper.h_low *= float(lengths.min() / lengths.max())
-    set_loads(stepper, case, names)
-    criteria = Criteria(dim, particles.count, case.time.cfl, formulation.viscous_factor)
-    gauges = Gauges(case.gauges, placed, dx, stepper)
-    notes = tuple(
-        f"{body.name}: mass {body.model.material.density * body.volumes.sum():.6g}; {body.filling.note}"
-        for body in placed
-        if body.filling.note
-    )
-    limits = np.array([_largest_density(material) for material in materials])
-    return Setup(stepper, criteria, names, [material.name for material in materials], planes, gauges, limits,
-                 Share(stepper, criteria, planes), notes)  # fmt: skip
-
-
-def _refuse_memory(case: Case, made: list[Material]) -> None:
-    """Refuse materials with a memory where a formulation's pressure has none."""
-    if case.formulation.type != "projection" and case.kinematics != "plane_stress":
-        return
-    name, _ = next((n, m) for n, m in zip(case.bodies, made, strict=True) if m.remembers)
-    raise CaseError(
-        "pores, programmed burn, rate_smoothing, grady_kipp, grady_spall and johnson_holmquist damage need another "
-        "formulation than projection, and other kinematics than plane_stress",
-        where=f"bodies.{name}.material",
-    )
+        stepper.h_low *= start.spread
+    if start.sequence is not None:
+        stepper.keep_order(start.sequence[np.searchsorted(numbers, particles.id)])
+    set_loads(stepper, case, start.bodies)
+    criteria = Criteria(particles.dim, particles.count, case.time.cfl, formulation.viscous_factor)
+    limits = np.array([_largest_density(material) for material in start.materials])
+    share = Share(stepper, criteria, start.planes, start.count)
+    return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
+                 Gauges(start.gauges, stepper), limits, share, start.notes, start.watched)  # fmt: skip
 
 
 def _largest_density(material: Material) -> float:

@@ -7,7 +7,8 @@ those of the beginning - and takes its state from the checkpoint afterwards. So 
 from __future__ import annotations
 
 import time as wall
-from collections.abc import Mapping
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.output.checkpoint import Checkpoint, Ordered
 from hvisph.simulation.build import Setup
 from hvisph.simulation.clock import Clock, TimeStep
-from hvisph.simulation.fitting import refuse_misfit
+from hvisph.simulation.fitting import refuse_misfit, refuse_other_particles
 from hvisph.simulation.monitors import Budget
 from hvisph.simulation.peaks import Peaks
 from hvisph.simulation.watch import Watch
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 # Names of arrays that have a row a particle, in the order of their numbers, and of what is of the whole.
 CARRIED, HISTORY = "carried/", "history/"
+STATE, TAGS, PEAKS = "state", "tags", "peaks"
 # Checkpoints take at most this share of a run's wall time, whatever cadence is asked for.
 MOST_TIME = 0.02
 # What may differ between the case of a checkpoint and the case that goes on: it touches no step.
@@ -76,10 +78,27 @@ class Keeper:
 
     def capture(self, time_step: TimeStep) -> Checkpoint | None:
         """Return the state between two steps, `time_step` being the next one; None but on the first process."""
-        clock, budget, particles = self.clock, self.budget, self.setup.particles
-        header: dict[str, Any] = {
+        stepper, carried, header = self.setup.stepper, self._carried(), self._header(time_step)
+        whole = self.setup.share.whole(self.setup.particles, *carried.values())
+        if whole is None:
+            return None
+        rows: dict[str, np.ndarray] = {STATE: whole[0].data, TAGS: whole[0].tags}
+        rows |= dict(zip(carried, whole[1], strict=True))
+        order = np.argsort(whole[0].id)
+        arrays: dict[str, Any] = {name: Ordered(values, order) for name, values in rows.items()}
+        arrays |= {f"{HISTORY}{name}": values for name, values in stepper.history().items()}
+        return Checkpoint(self.clock.steps, header, arrays)
+
+    def _carried(self) -> dict[str, np.ndarray]:
+        """Return what of the particles goes into a checkpoint beside state and tags, by the names that it has there."""
+        carried = self.setup.stepper.carried().items()
+        return {PEAKS: self.peaks.highest} | {f"{CARRIED}{name}": values for name, values in carried}
+
+    def _header(self, time_step: TimeStep) -> dict[str, Any]:
+        clock, budget = self.clock, self.budget
+        return {
             "case": self.case.model_dump(mode="json"),
-            "fields": list(particles.names),
+            "fields": list(self.setup.particles.names),
             "clock": {name: getattr(clock, name) for name in ("time", "steps", "outputs", "allowed", "allowed_by")},
             "step": {"length": time_step.length, "criterion": time_step.criterion, "lands_on": time_step.lands_on},
             "budget": {"energy": budget.energy, "size": budget.size, "momentum": budget.momentum.tolist(),
@@ -92,20 +111,9 @@ class Keeper:
             "files": vars(self.files),
             "series": self.series,
         }  # fmt: skip
-        stepper = self.setup.stepper
-        carried = {"peaks": self.peaks.highest} | {f"{CARRIED}{k}": v for k, v in stepper.carried().items()}
-        whole = self.setup.share.whole(particles, *carried.values())
-        if whole is None:
-            return None
-        rows: dict[str, np.ndarray] = {"state": whole[0].data, "tags": whole[0].tags}
-        rows |= dict(zip(carried, whole[1], strict=True))
-        order = np.argsort(whole[0].id)
-        arrays: dict[str, Any] = {name: Ordered(values, order) for name, values in rows.items()}
-        arrays |= {f"{HISTORY}{name}": values for name, values in stepper.history().items()}
-        return Checkpoint(clock.steps, header, arrays)
 
     def restore(self, checkpoint: Checkpoint) -> TimeStep:
-        """Go back to `checkpoint` and return its next step.
+        """Go back to `checkpoint` and return its next step; of several processes the first alone has its arrays.
 
         Raises
         ------
@@ -114,23 +122,33 @@ class Keeper:
         OutputError
             When the checkpoint does not fit the run, though it is whole.
         """
-        header = checkpoint.header
+        share, particles, given = self.setup.share, self.setup.particles, checkpoint.arrays
         refuse_changed(checkpoint, self.case)
-        try:
-            own = self.capture(TimeStep(1.0, ""))
-            assert own is not None  # all processes begin with the whole
-            refuse_misfit(checkpoint, own, self.setup.particles)
-            return self._restore(header, checkpoint.arrays)
-        except (LookupError, ValueError, TypeError, AttributeError, OverflowError) as error:
-            raise OutputError(f"the checkpoint of step {checkpoint.step} does not fit this run: {error}") from error
+        header, carried, history = self._header(TimeStep(1.0, "")), self._carried(), self.setup.stepper.history()
+        rows: dict[str, np.ndarray] = {STATE: particles.data, TAGS: particles.tags}
+        rows |= carried
+        own = {name: ((share.count, *values.shape[1:]), values.dtype) for name, values in rows.items()}
+        own |= {f"{HISTORY}{name}": (values.shape, values.dtype) for name, values in history.items()}
 
-    def _restore(self, header: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> TimeStep:
-        clock, budget, particles = self.clock, self.budget, self.setup.particles
-        stepper, order = self.setup.stepper, particles.id.copy()  # as built; what it is does not matter
-        particles.data[...], particles.tags[...] = arrays["state"][order], arrays["tags"][order]
-        self.peaks.highest[...] = arrays["peaks"][order]
-        carried = {k.removeprefix(CARRIED): v[order] for k, v in arrays.items() if k.startswith(CARRIED)}
-        stepper.restore(carried, {k.removeprefix(HISTORY): v for k, v in arrays.items() if k.startswith(HISTORY)})
+        def whole() -> dict[str, np.ndarray]:
+            with _fits(checkpoint):
+                refuse_misfit(checkpoint, header, own)
+                return {name: given[f"{HISTORY}{name}"] for name in history}
+
+        taken = share.world.from_first(whole)
+        mine = {name: share.dealt(given.get(name)) for name in rows}
+        with share.world.alike(), _fits(checkpoint):
+            renews = header["case"]["formulation"].get("renew_reference") is not None
+            refuse_other_particles(mine[STATE], mine[TAGS], particles, renews)
+        with _fits(checkpoint):
+            return self._restore(checkpoint.header, mine, taken)
+
+    def _restore(self, header: dict[str, Any], rows: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> TimeStep:
+        clock, budget, particles, stepper = self.clock, self.budget, self.setup.particles, self.setup.stepper
+        particles.data[...], particles.tags[...] = rows[STATE], rows[TAGS]
+        self.peaks.highest[...] = rows[PEAKS]
+        carried = {name.removeprefix(CARRIED): values for name, values in rows.items() if name.startswith(CARRIED)}
+        stepper.restore(carried, history)
         for name, value in header["clock"].items():
             setattr(clock, name, value)
         for name in ("momentum", "impulse", "retired", "pending"):
@@ -146,6 +164,15 @@ class Keeper:
             time_step = clock.extend()
             stepper.predict(time_step.length)
         return time_step
+
+
+@contextmanager
+def _fits(checkpoint: Checkpoint) -> Iterator[None]:
+    """Say of what goes wrong with a checkpoint's content that it does not fit the run."""
+    try:
+        yield
+    except (LookupError, ValueError, TypeError, AttributeError, OverflowError) as error:
+        raise OutputError(f"the checkpoint of step {checkpoint.step} does not fit this run: {error}") from error
 
 
 @dataclass

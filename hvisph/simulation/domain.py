@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.errors import CaseError
 from hvisph.core.exact import value_of, whole_parts
 from hvisph.core.particles import CLAMPED, FLAGS, RETIRED
 from hvisph.integrators.sums import INTERNAL, MOMENTUM, SLIPPING, SUPPORT
@@ -35,11 +34,6 @@ class Domain:
         The run at its start.
     box
         The case's `domain`; None for none.
-
-    Raises
-    ------
-    CaseError
-        When a particle starts outside.
     """
 
     def __init__(self, setup: Setup, box: Any):
@@ -53,10 +47,6 @@ class Domain:
         sides = [(axis, limit[axis], sign) for limit, sign in ((self._low, -1.0), (self._high, 1.0))
                  for axis in range(dim) if np.isfinite(limit[axis])]  # fmt: skip
         self._parking = sides[0] if sides else None
-        outside = np.flatnonzero(self._outside())
-        if len(outside):
-            body = setup.bodies[int(setup.particles.body[outside[0]])]
-            raise CaseError(f"{len(outside)} particles start outside, the first of body '{body}'", where="domain")
 
     def _outside(self) -> np.ndarray:
         position = self._setup.particles["position"]

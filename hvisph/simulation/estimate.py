@@ -20,7 +20,6 @@ from hvisph.geometry.shapes import Shape
 from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.build import build
 from hvisph.simulation.cost import step_seconds, worthwhile_threads
-from hvisph.simulation.domain import Domain
 from hvisph.simulation.materials import material_of
 from hvisph.simulation.memory import free_memory
 from hvisph.simulation.shapes import shape_of
@@ -39,6 +38,8 @@ MEMORY = {"eulerian": {1: 570, 2: 690, 3: 930}, "riemann": {1: 600, 2: 940, 3: 1
 LISTED = {"total_lagrangian": {1: 30, 2: 30, 3: 40}, "adaptive": {1: 30, 2: 30, 3: 40},
           "projection": {1: 20, 2: 18, 3: 21}}  # fmt: skip
 INTERPRETER = 250_000_000  # [bytes]
+# What the first of several processes holds of the whole when it hands it out or writes it [bytes a particle].
+BEGINNING = 600
 # Share of the impact velocity that the signals of a run gain over those at rest, on the mean of steps:
 # 0.7 to 1.0 in the bundled cases.
 COMPRESSION = 0.8
@@ -135,7 +136,7 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     counted = rough_count(case) <= MOST_FILLED
     if counted:
         placed = placed_bodies(case)
-        Domain(build(case, placed), case.domain)  # compiles nothing, and refuses what a run would refuse
+        build(case, placed)  # compiles nothing, and refuses what a run would refuse
         bodies = tuple(map(_counted, placed))
     else:
         bodies = tuple(_uncounted(case))
@@ -156,7 +157,7 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
 
 
 def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *, free: float | None = None,
-                      beside: int = 1) -> None:  # fmt: skip
+                      processes: int = 1, beside: int = 1, begins: bool = False) -> None:  # fmt: skip
     """Refuse a case that surely needs more memory than there is; without `bodies`, before a particle is made.
 
     Overlapping bodies are refused where they are placed (`hvisph.simulation.bodies`).
@@ -169,8 +170,10 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
         Its bodies, where they are placed already; otherwise particles are estimated by volume.
     free
         Memory that may be used [bytes]; asked of the system unless given.
-    beside
-        Processes of this machine, each of which begins with the whole.
+    processes, beside
+        All processes, and those of this machine, each of which has its part.
+    begins
+        Whether one of them begins with the state of the whole, of which it gives the others theirs.
 
     Raises
     ------
@@ -178,7 +181,9 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
         Naming what is needed, what there is, and a resolution that fits.
     """
     count = rough_count(case) if bodies is None else float(sum(len(body.positions) for body in bodies))
-    each, interpreter = beside * memory_each(case), beside * INTERPRETER
+    each, interpreter = memory_each(case) * beside / processes, beside * INTERPRETER
+    if begins:
+        each += BEGINNING
     needed = interpreter + each * count
     free = free_memory() if free is None else free
     if needed <= free:
@@ -187,9 +192,9 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
     shrink = (count * each / room) ** (1.0 / case.dim) if room else math.inf
     fits = f"{case.resolution * shrink:.2g}{' m' if case.units == 'si' else ''}" if room else "none"
     several, fewer = "", ""
-    if beside > 1:
-        several = f" on {beside} processes of this machine, each of which begins with the whole,"
-        fewer = "start fewer processes with more threads; "
+    if processes > 1:
+        several = f" on this machine, which has {beside} of {processes} processes,"
+        fewer = "take more machines; "
     raise CaseError(
         f"about {count:.2g} particles need{several} about {needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB "
         f"are free; {fewer}the finest resolution that fits is about {fits}",

@@ -15,49 +15,45 @@ from hvisph.core.particles import BODY, FLAGS, ID, MATERIAL, RETIRED, Particles
 from hvisph.output.checkpoint import Checkpoint
 
 
-def refuse_misfit(given: Checkpoint, own: Checkpoint, particles: Particles) -> None:
-    """Raise `ValueError` unless `given` is made like `own`, a checkpoint of this run at its start.
+def refuse_misfit(given: Checkpoint, header: dict[str, Any],
+                  own: dict[str, tuple[tuple[int, ...], np.dtype]]) -> None:  # fmt: skip
+    """Raise `ValueError` unless `given` is made like a checkpoint of this run at its start.
 
     Parameters
     ----------
-    given, own
-        The checkpoint to go on from, and one of this run as it was built.
-    particles
-        The run's particles as built.
+    given
+        The checkpoint to go on from.
+    header, own
+        Header of one of this run as it was built, and shapes and kinds of its arrays.
     """
-    for name, value in own.header.items():
+    for name, value in header.items():
         if name != "case":
             _refuse_other_kind(value, given.header[name], name)
-    if given.header["fields"] != own.header["fields"]:
+    if given.header["fields"] != header["fields"]:
         raise ValueError("it has other fields")
     if not (given.header["clock"]["time"] >= 0.0 and given.header["step"]["length"] > 0.0):
         raise ValueError("its time or its step is not positive")
-    if given.arrays.keys() != own.arrays.keys():
-        raise ValueError(f"it differs in {', '.join(sorted(given.arrays.keys() ^ own.arrays.keys()))}")
-    renews = own.header["case"]["formulation"].get("renew_reference") is not None
-    for name, values in own.arrays.items():
+    if given.arrays.keys() != own.keys():
+        raise ValueError(f"it differs in {', '.join(sorted(given.arrays.keys() ^ own.keys()))}")
+    for name, (shape, kind) in own.items():
         other = given.arrays[name]
-        if other.dtype != values.dtype or other.shape != values.shape:
-            raise ValueError(f"'{name}' has another shape or kind: {other.shape}, not {values.shape}")
-    _refuse_other_particles(given.arrays["state"], given.arrays["tags"], particles, renews)
-
-
-def _refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Particles, renews: bool) -> None:
-    """Raise `ValueError` unless these are the run's particles in order, with what never changes as it was."""
-    count = particles.count
-    if not np.array_equal(tags[:, ID], np.arange(count)):
+        if other.dtype != kind or other.shape != shape:
+            raise ValueError(f"'{name}' has another shape or kind: {other.shape}, not {shape}")
+    numbers = given.arrays["tags"][:, ID]
+    if not np.array_equal(numbers, np.arange(len(numbers))):
         raise ValueError("its particles are not in the order of their numbers, each once")
-    built = np.empty(count, np.int64)
-    built[particles.id] = np.arange(count)
-    order = built[tags[:, ID]]  # row of each in the run as built
+
+
+def refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Particles, renews: bool) -> None:
+    """Raise `ValueError` unless these are the `particles`, row by row, with what never changes as it was."""
     fixed = np.array([BODY, MATERIAL])
     flags = tags[:, FLAGS] & ~np.uint32(RETIRED)
-    if (tags[:, fixed] != particles.tags[order][:, fixed]).any() or (flags != particles.tags[order, FLAGS]).any():
+    if (tags[:, fixed] != particles.tags[:, fixed]).any() or (flags != particles.tags[:, FLAGS]).any():
         raise ValueError("its particles are of other bodies or materials, or others are held")
     moved = Particles(particles.dim, 0, particles.names[len(Particles(particles.dim, 0).names) :])
     moved.data = state
     kept = (tags[:, FLAGS] & RETIRED) == 0
-    if (moved["mass"] != np.where(kept, particles["mass"][order], 0.0)).any():
+    if (moved["mass"] != np.where(kept, particles["mass"], 0.0)).any():
         raise ValueError("its particles have other masses")
     if not (moved["smoothing_length"] > 0.0).all() or not np.isfinite(moved["position"]).all():
         raise ValueError("its particles have no places or no smoothing lengths")
@@ -66,7 +62,7 @@ def _refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Part
     if "reference_position" not in moved.offsets:
         return
     at = moved["reference_position"]
-    if not np.isfinite(at).all() or (not renews and (at != particles["reference_position"][order]).any()):
+    if not np.isfinite(at).all() or (not renews and (at != particles["reference_position"]).any()):
         raise ValueError("its particles have other places in the reference configuration")
 
 

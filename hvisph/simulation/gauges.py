@@ -35,7 +35,7 @@ NEAR = 1.0
 
 
 @dataclass(frozen=True)
-class _Gauge:
+class PlacedGauge:
     """One gauge in its place.
 
     Parameters
@@ -64,12 +64,8 @@ class Gauges:
 
     Parameters
     ----------
-    models
-        The case's gauges by name.
-    bodies
-        The bodies where they start; particles are numbered in their order.
-    dx
-        Spacing [m].
+    gauges
+        The gauges by name, in their places.
     stepper
         What is recorded.
 
@@ -81,19 +77,15 @@ class Gauges:
     Raises
     ------
     CaseError
-        For a gauge outside every body, and for a field that the formulation has not.
+        For a field that the formulation has not.
     """
 
-    def __init__(self, models: dict[str, Gauge], bodies: list[PlacedBody], dx: float, stepper: AnyStepper):
-        self._stepper, self._names = stepper, tuple(models)
-        positions = np.concatenate([body.positions for body in bodies])
-        owner = np.repeat(np.arange(len(bodies)), [len(body.positions) for body in bodies])
-        self._gauges = [_placed(name, model, positions, owner, dx) for name, model in models.items()]
-        self.columns = tuple(
-            f"gauge.{name}.{column}" for name, g in zip(models, self._gauges, strict=True) for column in g.columns
-        )
+    def __init__(self, gauges: dict[str, PlacedGauge], stepper: AnyStepper):
+        self._stepper, self._names = stepper, tuple(gauges)
+        self._gauges = list(gauges.values())
+        self.columns = tuple(f"gauge.{name}.{column}" for name, gauge in gauges.items() for column in gauge.columns)
         present = {*stepper.particles.names, *NAMES, "stress"}
-        for name, gauge in zip(models, self._gauges, strict=True):
+        for name, gauge in gauges.items():
             for column in gauge.columns:
                 if field_of(column).name not in present:
                     raise CaseError(
@@ -144,7 +136,7 @@ class Gauges:
                 row += 1
         return record
 
-    def _interpolated(self, gauge: _Gauge, share: Share) -> list[float]:
+    def _interpolated(self, gauge: PlacedGauge, share: Share) -> list[float]:
         particles = self._stepper.particles
         assert gauge.point is not None
         rows, weights = np.empty(particles.count, np.int64), np.empty(particles.count)
@@ -193,13 +185,37 @@ class _Values:
         return value + 0.5 * spacing * float(normal[component_names("position", particles.dim).index(column)])
 
 
-def _placed(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, dx: float) -> _Gauge:
+def placed_gauges(models: dict[str, Gauge], bodies: list[PlacedBody], dx: float) -> dict[str, PlacedGauge]:
+    """Put gauges in their places.
+
+    Parameters
+    ----------
+    models
+        The case's gauges by name.
+    bodies
+        The bodies where they start; particles are numbered in their order.
+    dx
+        Spacing [m].
+
+    Raises
+    ------
+    CaseError
+        For a gauge outside every body.
+    """
+    if not models:
+        return {}
+    positions = np.concatenate([body.positions for body in bodies])
+    owner = np.repeat(np.arange(len(bodies)), [len(body.positions) for body in bodies])
+    return {name: _placed(name, model, positions, owner, dx) for name, model in models.items()}
+
+
+def _placed(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, dx: float) -> PlacedGauge:
     """Return a gauge in its place."""
     dim = positions.shape[1]
     at = np.array(model.at, dtype=float)
     columns = tuple(c for field in model.fields for c in component_names(field, dim))
     if model.type == "fixed":
-        return _Gauge(columns, model.every, point=at)
+        return PlacedGauge(columns, model.every, point=at)
     distance = np.sqrt(((positions - at) ** 2).sum(axis=1))
     particle = int(distance.argmin())
     if distance[particle] > NEAR * dx:
@@ -210,7 +226,7 @@ def _placed(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, d
             where=f"gauges.{name}.at",
         )
     if model.type == "material":
-        return _Gauge(columns, model.every, particle=particle)
+        return PlacedGauge(columns, model.every, particle=particle)
     normal = np.zeros(dim)
     normal["xyz".index(model.direction[1])] = 1.0 if model.direction[0] == "+" else -1.0
     from_at = positions - at
@@ -218,4 +234,4 @@ def _placed(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, d
     beside = np.sqrt(np.maximum((from_at**2).sum(axis=1) - along**2, 0.0))
     seen = (owner == owner[particle]) & (beside <= beside[particle] + 0.5 * dx)
     outermost = np.flatnonzero(seen)[along[seen].argmax()]
-    return _Gauge(columns, model.every, particle=int(outermost), normal=normal)
+    return PlacedGauge(columns, model.every, particle=int(outermost), normal=normal)

@@ -67,6 +67,13 @@ def set_kernel_types(particles: Particles, case: Case, names: list[str]) -> None
 
 def set_loads(stepper: Any, case: Case, names: list[str]) -> None:
     """Load the particles of the case's initial loads."""
-    for number, load in enumerate(case.initial_loads):
-        loaded = filled_region(stepper.particles, load, names, f"initial_loads.{number}")
-        stepper.loads[loaded] += load.pressure
+    for load in case.initial_loads:
+        stepper.loads[in_region(stepper.particles, load, names)] += load.pressure
+
+
+def refuse_outside(particles: Particles, domain: BoxRegion | None, names: list[str]) -> None:
+    """Raise `CaseError` where particles start outside of a case's `domain`."""
+    outside = np.flatnonzero(~in_box(domain, particles["position"])) if domain is not None else np.zeros(0, int)
+    if len(outside):
+        body = names[int(particles.body[outside[0]])]
+        raise CaseError(f"{len(outside)} particles start outside, the first of body '{body}'", where="domain")

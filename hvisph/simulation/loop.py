@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time as wall
 from contextlib import nullcontext
+from dataclasses import replace
 from typing import Any
 
 import numba
@@ -31,7 +32,7 @@ from hvisph.simulation.cost import of_cores
 from hvisph.simulation.domain import Domain
 from hvisph.simulation.ending import Outcome, exit_code_of, sum_up
 from hvisph.simulation.listener import Listener, Reporter
-from hvisph.simulation.monitors import Budget, Observer, mirror_axis
+from hvisph.simulation.monitors import Budget, Observer
 from hvisph.simulation.release import let_go
 from hvisph.simulation.run_files import RunFiles
 from hvisph.simulation.signals import StopRequests
@@ -65,9 +66,8 @@ class Run:
         self.case, self.setup, self.folder, self.listener = case, setup, folder, listener
         self.checkpoint, self.text = checkpoint, dump_case(case)
         self.share, self.domain = setup.share, Domain(setup, case.domain)
-        axis = mirror_axis(setup)
         self.writer = SnapshotWriter(folder, setup, case, self.text)
-        self.observer = Observer(setup, case.resolution, axis)
+        self.observer = Observer(setup, case.resolution)
         self.clock = Clock(case.time.end, case.snapshot_interval, case.time.step)
         self.files = RunFiles(folder, case, self.text, self.writer, self.observer, self.clock)
         self.status = "done"
@@ -127,7 +127,7 @@ class Run:
     def _prepare(self) -> None:
         """Evaluate the start and, to go on, take the state from the checkpoint."""
         helped = compiling_ahead(self.setup.stepper, self._own_limit) if self.share.world.size == 1 else nullcontext()
-        with self.share.world.in_turn(), helped:
+        with helped:
             self.setup.stepper.start()
         self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.watch)
         self.start = self.writer.start()
@@ -143,7 +143,9 @@ class Run:
         )
         if self.checkpoint is not None:
             self.time_step = self.keeper.restore(self.checkpoint)
+            self.checkpoint = replace(self.checkpoint, arrays={})
             self.share.moved()
+            self.share.sort_out()
 
     def _stopping(self) -> bool:
         """Whether to stop: of several processes all stop after the same step."""

@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.exact import exact_sum, value_of, whole_parts
+from hvisph.core.exact import value_of, whole_parts
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.formulations.eulerian import fallbacks
 from hvisph.integrators import sums as column
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
 from hvisph.simulation.build import Setup
+from hvisph.sph.symmetry import Plane
 
 # Of the two gradients of each pair in the last evaluation, those that the correction left plain.
 FALLBACKS_COLUMN = "correction_fallbacks"
@@ -65,7 +66,8 @@ class Budget:
         self._has_energy, self._stepper = setup.stepper.has_energy, setup.stepper
         self.momentum = sums[column.MOMENTUM : column.MOMENTUM + 3].copy()
         speed = np.sqrt((particles["velocity"] ** 2).sum(axis=1))
-        self.size = exact_sum(particles["mass"] * speed)
+        share = setup.share
+        self.size = share.exact_sum(particles["mass"] * speed)
         self.slip_work = self.plastic_work = self.shock_heating = 0.0
         self.impulse = np.zeros(3)
         self.retired = np.zeros(6)
@@ -73,11 +75,12 @@ class Budget:
         self.highest_pressure = float(setup.stepper.pressures.max(initial=0.0))
         self._setup = setup
         # planes and clamps give angular momentum of which no account is kept
-        kept = not setup.planes and not (particles.tags[:, FLAGS] & CLAMPED).any()
+        held = share.most(float((particles.tags[:, FLAGS] & CLAMPED).any()))[0]
+        kept = not setup.planes and not held
         self.angular_momentum = angular_momentum(setup) if kept else np.zeros(0)
-        middle = [exact_sum(one) / particles.count for one in particles["position"].T]
+        middle = [share.exact_sum(one) / share.count for one in particles["position"].T]
         lever = particles["position"] - np.array(middle)
-        self._swing = exact_sum(particles["mass"] * speed * np.sqrt((lever**2).sum(axis=1)))
+        self._swing = share.exact_sum(particles["mass"] * speed * np.sqrt((lever**2).sum(axis=1)))
         free = np.ones(3)
         free[[plane.axis for plane in setup.planes]] = 0.0  # a mirror gives momentum along its normal
         self._free = free
@@ -168,15 +171,9 @@ class Observer:
     BASE = ("step", "time", "dt", "criterion", "limiting_particle", "kinetic_energy", "internal_energy",
             "momentum_x", "momentum_y", "momentum_z", "energy_drift")  # fmt: skip
 
-    def __init__(self, setup: Setup, spacing: float, axis: np.ndarray | None):
-        self._setup = setup
-        particles = setup.particles
-        projectile = np.flatnonzero(particles.body == 0)
-        position = particles["position"][projectile]
-        self._watched = {
-            CENTRE_COLUMN: np.sort(particles.id[projectile[centre_particles(position, spacing, axis)]]),
-            AXIS_COLUMN: np.sort(particles.id[projectile[axis_particles(position, spacing, axis)]]),
-        }
+    def __init__(self, setup: Setup, spacing: float):
+        self._setup, particles = setup, setup.particles
+        self._watched = setup.watched or watched_particles(particles, setup.planes, spacing)
         formulation = setup.stepper.formulation
         self.corrected, self._slips = formulation.corrects, formulation.slips
         counted = (FALLBACKS_COLUMN,) if self.corrected else ()
@@ -217,12 +214,30 @@ class Observer:
         return [float(one) for one in angular_momentum(self._setup)]
 
 
-def mirror_axis(setup: Setup) -> np.ndarray | None:
+def watched_particles(particles: Particles, planes: tuple[Plane, ...], spacing: float) -> dict[str, np.ndarray]:
+    """Return the numbers of the projectile's particles whose pressures the history holds, by column.
+
+    Parameters
+    ----------
+    particles, planes
+        All particles at the start, and the planes of symmetry.
+    spacing
+        dx [m].
+    """
+    projectile = np.flatnonzero(particles.body == 0)
+    position, numbers = particles["position"][projectile], particles.id[projectile]
+    axis = _mirror_axis(position, planes)
+    return {
+        CENTRE_COLUMN: np.sort(numbers[centre_particles(position, spacing, axis)]),
+        AXIS_COLUMN: np.sort(numbers[axis_particles(position, spacing, axis)]),
+    }
+
+
+def _mirror_axis(position: np.ndarray, planes: tuple[Plane, ...]) -> np.ndarray | None:
     """Return the shot line of a problem cut by symmetry planes, which its particles alone do not show."""
-    if not any(plane.axis for plane in setup.planes):
+    if not any(plane.axis for plane in planes):
         return None
-    position = setup.particles["position"][setup.particles.body == 0]
     centre = 0.5 * (position.min(axis=0) + position.max(axis=0))
-    for plane in setup.planes:
+    for plane in planes:
         centre[plane.axis] = plane.at
     return np.asarray(centre[1:])

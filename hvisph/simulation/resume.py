@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from hvisph.case.case import Case
@@ -10,18 +11,19 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.jit import heard_compiling
 from hvisph.output import names
-from hvisph.output.checkpoint import newest_checkpoint
+from hvisph.output.checkpoint import Checkpoint, newest_checkpoint
 from hvisph.output.folder import RunFolder, clear_unfinished, looks_like_a_run
 from hvisph.output.reader import read_summary
 from hvisph.parallel.world import world_here
-from hvisph.simulation.build import build
+from hvisph.simulation.beginning import Beginning, begin
+from hvisph.simulation.build import set_up
 from hvisph.simulation.checkpoint import refuse_changed
 from hvisph.simulation.cost import worthwhile_threads
 from hvisph.simulation.ending import Outcome
-from hvisph.simulation.estimate import refuse_impossible
+from hvisph.simulation.handing import compile_in_turn
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.loop import Run
-from hvisph.simulation.run import folder_of, set_threads
+from hvisph.simulation.run import begun, folder_of, set_threads
 
 
 def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_steps: int | None = None,
@@ -82,17 +84,25 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
     world, path = world_here(), Path(run)
     listener = listener if listener and world.first else Listener()
     with world.together(), folder_of(world, path, lambda: RunFolder.open(path)) as folder:
-        with world.alike():
+        found: list[Checkpoint | None] = []
+
+        def make() -> Beginning:
             checkpoint = newest_checkpoint(folder.checkpoint_path, listener.message)
             if checkpoint is None:
                 listener.message("there is no checkpoint yet; beginning again")
             else:
                 refuse_changed(checkpoint, case)
-            refuse_impossible(case, beside=world.beside)
+            found.append(checkpoint)
+            return begin(case)
+
+        start, parts = begun(case, world, make)
+        checkpoint = found[0] if found else None
+        header = world.from_first(lambda: checkpoint and replace(checkpoint, arrays={}))
         with heard_compiling(listener.compiling):
             with world.alike():
-                setup = build(case)
-                setup.share.join(world)
-                set_threads(threads, worthwhile_threads(case, -(-setup.share.count // world.size)), world.beside)
+                set_threads(threads, worthwhile_threads(case, -(-start.count // world.size)), world.beside)
+                setup = set_up(case, start)
+            setup.share.join(world, parts)
             world.from_first(lambda: clear_unfinished(path))
-            return Run(case, setup, folder, listener, checkpoint).go()
+            compile_in_turn(world, case, start)
+            return Run(case, setup, folder, listener, checkpoint or header).go()

@@ -16,13 +16,14 @@ from hvisph.core.errors import CaseError, computable
 from hvisph.core.forked import refuse_fork
 from hvisph.core.jit import heard_compiling
 from hvisph.output.folder import RunFolder, SilentFolder
+from hvisph.parallel.parts import Parts
 from hvisph.parallel.world import Alone, world_here
-from hvisph.simulation.bodies import placed_bodies
-from hvisph.simulation.build import build
+from hvisph.simulation.beginning import Beginning, begin
+from hvisph.simulation.build import set_up
 from hvisph.simulation.cost import worthwhile_threads
-from hvisph.simulation.domain import Domain
 from hvisph.simulation.ending import Outcome
 from hvisph.simulation.estimate import refuse_impossible
+from hvisph.simulation.handing import compile_in_turn, handed_out
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.loop import Run
 
@@ -58,23 +59,27 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
         case = load_case(case)
     world, path = world_here(), Path("runs") / name if out is None else Path(out)
     listener = listener if listener and world.first else Listener()
+    start, parts = begun(case, world, lambda: begin(case))
     with world.alike():
-        with computable():
-            refuse_impossible(case, beside=world.beside)
-            bodies = placed_bodies(case)
-        count = -(-sum(len(body.positions) for body in bodies) // world.size)
-        set_threads(threads, worthwhile_threads(case, count), world.beside)
+        set_threads(threads, worthwhile_threads(case, -(-start.count // world.size)), world.beside)
         with heard_compiling(listener.compiling), computable():
-            setup = build(case, bodies)
-            del bodies  # the state holds what they were
-        setup.share.join(world)
-        Domain(setup, case.domain)  # refuses before anything is written
+            setup = set_up(case, start)
+    setup.share.join(world, parts)
     with (
         heard_compiling(listener.compiling),
         world.together(),
         folder_of(world, path, lambda: RunFolder.create(path, force)) as folder,
     ):
+        compile_in_turn(world, case, start)
         return Run(case, setup, folder, listener).go()
+
+
+def begun(case: Case, world: Alone, make: Callable[[], Beginning]) -> tuple[Beginning, Parts | None]:
+    """Return what this process begins with of what `make` makes, and the parts of all, if memory allows."""
+    with computable():
+        with world.alike():
+            refuse_impossible(case, processes=world.size, beside=world.beside, begins=world.first and world.size > 1)
+        return handed_out(world, make, case.resolution)
 
 
 def folder_of(world: Alone, path: Path, make: Callable[[], RunFolder]) -> RunFolder:

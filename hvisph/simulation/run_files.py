@@ -63,10 +63,10 @@ class RunFiles:
         head = f"{names.CASE_HEAD} {__version__}; hash {case_hash(self._text)}\n"
         self.folder.write_text(names.CASE, head + self._text)
 
-    def begin(self, start: Snapshot) -> HistoryWriter | NoHistory:
+    def begin(self, start: Snapshot | None) -> HistoryWriter | NoHistory:
         """Begin anew with the first snapshot; return the history, to be closed by the caller."""
         self.history: HistoryWriter | NoHistory = NoHistory()
-        if not self._writes:
+        if not self._writes or start is None:
             return self.history
         self.writer.forget_after(-1)
         self.writer.write(start, 0)

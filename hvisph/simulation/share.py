@@ -1,6 +1,5 @@
-"""A process' share of a run: the whole at first, its own particles once they are spread.
+"""A process' share of a run: the particles of its part of the space, and how they change hands.
 
-Every process builds the whole and evaluates it once; from then on each has the particles of its part of the space.
 Alone a share is the whole. Methods are called by all processes together.
 """
 
@@ -33,11 +32,13 @@ class Share(Asked):
     Parameters
     ----------
     stepper, criteria, planes
-        The run as built, the whole: what moves its particles, what limits its step, its planes of symmetry.
+        The run as built: what moves its particles, what limits its step, its planes of symmetry.
+    count
+        Number of particles of the whole.
     """
 
-    def __init__(self, stepper: AnyStepper, criteria: Criteria, planes: tuple[Plane, ...]):
-        super().__init__(stepper)
+    def __init__(self, stepper: AnyStepper, criteria: Criteria, planes: tuple[Plane, ...], count: int):
+        super().__init__(stepper, count)
         self._criteria, self._planes = criteria, planes
         self.halos: list[Halo] = []
         self._rows_of: list[tuple[Callable[[], np.ndarray], Callable[[np.ndarray], None]]] = []
@@ -48,36 +49,30 @@ class Share(Asked):
         """Let an array with a row a particle move with the particles: how it is read, and replaced."""
         self._rows_of.append((read, write))
 
-    def join(self, world: Alone) -> None:
-        """Be one of several processes, which have nothing to tell each other yet."""
-        self.world = world
-
-    def begin(self) -> None:
-        """Let go of the particles of other processes, and see theirs from now on."""
-        world, stepper = self.world, self._stepper
-        if world.size == 1:
+    def join(self, world: Alone, parts: Parts | None) -> None:
+        """Be one of several processes, each with the particles of its part, and see those of others."""
+        if parts is None:
             return
         assert isinstance(world, Ranks)
-        particles = stepper.particles
-        parts = Parts(world.size, stepper.homes, particles.id)
+        self.world, self._parts, stepper = world, parts, self._stepper
         planes = [(plane.axis, plane.at, plane.side) for plane in self._planes]
 
         def halo_for(layout: RowLayout) -> Halo:
             self.halos.append(Halo(world, layout.dim, layout.used, planes))
             return self.halos[-1]
 
-        own = np.flatnonzero(parts.owner(stepper.homes, particles.id) == world.rank)
-        carried = stepper.carried()
+        stepper.totals.over, stepper.totals.exact = self._over, self.exact_sum
         stepper.join(halo_for)
-        self._hold(particles.data[own], particles.tags[own], {name: one[own] for name, one in carried.items()},
-                   [read()[own] for read, _ in self._rows_of])  # fmt: skip
-        stepper.fit_grid()
-        stepper.totals.over = self._over
-        self._parts, self.spread = parts, True
+
+    def begin(self) -> None:
+        """Take the time from now on, with nothing waited and sent yet."""
+        world = self.world
         self._began, self._waited = wall.perf_counter(), world.waited
         self._started = self._began
         world.waited = self._waited = 0.0
         world.messages = world.sent = 0
+        for halo in self.halos:
+            halo.evaluations = halo.received = 0
 
     def _over(self, wholes: np.ndarray, extremes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         return self.world.total(wholes), self.world.most(extremes)
@@ -92,14 +87,25 @@ class Share(Asked):
 
     def rebalance(self, steps: int) -> None:
         """Give the particles that left this part to whose they are now, between steps; cut the space anew if due."""
-        world, stepper = self.world, self._stepper
+        stepper = self._stepper
         if not self._asks or steps % MOVE_EVERY:
             return
-        particles, settled = stepper.particles, stepper.settled
+        settled = stepper.settled
         cut = steps % (SELDOM * CUT_EVERY if settled else CUT_EVERY) == 0
         anew = cut and self._cut_again(SETTLED if settled else BALANCED)
-        if settled and not anew:
-            return
+        if not settled or anew:
+            self._move(cut)
+
+    def sort_out(self) -> None:
+        """Cut the space anew for particles that were put elsewhere, and give each to whose it is."""
+        if self._asks:
+            self._cut_again(0.0, even=True)
+            self._move(True)
+
+    def _move(self, cut: bool) -> None:
+        """Give the particles that are in another part to whose they are; after a `cut` grids are made anew."""
+        world, stepper = self.world, self._stepper
+        particles, settled = stepper.particles, stepper.settled
         target = self._parts.owner(stepper.homes, particles.id)
         goes = target != world.rank
         carried = stepper.carried()
@@ -110,7 +116,8 @@ class Share(Asked):
         going = np.concatenate([one[goes] for one in tables], axis=1)
         to = target[goes]
         came = world.swapped({int(rank): going[to == rank] for rank in np.unique(to)}, sum(widths))
-        if not goes.any() and not came and not settled:
+        alone = not goes.any() and not came
+        if alone if not settled else not self.most(float(not alone))[0]:
             if cut:
                 stepper.fit_grid()
             return
@@ -142,8 +149,8 @@ class Share(Asked):
             f"{self.imbalance:.2f} at the last cut; {waited:.0%} of the time waiting and sending"
         )
 
-    def _cut_again(self, most: float) -> bool:
-        """Cut the space by the work that its particles were, if it is out of balance; return whether it was."""
+    def _cut_again(self, most: float, even: bool = False) -> bool:
+        """Cut the space by the work of its particles, or `even`, if it is out of balance; return whether it was."""
         world, stepper = self.world, self._stepper
         particles, dim = stepper.particles, stepper.particles.dim
         now = wall.perf_counter()
@@ -153,7 +160,7 @@ class Share(Asked):
         self.imbalance = float(all_[:, 0].max() / all_[:, 0].mean())
         if self.imbalance < most:
             return False
-        weight = np.full((particles.count, 1), busy / max(particles.count, 1))
+        weight = np.full((particles.count, 1), 1.0 if even else busy / max(particles.count, 1))
         table = world.gathered(np.concatenate([stepper.homes, particles.id[:, None], weight], axis=1))
         self._parts = world.from_first(
             lambda: Parts(world.size, table[:, :dim], table[:, dim].astype(np.int64), table[:, dim + 1])

@@ -67,7 +67,8 @@ class Watch:
     def __init__(self, setup: Setup, limits: Any):
         self._setup, self._limits = setup, limits
         fastest = float(setup.stepper.sums[column.FASTEST])
-        scale = fastest if fastest > 0.0 else float(setup.stepper.signals.max())
+        signal = float(setup.share.most(setup.stepper.signals.max(initial=0.0))[0])
+        scale = fastest if fastest > 0.0 else signal
         self.speed_limit = np.inf if limits.speed_over_initial is None else limits.speed_over_initial * scale
         self.first: float | None = None
         self._energy = float(setup.stepper.sums[column.KINETIC] + abs(setup.stepper.sums[column.INTERNAL]))
