@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -25,6 +26,15 @@ def free_memory() -> float:
     import psutil
 
     return min(float(psutil.virtual_memory().available), group_memory(), own_memory())
+
+
+def peak_memory() -> float:
+    """Return the most memory that this process has had so far [bytes]; 0 where the system does not tell."""
+    try:
+        import resource
+    except ImportError:  # Windows has none
+        return 0.0
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1.0 if sys.platform == "darwin" else 1024.0)
 
 
 def group_memory(mount: Path = MOUNT, membership: Path = MEMBERSHIP) -> float:

@@ -16,6 +16,7 @@ from hvisph.parallel.halo import Halo
 from hvisph.parallel.parts import Parts
 from hvisph.parallel.world import Alone, Ranks
 from hvisph.simulation.asked import Asked
+from hvisph.simulation.memory import peak_memory
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.symmetry import Plane
 
@@ -139,14 +140,16 @@ class Share(Asked):
             return ""
         halo, world = self.halos[0], self.world
         own = [self._stepper.particles.count, halo.received / max(halo.evaluations, 1), world.messages / steps,
-               world.sent / steps, world.waited / max(wall.perf_counter() - self._started, 1e-9)]  # fmt: skip
+               world.sent / steps, world.waited / max(wall.perf_counter() - self._started, 1e-9),
+               peak_memory() / 1e6]  # fmt: skip
         table = world.everybodys(np.array(own, float))
-        count, others, messages, rows, waited = table.mean(axis=0)
+        count, others, messages, rows, waited, _ = table.mean(axis=0)
         return (
             f"{world.size} processes: {others:.0f} rows of others beside {count:.0f} own "
             f"({others / max(count, 1):.1%}); "
             f"{messages:.1f} messages with {rows:.0f} rows a step and process; most over mean time of work "
-            f"{self.imbalance:.2f} at the last cut; {waited:.0%} of the time waiting and sending"
+            f"{self.imbalance:.2f} at the last cut; {waited:.0%} of the time waiting and sending; "
+            f"at most {table[0, 5]:.0f} MB of memory on the first, {table[1:, 5].max():.0f} MB on the others"
         )
 
     def _cut_again(self, most: float, even: bool = False) -> bool:
