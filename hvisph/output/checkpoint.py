@@ -38,7 +38,8 @@ class Checkpoint:
     header
         Numbers and text by name, as JSON knows them.
     arrays
-        Arrays by name, some of those to be written `Ordered`; names may be paths, as ``history/rows``.
+        Arrays by name, those to be written also `Ordered` or else fetched by slices; names may be paths, as
+        ``history/rows``.
     """
 
     step: int
@@ -91,7 +92,7 @@ def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
         h5.create_dataset(_HEADER, data=np.frombuffer(header, np.uint8))
         for name in checkpoint.arrays:  # one at a time
             values = checkpoint.arrays[name]
-            if not isinstance(values, Ordered):
+            if isinstance(values, np.ndarray):
                 h5.create_dataset(f"{_ARRAYS}/{name}", data=values)
                 continue
             made = h5.create_dataset(f"{_ARRAYS}/{name}", values.shape, values.dtype)

@@ -16,6 +16,7 @@ from hvisph.core.particles import Particles
 from hvisph.formulations.protocol import AnyStepper
 from hvisph.integrators.criteria import NAMES, Limit
 from hvisph.parallel.world import Alone
+from hvisph.simulation import slabs
 
 T = TypeVar("T")
 # Criteria, beside those of `criteria` what stops a run: they travel as numbers.
@@ -83,6 +84,16 @@ class Asked:
     @property
     def _asks(self) -> bool:
         return self.world.size > 1
+
+    @property
+    def slabbed(self) -> bool:
+        """Whether the whole is too large to be gathered by one process, which writes it slab by slab."""
+        return self._asks and self.count > slabs.MOST_GATHERED
+
+    def everybodys_numbers(self, chosen: np.ndarray) -> np.ndarray:
+        """Return the permanent numbers of the `chosen` particles (n,), bool, of all processes, on each of them."""
+        own = self._stepper.particles.id[chosen].astype(np.int64)
+        return np.concatenate(self.world.objects(own)) if self._asks else own
 
     def total(self, counts: np.ndarray) -> np.ndarray:
         """Return the sums of whole numbers over all particles, from those over this process' own."""

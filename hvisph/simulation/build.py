@@ -73,7 +73,6 @@ def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
 def set_up(case: Case, start: Beginning) -> Setup:
     """Return the objects of a run of what it begins with, all of it or a part."""
     scheme, particles, formulation = SCHEMES[case.time.integrator], start.particles, start.formulation
-    numbers = particles.numbers()
     stepper = formulation.stepper(
         particles, formulation, start.materials, scheme.stage, scheme.previous, start.longest, start.planes,
         **scheme.further(),
@@ -81,7 +80,7 @@ def set_up(case: Case, start: Beginning) -> Setup:
     if isinstance(stepper, Stepper):
         stepper.h_low *= start.spread
     if start.sequence is not None:
-        stepper.keep_order(start.sequence[np.searchsorted(numbers, particles.id)])
+        stepper.keep_order(start.sequence)
     set_loads(stepper, case, start.bodies)
     criteria = Criteria(particles.dim, particles.count, case.time.cfl, formulation.viscous_factor)
     limits = np.array([_largest_density(material) for material in start.materials])

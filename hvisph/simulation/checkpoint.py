@@ -15,12 +15,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.particles import ID
 from hvisph.output.checkpoint import Checkpoint, Ordered
 from hvisph.simulation.build import Setup
 from hvisph.simulation.clock import Clock, TimeStep
 from hvisph.simulation.fitting import refuse_misfit, refuse_other_particles
 from hvisph.simulation.monitors import Budget
 from hvisph.simulation.peaks import Peaks
+from hvisph.simulation.slabs import Slabs
 from hvisph.simulation.watch import Watch
 
 if TYPE_CHECKING:
@@ -76,23 +78,30 @@ class Keeper:
     series: list[tuple[float, str]]
     peaks: Peaks
 
-    def capture(self, time_step: TimeStep) -> Checkpoint | None:
-        """Return the state between two steps, `time_step` being the next one; None but on the first process."""
-        stepper, carried, header = self.setup.stepper, self._carried(), self._header(time_step)
-        whole = self.setup.share.whole(self.setup.particles, *carried.values())
-        if whole is None:
-            return None
-        rows: dict[str, np.ndarray] = {STATE: whole[0].data, TAGS: whole[0].tags}
-        rows |= dict(zip(carried, whole[1], strict=True))
-        order = np.argsort(whole[0].id)
-        arrays: dict[str, Any] = {name: Ordered(values, order) for name, values in rows.items()}
-        arrays |= {f"{HISTORY}{name}": values for name, values in stepper.history().items()}
-        return Checkpoint(self.clock.steps, header, arrays)
+    @contextmanager
+    def captured(self, time_step: TimeStep) -> Iterator[Checkpoint | None]:
+        """Yield the state between two steps, `time_step` being the next one; None but on the first process."""
+        share, rows, header = self.setup.share, self._rows(), self._header(time_step)
+        history = {f"{HISTORY}{name}": values for name, values in self.setup.stepper.history().items()}
+        arrays: dict[str, Any]
+        if share.slabbed:
+            with Slabs(share.world, rows, self.setup.particles.id.astype(np.int64), share.count).open() as slabs:
+                arrays = {name: slabs.whole(name) for name in rows} if slabs else {}
+                yield Checkpoint(self.clock.steps, header, arrays | history) if slabs else None
+            return
+        whole = {name: share.gathered(values) for name, values in rows.items()}
+        if not share.world.first:
+            yield None
+            return
+        order = np.argsort(whole[TAGS][:, ID])
+        arrays = {name: Ordered(values, order) for name, values in whole.items()}
+        yield Checkpoint(self.clock.steps, header, arrays | history)
 
-    def _carried(self) -> dict[str, np.ndarray]:
-        """Return what of the particles goes into a checkpoint beside state and tags, by the names that it has there."""
-        carried = self.setup.stepper.carried().items()
-        return {PEAKS: self.peaks.highest} | {f"{CARRIED}{name}": values for name, values in carried}
+    def _rows(self) -> dict[str, np.ndarray]:
+        """Return what of the particles goes into a checkpoint, by the names that it has there."""
+        particles, carried = self.setup.particles, self.setup.stepper.carried()
+        rows: dict[str, np.ndarray] = {STATE: particles.data, TAGS: particles.tags, PEAKS: self.peaks.highest}
+        return rows | {f"{CARRIED}{name}": values for name, values in carried.items()}
 
     def _header(self, time_step: TimeStep) -> dict[str, Any]:
         clock, budget = self.clock, self.budget
@@ -124,9 +133,7 @@ class Keeper:
         """
         share, particles, given = self.setup.share, self.setup.particles, checkpoint.arrays
         refuse_changed(checkpoint, self.case)
-        header, carried, history = self._header(TimeStep(1.0, "")), self._carried(), self.setup.stepper.history()
-        rows: dict[str, np.ndarray] = {STATE: particles.data, TAGS: particles.tags}
-        rows |= carried
+        header, rows, history = self._header(TimeStep(1.0, "")), self._rows(), self.setup.stepper.history()
         own = {name: ((share.count, *values.shape[1:]), values.dtype) for name, values in rows.items()}
         own |= {f"{HISTORY}{name}": (values.shape, values.dtype) for name, values in history.items()}
 

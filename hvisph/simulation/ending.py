@@ -87,6 +87,6 @@ def _start(case: Case, text: str, writer: SnapshotWriter) -> Snapshot:
             return read_snapshot(writer.path(0), lazily=True)
     setup = build(case)
     setup.stepper.start()
-    start = SnapshotWriter(writer.folder, setup, case, text).start()
+    start = SnapshotWriter(writer.folder, setup, case, text).start().snapshot
     assert start is not None
     return start

@@ -19,7 +19,6 @@ from hvisph.integrators.criteria import Limit
 from hvisph.output.checkpoint import Checkpoint
 from hvisph.output.folder import RunFolder
 from hvisph.output.history import HistoryWriter, NoHistory
-from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.advice import advice
 from hvisph.simulation.ahead import compiling_ahead
 from hvisph.simulation.asked import COLLAPSED, Whole
@@ -36,6 +35,7 @@ from hvisph.simulation.monitors import Budget, Observer
 from hvisph.simulation.release import let_go
 from hvisph.simulation.run_files import RunFiles
 from hvisph.simulation.signals import StopRequests
+from hvisph.simulation.slabs import Moment
 from hvisph.simulation.watch import Failure, Watch
 from hvisph.simulation.writer import SnapshotWriter
 
@@ -215,7 +215,7 @@ class Run:
         while due:  # snapshots hold as long as the particles lie as they do
             self.files.write_output(*due.pop(0))
         if clock.steps % PERMUTE_EVERY == 0:
-            self.writer.peaks.permute(stepper.permute())
+            self.writer.permute(stepper.permute())
             self.share.moved()
             self.domain.retire(self.budget, following.length)
             self.share.rebalance(clock.steps)
@@ -226,7 +226,7 @@ class Run:
         except KeyboardInterrupt:  # from whoever listens
             self.stop.note()
 
-    def _complete(self, following: TimeStep) -> list[tuple[Snapshot | None, int]]:
+    def _complete(self, following: TimeStep) -> list[tuple[Moment, int]]:
         """Carry the state over the step under way; return the snapshots that are due, with their numbers."""
         stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
         self.done, self.time_step = self.time_step, following

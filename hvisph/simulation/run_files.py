@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time as wall
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hvisph import __version__
@@ -18,6 +17,7 @@ from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.checkpoint import Cadence, Files, Keeper
 from hvisph.simulation.clock import Clock, TimeStep
 from hvisph.simulation.monitors import Budget, Observer
+from hvisph.simulation.slabs import Moment, fetched
 from hvisph.simulation.summary import case_hash
 from hvisph.simulation.writer import SnapshotWriter
 
@@ -63,13 +63,14 @@ class RunFiles:
         head = f"{names.CASE_HEAD} {__version__}; hash {case_hash(self._text)}\n"
         self.folder.write_text(names.CASE, head + self._text)
 
-    def begin(self, start: Snapshot | None) -> HistoryWriter | NoHistory:
+    def begin(self, start: Moment) -> HistoryWriter | NoHistory:
         """Begin anew with the first snapshot; return the history, to be closed by the caller."""
         self.history: HistoryWriter | NoHistory = NoHistory()
-        if not self._writes or start is None:
-            return self.history
-        self.writer.forget_after(-1)
-        self.writer.write(start, 0)
+        with start.open() as snapshot:
+            if snapshot is None:
+                return self.history
+            self.writer.forget_after(-1)
+            self.writer.write(snapshot, 0)
         self.history = HistoryWriter(self.folder.history_path, self._observer.columns)
         return self.history
 
@@ -102,29 +103,30 @@ class RunFiles:
             self._observer.record(clock.steps, clock.time, length, time_step.criterion, limiting, budget)
         )
 
-    def write_output(self, snapshot: Snapshot | None, number: int) -> None:
-        """Write the snapshot of a moment of output, where this process has it."""
-        if snapshot is None:
-            return
-        self.writer.write(snapshot, number, whole=self._clock.done)
+    def write_output(self, moment: Moment, number: int) -> None:
+        """Write the snapshot of a moment of output, on the first process."""
+        with moment.open() as snapshot:
+            if snapshot is None:
+                return
+            self.writer.write(snapshot, number, whole=self._clock.done)
         if number % self._whole_every == 0 or self._clock.done:
             self.state.written = snapshot.time
         self.folder.log.write(f"snapshot {number} at {snapshot.time:.6g} s, step {snapshot.step}")
 
     def write_last(self, failed: bool) -> Callable[[], Snapshot] | None:
         """Write the state in which the run ends, under its own name after a failure; return what gives it back."""
-        now = self.writer.snapshot(self._clock.time, self._clock.steps)
-        if now is None:
-            return None
-        number: int | str = names.POST_MORTEM if failed else self._clock.outputs
-        if isinstance(number, int) and self._clock.time != self.state.written:
-            number += 1
-        if number != self._clock.outputs:
-            self.writer.write(now, number)
-        self.writer.write_series()
-        if not self.writer.exact:
-            kept = replace(now, fields=dict(now.fields))
-            return lambda: kept
+        with self.writer.snapshot(self._clock.time, self._clock.steps).open() as now:
+            if now is None:
+                return None
+            number: int | str = names.POST_MORTEM if failed else self._clock.outputs
+            if isinstance(number, int) and self._clock.time != self.state.written:
+                number += 1
+            if number != self._clock.outputs:
+                self.writer.write(now, number)
+            self.writer.write_series()
+            if not self.writer.exact:
+                kept = fetched(now, keep=True)
+                return lambda: kept
         path = self.writer.path(number)
         return lambda: read_snapshot(path, lazily=True)
 
@@ -137,7 +139,7 @@ class RunFiles:
         started = wall.monotonic()
         self.state.wall_seconds = wall_seconds
         self.history.sync()
-        checkpoint = keeper.capture(time_step)
-        if checkpoint is not None:
-            write_checkpoint(self.folder.checkpoint_path, checkpoint)
+        with keeper.captured(time_step) as checkpoint:
+            if checkpoint is not None:
+                write_checkpoint(self.folder.checkpoint_path, checkpoint)
         self._cadence.done(started)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hvisph import __version__
-from hvisph.case.output import ALWAYS, Output
+from hvisph.case.output import ALWAYS, Output, OutputRegion
 from hvisph.core.derived import Derived, changed
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import OF_STATE
@@ -21,12 +21,14 @@ from hvisph.output import names
 from hvisph.output.atomic import reason
 from hvisph.output.folder import RunFolder
 from hvisph.output.hdf5 import Form, write_hdf5
+from hvisph.output.layout import INDICES
 from hvisph.output.snapshot import Snapshot
 from hvisph.output.time_series import write_time_series
 from hvisph.output.vtu import write_pvd, write_vtu
 from hvisph.simulation.build import Setup
 from hvisph.simulation.kernel_types import in_box
-from hvisph.simulation.peaks import Peaks
+from hvisph.simulation.peaks import Followed, Peaks
+from hvisph.simulation.slabs import SLAB, Moment, Slabs, fetched
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -62,30 +64,41 @@ class SnapshotWriter:
             self.metadata["witness"] = case.witness.x
         self.series: list[tuple[float, str]] = []
         self.peaks = Peaks(setup)
-        self._start: np.ndarray | None = None  # positions by permanent number
-        self._numbers = np.zeros(0, np.int64)  # of the particles in the first snapshot
+        self.begun = Followed(setup, setup.particles["position"].copy())  # where the particles are at the start
+        self._count = 0  # particles in the first snapshot
         self._series_due = 0.0
 
-    def snapshot(self, time: float, step: int, particles: Particles | None = None) -> Snapshot | None:
+    def snapshot(self, time: float, step: int, particles: Particles | None = None) -> Moment:
         """Return the state as it stands, or another state of the run, ordered by the particles' permanent numbers.
 
-        Its fields are made when they are asked for, so it holds until the run goes on. Of several processes the first
-        has it, the others have none.
+        Its fields are made when they are asked for, so it holds until the run goes on.
         """
+        share, particles = self.setup.share, particles or self.setup.particles
+        if share.slabbed:
+            return self._slabbed(self._seen(time, step, particles, self.peaks.highest, self.begun.rows), particles)
+        whole = share.whole(particles, self.peaks.highest, self.begun.rows)
+        return Moment(None if whole is None else self._seen(time, step, whole[0], *whole[1]))
+
+    def _slabbed(self, own: Snapshot, particles: Particles) -> Moment:
+        """Return the whole as a snapshot that is fetched by slabs, of which `own` is this process' part."""
+        share = self.setup.share
+        retired = np.sort(share.everybodys_numbers(particles.tags[:, FLAGS] & RETIRED > 0))
+        arrays = Derived((*own.fields, *INDICES), lambda name: (
+            getattr(own, name) if name in INDICES else own.fields[name]))  # fmt: skip
+        places = own.id - np.searchsorted(retired, own.id)
+        slabs = Slabs(share.world, arrays, places, share.count - len(retired))
+        if not share.world.first:
+            return Moment(None, slabs)
+        body, material, number = map(slabs.whole, INDICES)
+        fields = Derived(own.fields, slabs.whole)
+        return Moment(replace(own, fields=fields, body=body, material=material, id=number), slabs)
+
+    def _seen(self, time: float, step: int, particles: Particles, highest: np.ndarray, begun: np.ndarray) -> Snapshot:
+        """Return a snapshot of particles with their highest pressures [Pa] and where they began (n, dim) [m]."""
         stepper = self.setup.stepper
-        whole = self.setup.share.whole(particles or self.setup.particles, self.peaks.highest)
-        if whole is None:
-            return None
-        particles, (highest,) = whole
         order = np.argsort(particles.id)
         order = order[particles.tags[order, FLAGS] & RETIRED == 0]
-        number = particles.id[order].astype(np.int64)
-        if self._start is None:
-            self._start = np.zeros((int(number.max()) + 1, particles.dim))
-            self._start[number] = particles["position"][order]
-            self._numbers = number
         own = [name for name in OF_STATE if name in particles.names]
-        begun = self._start
 
         def found(name: str) -> np.ndarray:
             return diagnose(particles, stepper.table, stepper.models)[name]
@@ -93,7 +106,7 @@ class SnapshotWriter:
         def field(name: str) -> np.ndarray:
             match name:
                 case "displacement":
-                    return np.asarray(particles["position"][order] - begun[number])
+                    return np.asarray(particles["position"][order] - begun[order])
                 case "peak_pressure":
                     return np.maximum(highest, found("pressure"))[order]
                 case "failed":
@@ -103,8 +116,13 @@ class SnapshotWriter:
         shown = list(diagnose(particles, stepper.table, stepper.models))
         names_ = (*own, *shown, "displacement", "peak_pressure", "failed")
         return Snapshot(time, step, particles.dim, Derived(names_, field), particles.body[order].astype(np.int64),
-                        particles.material[order].astype(np.int64), number,
+                        particles.material[order].astype(np.int64), particles.id[order].astype(np.int64),
                         self.setup.bodies, self.setup.materials, dict(self.metadata))  # fmt: skip
+
+    def permute(self, order: np.ndarray) -> None:
+        """Follow the particles into a new order."""
+        self.peaks.permute(order)
+        self.begun.permute(order)
 
     @property
     def exact(self) -> bool:
@@ -116,11 +134,17 @@ class SnapshotWriter:
         hdf5 = "hdf5" in self.output.formats or isinstance(number, str)
         return self.folder.snapshot_path(number) if hdf5 else self.folder.vtu_path(int(number))
 
-    def start(self) -> Snapshot | None:
+    def start(self) -> Moment:
         """Return the start, and keep what later snapshots need of it to be measured alone."""
-        start = self.snapshot(0.0, 0)
-        if start is None:
-            return None
+        moment = self.snapshot(0.0, 0)
+        with moment.open() as start:
+            if start is not None:
+                self._count = start.count
+                self.metadata.update(self._reference(fetched(start)))
+                start.metadata.update(self.metadata)
+        return moment
+
+    def _reference(self, start: Snapshot) -> dict[str, Any]:
         surfaces = {
             name: {
                 "axis": int(np.abs(normal).argmax()),
@@ -129,9 +153,7 @@ class SnapshotWriter:
             }
             for name, (number, normal) in self.setup.gauges.surfaces.items()
         }
-        self.metadata.update(reference(start) | ({"surfaces": surfaces} if surfaces else {}))
-        start.metadata.update(self.metadata)
-        return start
+        return reference(start) | ({"surfaces": surfaces} if surfaces else {})
 
     def forget_after(self, number: int) -> None:
         """Delete the snapshots after `number` and that of a failure: a run that went back makes them again."""
@@ -171,7 +193,7 @@ class SnapshotWriter:
         shown = _reduced(snapshot, output)
         if "hdf5" in output.formats or not numbered:
             first = self.folder.snapshot_path(0).name
-            known = numbered and number != 0 and np.array_equal(snapshot.id, self._numbers)
+            known = numbered and number != 0 and snapshot.count == self._count  # particles leave, and none comes
             once = output.constants == "once" and known
             write_hdf5(
                 self.folder.snapshot_path(number), shown, Form(output.compress == "gzip", first if once else None)
@@ -188,11 +210,21 @@ class SnapshotWriter:
 
     def _write_regions(self, snapshot: Snapshot, number: int) -> None:
         for name, region in self.output.regions.items():
-            chosen = in_box(region.box, snapshot.fields["position"]) & (snapshot.id % region.one_in == 0)
-            if region.bodies:
-                chosen &= np.isin(snapshot.body, [snapshot.bodies.index(body) for body in region.bodies])
-            part = _reduced(snapshot.part(np.flatnonzero(chosen)), self.output)
+            part = _reduced(snapshot.part(_in_region(snapshot, region)), self.output)
             write_hdf5(self.folder.region_path(name, number), part, Form(self.output.compress == "gzip"))
+
+
+def _in_region(snapshot: Snapshot, region: OutputRegion) -> np.ndarray:
+    """Return the places of a region's particles in a snapshot, looked at slab by slab."""
+    chosen, position = [], snapshot.fields["position"]
+    bodies = [snapshot.bodies.index(body) for body in region.bodies]
+    for begin in range(0, snapshot.count, SLAB):
+        rows = slice(begin, begin + SLAB)
+        inside = in_box(region.box, position[rows]) & (snapshot.id[rows] % region.one_in == 0)
+        if bodies:
+            inside &= np.isin(snapshot.body[rows], bodies)
+        chosen.append(begin + np.flatnonzero(inside))
+    return np.concatenate(chosen)
 
 
 def _reduced(snapshot: Snapshot, output: Output) -> Snapshot:
