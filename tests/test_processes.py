@@ -16,6 +16,7 @@ from small_runs import DAMAGED, GAS, HARDENING, LIQUID, METAL, assert_same_resul
 import hvisph
 from hvisph.casefile.loader import dump_case
 from hvisph.core.errors import CaseError
+from hvisph.output.reader import read_snapshot
 from hvisph.parallel.launch import launched
 from hvisph.parallel.parts import Parts
 from hvisph.simulation.run import run
@@ -165,6 +166,40 @@ def test_where_space_is_cut_does_not_matter(name, tmp_path, monkeypatch):
     said = launch(3, "run", written(case, tmp_path), "--out", tmp_path / "several", "--threads", 1, "--quiet")
     assert said.returncode == 0, said.stderr
     assert_same_results(tmp_path / "one", tmp_path / "several")
+
+
+# The whole is gathered nowhere: files are written slab by slab, of seven particles.
+SLABBED = """
+from hvisph.simulation import slabs
+slabs.MOST_GATHERED, slabs.SLAB = 0, 7
+from hvisph.cli.main import app
+app(prog_name="hvisph")
+"""
+
+
+@needs_mpi
+def test_a_whole_that_is_never_gathered_gives_the_same_files(tmp_path, monkeypatch):
+    case = CASES["eulerian"]()
+    regions = {"front": {"box": {"min": [1e-3, None]}, "bodies": ["body_1"]}}
+    output = case.output.model_validate({"every": 3e-7, "formats": ["hdf5", "vtu"], "regions": regions})
+    case = case.model_copy(update={"output": output})
+    run(case, tmp_path / "one", threads=1)
+    monkeypatch.setattr(sys.modules[__name__], "PROGRAM", ["-c", SLABBED])
+    out = "--out", tmp_path / "several", "--threads", 1, "--quiet"
+    said = launch(3, "run", written(case, tmp_path), *out, "--set", "time.max_steps=20")
+    assert said.returncode == 0, said.stderr
+    said = launch(2, "resume", tmp_path / "several", "--max-steps", 0, "--threads", 1, "--quiet")
+    assert said.returncode == 0, said.stderr
+    assert_same_results(tmp_path / "one", tmp_path / "several")
+    assert summary_of(tmp_path / "one") == summary_of(tmp_path / "several")
+    for pattern in ("regions/**/*.vtkhdf", "vtu/*.vtu"):
+        paths = sorted((tmp_path / "one").glob(pattern))
+        assert paths
+        for path in paths:
+            whole, slabbed = map(read_snapshot, (path, tmp_path / "several" / path.relative_to(tmp_path / "one")))
+            np.testing.assert_array_equal(slabbed.id, whole.id)
+            for field, values in whole.fields.items():
+                np.testing.assert_array_equal(slabbed.fields[field], values, err_msg=field)
 
 
 @needs_mpi
