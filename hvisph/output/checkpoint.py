@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from hvisph import __version__
+from hvisph.core.derived import Derived
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.output import names
 from hvisph.output.sealed import reading, writing
@@ -113,8 +114,15 @@ def list_checkpoints(folder: str | Path) -> list[Path]:
     return sorted(files, key=lambda path: int(path.stem), reverse=True)
 
 
-def read_checkpoint(path: str | Path) -> Checkpoint:
+def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
     """Read a checkpoint after checking that it is whole.
+
+    Parameters
+    ----------
+    path
+        Its file.
+    lazily
+        Whether arrays are read whenever they are asked for, and not kept: the file must stay as it is.
 
     Raises
     ------
@@ -137,13 +145,19 @@ def read_checkpoint(path: str | Path) -> Checkpoint:
 
         def keep(name: str, node: Any) -> None:
             if hasattr(node, "shape"):
-                arrays[name] = node[...]
+                arrays[name] = node[...] if not lazily else np.zeros(0)
 
         h5[_ARRAYS].visititems(keep)
-        return Checkpoint(int(header["step"]), dict(header["content"]), arrays)
+        kept = Derived(arrays, lambda name: _array(path, name)) if lazily else arrays
+        return Checkpoint(int(header["step"]), dict(header["content"]), kept)
 
 
-def newest_checkpoint(folder: str | Path, tell: Callable[[str], None]) -> Checkpoint | None:
+def _array(path: str | Path, name: str) -> np.ndarray:
+    with reading(path, "a checkpoint", verified=False) as h5:
+        return np.asarray(h5[_ARRAYS][name][...])
+
+
+def newest_checkpoint(folder: str | Path, tell: Callable[[str], None], lazily: bool = False) -> Checkpoint | None:
     """Return the newest checkpoint that is whole; None where there is none at all.
 
     Parameters
@@ -152,6 +166,8 @@ def newest_checkpoint(folder: str | Path, tell: Callable[[str], None]) -> Checkp
         Where they are.
     tell
         Called with what is wrong with each that had to be passed over.
+    lazily
+        As for `read_checkpoint`.
 
     Raises
     ------
@@ -163,7 +179,7 @@ def newest_checkpoint(folder: str | Path, tell: Callable[[str], None]) -> Checkp
     files = list_checkpoints(folder)
     for number, path in enumerate(files):
         try:
-            return read_checkpoint(path)
+            return read_checkpoint(path, lazily)
         except OutputError as error:
             if number + 1 == len(files):
                 raise OutputError(f"{error}; there is no other checkpoint to go on from") from error

@@ -87,7 +87,7 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
         found: list[Checkpoint | None] = []
 
         def make() -> Beginning:
-            checkpoint = newest_checkpoint(folder.checkpoint_path, listener.message)
+            checkpoint = newest_checkpoint(folder.checkpoint_path, listener.message, lazily=world.size > 1)
             if checkpoint is None:
                 listener.message("there is no checkpoint yet; beginning again")
             else:
