@@ -117,6 +117,8 @@ class Forked:
 class Launched:
     """A run, or what is left of it, on two processes started by mpiexec; any of the three may be killed."""
 
+    slowest = 0.0  # [s] from a kill until all processes have gone
+
     def __init__(self, case, folder):
         file = folder.parent / "case.yaml"
         file.write_text(dump_case(case), encoding="utf-8")
@@ -133,8 +135,10 @@ class Launched:
             rng.choice(victims).kill()
         except psutil.NoSuchProcess:
             pass
+        began = time.monotonic()
         code = self.process.wait(60)
         _, left = psutil.wait_procs(all_, timeout=30)
+        Launched.slowest = max(Launched.slowest, time.monotonic() - began)
         assert not left, f"processes go on after one was killed: {left}"
         return code != 0
 
@@ -200,7 +204,7 @@ def _trials(work, kind, made):
         assert kind(case, folder).wait() == 0, name
         assert_same_results(folder, whole)
         assert not list(folder.glob("**/*.partial")), name
-        return {"kills": {name: count}}
+        return {"kills": {name: count}} | ({"most_seconds": Launched.slowest} if kind is Launched else {})
 
     return trial
 
@@ -209,4 +213,5 @@ def told(tally):
     """Return the counts in words."""
     by = tally.get("kills", {})
     many = ", ".join(f"{name} {count}" for name, count in by.items())
-    return f"{sum(by.values())} of {sum(by.values())} in {tally['trials']} runs of {len(by)} kinds: {many}"
+    ended = f"; after a kill all ended within {tally['most_seconds']:.1f} s" if "most_seconds" in tally else ""
+    return f"{sum(by.values())} of {sum(by.values())} in {tally['trials']} runs of {len(by)} kinds: {many}{ended}"

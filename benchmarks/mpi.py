@@ -1,4 +1,4 @@
-"""One case on several numbers of processes, in turn: time a step, rows of others beside the model's, messages, imbalance.
+"""One case on several numbers of processes: time a step, rows of others beside the model's, messages, balance, memory.
 
     pip install 'hvisph[mpi]'
     python benchmarks/mpi.py [--case al_al] [--set resolution=0.2mm] [--processes 1,2] [--threads 1] [--steps 200]
@@ -16,9 +16,12 @@ import statistics
 import subprocess
 import sys
 import tempfile
+import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+import psutil
 
 from hvisph.case.case import Case
 from hvisph.casefile.loader import load_case
@@ -45,19 +48,32 @@ def modelled(case: Case, processes: int) -> float:
     return float(np.mean(shares))
 
 
-def one_run(arguments: argparse.Namespace, processes: int, folder: Path) -> tuple[float, str]:
-    """Return the time of a step [ms], and what the log says of the processes."""
+def watched(started: subprocess.Popen) -> list[float]:
+    """Wait for the end of a run; return the most memory of each of its processes [MB], the largest first."""
+    most: dict[int, float] = {}
+    while started.poll() is None:
+        with suppress(psutil.Error):
+            for one in [psutil.Process(started.pid), *psutil.Process(started.pid).children(recursive=True)]:
+                if "hvisph" in one.cmdline() and "-n" not in one.cmdline():
+                    most[one.pid] = max(most.get(one.pid, 0.0), one.memory_info().rss / 1e6)
+        time.sleep(0.02)
+    return sorted(most.values(), reverse=True)
+
+
+def one_run(arguments: argparse.Namespace, processes: int, folder: Path) -> tuple[float, str, list[float]]:
+    """Return the time of a step [ms], what the log says of the processes, and their memory [MB]."""
     launcher = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or "mpiexec"
     start = [launcher, "-n", str(processes)] if processes > 1 else []
     settings = [*arguments.set, f"time.max_steps={arguments.steps}", "output.checkpoint_every=null"]
-    subprocess.run(
+    started = subprocess.Popen(
         [*start, sys.executable, "-m", "hvisph", "run", arguments.case, "--out", str(folder), "--force", "--quiet",
          "--threads", str(arguments.threads), *(part for one in settings for part in ("--set", one))],
-        check=False, stdout=subprocess.DEVNULL,
+        stdout=subprocess.DEVNULL,
     )  # fmt: skip
+    memory = watched(started)
     summary = json.loads((folder / "summary.json").read_text())
     said = [line for line in (folder / "run.log").read_text().splitlines() if "rows of others" in line]
-    return 1e3 * summary["wall_seconds"] / summary["steps"], said[-1].split("  ", 1)[1] if said else ""
+    return 1e3 * summary["wall_seconds"] / summary["steps"], said[-1].split("  ", 1)[1] if said else "", memory
 
 
 def main() -> None:
@@ -72,22 +88,24 @@ def main() -> None:
     arguments = parser.parse_args()
     numbers = [int(one) for one in arguments.processes.split(",")]
     times: dict[int, list[float]] = {number: [] for number in numbers}
-    told = dict.fromkeys(numbers, "")
+    told, memory = dict.fromkeys(numbers, ""), {number: [0.0] for number in numbers}
     with tempfile.TemporaryDirectory() as folder:
         for turn in range(arguments.turns + 1):
             for number in numbers:
-                time, told[number] = one_run(arguments, number, Path(folder) / "run")
+                step, told[number], memory[number] = one_run(arguments, number, Path(folder) / "run")
                 if turn:
-                    times[number].append(time)
+                    times[number].append(step)
         particles = json.loads((Path(folder) / "run" / "summary.json").read_text())["particles"]
     case = load_case(arguments.case, arguments.set)
     print(f"{arguments.case} {' '.join(arguments.set)}: {particles} particles, {arguments.threads} threads a process")
-    print(f"{'processes':>9}{'ms a step':>12}{'times as fast':>15}{'rows of others, model':>24}")
+    print(f"{'processes':>9}{'ms a step':>12}{'times as fast':>15}{'rows of others, model':>24}"
+          f"{'most memory, MB':>20}")  # fmt: skip
     for number in numbers:
         paired = [one / other for one, other in zip(times[numbers[0]], times[number], strict=True)]
         own = re.search(r"\((\d+\.\d+)%\)", told[number])
         rows = f"{own.group(1)} %, {100 * modelled(case, number):.1f} %" if own else ""
-        print(f"{number:>9}{statistics.median(times[number]):>12.2f}{statistics.median(paired):>15.2f}{rows:>24}")
+        print(f"{number:>9}{statistics.median(times[number]):>12.2f}{statistics.median(paired):>15.2f}{rows:>24}"
+              f"{', '.join(f'{one:.0f}' for one in memory[number]):>20}")  # fmt: skip
         if told[number]:
             print(f"          {told[number]}")
 
