@@ -169,7 +169,7 @@ class Pairs:
     def hold(self, rows: np.ndarray, numbers: np.ndarray) -> None:
         """Take these packed rows (n, width) and their numbers in place of all others, sorted in the order given."""
         self.rows, self.numbers, self.count = rows, numbers, len(rows)
-        if self._room > 2 * self.count:  # of several processes each begins with the whole
+        if self._room > 2 * self.count:  # many have gone to other processes
             self._room = 0
         self._make_room(self.count)
         self.sorted[: self.count, : self.layout.used] = rows
