@@ -1,5 +1,7 @@
 """Sums in whole numbers: the compiled loop and its plain twin, any order, what is none or too large."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from hvisph.core.exact import (
     FINER,
     LARGEST,
     add_whole,
+    exact_parts,
     exact_sum,
     rounder_of,
     total,
@@ -55,3 +58,12 @@ def test_units_are_powers_of_two_and_of_nothing_there_is_one():
 def test_sums_below_their_unit_are_kept():
     assert total(np.full(1000, 1e-7), 1.0) == pytest.approx(1e-4, rel=2.0**-FINER / 1e-7)
     assert value_of(np.array([3, 1 << (FINER - 1)]), 0.5) == 1.75
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_parts_of_several_processes_sum_to_what_one_rounds(seed):
+    rng = np.random.default_rng(seed)
+    terms = rng.normal(size=1000) * 10.0 ** rng.integers(-18, 18, 1000)
+    split = np.split(terms, [0, 10, 700])  # one process has nothing
+    assert math.fsum(part for one in split for part in exact_parts(one)) == exact_sum(terms)
+    assert max(len(exact_parts(one)) for one in split) < 9
