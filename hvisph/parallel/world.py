@@ -83,13 +83,8 @@ class Alone:
         """Send tables (n, width) to processes by number; return what came, by number."""
         return {}
 
-    def barrier(self) -> None:
-        """Wait for all."""
-
-    @contextmanager
-    def in_turn(self) -> Iterator[None]:
-        """Let the first of each machine run a block before the others do: what it compiles they find."""
-        yield
+    def prepared(self, prepare: Callable[[], None]) -> None:
+        """Have the first process of each machine prepare it, and wait for all: alone there is nothing to prepare."""
 
     @contextmanager
     def alike(self) -> Iterator[None]:
@@ -215,19 +210,11 @@ class Ranks(Alone):
         self.messages += len(tables)
         self.sent += sum(map(len, tables.values()))
 
-    def barrier(self) -> None:
-        """Wait for all."""
-        self._waiting(self._all.Barrier)
-
-    @contextmanager
-    def in_turn(self) -> Iterator[None]:
-        """Let the first of each machine run a block before the others do: what it compiles they find."""
-        if self._machine.rank:
-            self._machine.Barrier()
-        yield
+    def prepared(self, prepare: Callable[[], None]) -> None:
+        """Have the first process of each machine prepare it, and wait for all."""
         if not self._machine.rank:
-            self._machine.Barrier()
-        self.barrier()
+            prepare()
+        self._waiting(self._all.Barrier)
 
     @contextmanager
     def alike(self) -> Iterator[None]:

@@ -72,14 +72,15 @@ def handed_out(world: Alone, make: Callable[[], Beginning], spacing: float) -> t
     return own, parts
 
 
-def compile_in_turn(world: Alone, case: Case, start: Beginning) -> None:
+def compile_for_all(world: Alone, case: Case, start: Beginning) -> None:
     """Let the first process of each machine compile the loops with a few particles: the others find them."""
-    if world.size == 1:
-        return
-    with world.in_turn():
+
+    def evaluate() -> None:
         particles = start.particles
         few = np.concatenate([np.flatnonzero(particles.body == body)[:FEW] for body in np.unique(particles.body)])
         sample = particles.like(0)
         sample.data, sample.tags = particles.data[few], particles.tags[few]
         with suppress(RunError):
             set_up(case, replace(start, particles=sample, sequence=None)).stepper.start()
+
+    world.prepared(evaluate)

@@ -20,7 +20,7 @@ from hvisph.simulation.build import set_up
 from hvisph.simulation.checkpoint import refuse_changed
 from hvisph.simulation.cost import worthwhile_threads
 from hvisph.simulation.ending import Outcome
-from hvisph.simulation.handing import compile_in_turn
+from hvisph.simulation.handing import compile_for_all
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.loop import Run
 from hvisph.simulation.run import begun, folder_of, set_threads
@@ -104,5 +104,5 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
                 setup = set_up(case, start)
             setup.share.join(world, parts)
             world.from_first(lambda: clear_unfinished(path))
-            compile_in_turn(world, case, start)
+            compile_for_all(world, case, start)
             return Run(case, setup, folder, listener, checkpoint or header).go()

@@ -23,7 +23,7 @@ from hvisph.simulation.build import set_up
 from hvisph.simulation.cost import worthwhile_threads
 from hvisph.simulation.ending import Outcome
 from hvisph.simulation.estimate import refuse_impossible
-from hvisph.simulation.handing import compile_in_turn, handed_out
+from hvisph.simulation.handing import compile_for_all, handed_out
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.loop import Run
 
@@ -70,7 +70,7 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
         world.together(),
         folder_of(world, path, lambda: RunFolder.create(path, force)) as folder,
     ):
-        compile_in_turn(world, case, start)
+        compile_for_all(world, case, start)
         return Run(case, setup, folder, listener).go()
 
 
