@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+import sys
+from typing import Annotated, Any
 
 import typer
+from typer.models import CommandInfo
 
 import hvisph
 from hvisph.cli import (
@@ -33,7 +35,22 @@ from hvisph.cli.group import Group
 from hvisph.cli.guard import guarded
 from hvisph.cli.say import say
 
-app = typer.Typer(
+
+class _App(typer.Typer):
+    """All commands; of a process that is given one of them that one alone is made ready, which takes a twentieth."""
+
+    def __call__(self, *arguments: Any, **further: Any) -> Any:
+        asked = [one for one in self.registered_commands if _name(one) in sys.argv[1:2]]
+        if asked and not arguments and not further.get("args"):
+            self.registered_commands = asked
+        return super().__call__(*arguments, **further)
+
+
+def _name(command: CommandInfo) -> str:
+    return command.name or command.callback.__name__  # type: ignore[union-attr]
+
+
+app = _App(
     name="hvisph",
     cls=Group,
     help="Smoothed particle hydrodynamics for solids under high-velocity impact, from a case file.",

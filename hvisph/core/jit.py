@@ -172,6 +172,10 @@ def _bind(template: Callable[..., Any], name: str, bindings: dict[str, Any]) -> 
 def _narrowed(function: Any, constants: tuple[tuple[str, Any], ...]) -> Any:
     source, held = function.py_func, dict(constants)
     bindings = {}
+    if not any(
+        name in held or isinstance(source.__globals__.get(name), Dispatcher) for name in source.__code__.co_names
+    ):
+        return function
     for name in {step.argval for step in dis.get_instructions(source) if step.opname == "LOAD_GLOBAL"}:
         value = source.__globals__.get(name)
         bound = _narrowed(value, constants) if isinstance(value, Dispatcher) else held.get(name, value)

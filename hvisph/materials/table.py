@@ -199,8 +199,12 @@ class Material:
 
     def pressure_function(self) -> Callable[[float, float], float]:
         """Return p(rho, e) of the equation of state in plain Python: nothing is compiled."""
-        state = self._state()
-        return lambda rho, e: float(state(rho, e)[0])
+        module = MODULES[self.eos.name]
+        if hasattr(module, "state"):
+            state = self._state()
+            return lambda rho, e: float(state(rho, e)[0])
+        pressure, values = plain(module.pressure), slots.values(self._without_isentrope)
+        return lambda rho, e: float(pressure(rho, e, values))
 
     def pressure(self, rho: float, e: float) -> float:
         """Pressure [Pa] of the equation of state, in plain Python."""
