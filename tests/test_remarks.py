@@ -105,7 +105,7 @@ def test_what_leaves_the_range_of_its_material_says_so_once(plate):
     *before, last = moments
     (text,) = remarks(last, moments[0], ["plate"], [True], DX, [aluminium()], before)
     assert "5 % of its mass has left the range of its material at 2 us, first at 1 us" in text
-    assert "density above 1643 and below 7712 kg/m^3, temperature above 1 K" in text
+    assert "density above 1815 and below 7712 kg/m^3, temperature above 1 K" in text
     assert remarks(moments[0], moments[0], ["plate"], [True], DX, [aluminium()], []) == []
 
 
