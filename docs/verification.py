@@ -40,6 +40,8 @@ SHOWN = {
     "bars": "1D gap 0",
     "cantilever": "dx 0.4 mm",
     "implosion": "cylinder",
+    "axisymmetric": "sphere",
+    "spacings": "rings, graded to 1:2",
 }
 NOT_RUN = "not run"
 READABLE = {"Pa": (1e-9, "GPa"), "J/kg": (1e-3, "kJ/kg"), "m": (1e3, "mm"), "s": (1e6, "us")}

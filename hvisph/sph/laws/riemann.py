@@ -89,7 +89,7 @@ from hvisph.sph.shape_matrix import sound_inverse
 from .edges import at_edges
 from .interface import across
 from .limiters import TINY
-from .rings import hoop_share, mirror_weight, ring_weight
+from .rings import hoop_share, ring_weight
 from .unlike import ENTRIES, along_normal, depth, stretched
 
 # Where in the constants the tables of depths begin.
@@ -299,7 +299,7 @@ def accumulate(near, n, rows, i, constants, out):
             fullness += (0.5 * weight) * vg * radial(e) * radial(dx)
             ts = scaled_apart(ts, mean * real, mean)
             # over the axis what closes is braked
-            brake = (1.0 - real) * mirror_weight(mean, real) * radial(e) * min(ub_n - ua_n, 0.0)
+            brake = (1.0 - real) * (1.0 - mean) * radial(e) * min(ub_n - ua_n, 0.0)
             brake *= (same if PARTED else 1.0) * zt * b[ZT] / (zt + b[ZT] + TINY)
             power -= (0.5 * vg) * brake * (radial(u) - radial(v))
             ts = plus_radial(ts, brake)

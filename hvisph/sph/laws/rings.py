@@ -17,7 +17,7 @@ be over the axis. Its work is that of the two real rings, half to either side: F
 A uniform pressure is static at the axis, as its pair sum gives kappa p/(rho r); total energy and axial momentum are
 kept to round-off. Only in the plane is the velocity gradient a sum, without w.
 
-What dissipates presses over the axis as across a mirror, with (1 + r_b/r_a)/2, against the closing of the two sections,
+What dissipates presses over the axis as across a mirror, with 1 - w = (1 + r_b/r_a)/2, against the closing of the two sections,
 u_ra + u_rb, of which either side has half the heat: viscosity, and where Riemann problems are solved a dashpot of the
 shear impedances, which gases have none of. With w it would drive rings into the axis, the first row by energy that its
 own stress has not lost.
@@ -53,12 +53,6 @@ def ring_weight(ring, inverse_ring):
         1 over the own radius [1/m].
     """
     return 0.5 + (0.5 * inverse_ring) * ring, max(np.copysign(1.0, ring), 0.0)
-
-
-@compiled
-def mirror_weight(weight, real):
-    """Return the weight of what dissipates, from w and whether the neighbour is a ring (1) or an image (0)."""
-    return weight * real + (1.0 - weight) * (1.0 - real)
 
 
 @compiled

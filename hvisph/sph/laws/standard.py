@@ -75,7 +75,7 @@ from hvisph.sph.rows import RowLayout
 from hvisph.sph.shape_matrix import sound_inverse
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
-from .rings import hoop_share, mirror_weight, ring_weight, unlike_at_axis
+from .rings import hoop_share, ring_weight, unlike_at_axis
 
 # Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
 # viscosity, corrected gradients, their test by component, pairs beside Total Lagrangian particles, rings, rings beside
@@ -217,17 +217,17 @@ def accumulate(near, n, rows, i, constants, out):
         force, apart = plus(plus(own, pair), other), du
         if REVOLVED:
             weight, real = ring_weight(b[RING], inverse_ring)
-            mirrored = mirror_weight(weight, real)
-            force = scaled_apart(plus(own, other), weight * real, weight)
-            force = plus(force, scaled_apart(pair, weight * real, mirrored))
-            # of an image over the axis: the radial work of the two real rings
+            # of an image over the axis: the radial work of the two real rings, but of the viscosity that of a mirror
             apart = scaled_apart(du, weight * real, 0.0)
             apart = plus_radial(apart, weight * (radial(u) - (2.0 * real - 1.0) * b[U + 1]))
-            closing = scaled_apart(du, weight * real, mirrored)
+            mirrored = (1.0 - real) * (1.0 - weight)
+            force = scaled_apart(force, weight * real, weight)
+            force = plus_radial(force, (mirrored - (1.0 - real) * weight) * radial(pair))
+            closing = mirrored * radial(du) - (1.0 - real) * radial(apart)
+            power += (0.5 * m) * (closing * radial(pair))
             moment = minus(moment, symmetric_outer(times(vf * f, dx), dx))
-            power += (0.5 * m) * dot(closing, pair)
         a = plus(a, times(m, force))
-        power += m * dot(apart, own if REVOLVED else plus(own, times(0.5, pair)))
+        power += m * dot(apart, plus(own, times(0.5, pair)))
         l = minus(l, outer(times(vf, du), g))
     force, work, gradient_u = totals(a), total(power), totals(l)
     if REVOLVED:
