@@ -17,10 +17,10 @@ be over the axis. Its work is that of the two real rings, half to either side: F
 A uniform pressure is static at the axis, as its pair sum gives kappa p/(rho r); total energy and axial momentum are
 kept to round-off. Only in the plane is the velocity gradient a sum, without w.
 
-What dissipates presses over the axis as across a mirror, with 1 - w = (1 + r_b/r_a)/2, against the closing of the two sections,
-u_ra + u_rb, of which either side has half the heat: viscosity, and where Riemann problems are solved a dashpot of the
-shear impedances, which gases have none of. With w it would drive rings into the axis, the first row by energy that its
-own stress has not lost.
+What dissipates presses over the axis as across a mirror, with 1 - w = (1 + r_b/r_a)/2, against the closing of the two
+sections, u_ra + u_rb, of which either side has half the heat: viscosity, and where Riemann problems are solved a
+dashpot of the shear impedances, which gases have none of. With w it would drive rings into the axis, the first row by
+energy that its own stress has not lost.
 
 At the axis L_rr = L_tt; there each takes of the difference what brings both to their mean, whole at r = 0 and none from
 r = h on, which leaves the rate of density as it is.
