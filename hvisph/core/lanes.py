@@ -167,6 +167,18 @@ def larger_lanes(typing_context, a, b):
     return lanes(lanes, lanes), generate
 
 
+@intrinsic
+def anywhere(typing_context, value):
+    """Return whether any lane is above zero."""
+
+    def generate(context, builder, sig, arguments):
+        above = builder.fcmp_ordered(">", arguments[0], ir.Constant(VECTOR, [0.0] * LANES))
+        bits = builder.bitcast(above, ir.IntType(LANES))
+        return builder.icmp_unsigned("!=", bits, ir.Constant(ir.IntType(LANES), 0))
+
+    return types.boolean(lanes), generate
+
+
 def reduced(builder: Any, name: str, value: Any, start: float | None = None) -> Any:
     """Return LLVM's reduction `name` of a vector."""
     kinds = [VECTOR] if start is None else [_f64, VECTOR]

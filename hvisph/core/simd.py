@@ -66,7 +66,6 @@ def neighbours(typing_context, rows, near, k, width):
 
     def generate(context, builder, signature, arguments):
         rows, near, k, _ = arguments
-        pair = ir.VectorType(_f64, 2)
 
         def joined(a, b, order):
             return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_i32, len(order)), order))
@@ -76,23 +75,35 @@ def neighbours(typing_context, rows, near, k, width):
         first, places = ir.Constant(_i64, 0), []
         for lane in range(LANES):
             index = builder.zext(builder.extract_element(numbers, ir.Constant(_i32, lane)), _i64)
-            places.append(_address(context, builder, signature.args[0], rows, [index, first], pair))
+            places.append(_address(context, builder, signature.args[0], rows, [index, first], _f64))
 
-        def side_by_side(chosen, slot):
-            """Return slots `slot` and `slot` + 1 of the chosen rows, one after the other."""
-            number = ir.Constant(_i64, slot // 2)
-            parts = [builder.load(builder.gep(places[row], [number]), align=8) for row in chosen]
+        def side_by_side(chosen, slot, count):
+            """Return `count` slots from `slot` on of the chosen rows, one row after the other."""
+            wide, number = ir.VectorType(_f64, count).as_pointer(), ir.Constant(_i64, slot)
+            addresses = [builder.bitcast(builder.gep(places[row], [number]), wide) for row in chosen]
+            parts = [builder.load(address, align=8) for address in addresses]
             while len(parts) > 1:
                 order = list(range(2 * parts[0].type.count))
                 parts = [joined(a, b, order) for a, b in zip(parts[::2], parts[1::2], strict=True)]
             return parts[0]
 
         columns = []
-        for slot in range(0, slots, 2):
+        # Four slots at once, of every second of LANES/2 rows: exchanges within pairs of lanes, then of pairs.
+        step, lanes_of_pairs = LANES // 4, range(0, LANES, 2)
+        for slot in range(0, slots - 3, 4):
+            begins = (row for row in range(LANES) if row % (2 * step) < 2)
+            a, b, c, d = (side_by_side(range(row, row + 2 * step, 2), slot, 4) for row in begins)
+            for pair in (0, 2):
+                for part in (0, 1):
+                    order = [lane + part + side for lane in lanes_of_pairs for side in (0, LANES)]
+                    place = [lane + side for lane in lanes_of_pairs for side in (0, 1) if lane % 4 == pair]
+                    ab, cd = joined(a, b, order), joined(c, d, order)
+                    columns.append(joined(ab, cd, place + [LANES + lane for lane in place]))
+        for slot in range(len(columns), slots, 2):
             # Even and odd rows apart: a single exchange of lanes is left, the rest are loads.
-            even, odd = side_by_side(range(0, LANES, 2), slot), side_by_side(range(1, LANES, 2), slot)
+            even, odd = (side_by_side(range(parity, LANES, 2), slot, 2) for parity in (0, 1))
             for part in (0, 1):
-                order = [lane + part + side for lane in range(0, LANES, 2) for side in (0, LANES)]
+                order = [lane + part + side for lane in lanes_of_pairs for side in (0, LANES)]
                 columns.append(joined(even, odd, order))
         return context.make_tuple(builder, signature.return_type, columns[:slots])
 

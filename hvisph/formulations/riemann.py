@@ -97,16 +97,17 @@ class Riemann:
         """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
         limiter = LIMITERS["minmod" if not self._reconstructs else self.reconstruction]  # bound, perhaps not called
         ways = {"RECONSTRUCTION": int(self._reconstructs), "PARTED": int(self.parted), "UNLIKE": int(self.meets_unlike)}
-        flux = Pass(riemann.accumulate, self.layout(dim), ways | {
+        row = self.layout(dim)
+        flux = Pass(riemann.accumulate, riemann.read_by_all(row), ways | {
             "limit": limiter[0], "share": limiter[1], "CONSISTENT": int(self.consistent),
             "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.consistent and self.smoothing.variable),
             "REVOLVED": int(self.revolved),
         }, density_rate=self.consistent, slips=self.parted, rings=self.revolved)  # fmt: skip
         if not (self._reconstructs or self.parted):
             return [flux]
-        first = [Pass(riemann.gradients, self._row(dim, False), ways, into_rows=True)]
+        first = [Pass(riemann.gradients, riemann.read_by_all(row), ways, into_rows=True)]
         if self.meets_unlike:
-            first.append(Pass(unlike.facing, self._row(dim, False), {}, into_rows=True))
+            first.append(Pass(unlike.facing, row, {}, into_rows=True))
         return [*first, flux]
 
     def layout(self, dim: int) -> RowLayout:

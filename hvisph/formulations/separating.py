@@ -51,10 +51,11 @@ class SeparatingContact:
         layout = riemann.row_layout(dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike)
         limiter = LIMITERS["minmod"]  # bound, never called
         ways = {"RECONSTRUCTION": 0, "PARTED": 1, "UNLIKE": int(unlike)}
+        seen = riemann.read_by_all(layout)
         passes = [
-            Pass(riemann.gradients, layout, ways, into_rows=True),
+            Pass(riemann.gradients, seen, ways, into_rows=True),
             *([Pass(unlike_spacings.facing, layout, {}, into_rows=True)] if unlike else []),
-            Pass(riemann.accumulate, layout, ways | {"ONLY_OTHER": 1, "limit": limiter[0], "share": limiter[1],
+            Pass(riemann.accumulate, seen, ways | {"ONLY_OTHER": 1, "limit": limiter[0], "share": limiter[1],
                                               "REVOLVED": int(revolved)}, slips=True, rings=revolved),
         ]  # fmt: skip
         further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()

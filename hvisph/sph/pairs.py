@@ -28,8 +28,8 @@ class Pass:
     Parameters
     ----------
     law
-        The law's loop, a template with the free names DIM, the slots of its row and their number WIDTH,
-        `scale`, `slope`, `shape` and `write_rates`, and those in `options`.
+        The law's loop, a template with the free names DIM, the slots of its row, the number WIDTH of those that it
+        reads and WHOLE of all, `scale`, `slope`, `shape` and `write_rates`, and those in `options`.
     reads
         The layout of what it reads of each neighbour.
     options
@@ -104,7 +104,8 @@ class Pairs:
         }
         self._sweeps = []
         for one in passes:
-            law = bind(one.law, one.options, shared | self.slots | rates.slots(dim) | {"WIDTH": one.reads.used})
+            widths = {"WIDTH": one.reads.used, "WHOLE": layout.used}
+            law = bind(one.law, one.options, shared | self.slots | rates.slots(dim) | widths)
             self._sweeps.append((traversal.loop(dim, self.slots["H"], law), one.into_rows))
 
     def _make_room(self, count: int) -> None:

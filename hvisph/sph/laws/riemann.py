@@ -49,7 +49,7 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import compiled
-from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
+from hvisph.core.lanes import LANES, all_lanes, anywhere, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     divergence,
@@ -119,24 +119,32 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
     BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, FILLS and ENDS N and O of its body, DEPTH
     how deep it lies in it, RING and HOOP radius and hoop stress of a ring.
     """
-    fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("zn", "scalar"),
-              ("zt", "scalar"), ("t", "symmetric")]  # fmt: skip
+    fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric")]
+    if parted:
+        fields.append(("body", "scalar"))
+    fields += [("zn", "scalar"), ("zt", "scalar")]
     if consistent:
         fields += [("rho", "scalar"), ("bear", "scalar"), ("shear", "scalar"), ("order", "scalar")]
-    if parted:
-        fields += [("body", "scalar"), ("fills", "vector"), ("ends", "vector")]
-    if unlike:
-        fields.append(("depth", "scalar"))
     if revolved:
         fields.append(("ring", "radius"))
     if reconstruct:
         fields += [("gu", "gradient"), ("gt", "symmetric_gradient")]
+    if parted:
+        fields += [("fills", "vector"), ("ends", "vector")]
+    if unlike:
+        fields.append(("depth", "scalar"))
     fields.append(("m", "scalar"))  # the pairs never read it, nor whether h is free to follow
     if following:
         fields.append(("grows", "scalar"))
     if revolved:
         fields.append(("hoop", "scalar"))
     return RowLayout(dim, tuple(fields))
+
+
+def read_by_all(layout: RowLayout) -> RowLayout:
+    """Return the first part of the row: the rest is read of neighbours where bodies meet, or never."""
+    names = [name for name, _ in layout.fields]
+    return RowLayout(layout.dim, layout.fields[: names.index("fills" if "fills" in names else "m")])
 
 
 def gradients(near, n, rows, i, constants, out):
@@ -194,13 +202,16 @@ def drawn_nearer(a, b, slope_a, slope_b, limited, half):
 @compiled
 def at_most(most, t):
     """Return the vector `t`, no longer than `most`."""
-    return times(min(most / (np.sqrt(dot(t, t)) + TINY), 1.0), t)
+    t2 = dot(t, t)
+    if anywhere(t2 - most * most):
+        t = times(min(most / (np.sqrt(t2) + TINY), 1.0), t)
+    return t
 
 
 @compiled
-def let_go(t_n, volumes, dx, r, order):
+def let_go(t_n, volumes, dx, inverse_r, order):
     """Return the normal traction, of which tension leaves a pair that is closer than its `volumes` allow."""
-    leaves = min(HOLDING * max(volumes / to_dimensions(r * r, dx) - 1.0, 0.0), 1.0)
+    leaves = min(HOLDING * max(volumes * to_dimensions(inverse_r * inverse_r, dx) - 1.0, 0.0), 1.0)
     return t_n - max(t_n, 0.0) * (order * leaves)
 
 
@@ -209,6 +220,23 @@ def yielding(zt, zn):
     """Return 1/Z_t, but 0 of what bears no shear: there is nothing but rounding to divide by next to nothing."""
     least = NO_SHEAR * zn
     return zt / (zt * zt + least * least + TINY)
+
+
+@compiled
+def pressed(t_n, u_n, ua_n, ub_n, ta_n, tb_n, za, zb, other, gate):
+    """Return the normal traction and the contact velocity of one side where bodies meet, and half of D/t_n."""
+    t_n += other * (gate * min(t_n, 0.0) - t_n)
+    own, its = ua_n + (t_n - ta_n) / za, ub_n - (t_n - tb_n) / (zb + TINY)
+    return t_n, u_n + other * (own - u_n), (0.5 * other) * (its - own)
+
+
+@compiled
+def slid(t_t, u_t, ua_t, ub_t, ta_t, tb_t, side_a, side_b, most, other):
+    """Return the tangential traction and velocity where bodies meet, and D over the pair's weight."""
+    t_t = at_most(most, t_t)
+    own = plus(ua_t, times(yielding(*side_a), minus(t_t, ta_t)))
+    its = minus(ub_t, times(yielding(*side_b), minus(t_t, tb_t)))
+    return t_t, plus(u_t, times(other, minus(own, u_t))), (0.5 * other) * dot(t_t, minus(its, own))
 
 
 def accumulate(near, n, rows, i, constants, out):
@@ -221,29 +249,32 @@ def accumulate(near, n, rows, i, constants, out):
     if PARTED:
         fills, ends = own_vector(rows, i, FILLS, DIM), own_vector(rows, i, ENDS, DIM)
     a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
-    power = mu = number = own_number = widening = slip = fullness = all_lanes(0.0)
+    nowhere = power = mu = number = own_number = widening = slip = fullness = all_lanes(0.0)
     inverse_ring = 1.0 / rows[i, RING] if REVOLVED else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = minus(vector(b, 0, DIM), x)
         r = np.sqrt(dot(dx, dx))
-        ih = 2.0 / (h + b[H])
-        g = -2.0 * scale(ih) * slope(r * ih)
-        e = times(1.0 / r, dx)
+        ih, inverse_r = 2.0 / (h + b[H]), 1.0 / r
+        g, e = -2.0 * scale(ih) * slope(r * ih), times(inverse_r, dx)
         v, za, zb = vector(b, U, DIM), zn, b[ZN]
-        approach, half, weight = dot(minus(u, v), e), 0.5, 1.0
+        approach, half, weight, other, gate = dot(minus(u, v), e), all_lanes(0.5), all_lanes(1.0), nowhere, nowhere
         if PARTED:
             other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
-            same = 1.0 - other
+            meeting = anywhere(other * b[V])
             if ONLY_OTHER:
+                if not meeting:
+                    continue
                 g, approach = g * other, approach * other
-            e, cosine, gate = across(e, other, fills, vector(b, FILLS, DIM), ends, vector(b, ENDS, DIM))
-            g, half, weight = g * cosine, 0.5 * same, same + other * gate
-            if UNLIKE:
-                ik = along_normal(rows[i, DEPTH], h, b[DEPTH], b[H])
-                q, s_n, _ = stretched(dx, e, ik, ih)
-                facing = -2.0 * scale(ih) / (ih * ih * h * b[H]) * slope(q) * s_n * ik / (q + TINY)
-                g, weight = g + other * (facing - g), weight * (same + other * (ik * h))
+            if meeting:
+                cold = neighbours(rows, near, k, WHOLE)
+                e, cosine, gate = across(e, other, fills, vector(cold, FILLS, DIM), ends, vector(cold, ENDS, DIM))
+                g, half, weight = g * cosine, 0.5 - 0.5 * other, 1.0 + other * (gate - 1.0)
+                if UNLIKE:
+                    ik = along_normal(rows[i, DEPTH], h, cold[DEPTH], b[H])
+                    q, s_n, _ = stretched(dx, e, ik, ih)
+                    facing = -2.0 * scale(ih) / (ih * ih * h * b[H]) * slope(q) * s_n * ik / (q + TINY)
+                    g, weight = g + other * (facing - g), weight * (1.0 + other * (ik * h - 1.0))
         mu = larger_lanes(mu, min(b[V] * many, 1.0) * approach)
         vg = worked = b[V] * g
         if REVOLVED:
@@ -260,7 +291,7 @@ def accumulate(near, n, rows, i, constants, out):
             ta_n, tb_n = nearer(ta_n, tb_n, dot(qa, e), dot(qb, e), limit, half)
             ua_t, ub_t = drawn_nearer(ua_t, ub_t, pa, pb, share, half)
             ta_t, tb_t = drawn_nearer(ta_t, tb_t, qa, qb, share, half)
-        # The acoustic Riemann problem, normal and tangential; us is u* - u_a.
+        # The acoustic Riemann problem, normal and tangential.
         if CONSISTENT:
             closing = SHOCK_SLOPE * max(ua_n - ub_n, 0.0)
             za, zb = za + rows[i, RHO] * closing, zb + b[RHO] * closing
@@ -270,28 +301,24 @@ def accumulate(near, n, rows, i, constants, out):
         if CONSISTENT:
             t_n = min(t_n, min(rows[i, BEAR], b[BEAR]))
         if HELD:
-            t_n = let_go(t_n, volume * b[V], dx, r, min(rows[i, ORDER], b[ORDER]))
-        if PARTED:
-            t_n = same * t_n + other * (gate * min(t_n, 0.0))
-            own, its = ua_n + (t_n - ta_n) / za, ub_n - (t_n - tb_n) / (zb + TINY)
-            power += worked * ((0.5 * other) * (t_n * (its - own)))
-            u_n += other * (own - u_n)
-        us, ts = minus(times(u_n, e), u), times(t_n, e)
+            t_n = let_go(t_n, volume * b[V], dx, inverse_r, min(rows[i, ORDER], b[ORDER]))
+        u_t, t_t = ua_t, ta_t
         if DIM > 1:
-            zb, inverse = b[ZT], 1.0 / (zt + b[ZT] + TINY)
-            u_t = times(inverse, plus(plus(times(zt, ua_t), times(zb, ub_t)), minus(tb_t, ta_t)))
-            t_t = times(inverse, plus(plus(times(zb, ta_t), times(zt, tb_t)), times(zt * zb, minus(ub_t, ua_t))))
-            most = min(rows[i, SHEAR], b[SHEAR]) if CONSISTENT else UNLIMITED
-            if PARTED:
-                most = min(most, UNLIMITED * same - other * (constants[1] * t_n))
-            if CONSISTENT or PARTED:
-                t_t = at_most(most, t_t)
-            if PARTED:
-                own_t = plus(ua_t, times(yielding(zt, zn), minus(t_t, ta_t)))
-                its_t = minus(ub_t, times(yielding(zb, b[ZN]), minus(t_t, tb_t)))
-                rubbed = worked * ((0.5 * other) * dot(t_t, minus(its_t, own_t)))
-                power, slip = power + rubbed, slip + rubbed
-                u_t = plus(u_t, times(other, minus(own_t, u_t)))
+            z_b, inverse = b[ZT], 1.0 / (zt + b[ZT] + TINY)
+            u_t = times(inverse, plus(plus(times(zt, ua_t), times(z_b, ub_t)), minus(tb_t, ta_t)))
+            t_t = times(inverse, plus(plus(times(z_b, ta_t), times(zt, tb_t)), times(zt * z_b, minus(ub_t, ua_t))))
+            if CONSISTENT:
+                t_t = at_most(min(rows[i, SHEAR], b[SHEAR]), t_t)
+        if PARTED:
+            if meeting:
+                t_n, u_n, parting = pressed(t_n, u_n, ua_n, ub_n, ta_n, tb_n, za, zb, other, gate)
+                power += worked * (t_n * parting)
+                if DIM > 1:
+                    most = max(UNLIMITED * (1.0 - other), -constants[1] * t_n)
+                    t_t, u_t, heat = slid(t_t, u_t, ua_t, ub_t, ta_t, tb_t, (zt, zn), (b[ZT], b[ZN]), most, other)
+                    power, slip = power + worked * heat, slip + worked * heat
+        us, ts = minus(times(u_n, e), u), times(t_n, e)  # us is u* - u_a
+        if DIM > 1:
             us, ts = plus(us, u_t), plus(ts, t_t)
         power += worked * dot(ts, us)
         if REVOLVED:
@@ -308,7 +335,7 @@ def accumulate(near, n, rows, i, constants, out):
         if CONSISTENT or REVOLVED:
             moment = plus(moment, symmetric_outer(times((0.5 * weight) * vg * dot(dx, e), e), e))
         if CONSISTENT:
-            room = to_dimensions(same + other * (b[H] / h), dx) if UNLIKE else 1.0
+            room = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if UNLIKE else 1.0
             number += weight * g * room * dot(us, e)
             if FOLLOWING:
                 q, receding = r / h, weight * dot(minus(v, u), e)
