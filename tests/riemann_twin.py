@@ -4,7 +4,8 @@ import numpy as np
 
 from hvisph.sph.laws.edges import SOUND, SOUND_MEAN
 from hvisph.sph.laws.interface import MIXED_UP, OPEN, SHUT
-from hvisph.sph.laws.riemann import HOLDING, NO_SHEAR, SHOCK_SLOPE
+from hvisph.sph.laws.pair_states import HOLDING, NO_SHEAR
+from hvisph.sph.laws.riemann import SHOCK_SLOPE
 from hvisph.sph.laws.unlike import FAINTEST, LEAST, depths
 
 

@@ -48,7 +48,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.jit import compiled
 from hvisph.core.lanes import LANES, all_lanes, anywhere, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
@@ -89,6 +88,7 @@ from hvisph.sph.shape_matrix import sound_inverse
 from .edges import at_edges
 from .interface import across
 from .limiters import TINY
+from .pair_states import at_most, drawn, let_go, moved, pressed, slid
 from .rings import hoop_share, ring_weight
 from .unlike import ENTRIES, along_normal, depth, stretched
 
@@ -100,16 +100,12 @@ RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = UNLIKE = ONLY_OTHER = 
 
 # Slope of the shock's speed over its jump of velocity, for the impedance; metals have 1.2 to 1.5.
 SHOCK_SLOPE = 1.2
-# How soon tension leaves pairs closer than their volumes allow.
-HOLDING = 12.0
 # Share of a volume: a neighbour with less is the far row that fills lists, which has no say in the closing speed.
 NOTHING = 1e-12
 # Stands for no limit of a traction [Pa].
 UNLIMITED = 1e300
 # Shear impedance over the normal one of what bears no shear.
 SLIPPERY = 1e-8
-# What has less than this is taken to bear none.
-NO_SHEAR = 1e-4
 
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
@@ -182,63 +178,6 @@ def gradients(near, n, rows, i, constants, out):
         put(out, i, GT, product(totals(of_s), inverse))
 
 
-@compiled
-def nearer(a, b, slope_a, slope_b, limited, half):
-    """Return the numbers `a` and `b`, each moved by `half` to the other by its limited slope."""
-    d = b - a
-    return a + half * limited(d, 2.0 * slope_a - d), b - half * limited(d, 2.0 * slope_b - d)
-
-
-@compiled
-def drawn_nearer(a, b, slope_a, slope_b, limited, half):
-    """Return `a` and `b`, each moved by `half` to the other by its limited slope: `limited` is a limiter's share."""
-    d = minus(b, a)
-    d2 = dot(d, d)
-    towards = times(half * limited(d2, 2.0 * dot(slope_a, d) - d2), d)
-    back = times(half * limited(d2, 2.0 * dot(slope_b, d) - d2), d)
-    return plus(a, towards), minus(b, back)
-
-
-@compiled
-def at_most(most, t):
-    """Return the vector `t`, no longer than `most`."""
-    t2 = dot(t, t)
-    if anywhere(t2 - most * most):
-        t = times(min(most / (np.sqrt(t2) + TINY), 1.0), t)
-    return t
-
-
-@compiled
-def let_go(t_n, volumes, dx, inverse_r, order):
-    """Return the normal traction, of which tension leaves a pair that is closer than its `volumes` allow."""
-    leaves = min(HOLDING * max(volumes * to_dimensions(inverse_r * inverse_r, dx) - 1.0, 0.0), 1.0)
-    return t_n - max(t_n, 0.0) * (order * leaves)
-
-
-@compiled
-def yielding(zt, zn):
-    """Return 1/Z_t, but 0 of what bears no shear: there is nothing but rounding to divide by next to nothing."""
-    least = NO_SHEAR * zn
-    return zt / (zt * zt + least * least + TINY)
-
-
-@compiled
-def pressed(t_n, u_n, ua_n, ub_n, ta_n, tb_n, za, zb, other, gate):
-    """Return the normal traction and the contact velocity of one side where bodies meet, and half of D/t_n."""
-    t_n += other * (gate * min(t_n, 0.0) - t_n)
-    own, its = ua_n + (t_n - ta_n) / za, ub_n - (t_n - tb_n) / (zb + TINY)
-    return t_n, u_n + other * (own - u_n), (0.5 * other) * (its - own)
-
-
-@compiled
-def slid(t_t, u_t, ua_t, ub_t, ta_t, tb_t, side_a, side_b, most, other):
-    """Return the tangential traction and velocity where bodies meet, and D over the pair's weight."""
-    t_t = at_most(most, t_t)
-    own = plus(ua_t, times(yielding(*side_a), minus(t_t, ta_t)))
-    its = minus(ub_t, times(yielding(*side_b), minus(t_t, tb_t)))
-    return t_t, plus(u_t, times(other, minus(own, u_t))), (0.5 * other) * dot(t_t, minus(its, own))
-
-
 def accumulate(near, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
     x, u, s = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM)
@@ -257,8 +196,12 @@ def accumulate(near, n, rows, i, constants, out):
         r = np.sqrt(dot(dx, dx))
         ih, inverse_r = 2.0 / (h + b[H]), 1.0 / r
         g, e = -2.0 * scale(ih) * slope(r * ih), times(inverse_r, dx)
-        v, za, zb = vector(b, U, DIM), zn, b[ZN]
-        approach, half, weight, other, gate = dot(minus(u, v), e), all_lanes(0.5), all_lanes(1.0), nowhere, nowhere
+        za, zb = zn, b[ZN]
+        # Bodies seldom meet: most vectors of neighbours skip what is for them alone.
+        jump, along = minus(vector(b, U, DIM), u), r
+        du_n = dot(jump, e)
+        approach, half, weight, other, gate = -du_n, all_lanes(0.5), all_lanes(1.0), nowhere, nowhere
+        meeting = False
         if PARTED:
             other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
             meeting = anywhere(other * b[V])
@@ -270,6 +213,7 @@ def accumulate(near, n, rows, i, constants, out):
                 cold = neighbours(rows, near, k, WHOLE)
                 e, cosine, gate = across(e, other, fills, vector(cold, FILLS, DIM), ends, vector(cold, ENDS, DIM))
                 g, half, weight = g * cosine, 0.5 - 0.5 * other, 1.0 + other * (gate - 1.0)
+                du_n, along = dot(jump, e), dot(dx, e)
                 if UNLIKE:
                     ik = along_normal(rows[i, DEPTH], h, cold[DEPTH], b[H])
                     q, s_n, _ = stretched(dx, e, ik, ih)
@@ -280,49 +224,55 @@ def accumulate(near, n, rows, i, constants, out):
         if REVOLVED:
             mean, real = ring_weight(b[RING], inverse_ring)
             worked = vg * (mean * real)
-        ta, tb = on(s, e), on(symmetric(b, T, DIM), e)
-        ua_n, ub_n, ta_n, tb_n = dot(u, e), dot(v, e), dot(ta, e), dot(tb, e)
-        ua_t, ub_t = minus(u, times(ua_n, e)), minus(v, times(ub_n, e))
-        ta_t, tb_t = minus(ta, times(ta_n, e)), minus(tb, times(tb_n, e))
+        # Own traction, its step to the neighbour's, and the jump of velocity, normal and tangential.
+        ta = on(s, e)
+        step = minus(on(symmetric(b, T, DIM), e), ta)
+        ta_n, dt_n = dot(ta, e), dot(step, e)
+        du_t, dt_t = minus(jump, times(du_n, e)), minus(step, times(dt_n, e))
+        # How far each side moves to the other: normal velocity and traction, shares of the tangential ones.
+        nu_a = nu_b = nt_a = nt_b = tu_a = tu_b = tt_a = tt_b = nowhere
         if RECONSTRUCTION:
             pa, pb = on_rows(of_u, dx), on_rows(gradient(b, GU, DIM), dx)
             qa, qb = on(on_rows(of_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
-            ua_n, ub_n = nearer(ua_n, ub_n, dot(pa, e), dot(pb, e), limit, half)
-            ta_n, tb_n = nearer(ta_n, tb_n, dot(qa, e), dot(qb, e), limit, half)
-            ua_t, ub_t = drawn_nearer(ua_t, ub_t, pa, pb, share, half)
-            ta_t, tb_t = drawn_nearer(ta_t, tb_t, qa, qb, share, half)
-        # The acoustic Riemann problem, normal and tangential.
+            nu_a, nu_b = moved(du_n, dot(pa, e), dot(pb, e), limit, half)
+            nt_a, nt_b = moved(dt_n, dot(qa, e), dot(qb, e), limit, half)
+            tu_a, tu_b = drawn(du_t, pa, pb, share, half)
+            tt_a, tt_b = drawn(dt_t, qa, qb, share, half)
+        # The acoustic Riemann problem, with velocities less the own one.
+        apart = du_n - nu_a - nu_b
         if CONSISTENT:
-            closing = SHOCK_SLOPE * max(ua_n - ub_n, 0.0)
+            closing = SHOCK_SLOPE * max(-apart, 0.0)
             za, zb = za + rows[i, RHO] * closing, zb + b[RHO] * closing
         inverse = 1.0 / (za + zb)
-        u_n = (za * ua_n + zb * ub_n + tb_n - ta_n) * inverse
-        t_n = (zb * ta_n + za * tb_n + za * zb * (ub_n - ua_n)) * inverse
+        us_n = (za * nu_a + zb * (du_n - nu_b) + (dt_n - nt_a - nt_b)) * inverse
+        t_n = ta_n + (zb * nt_a + za * (dt_n - nt_b) + za * zb * apart) * inverse
         if CONSISTENT:
             t_n = min(t_n, min(rows[i, BEAR], b[BEAR]))
         if HELD:
             t_n = let_go(t_n, volume * b[V], dx, inverse_r, min(rows[i, ORDER], b[ORDER]))
-        u_t, t_t = ua_t, ta_t
+        us_t = t_t = ta_t = minus(ta, times(ta_n, e))
         if DIM > 1:
             z_b, inverse = b[ZT], 1.0 / (zt + b[ZT] + TINY)
-            u_t = times(inverse, plus(plus(times(zt, ua_t), times(z_b, ub_t)), minus(tb_t, ta_t)))
-            t_t = times(inverse, plus(plus(times(z_b, ta_t), times(zt, tb_t)), times(zt * z_b, minus(ub_t, ua_t))))
+            us_t = plus(times((zt * tu_a + z_b * (1.0 - tu_b)) * inverse, du_t),
+                        times((1.0 - tt_a - tt_b) * inverse, dt_t))  # fmt: skip
+            t_t = plus(times((z_b * tt_a + zt * (1.0 - tt_b)) * inverse, dt_t),
+                       times(zt * z_b * (1.0 - tu_a - tu_b) * inverse, du_t))  # fmt: skip
+            t_t = plus(ta_t, t_t)
             if CONSISTENT:
                 t_t = at_most(min(rows[i, SHEAR], b[SHEAR]), t_t)
-        if PARTED:
-            if meeting:
-                t_n, u_n, parting = pressed(t_n, u_n, ua_n, ub_n, ta_n, tb_n, za, zb, other, gate)
-                power += worked * (t_n * parting)
-                if DIM > 1:
-                    most = max(UNLIMITED * (1.0 - other), -constants[1] * t_n)
-                    t_t, u_t, heat = slid(t_t, u_t, ua_t, ub_t, ta_t, tb_t, (zt, zn), (b[ZT], b[ZN]), most, other)
-                    power, slip = power + worked * heat, slip + worked * heat
-        us, ts = minus(times(u_n, e), u), times(t_n, e)  # us is u* - u_a
+        if meeting:
+            t_n, us_n, parting = pressed(t_n, us_n, du_n, ta_n, dt_n, za, zb, other, gate)
+            power += worked * (t_n * parting)
+            if DIM > 1:
+                most = max(UNLIMITED * (1.0 - other), -constants[1] * t_n)
+                t_t, us_t, heat = slid(t_t, us_t, du_t, ta_t, dt_t, (zt, zn), (b[ZT], b[ZN]), most, other)
+                power, slip = power + worked * heat, slip + worked * heat
+        us, ts = times(us_n, e), times(t_n, e)
         if DIM > 1:
-            us, ts = plus(us, u_t), plus(ts, t_t)
+            us, ts = plus(us, us_t), plus(ts, t_t)
         power += worked * dot(ts, us)
         if REVOLVED:
-            power -= vg * mean * (1.0 - real) * (0.5 * radial(ts)) * (radial(u) + radial(v))
+            power -= vg * mean * (1.0 - real) * (0.5 * radial(ts)) * (2.0 * radial(u) + radial(jump))
             fullness += (0.5 * weight) * vg * radial(e) * radial(dx)
             ts = scaled_apart(ts, mean * real, mean)
             # over the axis what closes is braked
@@ -333,12 +283,12 @@ def accumulate(near, n, rows, i, constants, out):
         a = plus(a, times(vg, ts))
         l = plus(l, outer(us, times(weight * vg, e)))
         if CONSISTENT or REVOLVED:
-            moment = plus(moment, symmetric_outer(times((0.5 * weight) * vg * dot(dx, e), e), e))
+            moment = plus(moment, symmetric_outer(times((0.5 * weight) * vg * along, e), e))
         if CONSISTENT:
             room = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if UNLIKE else 1.0
-            number += weight * g * room * dot(us, e)
+            number += weight * g * room * us_n
             if FOLLOWING:
-                q, receding = r / h, weight * dot(minus(v, u), e)
+                q, receding = r / h, weight * du_n
                 number -= 0.5 * g * receding
                 own_number -= scale(1.0 / h) * slope(q) * receding
                 widening += weight * scale(1.0 / h) * (DIM * shape(q) + q * slope(q))
