@@ -7,7 +7,6 @@ PARTED): only particles near another body, and their neighbours, are packed and 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -63,6 +62,7 @@ class SeparatingContact:
         self._selection = Selection(positions, kernel.reach * h)
         self._seen: Halo | None = None
         self.renumber(bodies)
+        self._taken: tuple[np.ndarray, np.ndarray] | None = None
         self._stress = SIZE["symmetric"][dim - 1]
 
     def renumber(self, bodies: np.ndarray) -> None:
@@ -104,22 +104,8 @@ class SeparatingContact:
         chosen = self._chosen(rows, numbers, self._pairs.kernel.reach * h)
         if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
             return
-        dim, to, near = self._pairs.layout.dim, self._pairs.slots, rows[chosen]
-        packed = np.zeros((len(chosen), self._pairs.layout.used))
-
-        def copy(name: str, of: str, width: int = 1, factor: Any = 1.0) -> None:
-            packed[:, to[name] : to[name] + width] = near[:, slots[of] : slots[of] + width] * factor
-
-        rho = near[:, slots["RHO"]]
-        for name in ("X", "U"):
-            copy(name, name, dim)
-        for name in ("H", "ZN", "ZT", "BODY"):
-            copy(name, name)
-        copy("V", "M", factor=1.0 / rho[:, None])
-        if "RING" in to:
-            copy("RING", "RING")
-        copy("T", "T", self._stress, (rho * rho)[:, None])
-        packed[:, to["M"]] = np.where(near[:, slots["M"]] > 0.0, near[:, slots["M"]], 1.0)
+        dim, to = self._pairs.layout.dim, self._pairs.slots
+        packed = self._packed(rows[chosen], slots)
         self._pairs.rows, self._pairs.numbers = packed, numbers[chosen]
         self._pairs.evaluate(h)
         pushed = self._pairs.rates[self._pairs.place[: len(chosen)]]
@@ -128,6 +114,27 @@ class SeparatingContact:
         rates[mine, :last] += pushed[:, :last]
         rates[mine, approach] = closing
         rates[mine, at["R_SLIP"]] = pushed[:, at["R_SLIP"]]
+
+    def _packed(self, near: np.ndarray, slots: dict[str, int]) -> np.ndarray:
+        """Return the rows of contact that rows of the standard law amount to."""
+        to, rho, mass = self._pairs.slots, near[:, slots["RHO"]], near[:, slots["M"]]
+        packed = np.zeros((len(near), self._pairs.layout.used))
+        if self._taken is None:
+            self._taken = self._same(slots)
+        packed[:, self._taken[0]] = near[:, self._taken[1]]
+        packed[:, to["V"]] = mass * (1.0 / rho)
+        packed[:, to["T"] : to["T"] + self._stress] *= (rho * rho)[:, None]
+        packed[:, to["M"]] = np.where(mass > 0.0, mass, 1.0)
+        return packed
+
+    def _same(self, slots: dict[str, int]) -> tuple[np.ndarray, np.ndarray]:
+        """Return slots of contact, and those of the standard law with the same in them; stresses want a factor."""
+        to, dim = self._pairs.slots, self._pairs.layout.dim
+        widths = {"X": dim, "U": dim, "T": self._stress, "H": 1, "ZN": 1, "ZT": 1, "BODY": 1}
+        if "RING" in to:
+            widths["RING"] = 1
+        found = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
+        return np.array([a for a, _ in found]), np.array([b for _, b in found])
 
 
 def _places(dim: int) -> RowLayout:

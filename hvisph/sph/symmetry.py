@@ -123,10 +123,7 @@ def turn_back(particles: Particles, rows: np.ndarray, layout: RowLayout, rates: 
     planes
         Planes of symmetry.
     """
-    dim, ring = particles.dim, layout.slots().get("RING")
-    for plane in planes:
-        vector, gradient = (field_signs(rank, plane.axis, dim) for rank in ("vector", "gradient"))
-        of_rates = np.concatenate([vector, np.ones(2), gradient])
+    dim = particles.dim
     for plane in planes:
         passed = np.flatnonzero((plane.beyond(particles["position"]) > 0.0) & (particles["mass"] > 0.0))
         if not len(passed):
@@ -138,6 +135,9 @@ def turn_back(particles: Particles, rows: np.ndarray, layout: RowLayout, rates: 
                 values[passed] *= signs[: values.shape[1]]
         particles["position"][passed, plane.axis] += 2.0 * plane.at
         rows[passed] = mirror(rows[passed], plane, layout)
+        ring = layout.slots().get("RING")
         if ring is not None:  # they are rings again, no images
             rows[passed, ring] = np.abs(rows[passed, ring])
+        vector, gradient = (field_signs(rank, plane.axis, dim) for rank in ("vector", "gradient"))
+        of_rates = np.concatenate([vector, np.ones(2), gradient])
         rates[place[passed], : len(of_rates)] *= of_rates
