@@ -121,12 +121,10 @@ class CompositeStepper(CompositeState):
 
     @property
     def rows(self) -> np.ndarray:
-        """Packed rows, in the particles' order; behind them images at symmetry planes and the far row."""
-        return self.rows_
+        """Packed rows, in the particles' order; behind them images at symmetry planes and the far row.
 
-    @property
-    def stage_rows(self) -> np.ndarray:
-        """The same rows: an evaluation leaves the velocities of its stage in them."""
+        An evaluation leaves the velocities of its stage in them.
+        """
         return self.rows_
 
     @property

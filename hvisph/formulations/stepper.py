@@ -127,13 +127,8 @@ class Stepper:
 
     @property
     def rows(self) -> np.ndarray:
-        """Packed rows of the next stage, in the particles' order."""
+        """Packed rows of the stage, in the particles' order."""
         return self.pairs.rows
-
-    @property
-    def stage_rows(self) -> np.ndarray:
-        """Packed rows of the last evaluation; `place` says which is whose."""
-        return self.pairs.sorted
 
     @property
     def rates(self) -> np.ndarray:
@@ -185,7 +180,7 @@ class Stepper:
 
     def _carry(self, dt: float, stage: float, complete: bool) -> None:
         particles = self.particles
-        self._update(particles.data, particles.tags, self.place, self.rates, self.stage_rows,
+        self._update(particles.data, particles.tags, self.place, self.rates,
                      (self.table, self.models), self.coefficients, (dt, stage, complete), (self.h_low, self.h_high),
                      self.rows, (self.lengths, self.signals, self.pressures), self.totals.loops)  # fmt: skip
         self._sum_up()

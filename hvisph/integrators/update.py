@@ -62,7 +62,7 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
     Parameters
     ----------
     particles
-        Their rows of the state, of tags, of rates and of the evaluation's packed rows.
+        Their rows of the state, of tags and of rates.
     here
         The lanes that count: others repeat the last of these.
     alike
@@ -81,7 +81,7 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
     tuple
         `most` with these particles.
     """
-    state, tags, rates, sorted_rows = particles
+    state, tags, rates = particles
     m, held = alike
     table, models = materials
     dt, stage, complete = times_ahead
@@ -102,7 +102,7 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
     ring = ring_radius(now.x, now.h) if REVOLVED else 0.0
     least = sparsest(mass, ring, now.h, thickness) if SPARSEST else 0.0
     if complete:
-        u, before = own_vector(sorted_rows, s, U, DIM), now
+        u, before = own_vector(rows, s, U, DIM), now
         now, l, swelling, hoop = moved(state, s, now, acting, free, u, dt)
         now, p, c, l, thicker = strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)
         store(state, s, now)
@@ -164,8 +164,7 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
     return max(fastest, speed2), max(longest, ahead.h), size + (kinetic + abs(internal) if here else 0.0)
 
 
-def update(state, tags, place, rates, sorted_rows, materials, coefficients, times_ahead, h_limits, rows, limits,
-           sums):  # fmt: skip
+def update(state, tags, place, rates, materials, coefficients, times_ahead, h_limits, rows, limits, sums):
     """Complete a step and pack the stage of the next one: the template.
 
     Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
@@ -181,8 +180,8 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
     ----------
     state, tags
         The particles.
-    place, rates, sorted_rows
-        Row of each particle's rates, the rates, and the packed rows of their evaluation.
+    place, rates
+        Row of each particle's rates, and the rates.
     materials
         Table and models of the packed materials.
     coefficients
@@ -192,7 +191,7 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
     h_limits
         Least and largest smoothing length [m].
     rows
-        Receives the packed rows of the stage.
+        The packed rows of the evaluation, which those of the next stage replace.
     limits
         Three arrays (n,) that receive smoothing length, speed of signals and pressure at the stage.
     sums
@@ -219,7 +218,7 @@ def update(state, tags, place, rates, sorted_rows, materials, coefficients, time
                     placed[k] = place[np.uint64(near[k])]
             for k in range(np.uint64(0), n, np.uint64(LANES)):
                 most = carried(
-                    (many(state, near, k), many(tags, near, k), many(rates, placed, k), many(sorted_rows, placed, k)),
+                    (many(state, near, k), many(tags, near, k), many(rates, placed, k)),
                     first_lanes(n - k), (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)),
                     (table, models), coefficients, (dt, stage, complete), (h_low, h_high), many(rows, near, k),
                     (many(lengths, near, k), many(signals, near, k), many(pressures, near, k)), counted, most,
