@@ -104,7 +104,7 @@ class SeparatingContact:
         chosen = self._chosen(rows, numbers, self._pairs.kernel.reach * h)
         if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
             return
-        dim, to = self._pairs.layout.dim, self._pairs.slots
+        dim = self._pairs.layout.dim
         packed = self._packed(rows[chosen], slots)
         self._pairs.rows, self._pairs.numbers = packed, numbers[chosen]
         self._pairs.evaluate(h)
