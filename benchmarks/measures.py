@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.measures.measure import Measures, in_time, measure_snapshot
+from hvisph.measures.scene import reference
 from hvisph.output.snapshot import Snapshot
 
 DX = 0.25e-3
@@ -55,6 +56,7 @@ def shot(particles: int) -> tuple[Snapshot, Snapshot]:
     metadata = {"spacing": DX, "shot": {"roles": [None] * 3, "planes": []}, "witness": 0.05}
     start = Snapshot(0.0, 0, 3, fields, body, np.zeros(count, int), np.arange(count), ["ball", "bumper", "wall"],
                      ["metal"], metadata)  # fmt: skip
+    metadata |= reference(start)  # which a run stores with its first snapshot
     lateral = np.sqrt((position[:, 1:] ** 2).sum(axis=1))
     flies = (body == 0) | ((body == 1) & (lateral < 0.5 * size * DX))
     ends = position.copy()

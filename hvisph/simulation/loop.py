@@ -81,12 +81,19 @@ class Run:
         if self.checkpoint is None:
             self.files.write_case()
         self._prepare()
+        with self.stop:
+            self._announce(wall.perf_counter() - ready)
+            self._take_steps()
+            return self._finish()
+
+    def _announce(self, seconds: float) -> None:
+        """Say that the run begins, after so much wall time [s], and what there is to know of it."""
         count, world = self.share.count, self.share.world
         threads = of_cores(numba.get_num_threads(), numba.config.NUMBA_NUM_THREADS)
         several = f"{world.size} processes, each with " if world.size > 1 else ""
         self.folder.log.write(
             f"hvisph {__version__}: {self.case.title or 'untitled'}; {count} particles, {several}{threads}; "
-            f"ready after {wall.perf_counter() - ready:.2f} s"
+            f"ready after {seconds:.2f} s"
             f"{f'; goes on from step {self.clock.steps}' if self.checkpoint else ''}"
         )
         self.listener.started(self.folder.path, count, self.clock.end)
@@ -98,9 +105,6 @@ class Run:
         self.reporter = Reporter(self.listener, self.setup, self.clock, self.files.state.wall_seconds)
         self.share.begin()
         self._first_step = self.clock.steps
-        with self.stop:
-            self._take_steps()
-            return self._finish()
 
     def _take_steps(self) -> None:
         """Go to the end, to a failure or to an interruption."""
