@@ -78,11 +78,11 @@ def _shell(name: str, shell: Shell, dx: float) -> Trial:
         before, now, _ = _face(runs[0], shell)
         along = vectors(runs[0].first, "position")
         along = along[_distance(along, shell) < shell.inner + runs[0].dx]
-        angle = np.degrees(np.arctan2(along[:, 1], along[:, 0])) if sphere else along[:, 0] / runs[0].dx
-        order = np.argsort(angle)
+        along = along[:, 0]  # the axis is at the right of a sphere
+        order = np.argsort(along)
         exact = shell.radius(before, shell.stop)
-        return {"radius of the inner layer": [Curve("computed", angle[order], now[order]),
-                                              Curve("exact", angle[order], exact[order], exact=True)]}  # fmt: skip
+        return {"radius of the inner layer": [Curve("computed", along[order], now[order]),
+                                              Curve("exact", along[order], exact[order], exact=True)]}  # fmt: skip
 
     return Trial(name, [Start(case, smooth, inwards)], figures, curves)
 
