@@ -276,9 +276,9 @@ def accumulate(near, n, rows, i, constants, out):
             fullness += (0.5 * weight) * vg * radial(e) * radial(dx)
             ts = scaled_apart(ts, mean * real, mean)
             # over the axis what closes is braked
-            brake = (1.0 - real) * (1.0 - mean) * radial(e) * min(ub_n - ua_n, 0.0)
-            brake *= (same if PARTED else 1.0) * zt * b[ZT] / (zt + b[ZT] + TINY)
-            power -= (0.5 * vg) * brake * (radial(u) - radial(v))
+            brake = (1.0 - real) * (1.0 - mean) * radial(e) * min(apart, 0.0)
+            brake *= (1.0 - other) * zt * b[ZT] / (zt + b[ZT] + TINY)
+            power += (0.5 * vg) * brake * radial(jump)
             ts = plus_radial(ts, brake)
         a = plus(a, times(vg, ts))
         l = plus(l, outer(us, times(weight * vg, e)))
