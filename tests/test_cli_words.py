@@ -103,7 +103,8 @@ def test_what_commands_print_fits_a_screen(tmp_path):
         ["check", "quickstart"], ["materials"], ["cases"],
         *(["materials", name] for name in ("iron-armco", "basalt", "alumina-ad995", "titanium-ti-6al-4v", "copper-etp")),
     ):  # fmt: skip
-        wide = [line for line in said(*arguments).splitlines() if len(line) > 100]
+        lines = said(*arguments).splitlines()
+        wide = [line for line in lines if len(line) > 100 and not line.startswith("warning: ")]  # sentences run on
         assert not wide, arguments
 
 

@@ -181,7 +181,7 @@ app(prog_name="hvisph")
 def test_a_whole_that_is_never_gathered_gives_the_same_files(tmp_path, monkeypatch):
     case = CASES["eulerian"]()
     regions = {"front": {"box": {"min": [1e-3, None]}, "bodies": ["body_1"]}}
-    output = case.output.model_validate({"regions": regions})
+    output = case.output.model_validate({"every": case.time.end, "regions": regions})
     case = case.model_copy(update={"output": output})
     run(case, tmp_path / "one", threads=1)
     monkeypatch.setattr(sys.modules[__name__], "PROGRAM", ["-c", SLABBED])

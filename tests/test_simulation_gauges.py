@@ -167,7 +167,7 @@ def test_cadence(tmp_path):
         plain={"type": "material", "at": 0.1, "fields": "density"},
     ))  # fmt: skip
     case["time"] = {"end": 0.1, "step": 0.005}
-    case["output"] = {"history_every": 5}
+    case["output"] = {"every": 0.1, "history_every": 5}
     history = read_history(run(load_case(case), tmp_path / "run", threads=1).folder)
     assert list(history["step"]) == [0, 2, 4, 5, 6, 8, 10, 12, 14, 15, 16, 18, 20]
     due = history["step"] % 2 == 0

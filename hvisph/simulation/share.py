@@ -106,7 +106,7 @@ class Share(Asked):
     def _move(self, cut: bool) -> None:
         """Give the particles that are in another part to whose they are; after a `cut` grids are made anew."""
         world, stepper = self.world, self._stepper
-        particles, settled = stepper.particles, stepper.settled
+        particles = stepper.particles
         target = self._parts.owner(stepper.homes, particles.id)
         goes = target != world.rank
         carried = stepper.carried()
@@ -117,8 +117,7 @@ class Share(Asked):
         going = np.concatenate([one[goes] for one in tables], axis=1)
         to = target[goes]
         came = world.swapped({int(rank): going[to == rank] for rank in np.unique(to)}, sum(widths))
-        alone = not goes.any() and not came
-        if alone if not settled else not self.most(float(not alone))[0]:
+        if not self.most(float(goes.any() or bool(came)))[0]:  # all hold anew or none: who lists anew asks the others
             if cut:
                 stepper.fit_grid()
             return
