@@ -1,6 +1,6 @@
 """The cost of a particle-step against that of another state of the code: ratios of user CPU time, in turn.
 
-    python benchmarks/against_before.py FOLDER [--cases published/debris_3d/adaptle] [--steps 50,250] [--rounds 3]
+    python benchmarks/against_before.py FOLDER [NAME ...] [--steps 50,250] [--rounds 3]
 
 FOLDER is a checkout of the other state, whose package runs with this interpreter.
 """
@@ -19,6 +19,11 @@ from pathlib import Path
 
 NEVER = "formulation.conversion={damage: false, strain: 1e9}"
 CASES = {
+    "standard, 2D": ("published/al_al/sav1", []),
+    "mixed correction, 2D": ("published/al_al/sav1_mixed", []),
+    "Riemann, 2D": ("published/al_al/con", []),
+    "Riemann with van Leer, 2D": ("published/al_al/con_van_leer", []),
+    "projection, 2D": ("published/al_al/projection", []),
     "Total Lagrangian, 3D": ("published/debris_3d/adaptle", [NEVER]),
     "adaptive, 3D": ("published/debris_3d/adaptle", []),
 }
@@ -46,13 +51,15 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("checkout")
+    parser.add_argument("names", nargs="*", default=list(CASES), help=", ".join(CASES))
     parser.add_argument("--steps", default="50,250")
     parser.add_argument("--rounds", type=int, default=3)
     options = parser.parse_args()
     first, last = (int(count) for count in options.steps.split(","))
     here = str(Path(__file__).parents[1])
     with tempfile.TemporaryDirectory() as folder:
-        for title, (case, settings) in CASES.items():
+        for title in options.names:
+            case, settings = CASES[title]
             ratios = []
             for _ in range(options.rounds):
                 now, before = (cost(one, folder, case, (first, last), settings) for one in (here, options.checkout))

@@ -1,9 +1,12 @@
 """One case on several numbers of processes: time a step, rows of others beside the model's, messages, balance, memory.
 
     pip install 'hvisph[mpi]'
-    python benchmarks/mpi.py [--case al_al] [--set resolution=0.2mm] [--processes 1,2] [--threads 1] [--steps 200]
+    python benchmarks/mpi.py [--case al_al] [--set resolution=0.2mm] [--processes 1,2,1x2] [--steps 10,60]
 
-The first turn of each compiles and does not count. Times on a machine that has other work are ratios at best.
+1x2 is one process of two threads; 2 is two processes of one.
+
+A step takes what a run of many steps takes beyond one of few. The first turn of each compiles and does not count. Times
+on a machine that has other work are ratios at best.
 """
 
 from __future__ import annotations
@@ -56,24 +59,26 @@ def watched(started: subprocess.Popen) -> list[float]:
             for one in [psutil.Process(started.pid), *psutil.Process(started.pid).children(recursive=True)]:
                 if "hvisph" in one.cmdline() and "-n" not in one.cmdline():
                     most[one.pid] = max(most.get(one.pid, 0.0), one.memory_info().rss / 1e6)
-        time.sleep(0.02)
+        time.sleep(0.25)
     return sorted(most.values(), reverse=True)
 
 
-def one_run(arguments: argparse.Namespace, processes: int, folder: Path) -> tuple[float, str, list[float]]:
-    """Return the time of a step [ms], what the log says of the processes, and their memory [MB]."""
+def one_run(
+    arguments: argparse.Namespace, processes: int, threads: int, steps: int, folder: Path
+) -> tuple[float, str, list[float]]:
+    """Return the time of a run [ms], what the log says of the processes, and their memory [MB]."""
     launcher = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or "mpiexec"
     start = [launcher, "-n", str(processes)] if processes > 1 else []
-    settings = [*arguments.set, f"time.max_steps={arguments.steps}", "output.checkpoint_every=null"]
+    settings = [*arguments.set, f"time.max_steps={steps}", "output.checkpoint_every=null"]
     started = subprocess.Popen(
         [*start, sys.executable, "-m", "hvisph", "run", arguments.case, "--out", str(folder), "--force", "--quiet",
-         "--threads", str(arguments.threads), *(part for one in settings for part in ("--set", one))],
+         "--threads", str(threads), *(part for one in settings for part in ("--set", one))],
         stdout=subprocess.DEVNULL,
     )  # fmt: skip
     memory = watched(started)
     summary = json.loads((folder / "summary.json").read_text())
     said = [line for line in (folder / "run.log").read_text().splitlines() if "rows of others" in line]
-    return 1e3 * summary["wall_seconds"] / summary["steps"], said[-1].split("  ", 1)[1] if said else "", memory
+    return 1e3 * summary["wall_seconds"], said[-1].split("  ", 1)[1] if said else "", memory
 
 
 def main() -> None:
@@ -82,32 +87,34 @@ def main() -> None:
     parser.add_argument("--case", default="al_al")
     parser.add_argument("--set", action="append", default=[])
     parser.add_argument("--processes", default="1,2")
-    parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--steps", type=int, default=200)
+    parser.add_argument("--steps", default="10,60")
     parser.add_argument("--turns", type=int, default=3)
     arguments = parser.parse_args()
-    numbers = [int(one) for one in arguments.processes.split(",")]
-    times: dict[int, list[float]] = {number: [] for number in numbers}
-    told, memory = dict.fromkeys(numbers, ""), {number: [0.0] for number in numbers}
+    few, many = (int(one) for one in arguments.steps.split(","))
+    shapes = [tuple(int(part) for part in f"{one}x1".split("x")[:2]) for one in arguments.processes.split(",")]
+    times: dict[tuple[int, ...], list[float]] = {shape: [] for shape in shapes}
+    told, memory = dict.fromkeys(shapes, ""), {shape: [0.0] for shape in shapes}
     with tempfile.TemporaryDirectory() as folder:
         for turn in range(arguments.turns + 1):
-            for number in numbers:
-                step, told[number], memory[number] = one_run(arguments, number, Path(folder) / "run")
+            for shape in shapes:
+                short, _, _ = one_run(arguments, *shape, few, Path(folder) / "run")
                 if turn:
-                    times[number].append(step)
+                    long, told[shape], memory[shape] = one_run(arguments, *shape, many, Path(folder) / "run")
+                    times[shape].append((long - short) / (many - few))
         particles = json.loads((Path(folder) / "run" / "summary.json").read_text())["particles"]
     case = load_case(arguments.case, arguments.set)
-    print(f"{arguments.case} {' '.join(arguments.set)}: {particles} particles, {arguments.threads} threads a process")
-    print(f"{'processes':>9}{'ms a step':>12}{'times as fast':>15}{'rows of others, model':>24}"
+    print(f"{arguments.case} {' '.join(arguments.set)}: {particles} particles")
+    print(f"{'processes':>9}{'threads each':>14}{'ms a step':>12}{'times as fast':>15}{'rows of others, model':>24}"
           f"{'most memory, MB':>20}")  # fmt: skip
-    for number in numbers:
-        paired = [one / other for one, other in zip(times[numbers[0]], times[number], strict=True)]
-        own = re.search(r"\((\d+\.\d+)%\)", told[number])
-        rows = f"{own.group(1)} %, {100 * modelled(case, number):.1f} %" if own else ""
-        print(f"{number:>9}{statistics.median(times[number]):>12.2f}{statistics.median(paired):>15.2f}{rows:>24}"
-              f"{', '.join(f'{one:.0f}' for one in memory[number]):>20}")  # fmt: skip
-        if told[number]:
-            print(f"          {told[number]}")
+    for shape in shapes:
+        processes, threads = shape
+        paired = [one / other for one, other in zip(times[shapes[0]], times[shape], strict=True)]
+        own = re.search(r"\((\d+\.\d+)%\)", told[shape])
+        rows = f"{own.group(1)} %, {100 * modelled(case, processes):.1f} %" if own else ""
+        print(f"{processes:>9}{threads:>14}{statistics.median(times[shape]):>12.2f}{statistics.median(paired):>15.2f}"
+              f"{rows:>24}{', '.join(f'{one:.0f}' for one in memory[shape]):>20}")  # fmt: skip
+        if told[shape]:
+            print(f"          {told[shape]}")
 
 
 if __name__ == "__main__":
