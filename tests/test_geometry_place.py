@@ -1,4 +1,4 @@
-"""Placement: touching rows, gaps, stated centres, rotations, overlapping bodies."""
+"""Placement: touching rows, gaps, stated centres, rotations."""
 
 import math
 
@@ -7,7 +7,6 @@ import pytest
 
 from hvisph.core.errors import CaseError
 from hvisph.geometry.fill import fill
-from hvisph.geometry.overlap import overlaps
 from hvisph.geometry.place import rotated, rotation_matrix, row
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval
 
@@ -72,27 +71,3 @@ def test_a_rotated_body_still_touches():
     oblique = rotated(plate, rotation_matrix(2, 0.4))
     a, b = placed([fill(Disc(1.0), None, DX, exact=False), oblique], [0.0, 0.0], [None, None])
     assert b[:, 0].min() - a[:, 0].max() == pytest.approx(DX)
-
-
-def test_overlap_is_found_and_touching_is_not():
-    disc, plate = fill(Disc(2.0), None, DX, exact=False), fill(Box([0.4, 3.0]), None, DX)
-    a, b = placed([disc, plate], [0.0, 0.0], [None, None])
-    bodies = np.repeat([0, 1], [len(a), len(b)])
-    assert overlaps(np.concatenate([a, b]), bodies, DX) == []
-    assert overlaps(np.concatenate([a + np.array([0.2 * DX, 0.0]), b]), bodies, DX) == []
-    a[:, 0] += 0.61 * DX
-    (found,) = overlaps(np.concatenate([a, b]), bodies, DX)
-    assert found.bodies == (0, 1)
-    assert found.distance == pytest.approx(0.39 * DX)
-    assert found.count == 6  # the disc's foremost column
-    i, j = found.particles
-    assert i < len(a) <= j
-
-
-@pytest.mark.parametrize("offset", [0.0, 0.01, DX / 2])
-@pytest.mark.parametrize("dim", [2, 3])
-def test_a_body_inside_another_is_found_wherever_the_lattices_meet(dim, offset):
-    outer, inner = fill(Box([2.0] * dim), None, DX), fill(Box([0.5] * dim), None, DX)
-    positions = np.concatenate([outer.positions, inner.positions + offset])
-    (found,) = overlaps(positions, np.repeat([3, 7], [outer.count, inner.count]), DX)
-    assert found.bodies == (3, 7)

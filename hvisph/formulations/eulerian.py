@@ -54,6 +54,8 @@ class Eulerian:
         Whether the rate of density is sum m_b u_ab . grad W, not rho_a sum m_b/rho_b u_ab . grad W.
     parted, friction
         Whether bodies separate and slide, or are welded, and Coulomb's coefficient between them.
+    own_faces
+        Whether pieces that have come apart from a body are parted, too.
     revolved
         Whether particles are rings about the axis x.
     unlike
@@ -73,6 +75,7 @@ class Eulerian:
     mass_form: bool = False
     parted: bool = False
     friction: float = 0.0
+    own_faces: bool = False
     revolved: bool = False
     unlike: bool = False
     shears: bool = False

@@ -41,6 +41,8 @@ class Riemann:
         Whether bodies separate and slide, or are welded.
     friction
         Coulomb's coefficient between bodies that are parted.
+    own_faces
+        Whether pieces that have come apart from a body are parted, too.
     revolved
         Whether particles are rings about the axis x.
     unlike
@@ -55,6 +57,7 @@ class Riemann:
     held: bool = True
     parted: bool = False
     friction: float = 0.0
+    own_faces: bool = False
     revolved: bool = False
     unlike: bool = False
 

@@ -59,6 +59,9 @@ class Stepper:
         Smoothing length [m], speed of signals [m/s] and pressure [Pa] of every particle at the stage.
     sums
         Sums over the completed state, columns as named in `update`.
+    pieces
+        Piece of a body that each particle belongs to (n,) uint32, the number of the body itself until pieces come
+        apart (`sph.pieces`); None where that makes no difference.
     """
 
     has_energy = True
@@ -73,6 +76,8 @@ class Stepper:
         """Work against a contact algorithm since the start [J]."""
         return 0.0
 
+    pieces: np.ndarray | None = None
+    _in_pieces = False  # whether any differs from the body
     turns_back = True  # whether particles that pass a plane of symmetry are put back
     settled = False  # whether particles stay with their process until space is cut anew
 
@@ -101,6 +106,8 @@ class Stepper:
         self.pairs.numbers = particles.numbers()
         parts = getattr(formulation, "separating", None)
         self.separating = parts(h, particles, planes) if parts else None
+        if getattr(formulation, "own_faces", False):
+            self.pieces = particles.body.copy()
 
     def _specialised_update(self, layout: RowLayout, previous: float, drift: float = 0.5) -> Any:
         """Return the pass over single particles, compiled for this formulation, its row and scheme."""
@@ -183,7 +190,26 @@ class Stepper:
         self._update(particles.data, particles.tags, self.place, self.rates,
                      (self.table, self.models), self.coefficients, (dt, stage, complete), (self.h_low, self.h_high),
                      self.rows, (self.lengths, self.signals, self.pressures), self.totals.loops)  # fmt: skip
+        self._show_pieces()
         self._sum_up()
+
+    def part(self, pieces: np.ndarray) -> None:
+        """Let particles of different `pieces` (n,) meet as different bodies do from now on."""
+        self.pieces = pieces.astype(np.uint32)
+        self._in_pieces = bool((self.pieces != self.particles.body).any())
+        self._show_pieces()
+        if self.separating:
+            self.separating.renumber(self._parties)
+
+    def _show_pieces(self) -> None:
+        """Write the pieces into the packed rows in place of the bodies."""
+        if self._in_pieces:
+            self.rows[: self.particles.count, self.pairs.slots["BODY"]] = self.pieces
+
+    @property
+    def _parties(self) -> np.ndarray:
+        """What meets as bodies do, by a number of each particle (n,)."""
+        return self.particles.body if self.pieces is None else self.pieces
 
     def _sum_up(self) -> None:
         self.sums = self.totals.total()
@@ -202,11 +228,12 @@ class Stepper:
             return order
         room = pairs.sorted[: pairs.present]  # of the last evaluation, which the step is done with
         self.particles.permute(order, room)
-        for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count]):
+        more = () if self.pieces is None else (self.pieces,)
+        for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count], *more):
             reorder(values, order, room)
         pairs.numbers = self.particles.numbers()
         if self.separating:
-            self.separating.renumber(self.particles.body)
+            self.separating.renumber(self._parties)
         return order
 
     def carried(self) -> dict[str, np.ndarray]:
@@ -215,8 +242,9 @@ class Stepper:
         The packed rows are among it, though they follow from state and rates: rebuilt by other
         compiled code they might differ in the last bit. A formulation with a memory of its own adds it.
         """
+        pieces = {} if self.pieces is None else {"pieces": self.pieces}
         return {"rows": self.rows, "rates": self.rates[self.place], "lengths": self.lengths, "signals": self.signals,
-                "pressures": self.pressures}  # fmt: skip
+                "pressures": self.pressures, **pieces}  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:
         """Return what the next step needs of the whole, between steps, by name."""
@@ -238,8 +266,13 @@ class Stepper:
         self.totals.hold(count)
         pairs.hold(np.ascontiguousarray(carried["rows"]), particles.numbers())
         pairs.rates[:count] = carried["rates"]
-        if self.separating:
-            self.separating.renumber(particles.body)
+        self._take_parties(carried)
+
+    def _take_parties(self, carried: dict[str, np.ndarray]) -> None:
+        if self.pieces is not None:
+            self.part(carried["pieces"])
+        elif self.separating:
+            self.separating.renumber(self.particles.body)
 
     def fit_grid(self) -> None:
         """Make the grid of cells anew, around the particles that there are now."""
@@ -255,8 +288,7 @@ class Stepper:
         self.rates[:count] = carried["rates"]
         pairs.place[:count] = np.arange(count, dtype=np.uint32)
         pairs.numbers = self.particles.numbers()
-        if self.separating:
-            self.separating.renumber(self.particles.body)
+        self._take_parties(carried)
         self.totals.restore(history)
         self._sum_up()
 

@@ -1,8 +1,8 @@
 """Where bodies stand: turned about their centres, then in a row along x, touching or at a gap.
 
-A body's faces along x lie dx / 2 outside its outermost particles, so that two touching bodies have
-their particles dx apart. The row's second body has its first face at x = 0, the struck face, whatever
-the gap before it; a body alone in the row has its own first face there.
+A body's faces along x lie dx / 2 outside its outermost particles, those of a graded one where its layers end, so that
+two touching bodies have their particles dx apart. The row's second body has its first face at x = 0, the struck face,
+whatever the gap before it; a body alone in the row has its own first face there.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def row(
             centres[body] = position
     if not in_row:
         return centres
-    faces = [_faces(filling) for filling in fillings]
+    faces = [_faces(filling, surface) for filling, surface in zip(fillings, surfaces, strict=True)]
     first = in_row[0]
     if len(in_row) == 1:
         centres[first, 0] = -faces[first][0]
@@ -146,10 +146,15 @@ def _meeting(
     pair = [(surfaces[body], fillings[body]) for body in (one, other)]
     solids = [Solid(shape, f.positions, f.finest) for shape, f in pair if shape is not None]
     touching = touch(*solids) if len(solids) == 2 and not (faced[one] and faced[other]) else None
-    return (_faces(fillings[one])[1], _faces(fillings[other])[0]) if touching is None else touching
+    if touching is not None:
+        return touching
+    return _faces(fillings[one], surfaces[one])[1], _faces(fillings[other], surfaces[other])[0]
 
 
-def _faces(filling: Filling) -> tuple[float, float]:
+def _faces(filling: Filling, surface: Shape | None) -> tuple[float, float]:
     """Return the x of a body's two faces about its origin [m]."""
+    if np.ndim(filling.spacing) and surface is not None:  # graded: the last layer may be a coarse one
+        low, high = surface.bounds()
+        return float(low[0]), float(high[0])
     x = filling.positions[:, 0]
     return float(x.min()) - filling.finest / 2, float(x.max()) + filling.finest / 2

@@ -14,6 +14,7 @@ from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.riemann import Riemann
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.materials.table import Material
+from hvisph.measures.groups import connected_groups
 from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.formulations import formulation_of
 from hvisph.simulation.gauges import PlacedGauge, placed_gauges
@@ -21,6 +22,7 @@ from hvisph.simulation.impact_pressure import stiff_enough
 from hvisph.simulation.kernel_types import filled_region, refuse_outside, set_kernel_types
 from hvisph.simulation.starting import MEMORY, body_material, remembered, start_of
 from hvisph.simulation.velocities import initial_velocity
+from hvisph.sph.kernels import KERNELS
 from hvisph.sph.symmetry import AXIS, Plane
 
 if TYPE_CHECKING:
@@ -28,6 +30,8 @@ if TYPE_CHECKING:
 
 # Spacings that differ by more than this share of the case's are unlike; filling a shape exactly changes them by less.
 UNLIKE = 0.005
+# Kinds of shapes that may be of several pieces.
+SEVERAL = ("union", "intersection", "difference", "repeat", "prism", "mesh", "particles")
 
 
 @dataclass
@@ -94,6 +98,9 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         h = formulation.h_over_dx * case.resolution
         lengths = formulation.h_over_dx * np.concatenate([body.spacing for body in placed])
         formulation = replace(formulation, unlike=bool(np.ptp(lengths) > UNLIKE * h))
+        contact: Any = getattr(case.formulation, "contact", None)
+        if _in_pieces(case, contact, placed):
+            formulation = replace(formulation, parted=True, friction=contact.friction, own_faces=True)
     particles["smoothing_length"] = lengths
     means = [particles["velocity"][particles.body == number].mean(axis=0) for number in range(len(placed))]
     own = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]
@@ -114,6 +121,17 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     longest, shortest = float(lengths.max()), float(lengths.min())
     return Beginning(particles, formulation, materials, planes, longest, shortest / longest, names, gauges, notes,
                      particles.count)  # fmt: skip
+
+
+def _in_pieces(case: Case, contact: Any, placed: list[PlacedBody]) -> bool:
+    """Whether the only body of a case begins in several pieces that are to part as bodies do."""
+    if len(placed) > 1 or contact is None or contact.type != "separating" or contact.own_faces is not None:
+        return False
+    (body,) = placed
+    if body.model.shape.type not in SEVERAL:
+        return False
+    reach = KERNELS[case.formulation.kernel].reach * case.formulation.h_over_dx
+    return bool(connected_groups(body.positions, float(body.spacing.max()), reach).any())
 
 
 def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],

@@ -15,7 +15,7 @@ from hvisph.geometry.fill import fill, refuse_sparse
 from hvisph.geometry.filling import Filling
 from hvisph.geometry.graded import Grading, fill_graded
 from hvisph.geometry.mirror import Mirror, crosses, cut
-from hvisph.geometry.overlap import overlaps
+from hvisph.geometry.overlap import Standing, overlaps
 from hvisph.geometry.particle_file import read_particles
 from hvisph.geometry.place import needed_turn, rotated, rotation_matrix, row
 from hvisph.geometry.section import Section, fill_section
@@ -206,14 +206,19 @@ def _refuse_disorder(bodies: list[PlacedBody]) -> None:
 
 
 def _refuse_overlaps(bodies: list[PlacedBody], units: str) -> None:
-    positions = np.concatenate([body.positions for body in bodies])
-    owner = np.concatenate([np.full(len(body.positions), i) for i, body in enumerate(bodies)])
-    for overlap in overlaps(positions, owner, [body.filling.finest for body in bodies]):
-        first, second = (bodies[i].name for i in overlap.bodies)
+    """Refuse bodies that stand in each other."""
+    for overlap in overlaps([_standing(body) for body in bodies]):
+        first, second = (bodies[i] for i in overlap.bodies)
         scale, unit = (1e3, " mm") if units == "si" else (1.0, "")
-        place = ", ".join(f"{scale * float(c):.4g}" for c in positions[overlap.particles[0]])
+        place = ", ".join(f"{scale * float(c):.4g}" for c in overlap.place)
+        spacing = min(first.filling.finest, second.filling.finest)
+        how = f"by {overlap.depth / spacing:.2g} spacings or more" if overlap.depth else "there is matter of both"
         raise CaseError(
-            f"overlaps '{second}': {overlap.count} pairs of particles are closer than particles of touching "
-            f"bodies, the first at ({place}){unit}; move one (position, gap) or shrink it",
-            where=f"bodies.{first}",
+            f"overlaps '{second.name}': {how}, at ({place}){unit}; move one (position, gap) or shrink it",
+            where=f"bodies.{first.name}",
         )
+
+
+def _standing(body: PlacedBody) -> Standing:
+    """Return what tells whether `body` stands in another."""
+    return Standing(body.positions, body.breadth, (body.filling.finest, float(body.spacing.max())), body.surface)

@@ -81,10 +81,11 @@ def formulation_of(case: Case) -> AnyFormulation:
 
 
 def _separating(model: Any, case: Case) -> dict[str, Any]:
-    """Return whether bodies part and slide, and their friction; a single body has nothing to part from."""
-    if model.contact.type != "separating" or len(case.bodies) < 2:
+    """Return whether bodies part and slide, and their friction; a single body has pieces alone, if it is to."""
+    contact = model.contact
+    if contact.type != "separating" or (len(case.bodies) < 2 and not contact.own_faces):
         return {}
-    return {"parted": True, "friction": model.contact.friction}
+    return {"parted": True, "friction": contact.friction, "own_faces": contact.own_faces is not False}
 
 
 def _correction(model: Any) -> KernelCorrection:
@@ -119,7 +120,7 @@ def _viscosity(model: Any) -> MonaghanViscosity:
 def contact_of(model: Any) -> Pressing | Contact:
     """Return the repulsion between bodies that a case's contact describes."""
     if model.type == "separating":
-        return Pressing(model.stiffness or 1.0, friction=model.friction, own_faces=model.own_faces)
+        return Pressing(model.stiffness or 1.0, friction=model.friction, own_faces=model.own_faces is not False)
     return Contact(model.stiffness, model.exponent, model.absolute_stiffness)
 
 

@@ -32,6 +32,7 @@ from hvisph.simulation.domain import Domain
 from hvisph.simulation.ending import Outcome, exit_code_of, sum_up
 from hvisph.simulation.listener import Listener, Reporter
 from hvisph.simulation.monitors import Budget, Observer
+from hvisph.simulation.pieces import tell_pieces
 from hvisph.simulation.release import let_go
 from hvisph.simulation.run_files import RunFiles
 from hvisph.simulation.signals import StopRequests
@@ -130,6 +131,7 @@ class Run:
 
     def _prepare(self) -> None:
         """Evaluate the start and, to go on, take the state from the checkpoint."""
+        tell_pieces(self.setup, 0)
         helped = compiling_ahead(self.setup.stepper, self._own_limit) if self.share.world.size == 1 else nullcontext()
         with helped:
             self.setup.stepper.start()
@@ -221,6 +223,7 @@ class Run:
         if clock.steps % PERMUTE_EVERY == 0:
             self.writer.permute(stepper.permute())
             self.share.moved()
+            tell_pieces(self.setup, clock.steps)
             self.domain.retire(self.budget, following.length)
             self.share.rebalance(clock.steps)
         if limit.checkpoint:

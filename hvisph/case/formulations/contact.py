@@ -24,10 +24,12 @@ class SeparatingContact(StrictModel):
     friction: Annotated[float, Quantity(NUMBER, minimum=0, maximum=10)] = Field(
         default=0.0, description="Coefficient of friction mu [-], 0 to 10"
     )
-    own_faces: bool = Field(
-        default=True,
-        description="Of Total Lagrangian bodies alone: whether faces of one body that meet, farther apart at the start "
-        "than kernels reach, press, slide and part as bodies do; if not they pass through each other",
+    own_faces: bool | None = Field(
+        default=None,
+        description="Whether faces of one body that meet press, slide and part as bodies do. Of Total Lagrangian "
+        "bodies those farther apart at the start than kernels reach; if not they pass through each other. Of "
+        "`riemann` and `eulerian` those of pieces that have come farther apart than that; if not they weld. Yes unless "
+        "given, but for a body of one piece alone in its case with `riemann` or `eulerian`",
     )
     stiffness: PositiveNumber | None = Field(
         default=None,
@@ -67,12 +69,7 @@ Contact = Annotated[SeparatingContact | WeldedContact | RepulsiveContact, Field(
 
 
 def stiffness_problems(contact: Any, formulation: str) -> Iterator[Problem]:
-    """Yield what separating bodies of `formulation` have not to choose: stiffness, and contact of their own faces."""
-    if isinstance(contact, SeparatingContact) and not contact.own_faces:
-        yield Problem(
-            ("formulation", "contact", "own_faces"),
-            f"is of Total Lagrangian bodies; faces of one body that meet weld with '{formulation}'; leave it out",
-        )
+    """Yield that separating bodies of `formulation` have no stiffness to choose."""
     if isinstance(contact, SeparatingContact) and contact.stiffness is not None:
         yield Problem(
             ("formulation", "contact", "stiffness"),

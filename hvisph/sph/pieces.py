@@ -1,0 +1,175 @@
+"""Pieces of a body: particles that are connected, each to the next within the kernel's reach.
+
+Pieces that are farther apart than kernels reach feel nothing of each other, so that to call them bodies of their own
+changes nothing then; when they meet again, they meet as bodies do. Pieces of a few particles, dust, are no bodies:
+they stay of the body that they came from.
+
+What lies in a cell, or in cells beside each other along an axis, is connected for certain, for cells are small enough;
+in sound matter that joins all. Only what is left over looks through its whole surroundings.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.jit import compiled, specialise
+from hvisph.sph.cells import Grid, _count_and_place, _find_cells
+
+# Particles of the smallest piece that is a body: three a side, of which one may be inside.
+SMALLEST = {1: 3, 2: 9, 3: 27}
+
+
+def parted(position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.ndarray, pieces: np.ndarray,
+           numbers: np.ndarray) -> np.ndarray:  # fmt: skip
+    """Return the number of the piece that each particle belongs to (n,), those that have come apart told from another.
+
+    Of a piece that has come apart the largest part keeps the number, of equal ones that with the least particle; others
+    of `SMALLEST` particles and more are given the next free numbers, in the order of their least particles.
+
+    Parameters
+    ----------
+    position, lengths
+        Positions (n, dim) and smoothing lengths (n,) [m].
+    reach
+        The kernel's, in smoothing lengths.
+    bodies, pieces, numbers
+        Body, piece so far and permanent number of each particle (n,).
+    """
+    free, found, fresh = int(pieces.max(initial=0)) + 1, pieces, []
+    for body in np.unique(bodies):
+        rows = np.flatnonzero(bodies == body)
+        link = reach * float(lengths[rows].max())
+        roots = connected(np.ascontiguousarray(position[rows]), pieces[rows].astype(np.uint32), link)
+        _, first, group = np.unique(roots, return_index=True, return_inverse=True)
+        if len(first) == len(np.unique(pieces[rows])):
+            continue
+        sizes, of = np.bincount(group), pieces[rows[first]]
+        least = np.full(len(sizes), np.iinfo(np.int64).max)
+        np.minimum.at(least, group, numbers[rows].astype(np.int64))
+        order = np.lexsort((least, -sizes, of))
+        keeps = np.zeros(len(sizes), bool)
+        keeps[order[np.unique(of[order], return_index=True)[1]]] = True
+        new = np.flatnonzero(~keeps & (sizes >= SMALLEST[position.shape[1]]))
+        fresh += [(int(body), int(least[one]), rows[group == one]) for one in new]
+    if fresh:
+        found = pieces.copy()
+        for number, (_, _, rows) in enumerate(sorted(fresh, key=lambda one: one[:2]), free):
+            found[rows] = number
+    return found
+
+
+def connected(position: np.ndarray, labels: np.ndarray, link: float) -> np.ndarray:
+    """Return of each particle one that stands for all that it is connected with (n,).
+
+    Parameters
+    ----------
+    position
+        Positions (n, dim) [m].
+    labels
+        Particles of different labels (n,) uint32 are not connected.
+    link
+        Distance below which two particles are connected [m].
+    """
+    count, dim = position.shape
+    grid = Grid.around(position, link / np.sqrt(dim + 3.0))
+    cells, order, parent = np.zeros(count, np.uint32), np.zeros(count, np.uint32), np.arange(count)
+    find, place, link_near, search, flatten = _loops(dim)
+    find(position, 1.0 / grid.edge, *grid.sizes, cells)
+    place(cells, grid.starts, order)
+    link_near(position, labels, cells, grid.starts, order, *grid.sizes, link * link, parent)
+    flatten(parent)
+    roots = np.flatnonzero(parent == np.arange(count))
+    ascending = roots[np.argsort(np.bincount(parent, minlength=count)[roots], kind="stable")]
+    largest = np.zeros(int(labels.max(initial=0)) + 1, np.int64)
+    largest[labels[ascending]] = ascending  # of each label the last counts
+    left = (parent != largest[labels]).astype(np.uint8)
+    if left.any():
+        search(position, labels, cells, grid.starts, order, *grid.sizes, link * link, left, parent)
+        flatten(parent)
+    return parent
+
+
+@compiled
+def root_of(parent, i):
+    """Return what stands for all that `i` is connected with so far."""
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+@compiled
+def joined(parent, i, j):
+    """Connect `i` and `j`; the smaller of their roots stands for both."""
+    a, b = root_of(parent, i), root_of(parent, j)
+    parent[max(a, b)] = min(a, b)
+    return min(a, b)
+
+
+@compiled
+def beside(cell, nx, ny, nz, sx, sy, sz):
+    """Return the cell that lies so many steps from `cell` along each axis of the torus."""
+    one = np.uint64(1)
+    x, y, z = cell & (nx - one), (cell // nx) & (ny - one), cell // (nx * ny)
+    x = np.uint64(np.int64(x) + sx) & (nx - one)
+    y = np.uint64(np.int64(y) + sy) & (ny - one)
+    z = np.uint64(np.int64(z) + sz) & (nz - one)
+    return x + nx * (y + ny * z)
+
+
+def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent):
+    """Connect each particle with one of its cell, and with one of each cell that is next along an axis."""
+    for i in range(position.shape[0]):
+        for side in range(DIM + 1):
+            sx, sy, sz = (1 if side == 1 else 0), (1 if side == 2 else 0), (1 if side == 3 else 0)
+            cell = beside(np.uint64(cells[i]), nx, ny, nz, sx, sy, sz)
+            for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
+                j = np.int64(order[k])
+                if j != i and labels[j] == labels[i]:
+                    distance2 = 0.0
+                    for axis in range(DIM):
+                        distance2 += (position[i, axis] - position[j, axis]) ** 2
+                    if distance2 < link2:
+                        joined(parent, i, j)
+                        break
+
+
+def _search(position, labels, cells, starts, order, nx, ny, nz, link2, left, parent):
+    """Connect the particles that are `left` with all that are near."""
+    span = 3 if DIM == 3 else 3 if DIM == 2 else 2
+    for i in range(position.shape[0]):
+        if left[i] == 0:
+            continue
+        own = root_of(parent, i)
+        for sz in range(-span if DIM > 2 else 0, span + 1 if DIM > 2 else 1):
+            for sy in range(-span if DIM > 1 else 0, span + 1 if DIM > 1 else 1):
+                for sx in range(-span, span + 1):
+                    cell = beside(np.uint64(cells[i]), nx, ny, nz, sx, sy, sz)
+                    for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
+                        j = np.int64(order[k])
+                        if labels[j] != labels[i] or root_of(parent, j) == own:
+                            continue
+                        distance2 = 0.0
+                        for axis in range(DIM):
+                            distance2 += (position[i, axis] - position[j, axis]) ** 2
+                        if distance2 < link2:
+                            own = joined(parent, i, j)
+
+
+def _flatten(parent):
+    for i in range(parent.shape[0]):
+        parent[i] = root_of(parent, i)
+
+
+@cache
+def _loops(dim: int) -> tuple[Any, ...]:
+    return (
+        specialise(_find_cells, parallel=True, DIM=dim),
+        specialise(_count_and_place, parallel=False),
+        specialise(_link_near, parallel=False, DIM=dim),
+        specialise(_search, parallel=False, DIM=dim),
+        specialise(_flatten, parallel=False),
+    )
