@@ -7,13 +7,21 @@ import pytest
 from test_docs import DOCS, ROOT
 
 from hvisph.casefile.loader import load_case
+from hvisph.casefile.material_library import library_of, material_names
 from hvisph.simulation.materials import material_of
 from hvisph.simulation.run import run
 
-spec = importlib.util.spec_from_file_location("models_pages", DOCS / "models.py")
-models = importlib.util.module_from_spec(spec)
-sys.modules["models_pages"] = models
-spec.loader.exec_module(models)
+
+def page_script(name):
+    """Return a script of docs/ as a module."""
+    spec = importlib.util.spec_from_file_location(f"{name}_pages", DOCS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[f"{name}_pages"] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+models = page_script("models")
 PAGES = {page[0]: page for page in models.pages()}
 
 
@@ -66,3 +74,15 @@ def test_the_cases_of_the_pages_run(tmp_path):
 @pytest.mark.slow
 def test_the_cases_of_models_with_a_memory_run(tmp_path):
     check(cases(tmp_path, True), tmp_path)
+
+
+def test_the_table_of_measured_shocks_has_every_material_that_has_some():
+    """All rows by name, and two of them number by number: whole it takes ten seconds."""
+    hugoniots = page_script("hugoniots")
+    page = (DOCS / "materials.md").read_text(encoding="utf-8")
+    table = page.split(hugoniots.BEGIN)[1].split(hugoniots.END)[0]
+    library, told = library_of(), [line.split("`")[1] for line in table.splitlines() if line.startswith("| `")]
+    notes = {name: library.notes(name) for name in material_names()}
+    assert told == [name for name, one in notes.items() for _ in one.measured]
+    for name in ("teflon", "copper-tillotson"):
+        assert [row for row in hugoniots.rows([name]) if row not in table] == [], "run: python docs/hugoniots.py --write"

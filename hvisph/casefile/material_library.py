@@ -2,7 +2,7 @@
 
 A file holds one material, called as the file is, or several by name. A material is what a case may write out, and may
 start from another one, `base: NAME`, with only what differs. Beside it stand `aliases`, `note`, the `sources` of its
-numbers and, where they are known, points of its Hugoniot.
+numbers and, where they are known, points of its Hugoniot or published fits to them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from pydantic import Field, ValidationError
 
 from hvisph.case.materials import Material
 from hvisph.case.model import StrictModel
-from hvisph.case.units import PositiveVelocity, Velocity
+from hvisph.case.units import Number, PositiveNumber, PositiveVelocity, Velocity
 from hvisph.casefile.merge import laid_over
 from hvisph.casefile.problems import raise_all, translate
 from hvisph.casefile.reading import read_yaml
@@ -27,6 +27,7 @@ from hvisph.core.errors import CaseError, nearest
 _FOLDER = Path(__file__).resolve().parents[1] / "case" / "library"
 _ENDINGS = (".yaml", ".yml")
 MOST_BASES = 8
+ON_A_LINE = 16  # points at which a material is held against a published fit
 
 Confidence = Literal["opened", "derived", "memory", "memory-low"]
 CONFIDENCE = {
@@ -45,6 +46,25 @@ class Source(StrictModel):
     confidence: Confidence = Field(default="opened", description="Whether the source was opened to check the number")
 
 
+class MeasuredLine(StrictModel):
+    """A published fit to measured shocks, Us = c0 + s up + q up^2, where the points themselves are not at hand."""
+
+    source: str = Field(description="Whose fit it is, of which points, and where it was read")
+    c0: PositiveVelocity = Field(description="c0 [m/s]")
+    s: PositiveNumber = Field(description="s [-]")
+    q: Number = Field(default=0.0, description="q [s/m]")
+    up: tuple[PositiveVelocity, PositiveVelocity] = Field(
+        default=(250.0, 4000.0), description="Particle velocities over which the material is held against it [m/s]"
+    )
+
+    @property
+    def points(self) -> list[tuple[float, float]]:
+        """Points [up, Us] on it, evenly from end to end [m/s]."""
+        low, high = self.up
+        evenly = [low + (high - low) * k / (ON_A_LINE - 1) for k in range(ON_A_LINE)]
+        return [(u, self.c0 + u * (self.s + self.q * u)) for u in evenly]
+
+
 class Notes(StrictModel):
     """What a library file says of a material beside the material itself."""
 
@@ -54,11 +74,22 @@ class Notes(StrictModel):
     hugoniot: tuple[tuple[PositiveVelocity, PositiveVelocity], ...] = Field(
         default=(), description="Measured points [up, Us] [m/s]"
     )
+    lines: tuple[MeasuredLine, ...] = Field(default=(), description="Published fits to measured points")
     shocks: tuple[Velocity, PositiveVelocity] | None = Field(
         default=None,
         description="Particle velocities between which its shock speed is within 2 % of measured ones [m/s]",
     )
-    beyond: str = Field(default="", description="Material to take outside of `shocks`")
+    beyond: str = Field(
+        default="", description="Material to take outside of `shocks`, or for any where it meets none to 2 %"
+    )
+
+    @property
+    def measured(self) -> list[tuple[Sequence[tuple[float, float]], str]]:
+        """What is known of its shocks: points [up, Us] [m/s], and whose they are in words."""
+        known: list[tuple[Sequence[tuple[float, float]], str]] = []
+        if self.hugoniot:
+            known.append((self.hugoniot, f"{len(self.hugoniot)} measured points"))
+        return known + [(line.points, f"the line of {line.source}") for line in self.lines]
 
 
 class Library:

@@ -90,12 +90,12 @@ def _sheet(known: Any, name: str, model: Any) -> str:
             kelvin = f"{heat:.0f} K" if heat == heat else "unknown"
             shown.append((f"{u:g} m/s", f"{speed:.0f} m/s", quantity(pressure, "Pa"), f"{density:.0f} kg/m^3", kelvin))
         lines.append(table(shown))
-    beside = beside_measured(model, notes.hugoniot)
-    if beside:
-        words = (f"beside {len(beside)} measured points from {beside[0][0]:g} to {beside[-1][0]:g} m/s its shock speed "
-                 f"is {_apart(beside)}; with what its strength bears "
-                 f"{_apart(beside_measured_with_strength(model, notes.hugoniot))}")  # fmt: skip
-        lines += ["", paragraph(words)]
+    for points, whose in notes.measured:
+        beside = beside_measured(model, points)
+        if beside:
+            words = (f"beside {whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s its shock speed is {_apart(beside)}; "
+                     f"with what its strength bears {_apart(beside_measured_with_strength(model, points))}")  # fmt: skip
+            lines += ["", paragraph(words)]
     if notes.shocks:
         low, high = notes.shocks
         other = f"; beyond: {notes.beyond}" if notes.beyond else ""

@@ -54,14 +54,15 @@ def beyond_measured(case: Case) -> list[str]:
         if body.material.name not in library.files:
             continue
         notes = library.notes(body.material.name)
-        if notes.shocks is None or MARGIN * notes.shocks[0] <= speed <= notes.shocks[1] / MARGIN:
+        remedy = f"; see '{notes.beyond}'" if notes.beyond else ""
+        here = f"about {speed:.0f} m/s come here{remedy}"
+        known = f"bodies.{name}.material: '{body.material.name}' meets measured shock speeds to 2 %"
+        if notes.shocks is None:
+            said += [f"{known} at no particle velocity, and {here}"] if notes.beyond else []
             continue
         low, high = notes.shocks
-        remedy = f"; see '{notes.beyond}'" if notes.beyond else ""
-        said.append(
-            f"bodies.{name}.material: '{body.material.name}' meets measured shock speeds to 2 % behind shocks of "
-            f"{low:g} to {high:g} m/s of particle velocity, and about {speed:.0f} m/s come here{remedy}"
-        )
+        if not MARGIN * low <= speed <= high / MARGIN:
+            said.append(f"{known} behind shocks of {low:g} to {high:g} m/s of particle velocity, and {here}")
     return said
 
 

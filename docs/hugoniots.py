@@ -1,0 +1,66 @@
+"""The table of measured shocks in docs/materials.md: every material of the library beside the points or fits it has.
+
+    python docs/hugoniots.py [--write]
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from hvisph.casefile.material_library import library_of, material_names
+from hvisph.study.material_sheet import beside_measured, beside_measured_with_strength
+
+PAGE = Path(__file__).parent / "materials.md"
+BEGIN, END = "<!-- made by docs/hugoniots.py -->", "<!-- end -->"
+HEAD = """| material | beside | up [km/s] | rms, worst without strength [%] | with its strength [%] | to 2 % |
+| --- | --- | --- | --- | --- | --- |"""
+
+
+def rows(names: Sequence[str]) -> Iterator[str]:
+    """Yield the rows of some materials."""
+    for name in names:
+        notes = library_of().notes(name)
+        held = ""
+        if notes.shocks:
+            held = f"{notes.shocks[0] / 1e3:g} to {notes.shocks[1] / 1e3:g}"
+        if notes.beyond:
+            held = f"{held or 'nowhere'}; else `{notes.beyond}`"
+        if notes.hugoniot:
+            whose = next(" ".join(source.text.split()) for source in notes.sources if "hugoniot" in source.of)
+            yield row(name, f"{len(notes.hugoniot)} points: {whose}", notes.hugoniot, held)
+        for line in notes.lines:
+            yield row(name, f"fit: {' '.join(line.source.split())}", line.points, held)
+
+
+def row(name: str, whose: str, points: Sequence[tuple[float, float]], held: str) -> str:
+    """Return a material's row beside some points."""
+    model = library_of().load(name)
+    low, high = (end(up for up, _ in points) / 1e3 for end in (min, max))
+    plain = apart(beside_measured(model, points))
+    firm = "none" if model.strength.type == "none" else apart(beside_measured_with_strength(model, points))
+    return f"| `{name}` | {whose} | {low:.3g} to {high:.3g} | {plain} | {firm} | {held} |"
+
+
+def apart(beside: Sequence[tuple[float, float, float]]) -> str:
+    """Return how far shock speeds are off, and where most."""
+    off = [(100.0 * (ours / measured - 1.0), up) for up, measured, ours in beside]
+    rms = (sum(one**2 for one, _ in off) / len(off)) ** 0.5
+    worst, where = max(off, key=lambda pair: abs(pair[0]))
+    return f"{rms:.1f}, {worst:+.1f} at {where / 1e3:.2g}"
+
+
+def main() -> None:
+    """Print the table, or write it into the page."""
+    table = "\n".join([HEAD, *rows(material_names())])
+    if "--write" not in sys.argv:
+        sys.stdout.write(f"{table}\n")
+        return
+    before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
+    after = rest.split(END)[1]
+    PAGE.write_text(f"{before}{BEGIN}\n\n{table}\n\n{END}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
