@@ -1,26 +1,30 @@
 """Time and memory of all measures at the end of a run: a synthetic Whipple shot in 3D, with a cloud of debris.
 
-    python benchmarks/measures.py [--particles 1e6] [--moments 20] [--memory] [--profile]
+    python benchmarks/measures.py [--particles 1e6] [--moments 20] [--profile] [--folder F]
 
-A plate of four spacings with a hole, debris on a widening shell behind it, a wall with a crater: wall-clock time and user
-CPU time of `measure_snapshot`, and the peak of memory over that of the two snapshots, per particle.
+A plate of four spacings with a hole, debris on a widening shell behind it, a wall with a crater, written as the snapshots
+of a run: wall-clock and CPU time of what a run measures at its end, reading included, and the peak of memory over that
+of the bare process, per particle.
 """
 
 from __future__ import annotations
 
 import argparse
 import cProfile
+import multiprocessing
 import pstats
 import resource
+import tempfile
 import time
-import tracemalloc
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from hvisph.measures.measure import Measures, in_time, measure_snapshot
+from hvisph.measures.measure import measure_in_time
 from hvisph.measures.scene import reference
+from hvisph.output import reader
+from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.snapshot import Snapshot
 
 DX = 0.25e-3
@@ -75,40 +79,69 @@ def between(start: Snapshot, end: Snapshot, share: float) -> Snapshot:
     if share in (0.0, 1.0):
         return start if share == 0.0 else end
     first, last = start.fields["position"], end.fields["position"]
-    fields = end.fields | {"position": first + share * (last - first)}
+    fields = {**end.fields, "position": first + share * (last - first)}
     return replace(end, time=share * end.time, fields=fields)
+
+
+def write(folder: Path, particles: int, moments: int) -> None:
+    """Write the moments of the shot as a run would, all evenly in time, into `folder`."""
+    start, end = shot(particles)
+    more = {"internal_energy": 1, "temperature": 1, "sound_speed": 1, "plastic_strain": 1, "damage": 1, "deviator": 6,
+            "von_mises_stress": 1}  # fmt: skip
+    count = start.count
+    for name, columns in more.items():
+        start.fields[name] = np.zeros(count) if columns == 1 else np.zeros((count, columns))
+        end.fields[name] = start.fields[name]
+    for number in range(moments + 1):
+        write_hdf5(folder / f"{number:06d}.vtkhdf", between(start, end, number / moments))
+
+
+def measured(folder: Path, profiled: bool) -> None:
+    """Measure the last moment of a folder as a run does at its end, and print what that takes."""
+    files = reader.list_snapshots(folder)
+    first, last = (reader.read_snapshot(file, lazily=True) for file in (files[0], files[-1]))
+    import scipy.ndimage
+    import scipy.sparse.csgraph
+    import scipy.spatial  # noqa: F401
+
+    began, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF)
+    profile = cProfile.Profile()
+    if profiled:
+        profile.enable()
+    found = measure_in_time(last, files, first)
+    profile.disable()
+    wall, after = time.perf_counter() - began, resource.getrusage(resource.RUSAGE_SELF)
+    print(found.answer)
+    print(f"{last.count} particles, {len(files)} snapshots: {wall:.2f} s, {after.ru_utime - before.ru_utime:.2f} s of user "
+          f"and {after.ru_stime - before.ru_stime:.2f} s of system CPU time, "
+          f"{1024 * (after.ru_maxrss - before.ru_maxrss) / last.count:.0f} bytes a particle at the peak")  # fmt: skip
+    if profiled:
+        pstats.Stats(profile).sort_stats("cumulative").print_stats(45)
 
 
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--particles", type=float, default=1e6)
+    parser.add_argument("--moments", type=int, default=20, help="how many snapshots there are beside the first")
     parser.add_argument("--profile", action="store_true", help="print where the time goes")
-    parser.add_argument("--moments", type=int, default=0, help="and what this many earlier snapshots tell, in memory")
-    parser.add_argument("--memory", action="store_true", help="trace memory, which takes several times as long")
+    parser.add_argument("--folder", type=Path, help="where the snapshots are, or are written and left")
     arguments = parser.parse_args()
-    start, end = shot(int(arguments.particles))
-    began, used = time.perf_counter(), resource.getrusage(resource.RUSAGE_SELF).ru_utime
-    profile = cProfile.Profile()
-    if arguments.memory:
-        tracemalloc.start()
-    if arguments.profile:
-        profile.enable()
-    found: Measures = measure_snapshot(end, start)
-    if arguments.moments:
-        one = resource.getrusage(resource.RUSAGE_SELF).ru_utime - used
-        print(f"of which the end alone {one:.2f} s of user CPU time")
-        found = in_time(found, [Path(str(k)) for k in range(arguments.moments + 1)], start,
-                        lambda path: between(start, end, int(path.name) / arguments.moments))  # fmt: skip
-    profile.disable()
-    wall = time.perf_counter() - began
-    used = resource.getrusage(resource.RUSAGE_SELF).ru_utime - used
-    print(found.answer)
-    print(f"{end.count} particles: {wall:.2f} s, {used:.2f} s of user CPU time")
-    if arguments.memory:
-        print(f"{tracemalloc.get_traced_memory()[1] / end.count:.0f} bytes a particle at the peak")
-    if arguments.profile:
-        pstats.Stats(profile).sort_stats("cumulative").print_stats(35)
+    if arguments.folder is None:
+        with tempfile.TemporaryDirectory() as folder:
+            run(Path(folder), arguments)
+    else:
+        run(arguments.folder, arguments)
+
+
+def run(folder: Path, arguments: argparse.Namespace) -> None:
+    """Write the snapshots unless they are there, and measure them in a process of their own."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if not any(folder.glob("*.vtkhdf")):
+        write(folder, int(arguments.particles), arguments.moments)
+    measuring = multiprocessing.get_context("spawn").Process(target=measured, args=(folder, arguments.profile))
+    measuring.start()
+    measuring.join()
 
 
 if __name__ == "__main__":

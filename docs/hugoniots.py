@@ -1,6 +1,6 @@
-"""The table of measured shocks in docs/materials.md: every material of the library beside the points or fits it has.
+"""The table of measured shocks in docs/materials.md: every material of the library beside points or fits that it has.
 
-    python docs/hugoniots.py [--write]
+`python docs/hugoniots.py --write` writes it into the page.
 """
 
 from __future__ import annotations

@@ -85,4 +85,6 @@ def test_the_table_of_measured_shocks_has_every_material_that_has_some():
     notes = {name: library.notes(name) for name in material_names()}
     assert told == [name for name, one in notes.items() for _ in one.measured]
     for name in ("teflon", "copper-tillotson"):
-        assert [row for row in hugoniots.rows([name]) if row not in table] == [], "run: python docs/hugoniots.py --write"
+        assert [row for row in hugoniots.rows([name]) if row not in table] == [], (
+            "run: python docs/hugoniots.py --write"
+        )

@@ -9,7 +9,9 @@ from hvisph.measures.answer import answer
 from hvisph.measures.layers import layer_measures, perforated
 from hvisph.measures.measure import measure_snapshot
 from hvisph.measures.passage import moment_of, with_history
+from hvisph.measures.plates import plate_of
 from hvisph.measures.scene import Scene
+from hvisph.measures.ways import Grid, place_of
 
 WIDE = 30 * MM
 RESIDUAL = ("residual_mass", "residual_length", "residual_velocity_largest", "residual_angle",
@@ -197,3 +199,24 @@ def test_one_layer_that_holds_is_enough_beside_one_that_was_open():
     layers = layer_measures(Scene.of(now, start))
     wall = layer_measures(Scene.of(*reversed(struck(slab(3), -6 * MM, -20.0))))[0]
     assert perforated([*layers, wall]).value == 0.0
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_free_cells_are_those_with_clearance(dim):
+    """Steps about the particles tell what the distance from the nearest of them does."""
+    random, reach = np.random.default_rng(dim), 1.5 * DX
+    layer = slab(dim)
+    plate = plate_of(1, layer, np.zeros(dim - 1), DX)
+    place = place_of(plate, layer[random.random(len(layer)) < 0.3], DX, DX)
+    grid = Grid.about(plate, DX, [place])
+    np.testing.assert_array_equal(grid.free(place, reach), grid.clearance(place) > reach)
+
+
+def test_what_is_beyond_a_share_of_the_way_to_the_edges():
+    disc = slab(3)[np.hypot(*slab(3)[:, 1:].T) < 15 * MM]
+    plate = plate_of(1, disc, np.array([2 * MM, 0.0]), DX)
+    across = plate.across(np.random.default_rng(1).uniform(-25 * MM, 25 * MM, (2000, 3)))
+    for share in (0.3, 0.9, 1.0):
+        beyond = plate.beyond(across, share)
+        np.testing.assert_array_equal(beyond, plate.outward(across) >= share)
+        assert 0 < beyond.sum() < len(across)

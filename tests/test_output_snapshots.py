@@ -1,6 +1,7 @@
 """Snapshots there and back: exact in both formats, readable by VTK, damage recognised."""
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -17,8 +18,9 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructured
 
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import CATALOGUE
+from hvisph.output import seal, sealed
 from hvisph.output.hdf5 import write_hdf5
-from hvisph.output.reader import read_snapshot
+from hvisph.output.reader import read_snapshot, read_time
 from hvisph.output.snapshot import Snapshot
 from hvisph.output.vtu import write_pvd, write_vtu
 
@@ -394,3 +396,30 @@ def test_the_series_forgets_what_is_forgotten(ran, tmp_path):
     forget_snapshots(copy, last=True)
     assert [path.name for path in (copy / "snapshots").iterdir()] == ["000003.vtkhdf"]
     assert not (copy / "series.vtkhdf").exists()
+
+
+def test_a_file_is_checked_once_and_again_when_it_changed(tmp_path, monkeypatch):
+    path, checked = tmp_path / "000001.vtkhdf", []
+    write_hdf5(path, make_snapshot())
+    monkeypatch.setattr(sealed, "verify_seal", lambda file: checked.append(seal.verify_seal(file)))
+    for _ in range(2):  # just written: a change might not show in its time
+        read_snapshot(path)
+    assert len(checked) == 2
+    os.utime(path, (1e9, 1e9))
+    for _ in range(3):
+        read_snapshot(path)
+    assert len(checked) == 3
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+    with pytest.raises(OutputError, match="checksum"):
+        read_snapshot(path)
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_the_time_alone(tmp_path, kind):
+    path = tmp_path / f"one.{kind}"
+    WRITERS[kind](path, make_snapshot())
+    assert read_time(path) == make_snapshot().time
+    with pytest.raises(OutputError):
+        read_time(tmp_path / "none.vtkhdf")

@@ -36,6 +36,17 @@ def test_a_snapshot_read_lazily_is_the_same(done, monkeypatch):
         assert all((lazy.fields[name] == now.fields[name]).all() for name in now.fields)
 
 
+def test_what_stands_in_another_snapshot_is_read_lazily_too(done, tmp_path, monkeypatch):
+    first, *_, last = map(read_snapshot, list_snapshots(done[1]))
+    hdf5.write_hdf5(tmp_path / "000000.vtkhdf", first)
+    hdf5.write_hdf5(tmp_path / "000001.vtkhdf", last, hdf5.Form(constants_in="000000.vtkhdf"))
+    monkeypatch.setattr(hdf5, "_SMALL", 0)
+    lazy = read_snapshot(tmp_path / "000001.vtkhdf", lazily=True)
+    assert isinstance(lazy.fields, Derived)
+    assert all((lazy.fields[name] == last.fields[name]).all() for name in last.fields)
+    assert (lazy.body == last.body).all()
+
+
 def test_measures_are_the_same_lazily(done, monkeypatch):
     plain = measure(done[1]).as_dict()
     assert {name: one for name, one in plain.items() if name in done[2]}.items() <= done[2].items()

@@ -93,8 +93,9 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     for points, whose in notes.measured:
         beside = beside_measured(model, points)
         if beside:
-            words = (f"beside {whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s its shock speed is {_apart(beside)}; "
-                     f"with what its strength bears {_apart(beside_measured_with_strength(model, points))}")  # fmt: skip
+            firm = _apart(beside_measured_with_strength(model, points))
+            words = (f"beside {whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s its shock speed is "
+                     f"{_apart(beside)}; with what its strength bears {firm}")  # fmt: skip
             lines += ["", paragraph(words)]
     if notes.shocks:
         low, high = notes.shocks

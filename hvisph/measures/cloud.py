@@ -16,7 +16,6 @@ import numpy as np
 from hvisph.core.measures import CLOUD_CATALOGUE
 from hvisph.measures.layers import LayerMeasures
 from hvisph.measures.perforation import YES
-from hvisph.measures.plug import attached
 from hvisph.measures.result import ENERGY_UNITS, MASS_UNITS, MOMENTUM_UNITS, Result, meaningless
 from hvisph.measures.scene import Scene
 from hvisph.measures.statistics import weighted_quantile
@@ -102,9 +101,7 @@ def members(scene: Scene, layers: tuple[LayerMeasures, ...]) -> np.ndarray:
     assert plate is not None
     free = np.ones(scene.now.count, dtype=bool)
     for layer in scene.layers:
-        for group, holds in zip(scene.fragments(layer), attached(scene, layer), strict=True):
-            if holds:
-                free[group.particles] = False
+        free[scene.groups(layer).joined(scene.attached(layer))] = False
     known = set(np.flatnonzero([role != "other" for role in scene.shot.roles]).tolist())
     free &= np.isin(scene.now.body, list(known))
     free &= plate.depth(scene.position) > plate.thickness

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from hvisph.measures.groups import Fragment
-from hvisph.measures.plug import FEWEST, attached, plug_of
+from hvisph.measures.fragments import Fragment, Fragments
+from hvisph.measures.plug import FEWEST, plug_of
 from hvisph.measures.scene import Scene
 
 ALIKE = 1e-9  # masses that differ by less, relatively, are one mass: round-off of their sums
@@ -32,7 +32,7 @@ class BodyFragments:
     """
 
     body: str
-    fragments: tuple[Fragment, ...]
+    fragments: Fragments
     roles: tuple[str, ...]
 
     def __iter__(self) -> Iterator[Fragment]:
@@ -44,12 +44,12 @@ class BodyFragments:
     @cached_property
     def masses(self) -> np.ndarray:
         """Mass of each fragment [kg; kg/m in 2D, kg/m^2 in 1D]; NaN where the snapshot has none."""
-        return np.array([fragment.mass for fragment in self.fragments])
+        return self.fragments.masses
 
     @cached_property
     def counts(self) -> np.ndarray:
         """Number of particles of each fragment."""
-        return np.array([fragment.count for fragment in self.fragments])
+        return self.fragments.groups.counts
 
     @property
     def mass(self) -> float:
@@ -149,22 +149,22 @@ def debris(scene: Scene) -> tuple[BodyFragments, ...]:
     Centres and velocities are in the case's axes, extents along the shot line and across it.
     """
     pieces = []
-    for body in np.unique(scene.now.body).tolist():
+    for body in scene.now.present:
         fragments = scene.fragments(body)
         roles = _roles(scene, body, fragments)
-        back = scene.shot.back
-        own = [replace(one, centre=back(one.centre), velocity=back(one.velocity)) for one in fragments]
+        own = fragments.turned(scene.shot.back) if scene.shot.turned else fragments
         name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
-        pieces.append(BodyFragments(name, tuple(own), roles))
+        pieces.append(BodyFragments(name, own, roles))
     return tuple(pieces)
 
 
-def _roles(scene: Scene, body: int, fragments: list[Fragment]) -> tuple[str, ...]:
+def _roles(scene: Scene, body: int, fragments: Fragments) -> tuple[str, ...]:
     roles = [""] * len(fragments)
     if body == scene.target:
-        roles = ["attached" if holds else "" for holds in attached(scene, body)]
+        roles = ["attached" if holds else "" for holds in scene.attached(body)]
         plug = plug_of(scene)
-        roles = ["plug" if fragment is plug else role for fragment, role in zip(fragments, roles, strict=True)]
+        if plug is not None:
+            roles[plug] = "plug"
     if roles[0] != "plug":
         roles[0] = "main body"
     return tuple(roles)

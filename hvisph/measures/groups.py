@@ -1,8 +1,7 @@
-"""Connected groups of particles: main bodies and fragments."""
+"""Connected groups of particles."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +11,7 @@ if TYPE_CHECKING:
 
 LINK = 2.0  # particles nearer than this many spacings belong together
 NEAR = 1.3  # spacings within which nearly all neighbours of sound matter are linked already, at few pairs each
+MOST_CELLS = 30_000_000  # above it all is looked at
 ALIKE = 1.2  # spacings of a body that differ by no more than this factor are one
 
 
@@ -65,16 +65,14 @@ def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: fl
         return np.zeros(0, dtype=np.int64)
     position = position.reshape(len(position), -1)
     if isinstance(spacing, np.ndarray):
-        return _by_size(_linked_unlike(position, spacing, link))
+        return by_size(_linked_unlike(position, spacing, link))
     # what is near is joined first; only what is then still apart needs the search that yields many pairs
-    pairs = (
-        _near(position, NEAR * spacing) if likely is None or link <= NEAR else _still(position, likely, NEAR * spacing)
-    )
-    labels = _components(len(position), pairs[:, 0], pairs[:, 1])
+    near = min(link, NEAR) * spacing
+    labels = _by_pairs(position, _near(position, near) if likely is None or link <= NEAR else likely, near)
     if link > NEAR:
         apart = np.flatnonzero(labels != np.bincount(labels).argmax())
         labels = _joined(position, labels, apart, link * spacing)
-    return _by_size(labels)
+    return by_size(labels)
 
 
 def _near(position: np.ndarray, reach: float) -> np.ndarray:
@@ -83,6 +81,27 @@ def _near(position: np.ndarray, reach: float) -> np.ndarray:
 
     pairs = cKDTree(position.reshape(len(position), -1)).query_pairs(reach, output_type="ndarray")
     return np.asarray(pairs.astype(np.int32))
+
+
+def _by_pairs(position: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarray:
+    """Return the connected components (n,) of those pairs of indices (m, 2) that are nearer than `reach` to each other.
+
+    One pair of each particle with an earlier one makes trees, whose roots are found by going to the parent's parent;
+    of the others only those of two trees are looked at.
+    """
+    numbers = np.arange(len(position), dtype=np.int32)
+    low, high = pairs.min(axis=1), pairs.max(axis=1)
+    parent = numbers.copy()
+    parent[high] = low
+    child = np.flatnonzero(parent != numbers)
+    links = _still(position, np.column_stack([parent[child], child]), reach)
+    parent = numbers.copy()
+    parent[links[:, 1]] = links[:, 0]
+    while not np.array_equal(further := parent[parent], parent):
+        parent = further
+    labels = (np.cumsum(parent == numbers) - 1)[parent]
+    between = _still(position, pairs[labels[pairs[:, 0]] != labels[pairs[:, 1]]], reach)
+    return _components(int(labels.max()) + 1, labels[between[:, 0]], labels[between[:, 1]])[labels]
 
 
 def _still(position: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarray:
@@ -138,10 +157,28 @@ def _joined(position: np.ndarray, labels: np.ndarray, apart: np.ndarray, reach: 
     if len(apart) == 0:
         return labels
     # a hair more than the reach: the pairs themselves decide
-    near = cKDTree(position[apart]).query(position, distance_upper_bound=reach * (1.0 + 1e-9))[0] < np.inf
-    rows = np.flatnonzero(near)
+    rows = np.flatnonzero(_may_reach(position, position[apart], reach * (1.0 + 1e-6)))
+    near = cKDTree(position[apart]).query(position[rows], distance_upper_bound=reach * (1.0 + 1e-9))[0] < np.inf
+    rows = rows[near]
     pairs = rows[cKDTree(position[rows]).query_pairs(reach, output_type="ndarray")]
     return _components(int(labels.max()) + 1, labels[pairs[:, 0]], labels[pairs[:, 1]])[labels]
+
+
+def _may_reach(position: np.ndarray, others: np.ndarray, reach: float) -> np.ndarray:
+    """Return whether points (n, dim) are in a cell of edge `reach` that holds one of others (m, dim), or beside one."""
+    low = others.min(axis=0) - 2.0 * reach
+    shape = np.ceil((others.max(axis=0) - low) / reach).astype(np.int64) + 2
+    if np.prod(shape.astype(float)) > MOST_CELLS:
+        return np.ones(len(position), dtype=bool)
+    cells = np.zeros(shape, dtype=bool)
+    cells[tuple(((others - low) / reach).astype(np.int64).T)] = True
+    for axis in range(len(shape)):
+        cells |= np.roll(cells, 1, axis) | np.roll(cells, -1, axis)  # what wraps round comes from empty borders
+    place = np.floor((position - low) / reach).astype(np.int64)
+    inside = ((place >= 0) & (place < shape)).all(axis=1)
+    near = np.zeros(len(position), dtype=bool)
+    near[inside] = cells[tuple(place[inside].T)]
+    return near
 
 
 def _components(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
@@ -152,10 +189,11 @@ def _components(count: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.asarray(connected_components(graph, directed=False)[1])
 
 
-def _by_size(labels: np.ndarray) -> np.ndarray:
+def by_size(labels: np.ndarray) -> np.ndarray:
     """Return the same groups numbered by their size, and where that is the same by their first particle."""
     sizes = np.bincount(labels)
-    _, first = np.unique(labels, return_index=True)
+    first = np.empty(len(sizes), dtype=np.int64)
+    first[labels[::-1]] = np.arange(len(labels))[::-1]  # the last that is assigned remains
     rank = np.empty(len(sizes), dtype=np.int64)
     rank[np.lexsort((first, -sizes))] = np.arange(len(sizes))
     return rank[labels]
@@ -164,96 +202,3 @@ def _by_size(labels: np.ndarray) -> np.ndarray:
 def main_body(position: np.ndarray, spacing: float | np.ndarray, link: float = LINK) -> np.ndarray:
     """Return the indices of the particles of the largest group linked at `link` spacings."""
     return np.flatnonzero(connected_groups(position, spacing, link) == 0)
-
-
-@dataclass(frozen=True)
-class Fragment:
-    """A connected group of particles of one body.
-
-    Parameters
-    ----------
-    body
-        Index of the body.
-    count
-        Number of particles.
-    mass
-        Mass [kg; kg/m in 2D, kg/m^2 in 1D]; NaN where the snapshot has none.
-    centre, velocity
-        Mass means, shape (dim,) [m], [m/s]; NaN where the snapshot has no velocity. Without masses every
-        particle counts alike.
-    extent
-        Largest less smallest coordinate of its particles along each axis, shape (dim,) [m].
-    particles
-        Their indices in the snapshot.
-    """
-
-    body: int
-    count: int
-    mass: float
-    centre: np.ndarray
-    velocity: np.ndarray
-    extent: np.ndarray
-    particles: np.ndarray
-
-    @property
-    def speed(self) -> float:
-        """Magnitude of the velocity [m/s]."""
-        return float(np.sqrt((self.velocity**2).sum()))
-
-
-def fragments(snapshot: Snapshot, body: int, spacing: float, link: float = LINK) -> list[Fragment]:
-    """Return the connected groups of one body, the one with most particles first.
-
-    Parameters
-    ----------
-    snapshot
-        The moment to look at.
-    body
-        Index of the body.
-    spacing
-        dx [m].
-    link
-        Linking distance in spacings.
-    """
-    members = np.flatnonzero(snapshot.body == body)
-    labels = connected_groups(snapshot.fields["position"][members], spacing, link)
-    return grouped(snapshot, members, labels, body)
-
-
-def grouped(snapshot: Snapshot, members: np.ndarray, labels: np.ndarray, body: int) -> list[Fragment]:
-    """Return the fragments that particles fall into, the one with most particles first.
-
-    Parameters
-    ----------
-    snapshot
-        The moment to look at.
-    members
-        Indices of particles, shape (n,).
-    labels
-        Number of the group of each of them, from 0 on without gaps, shape (n,).
-    body
-        Index of the body to name.
-    """
-    if len(members) == 0:
-        return []
-    labels = _by_size(labels)
-    by_group = members[np.argsort(labels, kind="stable")]
-    counts = np.bincount(labels)
-    starts = np.cumsum(counts) - counts
-    position = snapshot.fields["position"][by_group].reshape(len(members), -1)
-    velocity = np.full_like(position, np.nan)
-    if "velocity" in snapshot.fields:
-        velocity = snapshot.fields["velocity"][by_group].reshape(position.shape)
-    weight, mass = np.ones(len(members)), np.full(len(counts), np.nan)
-    if "mass" in snapshot.fields:
-        weight = snapshot.fields["mass"][by_group]
-        mass = np.add.reduceat(weight, starts)
-    whole = np.add.reduceat(weight, starts)[:, None]
-    with np.errstate(invalid="ignore", divide="ignore"):  # groups without mass have no mean
-        centre = np.add.reduceat(weight[:, None] * position, starts) / whole
-        mean = np.add.reduceat(weight[:, None] * velocity, starts) / whole
-    extent = np.maximum.reduceat(position, starts) - np.minimum.reduceat(position, starts)
-    return [
-        Fragment(body, int(counts[k]), float(mass[k]), centre[k], mean[k], extent[k], particles)
-        for k, particles in enumerate(np.split(by_group, starts[1:]))
-    ]

@@ -94,7 +94,7 @@ def _shell(scene: Scene) -> _Shell | str:
     speed = np.sqrt(np.average((velocity**2).sum(axis=1), weights=mass))
     if np.sqrt((np.average(velocity, axis=0, weights=mass) ** 2).sum()) > AS_A_WHOLE * speed:
         return "a body flies as a whole: no shell"
-    for body in np.unique(start.body).tolist():
+    for body in start.present:
         position, weight = start.fields["position"][start.body == body], start.fields["mass"][start.body == body]
         for axes in _ways(scene):
             flat = position[:, axes]

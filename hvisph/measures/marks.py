@@ -11,7 +11,7 @@ import numpy as np
 from hvisph.measures.holes import Opening, opening, openings
 from hvisph.measures.perforation import SLOW, YES, Perforation
 from hvisph.measures.plates import RIM, Plate
-from hvisph.measures.plug import FEWEST, attached
+from hvisph.measures.plug import FEWEST
 from hvisph.measures.result import MASS_UNITS, MOMENTUM_UNITS, Result, meaningless
 from hvisph.measures.scene import Scene
 
@@ -72,7 +72,7 @@ def _clear(scene: Scene, clear: Opening | None) -> Result:
 
 def _crater(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -> dict[str, Result]:
     """Return how deep the struck face is pressed in, how wide at its own level, and how far the rear stands out."""
-    inner = plate.outward(across) < RIM
+    inner = ~plate.beyond(across, RIM)
     if not inner.any():
         return _none(scene, CRATER, "nothing of the layer is left within its rim")
     surface = _front_surface(depth[inner], across[inner], 2.0 * scene.spacing) - 0.5 * scene.spacing
@@ -105,11 +105,11 @@ def _spall(scene: Scene, plate: Plate, hole: Perforation) -> dict[str, Result]:
     mass, velocity = scene.now.fields["mass"], scene.now.fields["velocity"] @ along
     rest = float(np.average(velocity[hole.attached], weights=mass[hole.attached]))
     least = SLOW * (scene.shot.speed or 0.0)
-    groups = zip(scene.fragments(plate.body), attached(scene, plate.body), strict=True)
+    parts = scene.fragments(plate.body)
+    loose = np.flatnonzero(~scene.attached(plate.body) & (parts.groups.counts >= FEWEST))
     pieces = [
-        piece for piece, holds in groups
-        if not holds and piece.count >= FEWEST and piece.velocity @ along - rest > least
-        and plate.depth(piece.centre) > 0.5 * plate.thickness
+        piece for piece in map(parts.__getitem__, loose.tolist())
+        if piece.velocity @ along - rest > least and plate.depth(piece.centre) > 0.5 * plate.thickness
     ]  # fmt: skip
     if not pieces:
         return _none(scene, SPALL, "nothing has come off the rear")

@@ -5,24 +5,23 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.measures.answer import answer
-from hvisph.measures.groups import Neighbours
+from hvisph.measures.begun import Begun
 from hvisph.measures.moment import History, Measures, measure_snapshot, unmeasured
 from hvisph.measures.passage import Moment, moment_of, with_history
 from hvisph.measures.plateau import before_release, plateau
 from hvisph.measures.result import Result
 from hvisph.measures.scene import Scene
-from hvisph.measures.shot import spacing_of
 from hvisph.measures.swing import LARGE, LATELY, MOST, lately, swinging
 from hvisph.output.snapshot import Snapshot
 
-__all__ = ["History", "Measures", "in_time", "measure", "measure_snapshot", "unmeasured"]
+__all__ = ["History", "Measures", "measure", "measure_in_time", "measure_snapshot", "unmeasured"]
 
 
 def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
@@ -69,7 +68,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     convention = reader.Convention(names or {}, units)
 
     def read(file: Path) -> Snapshot:
-        snapshot = reader.read_snapshot(file, convention)
+        snapshot = reader.read_snapshot(file, convention, lazily=True)
         if witness is not None:
             snapshot.metadata["witness"] = witness
         return snapshot
@@ -85,62 +84,71 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     # a folder of another code's files has no history; a damaged one is an error
     history = reader.read_history(path) if (path / files_of.HISTORY).exists() else None
     if at == "all":
-        known_pairs = neighbours_of(start)
-        moments = tuple(measure_snapshot(read(file), start, history, str(path), known_pairs) for file in files)
-        known = [_known(one, file, lambda file: Scene.of(read(file), start, known_pairs))
+        begun = None if start is None else Begun(start)
+        moments = tuple(measure_snapshot(read(file), start, history, str(path), begun) for file in files)
+        known = [_known(one, file, lambda file: Scene.of(read(file), begun))
                  for one, file in zip(moments, files, strict=True)]  # fmt: skip
         moments = tuple(_timed(moment, number + 1, known.__getitem__) for number, moment in enumerate(moments))
         moments = tuple(_swung(moment, moments[:number]) for number, moment in enumerate(moments))
         return replace(moments[-1], series=moments)
-    if at is None:
-        return in_time(measure_snapshot(read(files[-1]), start, history, str(path)), files, start, read)
-    times = (read(file).time for file in files)
-    number = min(enumerate(times), key=lambda known: abs(known[1] - float(at)))[0]
-    now = read(files[number])
-    return in_time(measure_snapshot(now, start, history, str(path)), files[: number + 1], start, read)
+    if at is not None:
+        times = (reader.read_time(file, convention) for file in files)
+        number = min(enumerate(times), key=lambda known: abs(known[1] - float(at)))[0]
+        files = files[: number + 1]
+    return measure_in_time(read(files[-1]), files, start, history, str(path), read)
 
 
-def in_time(now: Measures, files: Sequence[Path], start: Snapshot | None,
-            read: Callable[[Path], Snapshot] | None = None) -> Measures:  # fmt: skip
-    """Return measures with what only earlier snapshots tell: how far they swing, and when layers were perforated.
+def measure_in_time(now: Snapshot, files: Sequence[Path], start: Snapshot | None = None,
+                    history: History | None = None, source: str = "",
+                    read: Callable[[Path], Snapshot] | None = None) -> Measures:  # fmt: skip
+    """Measure one moment, with what only earlier ones tell: how far measures swing, and when layers were perforated.
 
     Parameters
     ----------
     now
-        Measured at the last moment.
+        The moment.
     files
         The snapshots up to it, in order of time.
     start
         The first of them, if it is the run's first.
+    history, source
+        As in `measure_snapshot`.
     read
         Reads one of them; `hvisph.output.reader.read_snapshot`, fields when they are asked for, unless given.
     """
     from hvisph.output import reader
 
+    begun = None if start is None else Begun(start)
     read = read or partial(reader.read_snapshot, lazily=True)
-    last, pairs = now.moment, neighbours_of(start)
+    return _in_time(measure_snapshot(now, start, history, source, begun), files, begun, read)
 
+
+def _in_time(now: Measures, files: Sequence[Path], begun: Begun | None, read: Callable[[Path], Snapshot]) -> Measures:
+    """Return the measures of the last of the snapshots `files` with what only the earlier ones tell."""
+    from hvisph.output import names
+
+    last = now.moment
+
+    @lru_cache(maxsize=1)  # of a large run no more are held
     def scene(number: int) -> Scene:
-        return Scene.of(read(files[number]), start, pairs)
+        return Scene.of(read(files[number]), begun)
 
     def moment(number: int) -> Moment:
         if number == len(files) - 1:
             return replace(last, projectile=lambda: moment_of(scene(number)).projectile())
         return moment_of(scene(number), lambda: scene(number))
 
-    from hvisph.output import names
-
     earlier = [file for file in files if file.stem != names.POST_MORTEM][:-1]
     if now.dimensions == 1:
-        now = _plateau_of(now, files, start, read)
+        now = _plateau_of(now, files, begun, read)
     if earlier:
         recent = [read(earlier[-1])]
-        for file in reversed(earlier[:-1]):
+        for file in reversed(earlier[-MOST:-1] if recent[0].count < LARGE else ()):
             before = read(file)
-            if len(recent) >= (MOST if recent[0].count < LARGE else 1) or before.time < (1.0 - LATELY) * now.time:
+            if before.time < (1.0 - LATELY) * now.time:
                 break
             recent.append(before)
-        now = _swung(now, [measure_snapshot(one, start, neighbours=pairs) for one in reversed(recent)])
+        now = _swung(now, [measure_snapshot(one, begun=begun) for one in reversed(recent)])
     return _timed(now, len(files), moment)
 
 
@@ -150,16 +158,11 @@ def _known(measured: Measures, file: Path, scene: Callable[[Path], Scene]) -> Mo
     return replace(measured.moment, state=states.__getitem__, projectile=lambda: moment_of(scene(file)).projectile())
 
 
-def neighbours_of(start: Snapshot | None) -> Neighbours | None:
-    """Return the neighbours of a run's start; None where it is not known."""
-    return None if start is None else Neighbours(start, spacing_of(start))
-
-
-def _plateau_of(now: Measures, files: Sequence[Path], start: Snapshot | None, read: Callable[[Path], Snapshot]
+def _plateau_of(now: Measures, files: Sequence[Path], begun: Begun | None, read: Callable[[Path], Snapshot]
                 ) -> Measures:  # fmt: skip
     """Return the measures of a plate impact with the plateau as it was before it was released."""
     snapshots = (read(file) for file in files)
-    seen = [(one.time, plateau(Scene.of(one, start))) for one in snapshots if one.time <= now.time]
+    seen = [(one.time, plateau(Scene.of(one, begun))) for one in snapshots if one.time <= now.time]
     if not seen:
         return now
     best = before_release(seen)

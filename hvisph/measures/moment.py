@@ -12,9 +12,9 @@ from hvisph.core.errors import OutputError
 from hvisph.core.measures import CATALOGUE, reported
 from hvisph.measures.answer import answer
 from hvisph.measures.bars import bar, penetration_ratio
+from hvisph.measures.begun import Begun
 from hvisph.measures.cloud import Cloud, cloud
 from hvisph.measures.debris import BodyFragments, debris
-from hvisph.measures.groups import Neighbours
 from hvisph.measures.heat import temperatures
 from hvisph.measures.hollow import radii
 from hvisph.measures.layers import LayerMeasures, layer_measures, perforated, without_meaning
@@ -141,7 +141,7 @@ class Measures:
 
 def measure_snapshot(
     now: Snapshot, start: Snapshot | None = None, history: History | None = None, source: str = "",
-    neighbours: Neighbours | None = None,
+    begun: Begun | None = None,
 ) -> Measures:  # fmt: skip
     """Measure one moment held in memory.
 
@@ -155,10 +155,10 @@ def measure_snapshot(
         Columns of ``history.csv`` by name; peaks are taken up to the moment.
     source
         What to name as measured.
-    neighbours
-        Of the start, where several moments of a run are measured.
+    begun
+        What is known of the start, where several moments of a run are measured.
     """
-    scene = Scene.of(now, start, neighbours)
+    scene = Scene.of(now, begun or start)
     if not scene.is_projectile.any():
         raise OutputError(f"{source or 'the snapshot'}: there is no particle of the projectile")
     layers, one_bar = layer_measures(scene), bar(scene)

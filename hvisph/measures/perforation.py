@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hvisph.measures.begun import Rim
 from hvisph.measures.plates import Plate
-from hvisph.measures.plug import attached
 from hvisph.measures.scene import Scene
 from hvisph.measures.shot import own_spacings
 from hvisph.measures.statistics import weighted_quantile
@@ -60,9 +60,7 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
     plate
         The layer.
     """
-    groups = scene.fragments(plate.body)
-    held = [group.particles for group, holds in zip(groups, attached(scene, plate.body), strict=True) if holds]
-    fixed = np.concatenate(held) if held else np.zeros(0, dtype=np.int64)
+    fixed = scene.groups(plate.body).joined(scene.attached(plate.body))
     if plate.open and scene.start is None:
         return Perforation("", "it had openings, and a single snapshot does not tell where", fixed)
     approach = _approach(scene, plate, fixed)
@@ -120,11 +118,12 @@ def _within(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
 
 def is_behind(scene: Scene, plate: Plate) -> bool:
     """Whether half of the projectile's mass or more is behind a layer's rear face, which moves along with its rim."""
-    mass = scene.now.fields["mass"] * scene.is_projectile
+    own = np.flatnonzero(scene.is_projectile)
+    mass = scene.now.fields["mass"][own]
     if not mass.sum() > 0.0:
         return False
     rear = plate.thickness + float(_carried(scene, plate) @ np.array(plate.basis[0]))
-    return weighted_quantile(plate.depth(scene.position), mass, 0.5) > rear
+    return weighted_quantile(plate.depth(scene.position[own]), mass, 0.5) > rear
 
 
 def _open(scene: Scene, plate: Plate, solid: np.ndarray) -> bool:
@@ -140,10 +139,11 @@ def _open(scene: Scene, plate: Plate, solid: np.ndarray) -> bool:
 
 def _carried(scene: Scene, plate: Plate) -> np.ndarray:
     """Return how far a layer has gone as a whole: its rim in the mean since the start, shape (dim,) [m]."""
-    if scene.start is None:
-        return np.zeros(scene.now.dimensions)
     now = np.flatnonzero(scene.rim(plate.body))
-    before = np.flatnonzero(np.isin(scene.start.id, scene.now.id[now]))
-    if len(now) == 0 or len(now) != len(before):
+    if scene.start is None or len(now) == 0:
         return np.zeros(scene.now.dimensions)
-    return np.asarray(scene.position[now].mean(axis=0) - scene.start.fields["position"][before].mean(axis=0))
+    began = scene.first_rim(plate.body) if scene.permanent else Rim(scene.start.id, scene.start.fields["position"])
+    before = np.isin(began.numbers, scene.now.id[now])
+    if before.sum() != len(now):
+        return np.zeros(scene.now.dimensions)
+    return np.asarray(scene.position[now].mean(axis=0) - began.position[before].mean(axis=0))

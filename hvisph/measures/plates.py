@@ -81,6 +81,14 @@ class Plate:
         share = np.divide(np.abs(across), reach, out=np.zeros_like(across), where=reach > 0.0)
         return np.asarray(share.max(axis=1))
 
+    def beyond(self, across: np.ndarray, share: float) -> np.ndarray:
+        """Return whether points in the plane are a `share` of the way to the edges or further out, shape (n,)."""
+        out = np.ones(len(across), dtype=bool)
+        if self.edges and min(self.edges) > 0.0:  # what is nearer than the nearest edge is not
+            out = (across**2).sum(axis=1) >= (share * min(self.edges) * (1.0 - 1e-9)) ** 2
+        out[out] = self.outward(across[out]) >= share
+        return np.asarray(out)
+
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for the metadata of snapshots."""
         return asdict(self)

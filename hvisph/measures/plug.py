@@ -20,7 +20,7 @@ import math
 import numpy as np
 
 from hvisph.core.measures import CATALOGUE
-from hvisph.measures.groups import Fragment
+from hvisph.measures.fragments import Fragment
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import Scene
 
@@ -38,32 +38,22 @@ def plug_and_lip(scene: Scene) -> dict[str, Result]:
         return _without((*PLUG, *LIP, "target_fragments"), "there is no target")
     if not {"velocity", "mass"} <= scene.now.fields.keys():
         return _without((*PLUG, *LIP, "target_fragments"), "the snapshot has no velocity or no mass")
-    groups = scene.fragments(scene.target)
-    held = attached(scene, scene.target)
-    loose = [group for group, holds in zip(groups, held, strict=True) if not holds]
-    fixed = [group.particles for group, holds in zip(groups, held, strict=True) if holds]
+    groups, held, plug = scene.groups(scene.target), scene.attached(scene.target), plug_of(scene)
     return {
-        **_plug(scene, plug_of(scene)),
-        **_lip(scene, np.concatenate(fixed) if fixed else np.zeros(0, dtype=np.int64)),
-        "target_fragments": Result(float(sum(group.count >= FEWEST for group in loose)), ""),
+        **_plug(scene, None if plug is None else scene.fragments(scene.target)[plug]),
+        **_lip(scene, groups.joined(held)),
+        "target_fragments": Result(float((~held & (groups.counts >= FEWEST)).sum()), ""),
     }
 
 
-def attached(scene: Scene, layer: int) -> list[bool]:
-    """Return for each group of a layer whether it holds something of the layer's rim."""
-    rim = scene.rim(layer)
-    return [bool(rim[group.particles].any()) for group in scene.fragments(layer)]
-
-
-def plug_of(scene: Scene) -> Fragment | None:
-    """Return the plug; None where nothing of `FEWEST` particles is detached and flies on."""
+def plug_of(scene: Scene) -> int | None:
+    """Return which fragment of the target the plug is; None where nothing of `FEWEST` is detached and flies on."""
     if scene.now.dimensions == 1 or not scene.has_target:
         return None
-    for group, holds in zip(scene.fragments(scene.target), attached(scene, scene.target), strict=True):
-        # velocities that are not known, or not finite, are no reason to have none
-        if not holds and group.count >= FEWEST and not group.velocity[0] <= 0.0:
-            return group
-    return None
+    target = scene.fragments(scene.target)
+    # velocities that are not known, or not finite, are no reason to have none
+    flies = ~scene.attached(scene.target) & (target.groups.counts >= FEWEST) & ~(target.velocities[:, 0] <= 0.0)
+    return int(np.argmax(flies)) if flies.any() else None
 
 
 def _plug(scene: Scene, plug: Fragment | None) -> dict[str, Result]:

@@ -66,8 +66,9 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray) -> Iterator[
             "meaning"
         )
     size = (now.fields["mass"][mine] / np.maximum(np.abs(density), np.finfo(float).tiny)) ** (1.0 / position.shape[1])
-    nearest = cKDTree(position).query(position, 2)[0][:, 1]
-    share = float((nearest < CLUMPED * size).mean())
+    reach = CLUMPED * size
+    nearest = cKDTree(position).query(position, 2, distance_upper_bound=2.0 * float(reach.max()))[0][:, 1]
+    share = float((nearest < reach).mean())
     if share > CLUMPS:
         yield (
             f"{100 * share:.2g} % of its particles have a neighbour within {CLUMPED:g} of their own size: they have "

@@ -23,9 +23,10 @@ def residue(scene: Scene, layers: tuple[LayerMeasures, ...]) -> dict[str, Result
     whole = scene.shot_mass or float(mass[scene.is_projectile].sum())
     largest = groups[0]
     share, broken = largest.mass / whole, in_pieces(scene)
+    pieces = np.flatnonzero(groups.masses >= PIECE * whole)
     results = {
         "largest_share": Result(share, ""),
-        "pieces_share": Result(sum(one.mass for one in groups if one.mass >= PIECE * whole) / whole, ""),
+        "pieces_share": Result(sum(groups.masses[pieces].tolist()) / whole, ""),
         "erosion": meaningless("m", "a single snapshot does not tell the length at the start"),
         "depth": meaningless("m", "there is no layer whose start is known"),
     }
@@ -55,7 +56,8 @@ def _residual(scene: Scene, layers: tuple[LayerMeasures, ...], broken: str, whol
         return {name: meaningless(unit_of(name, scene.space), reason) for name in names}
     velocity, mass = scene.now.fields["velocity"], scene.now.fields["mass"]
     groups = scene.shot_groups
-    pieces = np.concatenate([one.particles for one in groups if one.mass >= PIECE * whole] or [groups[0].particles])
+    large = groups.masses >= PIECE * whole
+    pieces = groups.groups.joined(large) if large.any() else groups[0].particles
     results = {
         "residual_mass": Result(float(mass[pieces].sum()), unit_of("residual_mass", scene.space)),
         "residual_velocity_pieces": _mean(velocity[:, 0], mass, pieces),

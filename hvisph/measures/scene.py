@@ -17,7 +17,9 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.measures.groups import LINK, Fragment, Neighbours, connected_groups, grouped, main_body
+from hvisph.measures.begun import Begun, Rim
+from hvisph.measures.fragments import Fragments, Groups
+from hvisph.measures.groups import LINK, connected_groups, main_body
 from hvisph.measures.plates import RIM, Plate, plate_of
 from hvisph.measures.roles import PROJECTILE, members
 from hvisph.measures.shot import Shot, own_spacings, shot_of, spacing_of
@@ -71,15 +73,17 @@ class Scene:
         The run's first snapshot, where there is one, likewise.
     shot
         What is known of the shot.
-    neighbours
-        Of the start, where several moments of a run are measured.
+    begun
+        What is known of the start, the same for all moments of a run.
     """
 
     now: Snapshot
     start: Snapshot | None = None
     shot: Shot = field(default_factory=lambda: Shot(()))
-    neighbours: Neighbours | None = field(default=None, repr=False)
-    _fragments: dict[tuple[int, ...], list[Fragment]] = field(default_factory=dict, init=False, repr=False)
+    begun: Begun | None = field(default=None, repr=False)
+    _groups: dict[tuple[int, ...], Groups] = field(default_factory=dict, init=False, repr=False)
+    _fragments: dict[tuple[int, ...], Fragments] = field(default_factory=dict, init=False, repr=False)
+    _attached: dict[int, np.ndarray] = field(default_factory=dict, init=False, repr=False)
     _rims: dict[int, np.ndarray] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -87,12 +91,23 @@ class Scene:
             self.shot = shot_of(self.start, self.now)
 
     @classmethod
-    def of(cls, now: Snapshot, start: Snapshot | None = None, neighbours: Neighbours | None = None) -> Scene:
-        """Return the scene of a snapshot as a file holds it: the shot found, images filled in, axes turned."""
-        shot = shot_of(start, now)
-        seen = shot.seen(now)
-        begun = (seen if start is now else shot.seen(start)) if start is not None else None
-        return cls(seen, begun, shot, neighbours)
+    def of(cls, now: Snapshot, begun: Begun | Snapshot | None = None) -> Scene:
+        """Return the scene of a snapshot as a file holds it: the shot found, images filled in, axes turned.
+
+        Parameters
+        ----------
+        now
+            The moment.
+        begun
+            The run's first snapshot, or what is known of it where several moments are looked at.
+        """
+        if begun is None:
+            shot = shot_of(None, now)
+            return cls(shot.seen(now), None, shot)
+        begun = begun if isinstance(begun, Begun) else Begun(begun)
+        shot = begun.shot(now)
+        start = begun.seen(shot)
+        return cls(start if now is begun.start else shot.seen(now), start, shot, begun)
 
     @cached_property
     def position(self) -> np.ndarray:
@@ -168,7 +183,7 @@ class Scene:
         """Indices of the bodies that are layers and have particles, in the order along the shot line."""
         ordered = [plate.body for plate in self.shot.plates]
         ordered += [body for body, role in enumerate(self.shot.roles) if role == "layer" and body not in ordered]
-        present = set(np.unique(self.now.body).tolist())
+        present = set(self.now.present)
         return tuple(body for body in ordered if body in present)
 
     @property
@@ -225,32 +240,44 @@ class Scene:
             return float(np.ptp(position) + self.spacing)
         return float(np.ptp(position[:, 1]) + self.spacing)
 
-    def fragments(self, *bodies: int) -> list[Fragment]:
+    def fragments(self, *bodies: int) -> Fragments:
+        """Return the fragments of a body, or of several as if they were one, the largest first."""
+        if bodies not in self._fragments:
+            self._fragments[bodies] = Fragments.of(self.now, self.groups(*bodies), bodies[0])
+        return self._fragments[bodies]
+
+    def attached(self, layer: int) -> np.ndarray:
+        """Return for each group of a layer whether it holds something of the layer's rim, shape (groups,)."""
+        if layer not in self._attached:
+            self._attached[layer] = self.groups(layer).holding(self.rim(layer))
+        return self._attached[layer]
+
+    def groups(self, *bodies: int) -> Groups:
         """Return the connected groups of a body, or of several as if they were one, the largest first.
 
         Groups are ordered by their number of particles. They are sought in the part that was computed, and joined
         with their images (`whole`).
         """
-        if bodies not in self._fragments:
+        if bodies not in self._groups:
             _ = self.position  # says which particle has none
             count = self.now.count // self.shot.whole.images
             part = np.flatnonzero(np.isin(self.now.body[:count], bodies))
             likely = (
-                self.neighbours.pairs(bodies, self.now.id[part] // self.shot.whole.images) if self.neighbours else None
+                self.begun.neighbours.pairs(bodies, self.now.id[part] // self.shot.whole.images) if self.begun else None
             )
             spacing = self.spacings(part)
             labels = connected_groups(self.now.fields["position"][part], spacing, likely=likely)
             labels = self.shot.whole.joined(labels, self._own_axes(part), LINK * spacing)
             copies = part[None] + count * np.arange(self.shot.whole.images)[:, None]
-            self._fragments[bodies] = grouped(self.now, copies.ravel(), labels, bodies[0])
-        return self._fragments[bodies]
+            self._groups[bodies] = Groups.of(copies.ravel(), labels)
+        return self._groups[bodies]
 
     def _own_axes(self, part: np.ndarray) -> np.ndarray:
         """Return positions in the case's axes, in which the planes of symmetry are."""
         return self.shot.back(self.position[part].reshape(len(part), -1))
 
     @cached_property
-    def shot_groups(self) -> list[Fragment]:
+    def shot_groups(self) -> Fragments:
         """Connected groups of the projectile, all its bodies together."""
         bodies = [body for body, role in enumerate(self.shot.roles) if role == PROJECTILE]
         return self.fragments(*bodies)
@@ -278,8 +305,8 @@ class Scene:
         """
         plate = self.is_target
         if self.now.dimensions != 2:
-            pieces = self.fragments(self.target)
-            return [pieces[0].particles if pieces else np.zeros(0, dtype=np.int64)]
+            pieces = self.groups(self.target)
+            return [pieces.particles(0) if len(pieces) else np.zeros(0, dtype=np.int64)]
         upper = self.lateral[:, 0] > 0.0
         sides = [self._main(plate & upper), self._main(plate & ~upper)]
         return [side for side in sides if len(side)]
@@ -300,12 +327,10 @@ class Scene:
         if self.now.dimensions == 1:
             return rim
         known = self.plate(body)
-        if known is not None and self.start is not None and "spacing" in self.start.metadata:
-            own = self.start.body == body
-            outer = self._outer(known, self.start.fields["position"][own], np.flatnonzero(own))
-            return np.isin(self.now.id, self.start.id[own][outer]) & (self.now.body == body)
+        if known is not None and self.permanent:
+            return np.isin(self.now.id, self.first_rim(body).numbers) & (self.now.body == body)
         rows = np.flatnonzero(self.now.body == body)
-        main = np.concatenate(self.target_sides) if body == self.target else self.fragments(body)[0].particles
+        main = np.concatenate(self.target_sides) if body == self.target else self.groups(body).particles(0)
         low, high = self.lateral[main].min(axis=0), self.lateral[main].max(axis=0)
         flat = Plate(body, tuple(map(tuple, np.eye(self.now.dimensions).tolist())), 0.0, 1.0, tuple(self.axis.tolist()),
                      tuple(low.tolist()), tuple(high.tolist()))  # fmt: skip
@@ -313,9 +338,27 @@ class Scene:
         rim[rows] = (outward >= RIM) & (outward <= 1.0)
         return rim
 
+    @property
+    def permanent(self) -> bool:
+        """Whether the start is known and its particles have permanent numbers, as in our own files."""
+        return self.start is not None and "spacing" in self.start.metadata
+
+    def first_rim(self, body: int) -> Rim:
+        """Return a layer's rim at the start, which is known."""
+        return self.begun.rim(body, self._find_rim) if self.begun else self._find_rim(body)
+
+    def _find_rim(self, body: int) -> Rim:
+        plate, start = self.plate(body), self.start
+        assert plate is not None
+        assert start is not None
+        own = np.flatnonzero(start.body == body)
+        position = start.fields["position"][own]
+        outer = self._outer(plate, position, own)
+        return Rim(start.id[own][outer], position[outer])
+
     def _outer(self, plate: Plate, position: np.ndarray, rows: np.ndarray) -> np.ndarray:
         """Return which of a layer's particles at the start (indices `rows`) are its rim or that of one of its parts."""
-        outer = plate.outward(plate.across(position)) >= RIM
+        outer = plate.beyond(plate.across(position), RIM)
         if plate.pieces == 1 or self.start is None:
             return outer
         groups = connected_groups(position, own_spacings(self.start, rows, self.spacing))
@@ -323,7 +366,7 @@ class Scene:
             part = groups == group
             if not outer[part].any():
                 alone = plate_of(plate.body, position[part], position[part, 1:].mean(axis=0), self.spacing)
-                outer[part] = alone.outward(alone.across(position[part])) >= RIM
+                outer[part] = alone.beyond(alone.across(position[part]), RIM)
         return outer
 
     def _main(self, chosen: np.ndarray) -> np.ndarray:

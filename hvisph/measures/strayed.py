@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from hvisph.core.measures import PER_SI
 from hvisph.output.snapshot import Snapshot
 
+LOOKED_AT = ("mass", "density", "internal_energy", "temperature", "pressure")
 LEFT = 1e-3  # share of a body's mass
 
 
@@ -58,16 +59,17 @@ def strayed(moments: Iterable[Snapshot], bodies: Sequence[str], holds: Sequence[
         plain = now.metadata.get("units") == "none"
         if "internal_energy" not in now.fields:
             continue
+        fields = {name: now.fields[name] for name in LOOKED_AT if name in now.fields}  # of a file read once
         for number, (one, limits) in enumerate(zip(seen, holds, strict=True)):
-            mine = np.flatnonzero((now.body == number) & (now.fields["mass"] > 0.0))
+            mine = np.flatnonzero((now.body == number) & (fields["mass"] > 0.0))
             if len(mine):
-                _look(one, limits, now, mine)
+                _look(one, limits, now, fields, mine)
     return {name: list(_said(one, limits, plain)) for name, one, limits in zip(bodies, seen, holds, strict=True)}
 
 
-def _look(seen: _Seen, limits: Holds, now: Snapshot, mine: np.ndarray) -> None:
-    """Take account of a body's particles `mine` at a moment."""
-    fields, mass = now.fields, now.fields["mass"][mine]
+def _look(seen: _Seen, limits: Holds, now: Snapshot, fields: Mapping[str, np.ndarray], mine: np.ndarray) -> None:
+    """Take account of a body's particles `mine` at a moment with the `fields` of `LOOKED_AT`."""
+    mass = fields["mass"][mine]
     temperature = fields["temperature"][mine] if "temperature" in fields else None
     outside = limits.outside(fields["density"][mine], fields["internal_energy"][mine], temperature)
     share = float(mass[outside].sum() / mass.sum())
@@ -82,7 +84,7 @@ def _look(seen: _Seen, limits: Holds, now: Snapshot, mine: np.ndarray) -> None:
     most = int(tension.argmax())
     if tension[most] > seen.tension:
         seen.tension, seen.time = float(tension[most]), now.time
-        seen.place = tuple(float(x) for x in np.atleast_1d(fields["position"][mine[most]]))
+        seen.place = tuple(float(x) for x in np.atleast_1d(now.fields["position"][mine[most]]))
 
 
 def _said(seen: _Seen, limits: Holds, plain: bool) -> Iterator[str]:

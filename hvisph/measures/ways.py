@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import product
 
 import numpy as np
 
@@ -75,6 +76,15 @@ class Grid:
         far = ndimage.distance_transform_edt(~self.filled(place)) * self.cell
         return np.asarray(far[(slice(None), *[slice(self.pad, -self.pad)] * (len(self.shape) - 1))])
 
+    def free(self, place: np.ndarray, reach: float) -> np.ndarray:
+        """Return where `clearance` is more than a `reach` of some cells [m], which fewer steps tell."""
+        cells, near = self.filled(place), np.zeros(self.shape, dtype=bool)
+        steps = range(-int(reach / self.cell) - 1, int(reach / self.cell) + 2)
+        for step in product(steps, repeat=len(self.shape)):
+            if np.sqrt(float(sum(k * k for k in step))) * self.cell <= reach:
+                near |= np.roll(cells, step, tuple(range(len(step))))  # pads are wider than that
+        return np.asarray(~near[(slice(None), *[slice(self.pad, -self.pad)] * (len(self.shape) - 1))])
+
     @cached_property
     def inside(self) -> np.ndarray:
         """Whether cells across the layer are within its edges: a disc has no corners, through which there is a way."""
@@ -135,7 +145,7 @@ def place_of(plate: Plate, position: np.ndarray, own: float | np.ndarray, spacin
 def is_open(plate: Plate, solid: np.ndarray, spacing: float) -> bool:
     """Whether a way leads through what is at `solid`, places (n, dim) in the axes of the layer [m]."""
     grid = Grid.about(plate, spacing, [solid])
-    return grid.leads_through(grid.clearance(solid) > RADIUS * spacing)
+    return grid.leads_through(grid.free(solid, RADIUS * spacing))
 
 
 def has_opened(plate: Plate, solid: np.ndarray, before: np.ndarray, spacing: float) -> bool:

@@ -121,8 +121,10 @@ class Whole:
             np.minimum.at(nearest, labels, np.abs(position[:, mirror.axis] - mirror.at) - 0.5 * reach)
             if not self.revolution:
                 apart |= np.where(nearest > 0.0, 1 << number, 0)
-        keys = labels[None] * self.images + (bits[:, None] & apart[labels][None])
-        return np.unique(keys.ravel(), return_inverse=True)[1].reshape(-1)
+        keys = (labels[None] * self.images + (bits[:, None] & apart[labels][None])).ravel()
+        used = np.zeros(len(apart) * self.images, dtype=bool)
+        used[keys] = True
+        return np.asarray((np.cumsum(used) - 1)[keys])
 
     def _signs(self, dim: int) -> np.ndarray:
         signs = np.ones((self.images, dim))

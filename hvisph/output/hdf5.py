@@ -79,7 +79,8 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
     path
         The file.
     lazily
-        Whether fields of a large one are read whenever they are asked for, and not kept: the file must stay as it is.
+        Whether fields of a large one are read whenever they are asked for, and not kept, but for the numbers of
+        bodies, materials and particles and what stands in another file: the file must stay as it is.
 
     Raises
     ------
@@ -94,13 +95,28 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
             )
         places = {name: f"VTKHDF/PointData/{name}" for name in h5["VTKHDF/PointData"]}
         places["position"] = "VTKHDF/Points"
-        if lazily and "constants_in" not in header and h5[places["position"]].shape[0] > _SMALL:
-            return layout.snapshot_from(header, Derived(places, lambda name: _array(path, places[name])))
-        arrays = {name: h5[at][...] for name, at in places.items()}
+        large = h5[places["position"]].shape[0] > _SMALL
+        kept = layout.INDICES if lazily and large else tuple(places)
+        arrays = {name: h5[places[name]][...] for name in kept if name in places}
     if "constants_in" in header:
         arrays |= _constants(Path(path), str(header["constants_in"]), arrays["id"])
     with naming(path, "a snapshot"):
-        return layout.snapshot_from(header, arrays)
+        if len(arrays) == len({*places, *arrays}):
+            return layout.snapshot_from(header, arrays)
+        return layout.snapshot_from(header, Derived((*places, *arrays), lambda name: (
+            arrays[name] if name in arrays else _array(path, places[name]))))  # fmt: skip
+
+
+def time_in(path: str | Path) -> float:
+    """Return the time [s] of a snapshot, without a look at its fields.
+
+    Raises
+    ------
+    OutputError
+        When the file is missing, truncated or not a snapshot.
+    """
+    with reading(path, "a snapshot", verified=False) as h5:
+        return float(_header(h5)["time"])
 
 
 def _array(path: str | Path, place: str) -> np.ndarray:

@@ -20,7 +20,7 @@ from hvisph.core.harmless import harmless
 from hvisph.output import names
 from hvisph.output.atomic import reason
 from hvisph.output.foreign_names import SI, Convention
-from hvisph.output.hdf5 import read_hdf5
+from hvisph.output.hdf5 import read_hdf5, time_in
 from hvisph.output.lammps import read_lammps
 from hvisph.output.sealed import SIGNATURE
 from hvisph.output.snapshot import Snapshot
@@ -64,6 +64,17 @@ def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool
         return read_lammps(path, convention)
     what = "it is empty" if not start else "it is none of HDF5, VTU, VTP, VTK and LAMMPS dump"
     raise OutputError(f"cannot read {path}: {what}")
+
+
+def read_time(path: str | Path, convention: Convention = SI) -> float:
+    """Return the time [s] of a snapshot, of an HDF5 file without a look at its fields.
+
+    Raises
+    ------
+    OutputError
+        As of `read_snapshot`.
+    """
+    return time_in(path) if _bytes(Path(path), 64).startswith(SIGNATURE) else read_snapshot(path, convention).time
 
 
 def list_snapshots(run: str | Path) -> list[Path]:
@@ -110,7 +121,7 @@ def snapshots_at(path: Path, at: Sequence[float] | str | None) -> Iterator[Snaps
     if at is None or at == "all":
         yield from (read_snapshot(file) for file in (files[-1:] if at is None else files))
         return
-    times = [read_snapshot(file).time for file in files]
+    times = [read_time(file) for file in files]
     for time in at:
         yield read_snapshot(files[int(np.argmin([abs(one - float(time)) for one in times]))])
 

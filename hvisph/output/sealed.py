@@ -7,6 +7,8 @@ looked over before any of it is read: groups and plain arrays that lie in the fi
 from __future__ import annotations
 
 import io
+import os
+import time as clock
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +21,10 @@ from hvisph.output.seal import append_seal, verify_seal
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 MOST_OBJECTS = 1000  # groups and arrays; a snapshot has some thirty
 MOST_DEEP = 8
+MOST_KNOWN = 10_000  # files that are remembered
+SETTLED = 2.0  # [s] after which a change shows in a file's time
+State = tuple[int, int, int, int]  # device, number, size and time of a file
+_WHOLE: dict[State, None] = {}  # files that this process has found to be whole and ours
 PACKED = 1100  # deflate packs 1032 bytes into one at most
 LABELS = ("body_names", "material_names")  # texts in a snapshot, for ParaView
 
@@ -58,7 +64,7 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[A
     what
         What it should be, such as ``a snapshot``.
     verified
-        Whether its seal is held against all of its content; without, it may be damaged.
+        Whether its seal is held against all of its content, once as long as it stays as it is; else it may be damaged.
 
     Raises
     ------
@@ -70,11 +76,30 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[A
     with naming(path, what), Path(path).open("rb") as file:
         if file.read(len(SIGNATURE)) != SIGNATURE:
             raise OutputError("it is not an HDF5 file")
-        if verified:
+        state = _state(file)
+        known = state in _WHOLE
+        if verified and not known:
             verify_seal(file)
+        file.seek(0)
         with h5py.File(file, "r") as h5:
-            _refuse_what_is_not_ours(h5, file.seek(0, 2))
+            if not known:
+                _refuse_what_is_not_ours(h5, file.seek(0, 2))
+                if verified:
+                    _remember(state)
             yield h5
+
+
+def _state(file: BinaryIO) -> State:
+    told = os.fstat(file.fileno())
+    return told.st_dev, told.st_ino, told.st_size, told.st_mtime_ns
+
+
+def _remember(state: State) -> None:
+    """Keep in mind that a file is whole and ours, which holds until it is written anew."""
+    if clock.time() - 1e-9 * state[3] > SETTLED:  # within the clock's grain a change would not show
+        _WHOLE[state] = None
+        while len(_WHOLE) > MOST_KNOWN:
+            del _WHOLE[next(iter(_WHOLE))]
 
 
 @contextmanager

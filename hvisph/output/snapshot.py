@@ -50,6 +50,11 @@ class Snapshot:
         """Number of particles."""
         return len(self.id)
 
+    @property
+    def present(self) -> list[int]:
+        """Numbers of the bodies that have particles, in order."""
+        return [int(body) for body in np.flatnonzero(np.bincount(self.body))]
+
     def part(self, chosen: np.ndarray) -> Snapshot:
         """Return the particles with the indices `chosen` alone."""
         fields = changed(self.fields, lambda _, values: values[chosen])

@@ -13,7 +13,7 @@ from hvisph.core.errors import HvisphError
 from hvisph.materials.limits import outside_range, range_of
 from hvisph.measures.correlations import correlations
 from hvisph.measures.expected import compare
-from hvisph.measures.measure import in_time, measure_snapshot, unmeasured
+from hvisph.measures.measure import measure_in_time, unmeasured
 from hvisph.measures.remarks import remarks
 from hvisph.measures.strayed import Holds
 from hvisph.output.reader import read_snapshot
@@ -60,7 +60,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         Of any particle up to the end [Pa].
     """
     try:
-        measured = in_time(measure_snapshot(now, start, history), snapshots, start)
+        measured = measure_in_time(now, snapshots, start, history)
     except HvisphError as error:
         measured = unmeasured(now, str(error))
     except (ValueError, FloatingPointError) as error:
