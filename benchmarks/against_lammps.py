@@ -29,6 +29,7 @@ SHORT, LONG = 20, 60  # steps of the 3D runs
 def user_seconds(command: list[str], folder: str) -> tuple[float, str]:
     """Return the user CPU time [s] of a command and what it said."""
     environment = os.environ | {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # else every run compiles its own sources anew
     environment["PATH"] = f"{Path(command[0]).parent}{os.pathsep}{environment['PATH']}"
     with tempfile.TemporaryFile("w+") as said:
         process = subprocess.Popen(command, cwd=folder, env=environment, stdout=said, stderr=said)

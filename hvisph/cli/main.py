@@ -38,11 +38,12 @@ from hvisph.cli.group import Group
 from hvisph.cli.guard import guarded
 from hvisph.cli.say import say
 
-
 # At its end Python's collector looks through all that was ever imported, twice, which takes 0.2 s.
 atexit.register(gc.freeze)
 # numpy's linear algebra starts its threads when it is imported, 0.06 s; matrices here are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Models of cases are as this package has them: pydantic need not look through all packages for plugins.
+os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 
 class _App(typer.Typer):

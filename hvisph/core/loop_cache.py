@@ -26,6 +26,7 @@ from typing import Any
 
 from numba.core import compiler, serialize
 from numba.core.caching import _Cache
+from numba.core.runtime import rtsys
 
 from .fingerprint import fingerprint
 
@@ -127,7 +128,8 @@ class LoopCache(_Cache):
         """Return the loop compiled for `sig`, or None where it is absent, damaged or of another make."""
         if not self._enabled:
             return None
-        target_context.refresh()
+        # What a finished loop calls; numba's compiler, which takes 0.3 s to load, is for a loop that is not there.
+        rtsys.initialize(target_context)
         path = self._path(sig, target_context)
         loop = _loop(path, target_context)
         if loop is None:
