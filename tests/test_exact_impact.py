@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from hvisph.core.errors import CaseError
+from hvisph.core.jit import plain
 from hvisph.exact.hugoniot import impedance_match, shock
 from hvisph.exact.plate_impact import impact, with_reflections
 from hvisph.exact.roots import bracketed_root
 from hvisph.materials.eos import IdealGas, MieGrueneisen, StiffenedGas
+from hvisph.materials.porosity import Porosity, crush_curve
 from hvisph.materials.strength import ElasticStrength, LinearHardening, NoStrength, VonMises
 from hvisph.materials.table import Material
 
@@ -32,6 +34,20 @@ def test_root_finder_reaches_rounding_and_wants_a_bracket():
 @pytest.mark.parametrize("u", [1.0, 300.0, 1550.0, 4000.0])
 def test_mie_grueneisen_shock_lies_on_its_us_up_line(u):
     assert shock(aluminium(SOLID), u).shock_speed == pytest.approx(5328.0 + 1.338 * u, rel=1e-9)
+
+
+@pytest.mark.parametrize("u", [100.0, 500.0, 2000.0])
+def test_a_shock_into_pores_crushes_them(u):
+    """Jump conditions from the density with pores to a state on the crush curve; far weaker than that of the solid."""
+    pores = Porosity(1.5, 0.1e9, 1.5e9)
+    porous = Material("foam", RHO0, SOLID, porosity=pores)
+    state = shock(porous, u)
+    assert state.pressure == pytest.approx(RHO0 / 1.5 * state.shock_speed * u, rel=1e-9)
+    assert state.density * (state.shock_speed - u) == pytest.approx(RHO0 / 1.5 * state.shock_speed, rel=1e-9)
+    alpha = plain(crush_curve)(state.pressure, tuple(porous.row().tolist()))
+    solid = porous.pressure(alpha * state.density, state.energy) / alpha
+    assert solid == pytest.approx(state.pressure, rel=1e-6)
+    assert state.pressure < 0.75 * shock(aluminium(SOLID), u).pressure
 
 
 def test_strong_shock_in_an_ideal_gas_has_the_limiting_compression():

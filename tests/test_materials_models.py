@@ -21,6 +21,7 @@ from hvisph.materials.damage import (
 )
 from hvisph.materials.eos import JonesWilkinsLee, MieGrueneisen, Polynomial
 from hvisph.materials.porosity import Porosity
+from hvisph.materials.state import flow_stress
 from hvisph.materials.strength import (
     CowperSymonds,
     ElasticStrength,
@@ -291,6 +292,20 @@ def test_what_has_failed_flows_rubs_or_keeps_its_stress():
             assert mises == pytest.approx(0.6 * p, rel=1e-9)
         else:
             assert found[0] == kept
+
+
+def test_rubble_bears_no_more_than_the_whole_did():
+    """At 12 GPa friction alone would let broken aluminium bear twenty times what whole aluminium does."""
+    s = (2e9, -2e9, 0.0, 0.0, 0.0, 0.0)
+    for strength, most in ((VonMises(27e9, 0.3e9), 0.3e9), (ElasticStrength(27e9), np.inf)):
+        made = Material("al", 2703.0, EOS, strength, PressureCutoff(-1e9, True), failed_friction=0.1)
+        table, models = pack([made])
+        for rho in (2703.0 * 1.001, 2703.0 * 1.12):
+            found, _, _, p, *_ = recalled(made, rho, damage=1.0, s=s)
+            mises = np.sqrt(1.5 * (found[0] ** 2 + found[1] ** 2 + found[2] ** 2))
+            assert mises == pytest.approx(min(0.1 * p, most), rel=1e-9)
+            limit, _ = plain(flow_stress)(table, models, 0, rho, 0.0, p, 0.0, 1.0, 1.0)
+            assert limit == pytest.approx(mises, rel=1e-9)
 
 
 def test_failed_material_fails_for_good_in_principal_stress():

@@ -73,6 +73,12 @@ def test_no_bundled_case_is_flagged():
         assert [text for text in warnings_of(loaded) if "usual" in text or "meant" in text] == [], path
 
 
+def test_a_gas_is_as_thin_as_it_is():
+    case = load_case("quickstart", ["bodies.target.material={density: 1.2, eos: {type: ideal_gas, gamma: 1.4}}",
+                                    "bodies.target.internal_energy=0.2 MJ/kg"])  # fmt: skip
+    assert not [text for text in warnings_of(case) if "density" in text]
+
+
 def test_an_equation_of_state_beyond_its_range_is_named():
     linear = case()
     material = {"density": 2703, "eos": {"type": "linear", "bulk_modulus": "74 GPa"}}

@@ -36,7 +36,10 @@ class _Failing(StrictModel):
         description="What has failed: `fluid` bears pressure alone, `rubble` also friction, `keeps_stress` is only "
         "marked: in AdapTLE it turns Eulerian, and the crack is what opens between Eulerian particles",
     )
-    friction: NonNegativeNumber = Field(default=0.6, description="Friction of rubble, Y = friction p [-], at least 0")
+    friction: NonNegativeNumber = Field(
+        default=0.6,
+        description="Friction of rubble, Y = friction p, no more than the whole material bears [-], at least 0",
+    )
 
 
 class _Spalling(_Failing):

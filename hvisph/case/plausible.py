@@ -1,7 +1,7 @@
 """Numbers that are allowed but hardly meant: slips of units, of digits, of signs.
 
 Each warning says the number, the usual range, and what was probably meant. The ranges hold every material of
-the library; they are about solids and liquids under impact.
+the library; they are about solids and liquids under impact, and gases have none.
 """
 
 from __future__ import annotations
@@ -67,7 +67,8 @@ def implausible(case: Surroundings) -> list[str]:
 def of_material(material: Material) -> Iterator[str]:
     """Yield what is doubtful about the numbers of a material."""
     eos, strength = material.eos, material.strength
-    yield from _one("density", material.density, DENSITY, "kg/m^3")
+    if eos.type != "ideal_gas":
+        yield from _one("density", material.density, DENSITY, "kg/m^3")
     speed = bulk_speed(material)
     if speed is not None:
         given = hasattr(eos, "sound_speed")

@@ -75,6 +75,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     from hvisph.cli.words import duration, paragraph, quantity, rounded, size, table
     from hvisph.simulation.advice import regime, tears
     from hvisph.simulation.experience import experience
+    from hvisph.simulation.meeting import meeting
 
     si = case.units == "si"
 
@@ -105,11 +106,14 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     if shock is None:
         facts.append(("plane shock", f"none: {reason}"))
     else:
+        met = meeting(case)
+        assert met is not None
         facts.append(
             (
                 "plane shock",
-                f"{number(shock.pressure, 'Pa')} by impedance matching without strength; "
-                f"interface at {number(shock.interface_velocity, 'm/s')} relative to the second body",
+                f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {met.first} on {met.second} at "
+                f"{number(met.velocity, 'm/s')}; interface at {number(shock.interface_velocity, 'm/s')} relative to "
+                f"{met.second}",
             )
         )
         facts.append(

@@ -92,7 +92,7 @@ CATALOGUE: dict[str, Measure] = {
                  "voids in the projectile", "%", 1, "voids"),
         _measure("centre_pressure_peak", "Pa", _ANY, "Highest mean pressure at the projectile's centre",
                  "peak centre pressure", "GPa", 2, "P peak"),
-        _measure("centre_tension_peak", "Pa", _ANY, "Highest tension on the shot line, positive",
+        _measure("centre_tension_peak", "Pa", _ANY, "Highest tension of the projectile on the shot line, positive",
                  "peak tension on the axis", "GPa", 2, "T peak"),
         _measure("residual_velocity", "m/s", _SOLID, "Axial velocity of the projectile's main body behind all layers",
                  "residual velocity", "m/s", 1, "v_d"),

@@ -4,6 +4,8 @@ A steady shock of speed U into material at rest, particle velocity u behind it:
 
     rho (U - u) = rho0 U,    p = p0 + rho0 U u,    e = e0 + u^2/2 + p0 u / (rho0 U)
 
+Of porous material rho0 is the density with its pores, and p = p_s(alpha rho, e)/alpha behind the shock, alpha that of the
+crush curve at p; an elastic precursor, which runs ahead of slow ones, is left out.
 Hydrodynamic: strength is left out; `plate_impact` has it.
 """
 
@@ -12,6 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ..core.errors import RunError
+from ..core.jit import plain
+from ..materials.porosity import crush_curve
 from ..materials.table import Material
 from .roots import bracketed_root
 
@@ -47,10 +51,11 @@ def shock(material: Material, particle_velocity: float) -> ShockState:
     RunError
         If the equation of state has no such shock.
     """
-    rho0, u = material.density, particle_velocity
+    rho0, u = material.density_at_rest, particle_velocity
     e0 = material.eos.ambient_energy
-    pressure = material.pressure_function()
-    p0 = pressure(rho0, e0)
+    solid, pores = material.pressure_function(), material.porosity
+    p0 = solid(material.density, e0)
+    row = () if pores is None else tuple(material.row().tolist())
     c0 = material.bulk_sound_speed
     if u < 0.0:
         raise RunError(f"a shock cannot have a particle velocity below zero ({u:.6g} m/s)")
@@ -64,7 +69,8 @@ def shock(material: Material, particle_velocity: float) -> ShockState:
 
     def excess(shock_speed: float) -> float:
         behind = state(shock_speed)
-        return pressure(behind.density, behind.energy) - behind.pressure
+        alpha = 1.0 if pores is None else plain(crush_curve)(behind.pressure, row)
+        return solid(alpha * behind.density, behind.energy) / alpha - behind.pressure
 
     # From above: near U = u some equations of state have left their range and have other roots.
     high = 10.0 * (c0 + u)

@@ -216,26 +216,26 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     if shear == 0.0:
         s = no_symmetric(3)
     flow, increment = inf, 0.0
+    rubble = felt >= 1.0 and not owns
     if strength != _ELASTIC:
-        rubble = felt >= 1.0 and not owns
-        flow = friction * max(p, 0.0)
+        flow = yield_stress(strength, plastic_strain, factor, offset, row) * filled
+    if rubble:  # friction, but no more than what it was made of bore
+        flow = min(flow, friction * max(p, 0.0))
+    trial_squared = 1.5 * double_dot(s, s)
+    if trial_squared > flow * flow * _ON_THE_SURFACE:
+        trial = sqrt(trial_squared)
+        excess = trial - flow
+        increment = excess / (3.0 * shear)
+        hardening = 0.0
         if not rubble:
-            flow = yield_stress(strength, plastic_strain, factor, offset, row) * filled
-        trial_squared = 1.5 * double_dot(s, s)
-        if trial_squared > flow * flow * _ON_THE_SURFACE:
-            trial = sqrt(trial_squared)
-            excess = trial - flow
-            increment = excess / (3.0 * shear)
-            hardening = 0.0
-            if not rubble:
-                hardening = yield_stress(strength, plastic_strain + increment, factor, offset, row) * filled - flow
-            increment *= excess / (excess + hardening)
-            reached = trial - 3.0 * shear * increment
-            s = times(reached / trial, s)
-            plastic_strain += increment
-            if fails:
-                damage += increment / damage_model.fracture_strain(p, reached, strain_rate, homologous, row)
-                damage = min(damage, 1.0)
+            hardening = yield_stress(strength, plastic_strain + increment, factor, offset, row) * filled - flow
+        increment *= excess / (excess + hardening)
+        reached = trial - 3.0 * shear * increment
+        s = times(reached / trial, s)
+        plastic_strain += increment
+        if fails:
+            damage += increment / damage_model.fracture_strain(p, reached, strain_rate, homologous, row)
+            damage = min(damage, 1.0)
     if FURTHER_DAMAGE and damage_tag > _JOHNSON_COOK_DAMAGE and damage < 1.0:
         flowed = (increment, flow, strain_rate)
         s, damage, p, first = _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row)

@@ -130,25 +130,26 @@ def shear_modulus(table, models, m, rho, e, p):
 def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     """Yield stress [Pa] of the current state at the equivalent strain rate `rate` [1/s], and shear modulus [Pa].
 
-    The yield stress is infinite for an elastic solid and for a fluid, zero for what has failed and flows. Of porous
-    material it is that of the solid at rest or denser, an upper limit.
+    The yield stress is infinite for an elastic solid and for a fluid, zero for what has failed and flows, that of
+    friction for rubble, as far as the whole material bears it. Of porous material it is that of the solid at rest or
+    denser, an upper limit.
     """
     row, strength = parameters(table, m), models[m, STRENGTH_TAG]
     felt = felt_damage(damage, row)
     shear = row[SHEAR_MODULUS]
     owns = FURTHER_STRENGTH and strength in (_ROCK, _JOHNSON_HOLMQUIST)
-    if strength != _NO_STRENGTH and felt >= 1.0 and not owns:
-        return row[FAILED_FRICTION] * max(p, 0.0), shear
+    broken = strength != _NO_STRENGTH and felt >= 1.0 and not owns
+    friction = row[FAILED_FRICTION] * max(p, 0.0) if broken else inf
     if strength in (_NO_STRENGTH, _ELASTIC):
-        return inf, shear
+        return friction, shear
     if POROUS and row[DISTENSION] > 1.0:
         rho = max(rho, row[RHO0])
     t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
     homologous = homologous_temperature(e, t, melt, row)
     factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, felt, row)
-    flow = yield_stress(strength, plastic_strain, factor, offset, row)
+    flow = min(yield_stress(strength, plastic_strain, factor, offset, row), friction)
     cracked = FURTHER_DAMAGE and models[m, DAMAGE_TAG] == _GRADY_KIPP and not owns
-    return (flow * (1.0 - felt) if cracked else flow), shear * share
+    return (flow * (1.0 - felt) if cracked and not broken else flow), shear * share
 
 
 @compiled

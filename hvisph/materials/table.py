@@ -85,6 +85,11 @@ class Material:
         return float(getattr(self.strength, "yield_stress", inf))
 
     @property
+    def density_at_rest(self) -> float:
+        """Density at the start [kg/m^3]: with its pores, if it has any."""
+        return self.density if self.porosity is None else self.density / self.porosity.distension
+
+    @property
     def bulk_sound_speed(self) -> float:
         """Bulk sound speed at rest [m/s]."""
         return self.eos.ambient_sound_speed(self.density)

@@ -1,7 +1,7 @@
 """The regime of a case, and advice where what it has chosen is outside what the verification shows to hold.
 
-The impact pressure of the first two bodies against their strength tells whether waves stay elastic, plastic strains
-decide, or a shock does; `docs/verification.md` has the figures that the advice leans on.
+The impact pressure of the two bodies that meet first against their strength tells whether waves stay elastic, plastic
+strains decide, or a shock does; `docs/verification.md` has the figures that the advice leans on.
 """
 
 from __future__ import annotations
@@ -11,7 +11,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hvisph.simulation.impact_pressure import impact_pressure
+from hvisph.simulation.meeting import meeting
+
 if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
     from hvisph.case.case import Case
     from hvisph.materials.table import Material
 
@@ -29,12 +33,12 @@ FEWEST_ACROSS = 5
 
 @dataclass(frozen=True)
 class Regime:
-    """What the first two bodies do to each other.
+    """What the two bodies that meet first do to each other.
 
     Parameters
     ----------
     velocity
-        Closing velocity along x [m/s]; 0 where nothing closes.
+        Closing velocity of the first two bodies to meet, or of one and its image [m/s]; 0 where nothing closes.
     pressure
         Impact pressure, acoustic: a shock's is higher [Pa].
     strength
@@ -49,7 +53,7 @@ class Regime:
     def words(self) -> str:
         """The regime in a few words."""
         if self.velocity <= 0.0:
-            return "nothing closes along x: no impact"
+            return "no two bodies close: no impact"
         if self.strength is None:
             return "shock in materials without strength"
         over = self.pressure / self.strength if self.strength > 0.0 else math.inf
@@ -63,10 +67,14 @@ class Regime:
 def regime(case: Case) -> Regime:
     """Return the regime of a case."""
     materials = _materials(case)
-    bodies = list(case.bodies.values())
-    velocity = max(bodies[0].velocity[0] - bodies[1].velocity[0], 0.0) if len(bodies) > 1 else against_wall(case)
-    first, second = (m.density * m.bulk_sound_speed for m in (*materials, *materials)[:2])
-    pressure = velocity * first * second / (first + second)
+    met = meeting(case)
+    velocity = against_wall(case) if met is None else met.velocity
+    names = [next(iter(case.bodies))] * 2 if met is None else [met.first, met.second]
+    first, second = (_material(case.bodies[name]) for name in names)
+    one, other = (m.density_at_rest * m.bulk_sound_speed for m in (first, second))
+    pressure = velocity * one * other / (one + other)
+    if first.porosity is not None or second.porosity is not None:  # pores crush far below the speed of sound
+        pressure = min(pressure, impact_pressure(first, second, velocity))
     known = [y for y in (_strength(material, pressure) for material in materials) if y is not None]
     return Regime(velocity, pressure, min(known, default=None))
 
@@ -131,9 +139,13 @@ def tears(case: Case, kind: Regime) -> str:
 
 
 def _materials(case: Case) -> list[Material]:
+    return [_material(body) for body in case.bodies.values()]
+
+
+def _material(body: Body) -> Material:
     from hvisph.simulation.materials import material_of
 
-    return [material_of(body.material, body.internal_energy) for body in case.bodies.values()]
+    return material_of(body.material, body.internal_energy)
 
 
 def _strength(material: Material, pressure: float) -> float | None:
@@ -166,7 +178,7 @@ def _slow(case: Case, kind: Regime) -> Iterator[str]:
 
 def _punching(case: Case, kind: Regime) -> Iterator[str]:
     """Plates that are punched at ballistic speeds: contact SPH spreads the shear of a plug."""
-    if not 0.0 < kind.velocity < BALLISTIC or len(case.bodies) < 2:
+    if not 0.0 < kind.velocity < BALLISTIC or len(case.bodies) < 2 or case.dim == 1:
         return
     fails = any(body.material.damage.type == "johnson_cook" for body in case.bodies.values())
     if not fails or kind.strength is None or kind.pressure <= ELASTIC * kind.strength:
@@ -185,8 +197,10 @@ def _punching(case: Case, kind: Regime) -> Iterator[str]:
 
 def _spalling(case: Case, kind: Regime) -> Iterator[str]:
     """Shocked plates whose damage knows plastic strain alone: spall comes too late."""
-    if kind.strength is None or kind.pressure < SHOCK * kind.strength or kind.velocity < BALLISTIC:
+    if kind.velocity <= 0.0 or kind.strength is None or kind.pressure < kind.strength:
         return
+    if case.dim > 1 and (kind.pressure < SHOCK * kind.strength or kind.velocity < BALLISTIC):
+        return  # elsewhere plates are bent and punched before they spall
     for name, body in reversed(list(case.bodies.items())[1:]):
         damage: Any = body.material.damage
         if damage.type == "johnson_cook" and damage.spall_strength is None and damage.pressure_cutoff is None:
@@ -203,7 +217,8 @@ def _strong(case: Case, kind: Regime) -> Iterator[str]:
     model: Any = case.formulation
     if kind.velocity <= 0.0:
         return
-    material = _materials(case)[-1 if len(case.bodies) < 2 else 1]
+    met = meeting(case)
+    material = _material(next(iter(case.bodies.values())) if met is None else case.bodies[met.second])
     share = 0.5 * kind.velocity / material.bulk_sound_speed
     if model.type == "riemann" and model.form == "printed" and share > STRONG / 2:
         yield (

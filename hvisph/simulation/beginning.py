@@ -113,8 +113,8 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     if particles.kinematics.revolved:
         planes = (*planes, AXIS)
     notes = tuple(
-        f"{body.name}: mass {body.model.material.density * body.volumes.sum():.6g}; {body.filling.note}"
-        for body in placed
+        f"{body.name}: mass {start_of(body.name, body.model, material)[0] * body.volumes.sum():.6g}; {body.filling.note}"
+        for body, material in zip(placed, made, strict=True)
         if body.filling.note
     )
     gauges = placed_gauges(case.gauges, placed, case.resolution)
@@ -152,7 +152,7 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
         first = part.stop
         particles["position"][part] = body.positions
         particles["velocity"][part] = initial_velocity(body.model, body.positions, body.middle)
-        density, energy = start_of(body, material)
+        density, energy = start_of(body.name, body.model, material)
         particles["mass"][part] = density * body.volumes
         particles["density"][part] = density
         particles["internal_energy"][part] = energy

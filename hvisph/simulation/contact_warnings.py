@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hvisph.case.formulations.contact import RepulsiveContact
+from hvisph.simulation.meeting import meeting
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -16,7 +17,7 @@ SHARE = 0.5
 
 
 def contact_warnings(case: Case) -> list[str]:
-    """Return what is doubtful about the contact of a case's first two bodies; nothing where there is none."""
+    """Return what is doubtful about the contact of the two bodies that meet first; nothing where there is none."""
     model = getattr(case.formulation, "contact", None)
     chosen = isinstance(model, RepulsiveContact) or getattr(model, "stiffness", None) is not None
     if not chosen or len(case.bodies) < 2:
@@ -26,7 +27,8 @@ def contact_warnings(case: Case) -> list[str]:
     from hvisph.sph.kernels import KERNELS
 
     contact, kernel = contact_of(model), KERNELS[case.formulation.kernel]
-    bodies = list(case.bodies.values())[:2]
+    met = meeting(case)
+    bodies = list(case.bodies.values())[:2] if met is None else [case.bodies[met.first], case.bodies[met.second]]
     materials = [material_of(body.material, body.internal_energy) for body in bodies]
     dx, dim = case.resolution, case.dim
     stiffness = min(contact.of_material(m.density, m.bulk_sound_speed, dx, dim) for m in materials)
@@ -34,11 +36,10 @@ def contact_warnings(case: Case) -> list[str]:
     if not contact.stores:
         pressure *= dx**dim
     warnings = []
-    velocity = bodies[0].velocity[0] - bodies[1].velocity[0]
-    if velocity > 0.0:
+    if met is not None:
         # acoustic: below the shock's pressure, so that a warning is never in vain
         first, second = (m.density * m.bulk_sound_speed for m in materials)
-        expected = velocity * first * second / (first + second)
+        expected = met.velocity * first * second / (first + second)
         if expected > pressure:
             warnings.append(
                 f"formulation.contact: carries about {pressure:.3g} Pa, and the impact brings {expected:.3g} Pa: the "

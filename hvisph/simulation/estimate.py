@@ -23,6 +23,7 @@ from hvisph.simulation.cost import step_seconds, worthwhile_threads
 from hvisph.simulation.materials import material_of
 from hvisph.simulation.memory import free_memory
 from hvisph.simulation.shapes import shape_of
+from hvisph.simulation.starting import start_of
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -246,9 +247,14 @@ def _signal_speed(case: Case) -> float:
 def _counted(body: PlacedBody) -> BodyEstimate:
     size, dim = body.filling.size, len(body.filling.size)
     volume = float(body.volumes.sum())
-    mass, across = body.model.material.density * volume, round(size[min(1, dim - 1)] / body.filling.finest)
+    mass, across = _density(body.name, body.model) * volume, round(size[min(1, dim - 1)] / body.filling.finest)
     exactness = volume / body.asked
     return BodyEstimate(body.name, len(body.positions), across, mass, body.asked, exactness, body.filling.note)
+
+
+def _density(name: str, model: Any) -> float:
+    """Return the density that a body starts with [kg/m^3]."""
+    return start_of(name, model, material_of(model.material, model.internal_energy))[0]
 
 
 def _uncounted(case: Case) -> list[BodyEstimate]:
@@ -257,7 +263,7 @@ def _uncounted(case: Case) -> list[BodyEstimate]:
         shape, dx = _filled_shape(body, case), body.resolution or case.resolution
         kept, across = _rough(body, case), shape.extent()[min(1, case.dim - 1)] / dx
         volume = kept * dx**case.dim if case.drawn == case.dim else shape_of(body.shape, case.drawn).volume
-        parts.append(BodyEstimate(name, round(kept), round(across), body.material.density * volume, volume))
+        parts.append(BodyEstimate(name, round(kept), round(across), _density(name, body) * volume, volume))
     return parts
 
 

@@ -25,7 +25,7 @@ def impact_pressure(projectile: Material, target: Material, speed: float) -> flo
         return float(impedance_match(projectile, target, speed).pressure)
     except (HvisphError, ArithmeticError, ValueError):
         u = 0.5 * speed
-        return max(m.density * (m.bulk_sound_speed + 1.5 * u) * u for m in (projectile, target))
+        return max(m.density_at_rest * (m.bulk_sound_speed + 1.5 * u) * u for m in (projectile, target))
 
 
 def expected_pressure(materials: Sequence[Material], velocities: Sequence[np.ndarray]) -> float:

@@ -12,28 +12,30 @@ APART = 0.3  # of the estimate: a difference that is worth a remark
 
 
 def plane_shock(case: Case) -> tuple[Any, str]:
-    """Return what follows from impedance matching of the first two bodies.
+    """Return what follows from impedance matching of the two bodies that meet first.
 
     Returns
     -------
     tuple
-        The `hvisph.exact.hugoniot.Impact`, in the frame of the second body, and an empty text;
+        The `hvisph.exact.hugoniot.Impact`, in the frame of the second of their `meeting`, and an empty text;
         or None and the reason why there is none.
     """
     from hvisph.core.errors import HvisphError
 
-    bodies = list(case.bodies.values())
-    if len(bodies) < 2:
+    if len(case.bodies) < 2:
         return None, "there is only one body"
-    velocity = bodies[0].velocity[0] - bodies[1].velocity[0]
-    if velocity <= 0.0:
-        return None, "the first two bodies do not approach each other along x"
+    from hvisph.simulation.meeting import meeting
+
+    met = meeting(case)
+    if met is None:
+        return None, "no two bodies approach each other"
     from hvisph.exact.hugoniot import impedance_match
     from hvisph.simulation.materials import material_of
 
     try:
-        projectile, target = (material_of(body.material, body.internal_energy) for body in bodies[:2])
-        return impedance_match(projectile, target, velocity), ""
+        bodies = [case.bodies[name] for name in (met.first, met.second)]
+        projectile, target = (material_of(body.material, body.internal_energy) for body in bodies)
+        return impedance_match(projectile, target, met.velocity), ""
     except HvisphError as error:
         return None, str(error)
     except ArithmeticError:
@@ -41,16 +43,17 @@ def plane_shock(case: Case) -> tuple[Any, str]:
 
 
 def beyond_measured(case: Case) -> list[str]:
-    """Return a warning for each of the first two bodies whose material is known to miss measured shocks here."""
+    """Return a warning for each of the two bodies that meet first whose material is known to miss measured shocks here."""
     from hvisph.casefile.material_library import library_of
+    from hvisph.simulation.meeting import meeting
 
-    found, _ = plane_shock(case)
-    if found is None:
+    found, met = plane_shock(case)[0], meeting(case)
+    if found is None or met is None:
         return []
     library, said = library_of(), []
-    closing = [body.velocity[0] for body in case.bodies.values()]
-    behind = [closing[0] - closing[1] - found.interface_velocity, found.interface_velocity]
-    for (name, body), speed in zip(case.bodies.items(), behind, strict=False):
+    behind = {met.first: met.velocity - found.interface_velocity, met.second: found.interface_velocity}
+    for name, speed in behind.items():
+        body = case.bodies[name]
         if body.material.name not in library.files:
             continue
         notes = library.notes(body.material.name)

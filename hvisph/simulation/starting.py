@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -41,22 +42,21 @@ def with_cracks(material: Material, volume: float) -> Material:
     return replace(material, damage=damage)
 
 
-def start_of(body: PlacedBody, material: Material) -> tuple[float, float]:
-    """Return density [kg/m^3] and specific internal energy [J/kg] that a body starts with.
+def start_of(name: str, model: Any, material: Material) -> tuple[float, float]:
+    """Return density [kg/m^3] and specific internal energy [J/kg] that a body of the case starts with.
 
     Raises
     ------
     CaseError
         For a temperature that the material cannot have at no pressure.
     """
-    model = body.model
-    rest = material.density if material.porosity is None else material.density / material.porosity.distension
+    rest = material.density_at_rest
     if model.temperature is None:
         return rest, model.internal_energy or material.eos.ambient_energy
     try:
         density, energy = material.at_temperature(model.temperature)
     except CaseError as error:
-        raise CaseError(error.message, where=f"bodies.{body.name}.temperature") from None
+        raise CaseError(error.message, where=f"bodies.{name}.temperature") from None
     return density * rest / material.density, energy
 
 

@@ -1,0 +1,130 @@
+"""Which two bodies of a case meet first, and how fast: known from boxes around them, before a particle is made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
+    from hvisph.case.case import Case
+
+# Lower and upper corner, (dim,) each [m].
+Box = tuple[np.ndarray, np.ndarray]
+MOST_PAIRS = 2000  # of bodies that are looked at
+TOUCHING = 1e-6  # of the larger box: what rounding leaves between faces that touch
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two bodies that meet.
+
+    Parameters
+    ----------
+    first, second
+        Their names: the one that moves faster, and the other; in the order of the file where both are as fast.
+    velocity
+        How fast they close across the faces that meet, above 0 [m/s].
+    """
+
+    first: str
+    second: str
+    velocity: float
+
+
+def meeting(case: Case) -> Meeting | None:
+    """Return the first two bodies to meet as they move at the start; None where none do.
+
+    Of several that meet at once, such as core and jacket of a bullet, it is those of the highest pressure.
+    """
+    names, boxes = list(case.bodies), _boxes(case)
+    velocities = [_velocity(body, case.dim) for body in case.bodies.values()]
+    impedance = [_impedance(body) for body in case.bodies.values()]
+    found: list[tuple[float, float, int, int, float]] = []
+    for count, (a, b) in enumerate(combinations(range(len(names)), 2)):
+        if count >= MOST_PAIRS:
+            break
+        met = _met(boxes[a], boxes[b], velocities[a] - velocities[b])
+        if met is not None:
+            pressure = met[1] * impedance[a] * impedance[b] / max(impedance[a] + impedance[b], 1e-300)
+            found.append((met[0], -pressure, a, b, met[1]))
+    if not found:
+        return None
+    _, _, a, b, speed = min(found)
+    if np.linalg.norm(velocities[b]) > np.linalg.norm(velocities[a]):
+        a, b = b, a
+    return Meeting(names[a], names[b], speed)
+
+
+def _velocity(body: Body, dim: int) -> np.ndarray:
+    uniform = [field.velocity for field in body.initial_velocity if field.type == "uniform"]
+    return np.sum([np.zeros(dim), body.velocity, *uniform], axis=0)
+
+
+def _impedance(body: Body) -> float:
+    from hvisph.simulation.materials import material_of
+
+    material = material_of(body.material, body.internal_energy)
+    return material.density_at_rest * material.bulk_sound_speed
+
+
+def _boxes(case: Case) -> list[Box]:
+    """Return a box around each body at its place, those of the row as `geometry.place.row` has them."""
+    bodies = list(case.bodies.values())
+    boxes = [_box(body, case) for body in bodies]
+    row = [k for k, body in enumerate(bodies) if body.position is None]
+    front = -bodies[row[1]].gap - _length(boxes[row[0]]) if len(row) > 1 else 0.0  # the second has its face at 0
+    for before, k in zip([None, *row], row, strict=False):
+        front += 0.0 if before is None else bodies[k].gap
+        low, high = boxes[k]
+        shift = front - low[0]
+        low[0], high[0] = front, high[0] + shift
+        front = high[0]
+    return boxes
+
+
+def _length(box: Box) -> float:
+    return float(box[1][0] - box[0][0])
+
+
+def _box(body: Any, case: Case) -> Box:
+    """Return the corners of a box around a body at its stated place, about the origin where it has none."""
+    from hvisph.core.errors import CaseError
+    from hvisph.geometry.place import rotation_matrix
+    from hvisph.geometry.shapes import Placed
+    from hvisph.simulation.shapes import shape_of
+
+    centre = np.zeros(case.drawn)
+    if body.position is not None:
+        centre[: case.dim] = body.position
+    turn = None if body.rotation is None else rotation_matrix(case.drawn, body.rotation.radians, body.rotation.axis)
+    try:
+        low, high = Placed(shape_of(body.shape, case.drawn), centre, turn).bounds()
+    except (CaseError, ValueError):  # particles of a file: a point in the row, as wide as what it meets
+        low, high = np.full(case.drawn, -np.inf), np.full(case.drawn, np.inf)
+        low[0] = high[0] = centre[0]
+    return np.array(low[: case.dim], dtype=float), np.array(high[: case.dim], dtype=float)
+
+
+def _met(one: Box, other: Box, closing: np.ndarray) -> tuple[float, float] | None:
+    """Return when two boxes meet [s] and how fast across the faces that do [m/s]; None where they never do.
+
+    `closing` (dim,) [m/s] is the velocity of the one relative to the other.
+    """
+    moving = closing != 0.0
+    sizes = np.concatenate([one[1] - one[0], other[1] - other[0]])
+    slack = TOUCHING * float(sizes[np.isfinite(sizes)].max(initial=0.0))
+    apart = (one[1] <= other[0] + slack) | (other[1] <= one[0] + slack)
+    if not moving.any() or (apart & ~moving).any():
+        return None
+    ahead = np.where(closing > 0.0, other[0] - one[1], one[0] - other[1])  # along the axis, to the first contact
+    beyond = np.where(closing > 0.0, other[1] - one[0], one[1] - other[0])  # and to the last
+    speed = np.abs(closing)
+    enter, leave = ahead[moving] / speed[moving], beyond[moving] / speed[moving]
+    if leave.min() <= max(enter.max(), 0.0):
+        return None  # passed, or passing by
+    faced = speed[moving][enter.argmax()] if (ahead[moving] >= -slack).any() else speed.max()
+    return max(float(enter.max()), 0.0), float(faced)

@@ -1,0 +1,90 @@
+"""Which two bodies meet first, and how fast, wherever they stand in the file and in space."""
+
+import pytest
+from small_runs import METAL
+
+from hvisph.casefile.loader import load_case
+from hvisph.simulation.advice import regime
+from hvisph.simulation.meeting import meeting
+from hvisph.simulation.shock import plane_shock
+
+COPPER = "copper-ofhc"
+
+
+def case_of(kinematics, **bodies):
+    return load_case({"kinematics": kinematics, "resolution": 0.4e-3, "bodies": bodies, "time": {"end": 1e-6}})
+
+
+def disc(velocity=(0.0, 0.0), **more):
+    return {"material": METAL, "shape": {"type": "disc", "diameter": 4e-3}, "velocity": list(velocity)} | more
+
+
+def box(width, height, velocity=(0.0, 0.0), **more):
+    return {"material": METAL, "shape": {"type": "box", "size": [width, height]}, "velocity": list(velocity)} | more
+
+
+@pytest.mark.parametrize(
+    ("bodies", "first", "second", "speed"),
+    [
+        ({"ball": disc((2000.0, 0.0)), "plate": box(2e-3, 2e-2)}, "ball", "plate", 2000.0),
+        ({"plate": box(2e-3, 2e-2), "ball": disc((-2000.0, 0.0))}, "ball", "plate", 2000.0),
+        # falls on a plate that lies below, beside a third that it does not meet
+        (
+            {"floor": box(3e-2, 2e-3, position=[0, -1e-3]), "ball": disc((0.0, -900.0), position=[0, 3e-3]),
+             "post": box(2e-3, 2e-3, position=[1e-2, 4e-3])},
+            "ball", "floor", 900.0,
+        ),
+        # oblique: across the face of the plate
+        ({"ball": disc((2000.0, 3464.0)), "plate": box(2e-3, 2e-2)}, "ball", "plate", 2000.0),
+        # what flies together does not meet; the one ahead does
+        (
+            {"sabot": box(4e-3, 4e-3, (700.0, 0.0)), "flyer": box(2e-3, 4e-3, (700.0, 0.0)), "plate": box(2e-3, 2e-2)},
+            "flyer", "plate", 700.0,
+        ),
+        # three in a row, the last of which comes back at the second
+        (
+            {"a": box(2e-3, 4e-3), "b": box(2e-3, 4e-3, gap=4e-3), "c": box(2e-3, 4e-3, (-50.0, 0.0), gap=1e-3)},
+            "c", "b", 50.0,
+        ),
+    ],
+    ids=["row", "from the right", "downward", "oblique", "together", "last"],
+)  # fmt: skip
+def test_who_meets(bodies, first, second, speed):
+    case = case_of("plane_strain", **bodies)
+    met = meeting(case)
+    assert (met.first, met.second) == (first, second)
+    assert met.velocity == pytest.approx(speed, rel=1e-12)
+    assert regime(case).velocity == met.velocity
+    shock, _ = plane_shock(case)
+    # one metal: the interface moves at half of the speed
+    assert shock.interface_velocity == pytest.approx(speed / 2, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "bodies",
+    [
+        {"ball": disc((-2000.0, 0.0)), "plate": box(2e-3, 2e-2)},
+        {"ball": disc((2000.0, 0.0), position=[-1e-2, 2e-2]), "plate": box(2e-3, 1e-2, position=[0, 0])},
+        {"ball": disc(), "plate": box(2e-3, 2e-2)},
+        {"ball": disc((0.0, 100.0)), "plate": box(2e-3, 2e-2)},
+    ],
+    ids=["away", "past", "still", "along"],
+)
+def test_nobody_meets(bodies):
+    case = case_of("plane_strain", **bodies)
+    assert meeting(case) is None
+    assert "approach" in plane_shock(case)[1]
+
+
+def test_of_core_and_jacket_that_strike_at_once_the_stiffer_counts():
+    round_about = {"position": [-4e-3, 0.0], "velocity": [800.0, 0.0]}
+    case = case_of(
+        "axisymmetric",
+        jacket={"material": COPPER,
+                "shape": {"type": "tube", "outer_diameter": 8e-3, "inner_diameter": 5e-3, "length": 8e-3}} | round_about,
+        core={"material": "tungsten", "shape": {"type": "cylinder", "diameter": 5e-3, "length": 8e-3}} | round_about,
+        plate={"material": METAL, "shape": {"type": "cylinder", "diameter": 3e-2, "length": 4e-3}, "position": [2e-3, 0]},
+    )  # fmt: skip
+    met = meeting(case)
+    assert (met.first, met.second, met.velocity) == ("core", "plate", 800.0)
+    assert "ballistic" in regime(case).words or "shock" in regime(case).words
