@@ -21,7 +21,7 @@ from hvisph.materials.damage import (
 )
 from hvisph.materials.eos import JonesWilkinsLee, MieGrueneisen, Polynomial
 from hvisph.materials.porosity import Porosity
-from hvisph.materials.state import flow_stress
+from hvisph.materials.state import flow_stress, temperature_of
 from hvisph.materials.strength import (
     CowperSymonds,
     ElasticStrength,
@@ -306,6 +306,21 @@ def test_rubble_bears_no_more_than_the_whole_did():
             assert mises == pytest.approx(min(0.1 * p, most), rel=1e-9)
             limit, _ = plain(flow_stress)(table, models, 0, rho, 0.0, p, 0.0, 1.0, 1.0)
             assert limit == pytest.approx(mises, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["aluminium-6061-t6", "copper-ofhc", "lead"])
+def test_the_voids_of_what_has_failed_do_not_cool_it(name):
+    """Released to no pressure and then spread to a third of its density, it has the temperature that it had."""
+    made = material_of(load_material(name))
+    table, models = pack([made])
+    rho, e = made.at_temperature(700.0)
+    for share in (1.0, 0.9, 0.6, 0.3):
+        assert plain(temperature_of)(table, models, 0, share * rho, e, 0.0, 1.0) == pytest.approx(700.0, rel=1e-5)
+    # what bears its tension is as cold as that says
+    pulled = 0.98 * made.density
+    p = made.pressure(pulled, 0.0)
+    assert plain(temperature_of)(table, models, 0, pulled, 0.0, p, 1.0) == made.temperature(pulled, 0.0)
+    assert plain(temperature_of)(table, models, 0, 1.1 * rho, e, 9e9, 1.0) == made.temperature(1.1 * rho, e)
 
 
 def test_failed_material_fails_for_good_in_principal_stress():

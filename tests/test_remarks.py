@@ -133,6 +133,16 @@ def test_a_material_at_rest_and_behind_a_shock_is_within_its_range(name):
     assert outside_range(material, np.array([0.4, 4.0]) * material.density, np.zeros(2)).all()
 
 
+def test_what_has_failed_may_be_as_thin_as_its_voids_make_it():
+    metal = material_of(load_material("copper-ofhc"))
+    thin, zero = np.full(4, 0.3 * metal.density), np.zeros(4)
+    pressure, damage = np.array([0.0, -1e8, 0.0, 1e8]), np.array([1.0, 0.0, 0.5, 1.0])
+    outside = outside_range(metal, thin, zero, None, pressure, damage)
+    assert outside.tolist() == [False, True, True, True]
+    assert outside_range(metal, 5.0 * thin, zero, None, pressure, damage).tolist() == [False] * 4
+    assert outside_range(metal, 11.0 * thin, zero, None, 0.0 * pressure, np.ones(4)).all()  # pressed beyond its range
+
+
 def test_ends_of_each_kind_of_model():
     vapour = material_of(load_material("aluminium-tillotson"))
     density, energy = np.array([300.0, 300.0, 2700.0]), np.array([2e7, 1e5, -4e6])

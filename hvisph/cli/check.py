@@ -111,8 +111,8 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
         facts.append(
             (
                 "plane shock",
-                f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {met.first} on {met.second} at "
-                f"{number(met.velocity, 'm/s')}; interface at {number(shock.interface_velocity, 'm/s')} relative to "
+                f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {met.first} on {met.second} "
+                f"at {number(met.velocity, 'm/s')}; interface at {number(shock.interface_velocity, 'm/s')} relative to "
                 f"{met.second}",
             )
         )

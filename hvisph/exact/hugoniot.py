@@ -4,8 +4,8 @@ A steady shock of speed U into material at rest, particle velocity u behind it:
 
     rho (U - u) = rho0 U,    p = p0 + rho0 U u,    e = e0 + u^2/2 + p0 u / (rho0 U)
 
-Of porous material rho0 is the density with its pores, and p = p_s(alpha rho, e)/alpha behind the shock, alpha that of the
-crush curve at p; an elastic precursor, which runs ahead of slow ones, is left out.
+Of porous material rho0 is the density with its pores, and p = p_s(alpha rho, e)/alpha behind the shock, alpha that of
+the crush curve at p; an elastic precursor, which runs ahead of slow ones, is left out.
 Hydrodynamic: strength is left out; `plate_impact` has it.
 """
 

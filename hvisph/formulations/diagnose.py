@@ -21,7 +21,7 @@ def _diagnose(state, tags, table, models, pressure, sound_speed, von_mises, temp
             m, rho, e = np.uint64(tags[s, 2]), state[s, S_DENSITY], state[s, S_INTERNAL_ENERGY]
             memory = state[s, S_MEMORY] if REMEMBERS else 1.0
             p, c = remembered_state(table, models, m, rho, e, state[s, S_DAMAGE], memory)
-            temperature[s] = temperature_of(table, m, rho, e, memory)
+            temperature[s] = temperature_of(table, models, m, rho, e, p, memory)
             pressure[s] = p
             sound_speed[s] = c
             squares = 0.0

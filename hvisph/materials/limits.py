@@ -89,8 +89,9 @@ def range_of(material: Material) -> Range:
 
 
 def outside_range(
-    material: Material, density: np.ndarray, energy: np.ndarray, temperature: np.ndarray | None = None
-) -> np.ndarray:
+    material: Material, density: np.ndarray, energy: np.ndarray, temperature: np.ndarray | None = None,
+    pressure: np.ndarray | None = None, damage: np.ndarray | None = None,
+) -> np.ndarray:  # fmt: skip
     """Tell which states lie where the models of a material do not hold.
 
     Parameters
@@ -101,6 +102,9 @@ def outside_range(
         [kg/m^3] and [J/kg], each (n,).
     temperature
         [K], (n,); not looked at unless given, nor where it is not a number.
+    pressure, damage
+        [Pa] and [-], (n,): what has failed, or is cut off at the least pressure that it bears, has opened, and its mean
+        density may be as low as it will.
 
     Returns
     -------
@@ -108,7 +112,11 @@ def outside_range(
         Booleans (n,).
     """
     holds, eos = range_of(material), material.eos
-    outside = (density > holds.greatest_density) | ((density < holds.least_density) & (energy < holds.vapour_energy))
+    thin = (density < holds.least_density) & (energy < holds.vapour_energy)
+    if pressure is not None and damage is not None:
+        least = float(material.row()[slots.PRESSURE_MINIMUM])
+        thin &= ~((pressure <= 0.0) & ((pressure <= least) | (material.can_fail & (damage >= 1.0))))
+    outside = (density > holds.greatest_density) | thin
     if holds.knows_heat and temperature is not None:
         outside |= temperature <= COLDEST
     if isinstance(eos, Tillotson):

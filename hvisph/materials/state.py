@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf, nan, sqrt
 
-from ..core.jit import compiled
+from ..core.jit import called, compiled
 from .damage import GradyKipp, JohnsonHolmquistDamage
 from .damage.pressure_cutoff import limited_pressure
 from .eos import JonesWilkinsLee, pressure_and_sound_speed
@@ -43,6 +43,8 @@ _ROCK, _JOHNSON_HOLMQUIST = Rock.tag, JohnsonHolmquist.tag
 _STEINBERG_GUINAN, _STEINBERG_LUND = SteinbergGuinan.tag, SteinbergLund.tag
 _GRADY_KIPP, _CRUSHING = GradyKipp.tag, JohnsonHolmquistDamage.tag
 _JWL = JonesWilkinsLee.tag
+# To find a density: halvings of a bracket, and how often it may be widened to hold one.
+_HALVINGS, _WIDENINGS = 40, 20
 
 
 @compiled
@@ -104,13 +106,42 @@ def equilibrium_state(table, models, m, rho, e, damage):
     return borne(models[m, DAMAGE_TAG], p, felt_damage(damage, row), row), c
 
 
+@called
+def between_voids(tag, rho, e, p, row):
+    """Density [kg/m^3] of what bears the pressure `p` [Pa], not above zero, while its mean density is `rho`.
+
+    Where less tension is borne than the equation of state has at `rho`, voids have opened, and what lies between them
+    is as dense as `p` says.
+    """
+    if p > 0.0 or pressure_and_sound_speed(tag, rho, e, row)[0] >= p:
+        return rho
+    low, high = rho, max(rho, row[RHO0])
+    for _ in range(_WIDENINGS):
+        if pressure_and_sound_speed(tag, high, e, row)[0] >= p:
+            break
+        high *= 1.05
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if pressure_and_sound_speed(tag, middle, e, row)[0] < p:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
 @compiled
-def temperature_of(table, m, rho, e, memory):
-    """Temperature [K] of a particle with the first number of its memory; not a number without a heat capacity."""
+def temperature_of(table, models, m, rho, e, p, memory):
+    """Temperature [K] of a particle that bears the pressure `p` [Pa]; not a number without a heat capacity.
+
+    `memory` is the first number of its memory. What has failed or been cut off holds no cold tension, whatever its
+    density: its temperature is that of the matter between the voids.
+    """
     row = parameters(table, m)
+    if not row[INVERSE_HEAT_CAPACITY] > 0.0:
+        return nan
     if POROUS and row[DISTENSION] > 1.0:
-        rho *= memory
-    return temperature(rho, e, row) if row[INVERSE_HEAT_CAPACITY] > 0.0 else nan
+        rho, p = rho * memory, p * memory
+    return temperature(between_voids(models[m, EOS_TAG], rho, e, p, row), e, row)
 
 
 @compiled

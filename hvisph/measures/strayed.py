@@ -10,7 +10,7 @@ import numpy as np
 from hvisph.core.measures import PER_SI
 from hvisph.output.snapshot import Snapshot
 
-LOOKED_AT = ("mass", "density", "internal_energy", "temperature", "pressure")
+LOOKED_AT = ("mass", "density", "internal_energy", "temperature", "pressure", "damage")
 LEFT = 1e-3  # share of a body's mass
 
 
@@ -21,14 +21,15 @@ class Holds:
     Parameters
     ----------
     outside
-        Whether states lie outside, of density [kg/m^3], energy [J/kg] and temperature [K] or None, each (n,).
+        Whether states lie outside, of density [kg/m^3], energy [J/kg], and temperature [K], pressure [Pa] and damage or
+        None, each (n,).
     words
         The range, in words.
     tension
-        What such a material bears at most [Pa]; None where it has a model of damage, which decides.
+        What such a material bears at most [Pa]; None where its model of damage knows tension, and decides.
     """
 
-    outside: Callable[[np.ndarray, np.ndarray, np.ndarray | None], np.ndarray]
+    outside: Callable[..., np.ndarray]
     words: str
     tension: float | None = None
 
@@ -70,8 +71,8 @@ def strayed(moments: Iterable[Snapshot], bodies: Sequence[str], holds: Sequence[
 def _look(seen: _Seen, limits: Holds, now: Snapshot, fields: Mapping[str, np.ndarray], mine: np.ndarray) -> None:
     """Take account of a body's particles `mine` at a moment with the `fields` of `LOOKED_AT`."""
     mass = fields["mass"][mine]
-    temperature = fields["temperature"][mine] if "temperature" in fields else None
-    outside = limits.outside(fields["density"][mine], fields["internal_energy"][mine], temperature)
+    further = [fields[name][mine] if name in fields else None for name in ("temperature", "pressure", "damage")]
+    outside = limits.outside(fields["density"][mine], fields["internal_energy"][mine], *further)
     share = float(mass[outside].sum() / mass.sum())
     if share > LEFT and seen.first is None:
         seen.first = now.time
@@ -100,7 +101,7 @@ def _said(seen: _Seen, limits: Holds, plain: bool) -> Iterator[str]:
     if limits.tension is not None and seen.torn > LEFT:
         place = ", ".join(f"{value if plain else 1e3 * value:.3g}" for value in seen.place)
         yield (
-            f"its material bears tension of up to {shown(seen.tension, 'GPa')} without a model of damage, at "
+            f"its material bears tension of up to {shown(seen.tension, 'GPa')}, which none of its models limits, at "
             f"({place}){'' if plain else ' mm'} and {shown(seen.time, 'us')} (of the snapshots); such a material "
             f"spalls below {shown(limits.tension, 'GPa')}"
         )

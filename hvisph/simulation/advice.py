@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hvisph.case.formulations.riemann import is_gas
 from hvisph.simulation.impact_pressure import impact_pressure
 from hvisph.simulation.meeting import meeting
 
@@ -258,11 +259,17 @@ def _peaks(case: Case, kind: Regime) -> Iterator[str]:
 
 def _gas(case: Case) -> Iterator[str]:
     model: Any = case.formulation
-    gases = [name for name, body in case.bodies.items() if body.material.eos.type == "ideal_gas"]
-    if gases and model.type in ("riemann", "eulerian") and model.smoothing_length.type == "fixed":
+    names = [name for name, body in case.bodies.items() if is_gas(body)]
+    gases = f"{', '.join(names)} is a gas or becomes one"
+    if names and model.type in ("total_lagrangian", "adaptive"):
         yield (
-            f"formulation.smoothing_length: fixed, and {', '.join(gases)} is a gas, whose particles part by more than "
-            "a fixed kernel reaches; give {type: variable, min_over_initial: 0.2, max_over_initial: 4}"
+            f"formulation: {gases}, which no reference kernel follows; take riemann, or give such bodies "
+            "`formulation: eulerian`"
+        )
+    if names and model.type in ("riemann", "eulerian") and model.smoothing_length.type == "fixed":
+        yield (
+            f"formulation.smoothing_length: fixed, and {gases}, whose particles part by more than a fixed kernel "
+            "reaches; give {type: variable, min_over_initial: 0.2, max_over_initial: 4}"
         )
 
 

@@ -113,8 +113,8 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     if particles.kinematics.revolved:
         planes = (*planes, AXIS)
     notes = tuple(
-        f"{body.name}: mass {start_of(body.name, body.model, material)[0] * body.volumes.sum():.6g}; {body.filling.note}"
-        for body, material in zip(placed, made, strict=True)
+        f"{body.name}: mass {particles['mass'][particles.body == number].sum():.6g}; {body.filling.note}"
+        for number, body in enumerate(placed)
         if body.filling.note
     )
     gauges = placed_gauges(case.gauges, placed, case.resolution)

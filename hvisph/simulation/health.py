@@ -42,7 +42,8 @@ def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dic
         for body, material in enumerate(materials):
             own = now.body == body
             hot = None if temperature is None else temperature[own]
-            beyond += float(mass[own][outside_range(material, density[own], energy[own], hot)].sum())
+            borne = [None if one is None else one[own] for one in (now.fields.get("pressure"), damage)]
+            beyond += float(mass[own][outside_range(material, density[own], energy[own], hot, *borne)].sum())
         parts["beyond_range"] = beyond / whole
         floor = min(0.0, float(start.fields["internal_energy"].min())) - BELOW_ZERO * _mean_energy(start)
         parts["negative_energy"] = float(mass[energy < floor].sum()) / whole

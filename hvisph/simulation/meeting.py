@@ -60,8 +60,11 @@ def meeting(case: Case) -> Meeting | None:
 
 
 def _velocity(body: Body, dim: int) -> np.ndarray:
-    uniform = [field.velocity for field in body.initial_velocity if field.type == "uniform"]
-    return np.sum([np.zeros(dim), body.velocity, *uniform], axis=0)
+    velocity = np.zeros(dim) + np.asarray(body.velocity)
+    for field in body.initial_velocity:
+        if field.type == "uniform":
+            velocity += np.asarray(field.velocity)
+    return velocity
 
 
 def _impedance(body: Body) -> float:

@@ -43,7 +43,7 @@ def plane_shock(case: Case) -> tuple[Any, str]:
 
 
 def beyond_measured(case: Case) -> list[str]:
-    """Return a warning for each of the two bodies that meet first whose material is known to miss measured shocks here."""
+    """Return a warning for each of the bodies that meet first whose material is known to miss measured shocks here."""
     from hvisph.casefile.material_library import library_of
     from hvisph.simulation.meeting import meeting
 

@@ -122,7 +122,10 @@ def _remarks(case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, 
 def _holds(body: Any) -> Holds:
     material = material_of(body.material, body.internal_energy)
     holds = range_of(material)
-    bears = holds.tension if body.material.damage.type == "none" else None
+    damage: Any = body.material.damage
+    limited = [getattr(damage, key, None) for key in ("spall_strength", "pressure_cutoff")]
+    knows_none = damage.type in ("none", "johnson_cook", "cockcroft_latham") and limited == [None, None]
+    bears = holds.tension if knows_none else None
     return Holds(partial(outside_range, material), holds.words, bears)
 
 

@@ -26,6 +26,8 @@ FORMS: dict[str, dict[str, Any]] = {
     "consistent": {"tension": "held", "contact": {"type": "separating"}},
 }
 
+# Equations of state of what expands without end.
+GASES = ("ideal_gas", "jwl")
 # How the smoothing length of a gas follows it unless given: a fixed one does not reach through an expansion of 1.5.
 FOLLOWING = {"type": "variable", "min_over_initial": 0.2, "max_over_initial": 4.0}
 
@@ -43,11 +45,11 @@ def gas_formulation(data: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def is_gas(body: Any) -> bool:
-    """Whether a raw body is of an ideal gas."""
+    """Whether a raw body is of a gas or of detonation products, which become one."""
     for key in ("material", "eos"):
         body = body.get(key) if isinstance(body, dict) else getattr(body, key, None)
     kind = body.get("type") if isinstance(body, dict) else getattr(body, "type", None)
-    return bool(kind == "ideal_gas")
+    return bool(kind in GASES)
 
 
 class RiemannFormulation(KernelOptions):
