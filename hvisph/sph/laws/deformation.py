@@ -117,7 +117,7 @@ def show(rows, i, stress, f, j, inverse, corrections):
         put(rows, i, NW, on_rows(turned, b))
         rows[i, IJ] = 1.0 / j
     if HOURGLASS:
-        put(rows, i, FG, f)
+        put(rows, i, EF, times(rows[i, EM], f))
 
 
 def deform(rows, active, particles, lists, corrections, materials, stage, signal_alpha, results, rates):

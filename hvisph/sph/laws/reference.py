@@ -57,7 +57,7 @@ def row_layout(
     """Return the row of a particle and how many of its slots `accumulate` reads of neighbours.
 
     X0 is the reference position, KIND 1 for Total Lagrangian and 0 for Eulerian, Q and QW the
-    stress with the corrections; N, NW and IJ belong to the printed viscosity, FG and EM to hourglass
+    stress with the corrections; N, NW and IJ belong to the printed viscosity, EM, a modulus, and EF = EM F to hourglass
     control, RING and RING0, the radius now and in the reference, to rings. Those after them are the particle's own.
     """
     fields = [("x", "vector"), ("u", "vector"), ("x0", "vector"), ("kind", "scalar"), ("m", "scalar"),
@@ -67,7 +67,7 @@ def row_layout(
     if printed_viscosity:
         fields += [("n", "gradient"), ("nw", "vector"), ("ij", "scalar")]
     if hourglass:
-        fields += [("fg", "gradient"), ("em", "scalar")]
+        fields += [("ef", "gradient"), ("em", "scalar")]
     if revolved:
         fields += [("ring", "radius"), ("ring0", "radius")]
     read = RowLayout(dim, tuple(fields)).used
@@ -100,7 +100,7 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
             if PRINTED:
                 n, nw, ij = own_gradient(rows, i, N, DIM), own_vector(rows, i, NW, DIM), rows[i, IJ]
             if HOURGLASS:
-                own_f, own_modulus = own_gradient(rows, i, FG, DIM), rows[i, EM]
+                own_ef, own_modulus = own_gradient(rows, i, EF, DIM), rows[i, EM]
             # All of the reference density of its neighbours: they are of one body.
             inverse_rho0 = volume[i] / rows[i, M]
             if REVOLVED:
@@ -143,9 +143,10 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
                     apart = scaled_apart(du, real, 0.0)
                     apart = plus_radial(apart, radial(u) - (2.0 * real - 1.0) * b[U + 1])
                 if HOURGLASS:
-                    # Errors of the distances that F_a and F_b predict, along the pair.
-                    own_error = dot(on_rows(own_f, from_b), dx) - r2
-                    error = own_modulus * own_error + b[EM] * (dot(on_rows(gradient(b, FG, DIM), from_b), dx) - r2)
+                    # Errors of the distances that F_a and F_b predict, along the pair, times E_a and E_b. Each sum over
+                    # the sides comes first, and nothing else tells them apart: both round what is left alike.
+                    predicted = on_rows(plus(own_ef, gradient(b, EF, DIM)), from_b)
+                    error = dot(minus(predicted, times(own_modulus + b[EM], dx)), dx)
                     # the far row's infinite distance meets a zero in w
                     strength = 0.5 * hourglass * w * error / (dot(from_b, from_b) * r2)
                     if REVOLVED:
