@@ -87,6 +87,9 @@ def connected(position: np.ndarray, labels: np.ndarray, link: float) -> np.ndarr
     largest[labels[ascending]] = ascending  # of each label the last counts
     left = (parent != largest[labels]).astype(np.uint8)
     if left.any():
+        grid = Grid.around(position, link)
+        find(position, 1.0 / grid.edge, *grid.sizes, cells)
+        place(cells, grid.starts, order)
         search(position, labels, cells, grid.starts, order, *grid.sizes, link * link, left, parent)
         flatten(parent)
     return parent
@@ -139,14 +142,13 @@ def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent
 
 def _search(position, labels, cells, starts, order, nx, ny, nz, link2, left, parent):
     """Connect the particles that are `left` with all that are near."""
-    span = 3 if DIM == 3 else 3 if DIM == 2 else 2
     for i in range(position.shape[0]):
         if left[i] == 0:
             continue
         own = root_of(parent, i)
-        for sz in range(-span if DIM > 2 else 0, span + 1 if DIM > 2 else 1):
-            for sy in range(-span if DIM > 1 else 0, span + 1 if DIM > 1 else 1):
-                for sx in range(-span, span + 1):
+        for sz in range(-1 if DIM > 2 else 0, 2 if DIM > 2 else 1):
+            for sy in range(-1 if DIM > 1 else 0, 2 if DIM > 1 else 1):
+                for sx in range(-1, 2):
                     cell = beside(np.uint64(cells[i]), nx, ny, nz, sx, sy, sz)
                     for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
                         j = np.int64(order[k])
