@@ -79,12 +79,29 @@ CASES = {
         symmetry=[{"axis": "y"}],
     ),
     # parts of one body that fly at each other are told to be two, by the first process
-    "pieces": lambda: load_case({
-        "kinematics": "plane_strain", "resolution": 0.25e-3,
-        "bodies": {"pair": {"material": METAL, "position": [0.0, 0.0], "shape": {"type": "union", "parts": [
-            {"shape": {"type": "box", "size": [3e-3, 3e-3]}, "position": [x, 0.0]} for x in (-2.2e-3, 2.2e-3)]},
-            "initial_velocity": [{"type": "linear", "gradient": [[-4e5, 0.0], [0.0, 0.0]]}]}},
-        "formulation": {"type": "riemann"}, "time": {"end": 2e-6}, "output": {"every": 1e-6}}),
+    "pieces": lambda: load_case(
+        {
+            "kinematics": "plane_strain",
+            "resolution": 0.25e-3,
+            "bodies": {
+                "pair": {
+                    "material": METAL,
+                    "position": [0.0, 0.0],
+                    "shape": {
+                        "type": "union",
+                        "parts": [
+                            {"shape": {"type": "box", "size": [3e-3, 3e-3]}, "position": [x, 0.0]}
+                            for x in (-2.2e-3, 2.2e-3)
+                        ],
+                    },
+                    "initial_velocity": [{"type": "linear", "gradient": [[-4e5, 0.0], [0.0, 0.0]]}],
+                }
+            },
+            "formulation": {"type": "riemann"},
+            "time": {"end": 2e-6},
+            "output": {"every": 1e-6},
+        }
+    ),
     "gas": lambda: row_of(
         [GAS, GAS],
         dim=1,
