@@ -7,6 +7,7 @@ import pytest
 from small_runs import METAL, row_of
 
 from hvisph.core.derived import Derived, changed
+from hvisph.core.errors import OutputError
 from hvisph.core.particles import reorder
 from hvisph.measures.measure import measure
 from hvisph.output import hdf5
@@ -119,3 +120,38 @@ def test_what_is_let_go_is_empty_and_settings_stay():
     assert len(grid.starts) == 0
     assert holder.own.shape == (0, 2)
     assert len(holder.fixed.values) == 2
+
+
+def test_an_array_that_is_read_alone_is_told_to_be_damaged(done, tmp_path, monkeypatch):
+    """Read lazily only what is asked for is looked at; a snapshot without sums of its arrays is looked at as a whole."""
+    path, now = tmp_path / "000001.vtkhdf", read_snapshot(list_snapshots(done[1])[-1])
+    monkeypatch.setattr(hdf5, "_SMALL", 0)
+    hdf5.write_hdf5(path, now)
+    content = bytearray(path.read_bytes())
+    place = content.index(now.fields["density"].tobytes())
+    content[place + 5] ^= 4
+    path.write_bytes(content)
+    lazy = read_snapshot(path, lazily=True)
+    assert (lazy.fields["position"] == now.fields["position"]).all()
+    with pytest.raises(OutputError, match="density.*damaged"):
+        lazy.fields["density"]
+    with pytest.raises(OutputError, match="damaged"):
+        read_snapshot(path)
+    monkeypatch.setattr(hdf5, "_has_sums", lambda path: False)
+    with pytest.raises(OutputError, match="damaged"):
+        read_snapshot(path, lazily=True)
+    path.write_bytes(content[:-4000])
+    monkeypatch.undo()
+    with pytest.raises(OutputError, match="truncated"):
+        read_snapshot(path, lazily=True)
+
+
+def test_a_damaged_header_is_told(done, tmp_path, monkeypatch):
+    path, now = tmp_path / "000001.vtkhdf", read_snapshot(list_snapshots(done[1])[-1])
+    monkeypatch.setattr(hdf5, "_SMALL", 0)
+    hdf5.write_hdf5(path, now)
+    content = path.read_bytes()
+    assert content.count(b'"dimensions": ') == 1
+    path.write_bytes(content.replace(b'"dimensions": ', b'"dimensionz": '))
+    with pytest.raises(OutputError, match="header"):
+        read_snapshot(path, lazily=True)

@@ -53,7 +53,8 @@ def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: fl
     link
         Linking distance in spacings.
     likely
-        Pairs of indices (m, 2) that are likely to be near each other, such as the start's; sought unless given.
+        Pairs of indices (m, 2), the lower first, that are likely to be near each other, such as the start's; sought
+        unless given.
 
     Returns
     -------
@@ -84,15 +85,14 @@ def _near(position: np.ndarray, reach: float) -> np.ndarray:
 
 
 def _by_pairs(position: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarray:
-    """Return the connected components (n,) of those pairs of indices (m, 2) that are nearer than `reach` to each other.
+    """Return the connected components (n,) of the pairs that are nearer than `reach`; indices (m, 2), the lower first.
 
     One pair of each particle with an earlier one makes trees, whose roots are found by going to the parent's parent;
     of the others only those of two trees are looked at.
     """
     numbers = np.arange(len(position), dtype=np.int32)
-    low, high = pairs.min(axis=1), pairs.max(axis=1)
     parent = numbers.copy()
-    parent[high] = low
+    parent[pairs[:, 1]] = pairs[:, 0]
     child = np.flatnonzero(parent != numbers)
     links = _still(position, np.column_stack([parent[child], child]), reach)
     parent = numbers.copy()

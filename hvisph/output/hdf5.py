@@ -1,18 +1,20 @@
 """Snapshots as HDF5 files that ParaView opens directly (VTKHDF, an unstructured grid of vertices).
 
 Group `VTKHDF` holds what ParaView reads: points, one vertex cell a particle, every field as point data.
-Dataset `hvisph/header` holds the rest as JSON: time, step, names, metadata. Numbers are stored as they
-are unless asked for otherwise (`Form`); a seal (`hvisph.output.seal`) ends the
-file. Units and meanings are attributes, names of bodies and materials texts of the field data. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
+Dataset `hvisph/header` holds the rest as JSON: time, step, names, metadata, and the CRC-32 of each array, by which one
+that is read alone is told to be whole. Numbers are stored as they are unless asked for otherwise (`Form`); a seal
+(`hvisph.output.seal`) ends the file. Units and meanings are attributes, names of bodies and materials texts of the
+field data. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import numpy as np
 
@@ -66,9 +68,9 @@ def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None
         When it cannot be written; an earlier file of that name is then untouched.
     """
     with writing(path) as h5:
-        _write_vtk(h5, snapshot, form)
-        more = {"constants_in": form.constants_in} if form.constants_in else {}
-        h5.create_dataset("hvisph/header", data=np.bytes_(layout.header_text(snapshot, more).encode("ascii")))
+        more: dict[str, Any] = {"constants_in": form.constants_in} if form.constants_in else {}
+        text = layout.header_text(snapshot, more | {"sums": _write_vtk(h5, snapshot, form)}).encode("ascii")
+        h5.create_dataset("hvisph/header", data=np.bytes_(text)).attrs["crc32"] = np.uint32(crc32(text))
 
 
 def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
@@ -87,7 +89,7 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
     OutputError
         When the file is missing, truncated, damaged, of another format version or not a snapshot.
     """
-    with reading(path, "a snapshot") as h5:
+    with reading(path, "a snapshot", verified=not (lazily and _has_sums(path))) as h5:
         header = _header(h5)
         if header["format_version"] != layout.FORMAT_VERSION:
             raise OutputError(
@@ -95,16 +97,33 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
             )
         places = {name: f"VTKHDF/PointData/{name}" for name in h5["VTKHDF/PointData"]}
         places["position"] = "VTKHDF/Points"
-        large = h5[places["position"]].shape[0] > _SMALL
-        kept = layout.INDICES if lazily and large else tuple(places)
-        arrays = {name: h5[places[name]][...] for name in kept if name in places}
+        lazily = lazily and h5[places["position"]].shape[0] > _SMALL
+        sums = header.get("sums", {}) if lazily else {}  # else the seal has told
+        arrays = {name: _array(h5, places[name], sums) for name in (layout.INDICES if lazily else places)
+                  if name in places}  # fmt: skip
+    if lazily:  # what few values need
+        arrays |= {name: arrays[name].astype(np.int32) for name in ("body", "material") if name in arrays}
     if "constants_in" in header:
         arrays |= _constants(Path(path), str(header["constants_in"]), arrays["id"])
+
+    def field(name: str) -> np.ndarray:
+        if name in arrays:
+            return arrays[name]
+        with reading(path, "a snapshot", verified=False) as h5:
+            return _array(h5, places[name], sums)
+
     with naming(path, "a snapshot"):
-        if len(arrays) == len({*places, *arrays}):
-            return layout.snapshot_from(header, arrays)
-        return layout.snapshot_from(header, Derived((*places, *arrays), lambda name: (
-            arrays[name] if name in arrays else _array(path, places[name]))))  # fmt: skip
+        return layout.snapshot_from(header, Derived((*places, *arrays), field) if lazily else arrays)
+
+
+def _has_sums(path: str | Path) -> bool:
+    """Whether a large file has a sum of each array, by which one alone is told to be whole; checks the header's own."""
+    with reading(path, "a snapshot", verified=False) as h5:
+        if h5["VTKHDF/Points"].shape[0] <= _SMALL or "crc32" not in h5["hvisph/header"].attrs:
+            return False
+        if crc32(h5["hvisph/header"][()]) != h5["hvisph/header"].attrs["crc32"]:
+            raise OutputError("it is damaged, or was changed after it was written (the checksum of its header)")
+        return True
 
 
 def time_in(path: str | Path) -> float:
@@ -119,9 +138,12 @@ def time_in(path: str | Path) -> float:
         return float(_header(h5)["time"])
 
 
-def _array(path: str | Path, place: str) -> np.ndarray:
-    with reading(path, "a snapshot", verified=False) as h5:
-        return np.asarray(h5[place][...])
+def _array(h5: Any, place: str, sums: Mapping[str, int]) -> np.ndarray:
+    """Return an array of an open snapshot, held against its sum where that is known."""
+    values = np.ascontiguousarray(h5[place][...])
+    if place in sums and crc32(values) != sums[place]:
+        raise OutputError(f"'{place}' in it is damaged, or was changed after it was written (its checksum)")
+    return values
 
 
 def _constants(path: Path, name: str, number: np.ndarray) -> dict[str, np.ndarray]:
@@ -174,8 +196,9 @@ def write_labels(root: Any, bodies: Sequence[str], materials: Sequence[str]) -> 
         root.create_dataset(f"FieldData/{label}", data=np.array(texts, dtype=object), dtype=kind)
 
 
-def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> None:
-    n = snapshot.count
+def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> dict[str, int]:
+    """Write what ParaView reads, and return the CRC-32 of each array's values by its place."""
+    n, sums = snapshot.count, dict[str, int]()
     root = mark_vtk(h5)
     left_out = CONSTANTS if form.constants_in else ()
 
@@ -185,9 +208,12 @@ def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> None:
         pieces = {"chunks": (min(n, PIECE), *shape), "compression": "gzip", "compression_opts": 1,
                   "shuffle": True} if form.compress and n else {}  # fmt: skip
         made = group.create_dataset(place, (len(values), *shape), values.dtype, **pieces)
-        size = PIECE if form.compress else _AT_ONCE
+        size, total = PIECE if form.compress else _AT_ONCE, 0
         for begin in range(0, len(values), size):
-            made[begin : begin + size] = layout.to_vtk(name, values[begin : begin + size], snapshot.dimensions)
+            piece = layout.to_vtk(name, values[begin : begin + size], snapshot.dimensions)
+            made[begin : begin + size] = piece
+            total = crc32(np.ascontiguousarray(piece), total)
+        sums[made.name.removeprefix("/")] = total
         return made
 
     for name, count in (("NumberOfPoints", n), ("NumberOfCells", n), ("NumberOfConnectivityIds", n)):
@@ -207,6 +233,7 @@ def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> None:
             put(data, name, getattr(snapshot, name))
     root.create_dataset("FieldData/TimeValue", data=np.array([snapshot.time]))
     write_labels(root, snapshot.bodies, snapshot.materials)
+    return sums
 
 
 def _describe(made: Any, name: str, units: bool) -> None:

@@ -16,7 +16,7 @@ from typing import Any, BinaryIO
 
 from hvisph.core.errors import OutputError
 from hvisph.output.atomic import reason, replacing
-from hvisph.output.seal import append_seal, verify_seal
+from hvisph.output.seal import append_seal, has_seal, verify_seal
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 MOST_OBJECTS = 1000  # groups and arrays; a snapshot has some thirty
@@ -24,7 +24,7 @@ MOST_DEEP = 8
 MOST_KNOWN = 10_000  # files that are remembered
 SETTLED = 2.0  # [s] after which a change shows in a file's time
 State = tuple[int, int, int, int]  # device, number, size and time of a file
-_WHOLE: dict[State, None] = {}  # files that this process has found to be whole and ours
+_KNOWN: dict[State, bool] = {}  # files that this process has found to hold what we write, and whether they are whole
 PACKED = 1100  # deflate packs 1032 bytes into one at most
 LABELS = ("body_names", "material_names")  # texts in a snapshot, for ParaView
 
@@ -77,15 +77,16 @@ def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[A
         if file.read(len(SIGNATURE)) != SIGNATURE:
             raise OutputError("it is not an HDF5 file")
         state = _state(file)
-        known = state in _WHOLE
+        known = _KNOWN.get(state)
         if verified and not known:
             verify_seal(file)
+        elif known is None and not has_seal(file):
+            raise OutputError("it is truncated, or was changed after it was written (no checksum at its end)")
         file.seek(0)
         with h5py.File(file, "r") as h5:
-            if not known:
+            if known is None:
                 _refuse_what_is_not_ours(h5, file.seek(0, 2))
-                if verified:
-                    _remember(state)
+            _remember(state, whole=verified or bool(known))
             yield h5
 
 
@@ -94,12 +95,12 @@ def _state(file: BinaryIO) -> State:
     return told.st_dev, told.st_ino, told.st_size, told.st_mtime_ns
 
 
-def _remember(state: State) -> None:
-    """Keep in mind that a file is whole and ours, which holds until it is written anew."""
+def _remember(state: State, whole: bool) -> None:
+    """Keep in mind that a file holds what we write, and whether it is whole, until it is written anew."""
     if clock.time() - 1e-9 * state[3] > SETTLED:  # within the clock's grain a change would not show
-        _WHOLE[state] = None
-        while len(_WHOLE) > MOST_KNOWN:
-            del _WHOLE[next(iter(_WHOLE))]
+        _KNOWN[state] = whole
+        while len(_KNOWN) > MOST_KNOWN:
+            del _KNOWN[next(iter(_KNOWN))]
 
 
 @contextmanager
