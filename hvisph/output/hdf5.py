@@ -141,7 +141,7 @@ def time_in(path: str | Path) -> float:
 def _array(h5: Any, place: str, sums: Mapping[str, int]) -> np.ndarray:
     """Return an array of an open snapshot, held against its sum where that is known."""
     values = np.ascontiguousarray(h5[place][...])
-    if place in sums and crc32(values) != sums[place]:
+    if place in sums and crc32(values.data) != sums[place]:
         raise OutputError(f"'{place}' in it is damaged, or was changed after it was written (its checksum)")
     return values
 
@@ -212,7 +212,7 @@ def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> dict[str, int]:
         for begin in range(0, len(values), size):
             piece = layout.to_vtk(name, values[begin : begin + size], snapshot.dimensions)
             made[begin : begin + size] = piece
-            total = crc32(np.ascontiguousarray(piece), total)
+            total = crc32(np.ascontiguousarray(piece).data, total)
         sums[made.name.removeprefix("/")] = total
         return made
 
