@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import gc
 import hashlib
+import io
 import os
 import pickle
 import stat
@@ -26,6 +27,7 @@ from typing import Any
 
 from numba.core import compiler, serialize
 from numba.core.caching import _Cache
+from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime import rtsys
 
 from .fingerprint import fingerprint
@@ -169,9 +171,28 @@ def _loop(path: Path, target_context: Any) -> Any:
         data = path.read_bytes()
         if hashlib.sha256(data[_SEAL:]).digest() != data[:_SEAL]:
             return None
-        return compiler.CompileResult._rebuild(target_context, *pickle.loads(data[_SEAL:]))  # noqa: S301 own files
+        return compiler.CompileResult._rebuild(target_context, *_Reader(io.BytesIO(data[_SEAL:])).load())
     except Exception:  # whatever a file of another make brings up: the loop is compiled anew
         return None
+
+
+class _Reader(pickle.Unpickler):
+    """Reads loops without the modules that their functions stand in: numba's own of arrays take 0.1 s to load."""
+
+    def find_class(self, module: str, name: str) -> Any:
+        """Return what a name in a pickled loop means."""
+        return _environment if name == "_rebuild_env" else super().find_class(module, name)
+
+
+def _environment(module: str, constants: list[Any], name: str) -> Any:
+    """Return what a compiled function finds its exceptions by; only one that Python interprets reads the module."""
+    made = lookup_environment(name)
+    if made is None:
+        made = Environment({"__name__": module})
+        made.consts[:] = constants
+        made.env_name = name
+        Environment._memo[name] = made
+    return made
 
 
 @contextmanager

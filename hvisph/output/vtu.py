@@ -13,9 +13,9 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from functools import partial
+from html import escape
 from pathlib import Path
 from typing import Any, BinaryIO
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -117,8 +117,8 @@ def write_pvd(path: str | Path, entries: Sequence[tuple[float, str]]) -> None:
     """
     lines = []
     for time, file in entries:
-        name = quoteattr(str(file).replace(os.sep, "/"))
-        lines.append(f'    <DataSet timestep="{float(time)!r}" group="" part="0" file={name}/>')
+        name = escape(str(file).replace(os.sep, "/"))
+        lines.append(f'    <DataSet timestep="{float(time)!r}" group="" part="0" file="{name}"/>')
     head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">\n'
     body = "\n".join(["  <Collection>", *lines, "  </Collection>", "</VTKFile>"])
     write_text(path, head + body + "\n")
@@ -146,7 +146,7 @@ def _write_array(
     none = shown(values[:0])
     kind = {"f": "Float", "i": "Int", "u": "UInt"}[none.dtype.kind] + str(8 * none.dtype.itemsize)
     columns = f'NumberOfComponents="{none.shape[1]}"' if none.ndim == 2 else ""
-    file.write(f'<DataArray type="{kind}" Name={quoteattr(name)} {columns} {further} format="binary">\n'.encode())
+    file.write(f'<DataArray type="{kind}" Name="{escape(name)}" {columns} {further} format="binary">\n'.encode())
     row = none.dtype.itemsize * math.prod(none.shape[1:])
     rest = np.uint64(row * len(values)).tobytes()
     for begin in range(0, len(values), _PIECE):
