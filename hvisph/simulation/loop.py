@@ -131,9 +131,9 @@ class Run:
 
     def _prepare(self) -> None:
         """Evaluate the start and, to go on, take the state from the checkpoint."""
-        tell_pieces(self.setup, 0)
         helped = compiling_ahead(self.setup.stepper, self._own_limit) if self.share.world.size == 1 else nullcontext()
         with helped:
+            tell_pieces(self.setup, 0)
             self.setup.stepper.start()
         self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.watch)
         self.start = self.writer.start()
