@@ -241,7 +241,8 @@ class BodyContact:
             packed[:, to["START"]] = self.starts[chosen]
         if self.law.own_faces:
             packed[:, to["D"] : to["D"] + dim] = self._displaced(chosen, rows, slots)
-            packed[:, to["TIED"]] = own[:, slots["KIND"]] * ~loose[chosen]
+            # only who was found near a far part of its body: who else is among the chosen hangs on the cells
+            packed[:, to["TIED"]] = own[:, slots["KIND"]] * (self.folded[chosen] & ~loose[chosen])
         return packed
 
     def complete(self, dt: float, averaged: bool) -> None:
