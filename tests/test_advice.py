@@ -136,3 +136,35 @@ def test_punching_is_named_for_the_default_only():
     assert named(3100.0, word="adds up plastic strain")
     assert not named(850.0, word="adds up plastic strain")
     assert not named(3100.0, word="plug")
+
+
+def test_solids_without_a_strength_are_named_where_it_is_felt():
+    def named(speed):
+        return [text for text in advice(row_of(["steel-4340", "polycarbonate"], speed=speed)) if "no strength" in text]
+
+    (text,) = named(300.0)
+    assert "bodies.body_1.material" in text
+    assert named(20e3) == []  # 29 GPa acoustic
+    assert [text for text in advice(row_of(["water", "aluminium-6061-t6"], speed=300.0)) if "no strength" in text] == []
+
+
+def test_detonation_products_are_followed_like_gases():
+    """A charge that drives a plate loses touch with it where the smoothing length stays: 1846 for 2064 m/s."""
+    tnt = {"density": 1630.0, "eos": {"type": "jwl", "a": 371.2e9, "b": 3.231e9, "r1": 4.15, "r2": 0.95, "omega": 0.3,
+                                      "energy_density": 7e9}}  # fmt: skip
+    assert row_of([tnt, METAL]).formulation.smoothing_length.type == "variable"
+    (text,) = advice(row_of([tnt, METAL], formulation={"type": "eulerian"}))
+    assert "smoothing_length" in text
+    assert any("no reference kernel" in text
+               for text in advice(row_of([tnt, METAL], formulation={"type": "total_lagrangian"})))  # fmt: skip
+
+
+def test_nothing_is_punched_where_nothing_can_be():
+    def named(materials, speed, **further):
+        return [text for text in advice(row_of(materials, speed=speed, **further)) if "plug" in text]
+
+    steel, aluminium = "steel-4340", "aluminium-6061-t6"
+    assert named([steel, aluminium], 300.0, dim=2)
+    assert named([steel, aluminium], 50.0, dim=2) == []  # slow
+    assert named([steel, aluminium], 300.0, dim=1) == []  # a flat impact
+    assert named([steel, "alumina-ad995"], 300.0, dim=2) == []  # crushed, not punched

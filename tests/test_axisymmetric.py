@@ -179,3 +179,23 @@ def test_an_impact_keeps_its_budgets_and_resumes_with_the_same_bits(form, integr
     last = final(tmp_path / "whole")
     assert last.fields["position"][:, 1].min() > 0.0
     assert last.metadata["shot"]["whole"]["kind"] == "revolution"
+
+
+def test_parts_of_a_solid_stand_in_the_half_plane():
+    """As bodies do: a third coordinate is zero and may be left out."""
+    parts = [{"shape": {"type": "cylinder", "diameter": 4e-3, "length": 6e-3}, "position": [-3e-3, 0]},
+             {"shape": {"type": "cone", "diameter": 4e-3, "length": 4e-3}, "position": [0, 0, 0]}]  # fmt: skip
+    bullet = {"material": METAL, "shape": {"type": "union", "parts": parts}, "velocity": [800.0, 0.0]}
+    row = {"type": "repeat", "shape": {"type": "cylinder", "diameter": 8e-3, "length": 3e-3},
+           "vectors": [[5e-3, 0]], "counts": [2]}  # fmt: skip
+    case = shot(bodies={"bullet": bullet, "plates": {"material": METAL, "shape": row}})
+    assert [part.position for part in case.bodies["bullet"].shape.parts] == [(-3e-3, 0.0, 0.0), (0.0, 0.0, 0.0)]
+    assert case.bodies["plates"].shape.vectors == ((5e-3, 0.0, 0.0),)
+
+
+def test_what_cannot_hold_by_its_hoops_is_not_told_to_break():
+    gas = {"density": 1.2, "eos": {"type": "ideal_gas", "gamma": 1.4}}
+    for material, warned in ((METAL, True), (gas, False), ("steel-4340", False)):
+        ball = {"material": material, "shape": {"type": "sphere", "diameter": 4e-3}, "internal_energy": 2e5}
+        texts = list(axisymmetric_warnings(shot(bodies={"ball": ball}, formulation={"type": "riemann"})))
+        assert any("hoops" in text for text in texts) == warned

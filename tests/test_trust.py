@@ -287,6 +287,14 @@ def test_what_has_no_effect_is_said():
     assert "across the symmetry plane x = -1" in mirror
 
 
+def test_a_bar_that_flies_at_its_wall_is_as_it_should_be():
+    bar = {"material": METAL, "shape": {"type": "box", "size": [4e-3, 2e-3]}, "velocity": [-100.0, 0.0]}
+    for at, warned in ((2e-3, False), (1e-3, True)):
+        case = load_case({"kinematics": "plane_strain", "resolution": "0.4 mm", "time": {"end": 1e-6},
+                          "bodies": {"bar": bar | {"position": [at, 0]}}, "symmetry": [{"axis": "x"}]})  # fmt: skip
+        assert any("across the symmetry plane" in text for text in warnings_of(case)) == warned
+
+
 def test_a_rounded_size_is_said_by_a_run(tmp_path):
     case = load_case({"kinematics": "plane_strain", "resolution": "0.5 mm", "time": {"end": 1e-8},
                       "formulation": {"type": "eulerian"},

@@ -56,7 +56,31 @@ def _flattened(body: Any) -> Any:
             short["grading"] = grading | {"fine": list(fine[:2])}
     if short.get("arrangement") == "cubic":
         short["arrangement"] = "square"
+    if "shape" in short:
+        short["shape"] = _in_space(short["shape"])
     return short
+
+
+def _in_space(shape: Any) -> Any:
+    """Return a raw shape in 3D whose parts may stand at places of the half-plane, (x, y) for (x, y, 0)."""
+    if not isinstance(shape, dict):
+        return shape
+    whole = dict(shape)
+    for key in ("whole", "shape"):
+        if key in whole:
+            whole[key] = _in_space(whole[key])
+    for key in ("parts", "removed"):
+        if isinstance(whole.get(key), list | tuple):
+            whole[key] = [_in_space(part) for part in whole[key]]
+    if isinstance(whole.get("vectors"), list | tuple):
+        whole["vectors"] = [_lifted(vector) for vector in whole["vectors"]]
+    if "position" in whole:
+        whole["position"] = _lifted(whole["position"])
+    return whole
+
+
+def _lifted(vector: Any) -> Any:
+    return [*vector, 0] if isinstance(vector, list | tuple) and len(vector) == 2 else vector
 
 
 def _through_axis(plane: Any) -> bool:
@@ -125,7 +149,7 @@ def axisymmetric_warnings(case: Surroundings) -> Iterator[str]:
             "run away; leave it out"
         )
     for name, body in case.bodies.items():
-        if body.material.damage.type == "none":
+        if body.material.damage.type == "none" and body.material.strength.type != "elastic" and not is_gas(body):
             yield (
                 f"bodies.{name}.material: has neither damage nor a cut-off of tension, and rings do not break round "
                 "the axis: a cloud of debris is held by its own hoops; give one"

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Protocol
 
 from hvisph.case.axisymmetric import axisymmetric_problems, axisymmetric_warnings
+from hvisph.case.bodies import Body
 from hvisph.case.body_checks import body_problems, spacing_warnings
 from hvisph.case.expected import Expectations
 from hvisph.case.formulations.options import KernelOptions
@@ -88,16 +89,27 @@ def _unused(case: Case) -> Iterator[str]:
 
 
 def _mirrored(case: Case) -> Iterator[str]:
-    """Yield which bodies fly at, or away from, their own image in a plane of symmetry."""
+    """Yield which bodies that a plane of symmetry may cut fly at, or away from, their own image.
+
+    Beside the plane a body meets its image as it would a rigid wall, which is what such a plane is given for.
+    """
     for plane in case.symmetry:
         axis = AXES.index(plane.axis)
         for name, body in case.bodies.items():
-            if axis < len(body.velocity) and body.velocity[axis] != 0.0:
+            if axis < len(body.velocity) and body.velocity[axis] != 0.0 and not _beside(body, axis, plane.at):
                 yield (
                     f"bodies.{name}.velocity: {body.velocity[axis]:g} along {plane.axis} is across the symmetry plane "
                     f"{plane.axis} = {plane.at:g}, so the body's image moves the other way; for a body that crosses "
                     "the plane leave the plane out"
                 )
+
+
+def _beside(body: Body, axis: int, at: float) -> bool:
+    """Whether a body stands wholly on one side of a plane, as far as its shape knows its size."""
+    size = body.shape.extent()
+    if body.position is None or axis >= len(size) or axis >= len(body.position) or body.rotation is not None:
+        return False
+    return abs(body.position[axis] - at) >= 0.5 * size[axis] * (1.0 - 1e-9)
 
 
 def _symmetry(case: Case) -> Iterator[Problem]:

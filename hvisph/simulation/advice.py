@@ -26,8 +26,12 @@ ELASTIC, SHOCK = 1.0, 10.0
 SLOW, CROSSINGS = 0.01, 20.0
 # Particle velocity over the speed of sound beyond which density that does not keep to the spacing is off by 2 %.
 STRONG = 0.3
-# Speeds below which plates are punched rather than burst [m/s].
+# Pressure over strength above which a plate may be punched, and speeds below which it is, rather than burst [m/s].
+PUNCHED = 2.0
 BALLISTIC = 1200.0
+# Impact pressure up to which strength is felt [Pa], and materials of the library that are liquids.
+FELT = 20e9
+LIQUIDS = ("water",)
 # Particles across a body below which its waves and its bending are not resolved.
 FEWEST_ACROSS = 5
 
@@ -108,6 +112,7 @@ def advice(case: Case) -> list[str]:
         *_loaded(case),
         *_brittle(case, kind),
         *_spalling(case, kind),
+        *_liquid(case, kind),
     ]
 
 
@@ -181,8 +186,10 @@ def _punching(case: Case, kind: Regime) -> Iterator[str]:
     """Plates that are punched at ballistic speeds: contact SPH spreads the shear of a plug."""
     if not 0.0 < kind.velocity < BALLISTIC or len(case.bodies) < 2 or case.dim == 1:
         return
-    fails = any(body.material.damage.type == "johnson_cook" for body in case.bodies.values())
-    if not fails or kind.strength is None or kind.pressure <= ELASTIC * kind.strength:
+    met = meeting(case)
+    struck = [body for name, body in case.bodies.items() if met is None or name != met.first]
+    fails = any(body.material.damage.type == "johnson_cook" for body in struck)
+    if not fails or kind.strength is None or kind.pressure <= PUNCHED * kind.strength:
         return
     yield (
         "resolution: a plug leaves along a band of some tenths of a millimetre, which is two or three spacings wide in "
@@ -194,6 +201,22 @@ def _punching(case: Case, kind: Regime) -> Iterator[str]:
             "formulation: what punches a plate at this speed loses too much of its own in 'riemann' (a flat steel core "
             "at 850 m/s leaves 10 mm of aluminium at 570 m/s for 680); take adaptive, and compare with eulerian"
         )
+
+
+def _liquid(case: Case, kind: Regime) -> Iterator[str]:
+    """Solids of the library without a strength, where an impact is no stronger than strength is felt."""
+    from hvisph.casefile.material_library import library_of
+
+    if kind.velocity <= 0.0 or kind.pressure > FELT or case.units != "si":
+        return
+    library = library_of()
+    for name, body in case.bodies.items():
+        model = body.material
+        if model.strength.type == "none" and model.name in library.files and not model.name.startswith(LIQUIDS):
+            yield (
+                f"bodies.{name}.material: the library has no strength of '{model.name}', a liquid here; "
+                "give it a `strength` where bending, penetration and what is left count"
+            )
 
 
 def _spalling(case: Case, kind: Regime) -> Iterator[str]:
