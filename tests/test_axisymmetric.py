@@ -199,3 +199,13 @@ def test_what_cannot_hold_by_its_hoops_is_not_told_to_break():
         ball = {"material": material, "shape": {"type": "sphere", "diameter": 4e-3}, "internal_energy": 2e5}
         texts = list(axisymmetric_warnings(shot(bodies={"ball": ball}, formulation={"type": "riemann"})))
         assert any("hoops" in text for text in texts) == warned
+
+
+def test_rings_that_leave_the_domain_are_parked_off_the_axis(tmp_path):
+    ball = {"ball": {"material": METAL, "shape": {"type": "sphere", "diameter": 4e-3}, "velocity": [3000.0, 0.0]}}
+    case = shot(bodies=ball, domain={"max": [4.5e-3, None]})
+    run(case, tmp_path / "run", threads=1)
+    summary = hvisph.open_run(tmp_path / "run").summary
+    assert summary["status"] == "done"
+    assert 0 < summary["conservation"]["retired_particles"] < summary["particles"]
+    assert abs(summary["conservation"]["energy_drift"]) < 1e-12

@@ -77,6 +77,21 @@ def test_a_plate_that_is_cut_in_two_has_not_torn(plate):
     assert "50 % of it has torn off" in text
 
 
+def test_rings_clump_by_their_sections_whatever_their_radius(plate):
+    """A ring's mass goes round the axis: taken for that of the plane, 100 m of rock clumped, and dust never did."""
+    for scale in (1e-6, 1.0, 1e6):
+        spread = scale * (plate + np.array([0.0, 0.5 * DX]))
+        pushed = spread + np.where(np.arange(len(plate))[:, None] % 2 == 0, 0.8 * scale * DX, 0.0) * [1.0, 0.0]
+        found = []
+        for position in (spread, pushed):
+            now = snapshot(position)
+            now.metadata["kinematics"] = "axisymmetric"
+            now.fields["mass"] = now.fields["density"] * (scale * DX) ** 2 * 2.0 * np.pi * position[:, 1]
+            found.append([text for text in remarks(now, now, ["plate"], [False], scale * DX) if "clumped" in text])
+        assert found[0] == []
+        assert len(found[1]) == 1
+
+
 def test_internal_energy_below_zero(plate):
     start = snapshot(plate, velocity=100.0)
     energy = np.zeros(len(plate))

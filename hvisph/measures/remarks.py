@@ -7,10 +7,12 @@ from itertools import chain
 
 import numpy as np
 
+from hvisph.core.kinematics import KINEMATICS
 from hvisph.measures.groups import connected_groups
 from hvisph.measures.strayed import Holds, strayed
 from hvisph.output.snapshot import Snapshot
 
+REVOLVED = tuple(name for name, one in KINEMATICS.items() if one.revolved)
 # Nearest neighbours below this share of the particle's own size are clumped; so many of a body say so.
 CLUMPED, CLUMPS = 0.3, 0.01
 # Of the energy at the start: internal energy below zero, and of a body's particles: those that left the largest piece.
@@ -46,7 +48,7 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
             continue
         told += [f"{name}: {text}" for text in left.get(name, [])]
         position = now.fields["position"][mine]
-        told += [f"{name}: {text}" for text in _of_body(now, mine, position)]
+        told += [f"{name}: {text}" for text in _of_body(now, mine, position, spacing)]
         if has_no_damage:
             # by number: particles may have left the domain since
             before = start.fields["position"][np.searchsorted(start.id, now.id[mine])]
@@ -55,7 +57,7 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
     return [*told, *_energy(now, start)]
 
 
-def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray) -> Iterator[str]:
+def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: float) -> Iterator[str]:
     from scipy.spatial import cKDTree
 
     position = position.reshape(len(position), -1)
@@ -65,7 +67,10 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray) -> Iterator[
             f"{turned} of its particles are turned inside out, their density below zero: what is computed there has no "
             "meaning"
         )
-    size = (now.fields["mass"][mine] / np.maximum(np.abs(density), np.finfo(float).tiny)) ** (1.0 / position.shape[1])
+    room = now.fields["mass"][mine] / np.maximum(np.abs(density), np.finfo(float).tiny)
+    if now.metadata.get("kinematics") in REVOLVED:  # of a ring its section
+        room = room / (2.0 * np.pi * np.maximum(np.abs(position[:, 1]), 0.5 * spacing))
+    size = room ** (1.0 / position.shape[1])
     reach = CLUMPED * size
     nearest = cKDTree(position).query(position, 2, distance_upper_bound=2.0 * float(reach.max()))[0][:, 1]
     share = float((nearest < reach).mean())

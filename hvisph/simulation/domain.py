@@ -109,5 +109,7 @@ class Domain:
         for k in range(particles.dim):
             places[:, k] = APART * support * (rest % side)
             rest //= side
+        if particles.kinematics.revolved:  # a ring has a radius
+            places[:, 1] += OUTSIDE * support
         places[:, axis] = edge + sign * (OUTSIDE * support + places[:, axis])
         return places
