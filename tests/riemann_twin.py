@@ -3,7 +3,7 @@
 import numpy as np
 
 from hvisph.sph.laws.edges import SOUND, SOUND_MEAN
-from hvisph.sph.laws.interface import MIXED_UP, OPEN, SHUT
+from hvisph.sph.laws.interface import LOOKS, MIXED_UP, OPEN, SHUT
 from hvisph.sph.laws.pair_states import HOLDING, NO_SHEAR
 from hvisph.sph.laws.riemann import SHOCK_SLOPE
 from hvisph.sph.laws.unlike import FAINTEST, LEAST, depths
@@ -29,7 +29,7 @@ class Pairs:
         for a, near in enumerate(self.near):
             for b in near:
                 _, e, slope = self.geometry(a, b)
-                if cloud.body[a] == cloud.body[b]:
+                if not self.other(a, b):
                     self.ends[a] -= self.volume[b] * slope * e
                 else:
                     self.fills[a] += self.volume[b] * slope * e
@@ -39,9 +39,7 @@ class Pairs:
             depth = np.interp(faint, np.linspace(0, FAINTEST, len(table) - 1), table[1:])
             self.depth = cloud.h * np.maximum(depth, LEAST)
             for a, near in enumerate(self.near):
-                self.fills[a] = sum(
-                    (self.filled(a, b) for b in near if cloud.body[a] != cloud.body[b]), self.fills[a] * 0
-                )
+                self.fills[a] = sum((self.filled(a, b) for b in near if self.other(a, b)), self.fills[a] * 0)
 
     def along_normal(self, a, b):
         """Return k of unlike spacings."""
@@ -72,7 +70,15 @@ class Pairs:
 
     def parted(self, a, b):
         """Whether the pair is one of different bodies that part."""
-        return self.formulation.parted and self.cloud.body[a] != self.cloud.body[b]
+        return self.formulation.parted and self.other(a, b)
+
+    def other(self, a, b):
+        """Whether a pair is of different bodies, or of faces of one that look at each other."""
+        cloud = self.cloud
+        _, e, _ = self.geometry(a, b)
+        of_a, of_b = cloud.face[a] @ e, -cloud.face[b] @ e
+        looks = self.formulation.faces and max(of_a, of_b, of_a + of_b) > LOOKS
+        return looks or cloud.body[a] != cloud.body[b]
 
     def gradient(self, a, values, singular):
         """Return the renormalised gradient at `a` of `values` over the own body, the derivative's axis last."""

@@ -31,6 +31,7 @@ class Cloud:
     shear: np.ndarray
     order: np.ndarray
     grows: np.ndarray
+    face: np.ndarray
 
     @property
     def dim(self):
@@ -39,7 +40,8 @@ class Cloud:
     def turned(self, rotation):
         """Return the cloud turned as a whole."""
         stress = rotation @ self.stress @ rotation.T
-        return replace(self, x=self.x @ rotation.T, u=self.u @ rotation.T, stress=stress)
+        x, u, face = (vectors @ rotation.T for vectors in (self.x, self.u, self.face))
+        return replace(self, x=x, u=u, face=face, stress=stress)
 
     def with_image(self, axis, at):
         """Return the cloud and its image at the plane normal to `axis` at coordinate `at`."""
@@ -67,7 +69,8 @@ def random_cloud(dim, seed=0, spacing=1e-3):
     limits = rng.uniform(0.2e9, 2e9, n), rng.uniform(0.1e9, 1e9, n), rng.uniform(0, 1, n), rng.integers(0, 2, n)
     limits[0][::7] = 0.0  # some bear no tension
     m = rho * spacing**dim * (1 + 0.1 * rng.normal(size=n))
-    return Cloud(x, u, h, m, rho, c, 1.2 * c, 0.6 * c, stress, body, *limits)
+    face = 0.4 * np.random.default_rng(seed + 1).normal(size=x.shape)
+    return Cloud(x, u, h, m, rho, c, 1.2 * c, 0.6 * c, stress, body, *limits, face)
 
 
 def components(tensor):
@@ -133,7 +136,13 @@ def packed(cloud, formulation, planes=(), further=None):
     pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), coefficients, cloud.x, cloud.h.max(), planes)
     known = {"X": cloud.x, "U": cloud.u, "H": cloud.h, "M": cloud.m, "V": cloud.m / cloud.rho}
     known |= {"BODY": cloud.body, "BEAR": cloud.bear, "SHEAR": cloud.shear, "ORDER": cloud.order, "GROWS": cloud.grows}
-    known |= {"RHO": cloud.rho, "C": cloud.c, "ZN": cloud.rho * cloud.c_l, "ZT": cloud.rho * cloud.c_t}
+    known |= {
+        "FACE": cloud.face,
+        "RHO": cloud.rho,
+        "C": cloud.c,
+        "ZN": cloud.rho * cloud.c_l,
+        "ZT": cloud.rho * cloud.c_t,
+    }
     square = cloud.rho[:, None] ** 2
     if isinstance(formulation, Riemann):
         known["T"] = components(cloud.stress)

@@ -9,6 +9,7 @@ from small_runs import METAL, SPRING, assert_same_results, row_of
 
 import hvisph
 from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError
 from hvisph.simulation.build import build
 from hvisph.simulation.pieces import tell_pieces
 from hvisph.simulation.run import run
@@ -115,6 +116,22 @@ def test_halves_of_a_body_part_as_two_bodies_do(formulation):
         assert abs(right - left) < 0.1
 
 
+def test_faces_that_look_at_each_other_part_where_the_body_is_one():
+    """Prongs, which no number tells apart: of one piece as far as anybody knows, they part as two bodies do."""
+    (as_left, as_right), *_ = struck(build(halves("riemann")))
+    (left, right), energy, momentum, gap = struck(build(halves("riemann", own_faces=False, folds=True)))
+    assert energy < 1e-12
+    assert momentum < 1e-12
+    assert gap > 1.3
+    assert right - left == pytest.approx(as_right - as_left, abs=1.0)  # of 20 m/s; welded 0
+
+
+def test_folds_are_of_riemann():
+    for formulation, says in (("eulerian", "is of 'riemann'"), ("total_lagrangian", "is of 'riemann'; give `own_faces`")):
+        with pytest.raises(CaseError, match=f"formulation.contact.folds: {says}"):
+            halves(formulation, folds=True)
+
+
 def test_a_body_in_one_piece_is_as_it_was_to_the_last_bit(tmp_path):
     for own in (False, True):
         case = row_of([METAL, METAL], formulation={"type": "riemann", "contact": {"type": "separating", "own_faces": own}},
@@ -125,7 +142,7 @@ def test_a_body_in_one_piece_is_as_it_was_to_the_last_bit(tmp_path):
 
 def closing(**further):
     """Two bars of one body that fly at each other, of any number of dimensions, for runs with files."""
-    case = halves("riemann", gap=2e-3)
+    case = halves("riemann", gap=2e-3, folds=True)
     body = case.bodies["pair"]
     velocity = {"type": "linear", "gradient": [[-1e5, 0.0], [0.0, 0.0]]}
     return load_case(case.model_dump(mode="json", exclude_unset=True) | {

@@ -82,6 +82,23 @@ def test_rates_turn_with_the_body(formulation, dim):
     assert_same(there, expected, 1e-10)
 
 
+@pytest.mark.parametrize("unlike_spacings", [False, pytest.param(True, marks=pytest.mark.slow)])
+def test_faces_of_one_body(unlike_spacings):
+    """Compiled as the formulas have it, in balance, and turned as the body is."""
+    formulation = Riemann(parted=True, friction=0.3, faces=True, unlike=unlike_spacings)
+    cloud, q = random_cloud(2), turn(2)
+    alone = replace(cloud, body=0.0 * cloud.body)
+    for one in (cloud, alone):
+        found = compiled_rates(one, formulation)
+        assert_same(found, twin_rates(one, formulation), 1e-12)
+        force, power = one.m[:, None] * found[:, :2], one.m * found[:, 2]
+        assert np.all(np.abs(force.sum(0)) < 1e-13 * np.abs(force).sum(0))
+        assert abs((force * one.u).sum() + power.sum()) < 1e-13 * (np.abs(force * one.u).sum() + np.abs(power).sum())
+        assert_same(compiled_rates(one.turned(q), formulation)[:, :2], found[:, :2] @ q.T, 1e-10)
+    welded = compiled_rates(replace(alone, face=0.0 * cloud.face), formulation)
+    assert np.abs(welded - compiled_rates(alone, formulation)).max() > 0.0
+
+
 @DIMS
 def test_corrected_gradients_are_exact_on_linear_fields(dim):
     cloud, rng = random_cloud(dim), np.random.default_rng(1)

@@ -47,6 +47,8 @@ class Riemann:
         Whether particles are rings about the axis x.
     unlike
         Whether bodies that are parted differ in spacing.
+    faces
+        Whether faces of one body that look at each other are parted, too.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -60,6 +62,7 @@ class Riemann:
     own_faces: bool = False
     revolved: bool = False
     unlike: bool = False
+    faces: bool = False
 
     name = "riemann"
     corrects = False
@@ -94,12 +97,17 @@ class Riemann:
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         following = self.consistent and self.smoothing.variable
         return riemann.row_layout(dim, reconstruct, self.consistent, self.parted, following, self.revolved,
-                                  self.meets_unlike)  # fmt: skip
+                                  self.meets_unlike, self.faces)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
         limiter = LIMITERS["minmod" if not self._reconstructs else self.reconstruction]  # bound, perhaps not called
-        ways = {"RECONSTRUCTION": int(self._reconstructs), "PARTED": int(self.parted), "UNLIKE": int(self.meets_unlike)}
+        ways = {
+            "RECONSTRUCTION": int(self._reconstructs),
+            "PARTED": int(self.parted),
+            "UNLIKE": int(self.meets_unlike),
+            "FACES": int(self.faces),
+        }
         row = self.layout(dim)
         flux = Pass(riemann.accumulate, riemann.read_by_all(row), ways | {
             "limit": limiter[0], "share": limiter[1], "CONSISTENT": int(self.consistent),
@@ -110,8 +118,12 @@ class Riemann:
             return [flux]
         first = [Pass(riemann.gradients, riemann.read_by_all(row), ways, into_rows=True)]
         if self.meets_unlike:
-            first.append(Pass(unlike.facing, row, {}, into_rows=True))
+            first.append(Pass(unlike.facing, row, {"FACES": int(self.faces)}, into_rows=True))
         return [*first, flux]
+
+    def at_face(self, dim: int) -> float:
+        """Return what the outermost layer under a flat face lacks of its kernel's sum, |O| h."""
+        return float(unlike.lacking(self.kernel, self.h_over_dx, dim)[0])
 
     def layout(self, dim: int) -> RowLayout:
         """Return the row of the contact law."""

@@ -168,12 +168,22 @@ class Stepper:
         """Evaluate the pair forces at the stage."""
         try:
             self.pairs.evaluate(self.h_max)
+            if getattr(self.formulation, "faces", False):
+                self._keep_faces()
         finally:  # other processes wait for this one's part in the contact, also where it has failed
             if self.separating:
                 at = rates.slots(self.particles.dim)
                 self.separating.add(
                     self.rows, self.pairs.numbers, self.pairs.slots, self.h_max, self.rates, self.place, at
                 )
+
+    def _keep_faces(self) -> None:
+        """Keep the normals of this evaluation's faces in the rows, where the next one finds them."""
+        formulation: Any = self.formulation
+        at, dim = self.pairs.slots, self.particles.dim
+        lacking = self.pairs.sorted[self.place, at["ENDS"] : at["ENDS"] + dim]
+        size = self.lengths / formulation.at_face(dim)
+        self.rows[: self.particles.count, at["FACE"] : at["FACE"] + dim] = lacking * size[:, None]
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s] with the last rates, and predict the stage of the step `following`."""

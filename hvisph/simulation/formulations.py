@@ -66,6 +66,7 @@ def formulation_of(case: Case) -> AnyFormulation:
                 reconstruction=model.reconstruction,
                 consistent=model.form == "consistent",
                 held=model.tension == "held",
+                faces=model.contact.type == "separating" and model.contact.folds,
                 **revolved,
                 **_separating(model, case),
             )
@@ -83,7 +84,7 @@ def formulation_of(case: Case) -> AnyFormulation:
 def _separating(model: Any, case: Case) -> dict[str, Any]:
     """Return whether bodies part and slide, and their friction; a single body has pieces alone, if it is to."""
     contact = model.contact
-    if contact.type != "separating" or (len(case.bodies) < 2 and not contact.own_faces):
+    if contact.type != "separating" or (len(case.bodies) < 2 and not (contact.own_faces or contact.folds)):
         return {}
     return {"parted": True, "friction": contact.friction, "own_faces": contact.own_faces is not False}
 

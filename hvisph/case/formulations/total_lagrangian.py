@@ -110,6 +110,8 @@ class TotalLagrangianFormulation(KernelOptions):
                 ("formulation", "renew_reference"),
                 "the printed viscosity is for one reference density; leave out viscosity_gradient",
             )
+        if isinstance(self.contact, SeparatingContact) and self.contact.folds:
+            yield Problem(("formulation", "contact", "folds"), "is of 'riemann'; give `own_faces` here")
         yield from parted_problems(case, self.smoothing_length.type, "reference kernels are")
         if self.spatial_correction.type != "none" and not self.parted and len(case.bodies) > 1:
             yield Problem(

@@ -10,6 +10,10 @@ Both are antisymmetric in the pair, so that its force is. A smeared gap carries 
 0.93 to 0.94, a gap of 0.1 spacings. Faces of unlike lattices touch with phi from 0.92 to 1.05, and all their pairs are
 to carry; while a gate opens it is a dashpot, so that it opens at once. Where the line of centres is no way across the
 interface, the bodies being mixed up, it is the normal.
+
+Faces of one body (FACES) are told by what each particle remembers of the evaluation before, m = O over that of the
+outermost layer under a flat face: a and b lie across from one another where m_a . e, - m_b . e or both together are above 0.5. Such pairs count as
+of other bodies, so that O goes on without them, and faces that have met are faces still.
 """
 
 from __future__ import annotations
@@ -24,6 +28,8 @@ OPEN, SHUT = 0.93, 0.94
 # Below this cosine between line of centres and normal the bodies are mixed up.
 MIXED_UP = 0.1
 TINY = 1e-30
+# Least cosine of what lies in front of a face.
+LOOKS = 0.5
 
 
 @compiled
@@ -46,3 +52,19 @@ def across(e, other, fills_a, fills_b, ends_a, ends_b):
     cosine = dot(n, e)
     turned = other * max(np.copysign(1.0, cosine - MIXED_UP), 0.0)
     return plus(e, times(turned, minus(n, e))), 1.0 + turned * (cosine - 1.0), min(max(gate, 0.0), 1.0)
+
+
+@compiled
+def looking(face_a, face_b, dx):
+    """Return 1 where one of two particles of a body lies in front of the other's face, else 0.
+
+    Parameters
+    ----------
+    face_a, face_b
+        Normals of the faces that they lie under, 1 long in the outermost layer under a flat face.
+    dx
+        x_b - x_a.
+    """
+    of_a, of_b = dot(face_a, dx), -dot(face_b, dx)
+    most = max(max(of_a, of_b), of_a + of_b)
+    return max(np.copysign(1.0, most - LOOKS * np.sqrt(dot(dx, dx))), 0.0)

@@ -36,9 +36,10 @@ Between different bodies (PARTED), with normal and gate of `sph.laws.interface` 
     u*_a = u_a + (t* - t_a)/Z_a,  u*_b = u_b - (t* - t_b)/Z_b    each side's own, equal where t* is the full one
     D    = F . (u*_b - u*_a)/2 >= 0                              heat of slip and of the gate, to each side
 
-and the velocity gradient takes the pair by its gate. Bodies of UNLIKE spacings meet as `sph.laws.unlike` says. In all
-forms the energies of a pair and the work of its force sum to nothing. Rings of solids of revolution (REVOLVED) add what
-`sph.laws.rings` says; in the printed form their velocity gradient is renormalised.
+and the velocity gradient takes the pair by its gate. FACES of one body that look at each other meet so, too (there).
+Bodies of UNLIKE spacings meet as `sph.laws.unlike` says. In all forms the energies of a pair and the work of its force
+sum to nothing. Rings of solids of revolution (REVOLVED) add what `sph.laws.rings` says; in the printed form their
+velocity gradient is renormalised.
 
 Source: Parshikov & Medin 2002 as used by Mehra & Chaturvedi 2006; reconstruction after van Leer 1979; h that
 follows density after Springel & Hernquist 2002.
@@ -86,7 +87,7 @@ from hvisph.sph.rows import RowLayout
 from hvisph.sph.shape_matrix import sound_inverse
 
 from .edges import at_edges
-from .interface import across
+from .interface import across, looking
 from .limiters import TINY
 from .pair_states import at_most, drawn, let_go, moved, pressed, slid
 from .rings import hoop_share, ring_weight
@@ -96,7 +97,7 @@ from .unlike import ENTRIES, along_normal, depth, stretched
 DEPTH_TABLE = 2
 
 # Options of the law, off unless bound.
-RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = UNLIKE = ONLY_OTHER = REVOLVED = 0
+RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = FACES = UNLIKE = ONLY_OTHER = REVOLVED = 0
 
 # Slope of the shock's speed over its jump of velocity, for the impedance; metals have 1.2 to 1.5.
 SHOCK_SLOPE = 1.2
@@ -109,15 +110,18 @@ SLIPPERY = 1e-8
 
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
-               following: bool = False, revolved: bool = False, unlike: bool = False) -> RowLayout:  # fmt: skip
+               following: bool = False, revolved: bool = False, unlike: bool = False,
+               faces: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
-    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, FILLS and ENDS N and O of its body, DEPTH
-    how deep it lies in it, RING and HOOP radius and hoop stress of a ring.
+    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, FILLS and ENDS N and O of its body, FACE O
+    as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop stress of a ring.
     """
     fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric")]
     if parted:
         fields.append(("body", "scalar"))
+    if faces:
+        fields.append(("face", "vector"))
     fields += [("zn", "scalar"), ("zt", "scalar")]
     if consistent:
         fields += [("rho", "scalar"), ("bear", "scalar"), ("shear", "scalar"), ("order", "scalar")]
@@ -157,6 +161,8 @@ def gradients(near, n, rows, i, constants, out):
         g = times(-b[V] * scale(ih) * slope(r * ih) / r, dx)
         if PARTED:
             other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
+            if FACES:
+                other = max(other, looking(own_vector(rows, i, FACE, DIM), vector(b, FACE, DIM), dx))
             if not UNLIKE:
                 fills = plus(fills, times(other, g))
             g = times(1.0 - other, g)
@@ -204,6 +210,8 @@ def accumulate(near, n, rows, i, constants, out):
         meeting = False
         if PARTED:
             other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
+            if FACES:
+                other = max(other, looking(own_vector(rows, i, FACE, DIM), vector(b, FACE, DIM), dx))
             meeting = anywhere(other * b[V])
             if ONLY_OTHER:
                 if not meeting:
