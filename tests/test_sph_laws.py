@@ -124,7 +124,7 @@ def test_a_string_of_particles_keeps_the_plain_gradient(dim):
     stress[:, 0, 0] = cloud.stress[:, 0, 0]
     spread = [zero] * (dim - 1)
     x, u = np.hstack([cloud.x, *spread]), np.hstack([cloud.u, *spread])
-    string = replace(cloud, x=x, u=u, stress=stress)
+    string = replace(cloud, x=x, u=u, stress=stress, face=np.zeros_like(x))
     formulation = FORMULATIONS["contact_van_leer"]
     assert_same(compiled_rates(string, formulation), twin_rates(string, formulation), 1e-12)
 
