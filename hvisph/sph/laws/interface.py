@@ -12,8 +12,8 @@ to carry; while a gate opens it is a dashpot, so that it opens at once. Where th
 interface, the bodies being mixed up, it is the normal.
 
 Faces of one body (FACES) are told by what each particle remembers of the evaluation before, m = O over that of the
-outermost layer under a flat face: a and b lie across from one another where m_a . e, - m_b . e or both together are above 0.5. Such pairs count as
-of other bodies, so that O goes on without them, and faces that have met are faces still.
+outermost layer under a flat face: a and b lie across from one another where m_a . e, - m_b . e or both together are
+above 0.5. Such pairs count as of other bodies, so that O goes on without them, and faces that have met are faces still.
 """
 
 from __future__ import annotations
