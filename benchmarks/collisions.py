@@ -23,7 +23,7 @@ SOLIDS = [DAMAGED, SPALLING]  # both in every case, so that all seeds of a formu
 LIMITS = {"momentum": 1e-12, "angular momentum": 1e-3, "energy": 1e-12, "internal energy below zero": 1e-3}
 
 
-def case_of(seed):
+def case_of(seed, dx):
     """Return two to four bodies of random shape, place, turn, speed and material, and what else there may be."""
     rng = np.random.default_rng(seed)
     bodies = {}
@@ -52,8 +52,8 @@ def case_of(seed):
                 body["rotation"]["axis"] = [0.0, 0.0, 1.0]
     options = {"type": formulation} | OPTIONS.get(formulation, {})
     end = 4e-6 if formulation != "projection" else 3e-7
-    plain = {"kinematics": "three_d", "resolution": 0.6e-3, "bodies": bodies, "formulation": options,
-             "output": {"checkpoint_every": None, "every": None}, "time": {"end": end, "max_steps": 4000}}  # fmt: skip
+    plain = {"kinematics": "three_d", "resolution": dx, "bodies": bodies, "formulation": options,
+             "output": {"checkpoint_every": None, "every": None}, "time": {"end": end, "max_steps": 20_000}}  # fmt: skip
     try:
         return load_case(plain | further), formulation
     except CaseError:  # not for every formulation
@@ -65,27 +65,30 @@ def case_of(seed):
             return load_case(plain), formulation
 
 
-def collisions(work):
-    """Let random bodies meet; momentum, angular momentum and energy stay, and no particle's energy falls below zero."""
+def collisions(dx):
+    """Return the campaign of random bodies that meet; momentum, angular momentum and energy stay, no energy is negative."""
 
-    def trial(seed) -> Tally:
-        case, formulation = case_of(seed)
-        summary = run(case, work / "collision", force=True, threads=1).summary
-        if summary["status"] != "done":
-            print("  seed", seed, formulation, summary["failure"]["message"])
-            return {
-                "ends": {"stopped cleanly by a watcher": 1},
-                "stopped": {f"{formulation}: {summary['failure']['criterion']}": 1},
-            }
-        found = _figures(case, summary["conservation"], work / "collision")
-        told: Tally = {"ends": {"ended": 1}, "by formulation": {formulation: 1}}
-        for what, value in found.items():
-            told[what] = {f"most_{formulation}": value}
-            if value > LIMITS[what]:
-                told["misses"] = [*told.get("misses", []), f"seed {seed}, {formulation}, {what} {value:.1e}"]
-        return told
+    def start(work):
+        def trial(seed) -> Tally:
+            case, formulation = case_of(seed, dx)
+            summary = run(case, work / "collision", force=True, threads=1).summary
+            if summary["status"] != "done":
+                print("  seed", seed, formulation, summary["failure"]["message"])
+                return {
+                    "ends": {"stopped cleanly by a watcher": 1},
+                    "stopped": {f"{formulation}: {summary['failure']['criterion']}": 1},
+                }
+            found = _figures(case, summary["conservation"], work / "collision")
+            told: Tally = {"ends": {"ended": 1}, "by formulation": {formulation: 1}}
+            for what, value in found.items():
+                told[what] = {f"most_{formulation}": value}
+                if value > LIMITS[what]:
+                    told["misses"] = [*told.get("misses", []), f"seed {seed}, {formulation}, {what} {value:.1e}"]
+            return told
 
-    return trial
+        return trial
+
+    return start
 
 
 def _figures(case, kept, folder):

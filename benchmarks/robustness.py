@@ -216,7 +216,9 @@ CAMPAIGNS = [
     Campaign("cost", "cost of checkpoints", "below 2 % of the run time", 1, cost, lambda tally: "".join(tally["text"])),
     Campaign("collisions", "collisions of random bodies in 3D, all formulations, damage and spall, symmetry planes, domain",
              "200 seeds end or stop cleanly; momentum 1e-12, angular momentum 1e-3, energy 1e-12, no internal energy "
-             "below -1e-3 of the mean kinetic", 200, collisions.collisions, collisions.told),
+             "below -1e-3 of the mean kinetic", 200, collisions.collisions(0.6e-3), collisions.told),
+    Campaign("finer", "the same collisions at half the spacing", "the same", 200, collisions.collisions(0.3e-3),
+             collisions.told),
 ]  # fmt: skip
 
 
