@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hvisph.case.formulations.riemann import is_gas
+from hvisph.case.formulations.riemann import following, is_gas
 from hvisph.simulation.impact_pressure import impact_pressure
 from hvisph.simulation.meeting import meeting
 
@@ -294,10 +294,11 @@ def _gas(case: Case) -> Iterator[str]:
             f"formulation: {gases}, which no reference kernel follows; take riemann, or give such bodies "
             "`formulation: eulerian`"
         )
+    wanted = following(case.bodies.values(), case.kinematics)
     if names and model.type in ("riemann", "eulerian") and model.smoothing_length.type == "fixed":
         yield (
             f"formulation.smoothing_length: fixed, and {gases}, whose particles part by more than a fixed kernel "
-            "reaches; give {type: variable, min_over_initial: 0.2, max_over_initial: 4}"
+            f"reaches; give {{{', '.join(f'{key}: {value}' for key, value in wanted.items())}}}"
         )
 
 

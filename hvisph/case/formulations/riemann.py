@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
@@ -30,6 +30,8 @@ FORMS: dict[str, dict[str, Any]] = {
 GASES = ("ideal_gas", "jwl")
 # How the smoothing length of a gas follows it unless given: a fixed one does not reach through an expansion of 1.5.
 FOLLOWING = {"type": "variable", "min_over_initial": 0.2, "max_over_initial": 4.0}
+# Of detonation products in more than a line: with 4 single particles that had streamed far were squeezed without end.
+FOLLOWING_PRODUCTS = {"type": "variable", "min_over_initial": 0.5, "max_over_initial": 2.0}
 
 
 def gas_formulation(data: dict[str, Any]) -> dict[str, Any] | None:
@@ -41,15 +43,23 @@ def gas_formulation(data: dict[str, Any]) -> dict[str, Any] | None:
         return None
     if formulation.get("reconstruction") == "none" and "form" not in formulation:
         return None
-    return formulation | {"smoothing_length": FOLLOWING} if any(map(is_gas, bodies.values())) else None
+    if not any(map(is_gas, bodies.values())):
+        return None
+    return formulation | {"smoothing_length": following(bodies.values(), str(data.get("kinematics")))}
 
 
-def is_gas(body: Any) -> bool:
-    """Whether a raw body is of a gas or of detonation products, which become one."""
+def following(bodies: Iterable[Any], kinematics: str) -> dict[str, Any]:
+    """Return how the smoothing length follows the gases and detonation products among `bodies`."""
+    products = any(is_gas(body, ("jwl",)) for body in bodies)
+    return FOLLOWING_PRODUCTS if products and kinematics != "uniaxial_strain" else FOLLOWING
+
+
+def is_gas(body: Any, kinds: tuple[str, ...] = GASES) -> bool:
+    """Whether a raw body is of a gas or of detonation products, which become one; or of these `kinds` of them."""
     for key in ("material", "eos"):
         body = body.get(key) if isinstance(body, dict) else getattr(body, key, None)
     kind = body.get("type") if isinstance(body, dict) else getattr(body, "type", None)
-    return bool(kind in GASES)
+    return bool(kind in kinds)
 
 
 class RiemannFormulation(KernelOptions):
