@@ -46,10 +46,11 @@ def test_shares_of_mass():
     start, one = state(), metal()
     calm = shares(start, start, [one])
     assert calm == {"failed": 0.0, "above_melting": 0.0, "beyond_range": 0.0, "negative_energy": 0.0}
-    first, three = np.arange(10) < 1, np.arange(10) < 3
+    first, three, last = np.arange(10) < 1, np.arange(10) < 3, np.arange(10) == 9
     low = range_of(one).least_density
     assert 0.0 < low < 2785.0
-    told = shares(state(damage=1.0 * three, density=np.where(first, 0.9 * low, 2785.0),
+    thin = first | last  # of which the first has failed, and is full of voids
+    told = shares(state(damage=1.0 * three, density=np.where(thin, 0.9 * low, 2785.0),
                         internal_energy=np.where(first, -1.0, 1.0), temperature=np.where(three, 2000.0, 300.0)),
                   start, [one])  # fmt: skip
     assert told == pytest.approx({"failed": 0.3, "above_melting": 0.3, "beyond_range": 0.1, "negative_energy": 0.1})

@@ -179,6 +179,21 @@ def test_comparison_with_expected_values():
         compare(results, {"extention": {"value": 1.0, "tolerance": 1.0}})
 
 
+@pytest.mark.parametrize(
+    ("value", "spread", "text"),
+    [
+        (0.021, 0.0005, "2.10 ± 0.05 cm"),
+        (3.8e-5, 2.5e-6, "0.0038 ± 0.00025 cm"),  # the crater of a grain of dust
+        (0.0, 0.0, "0.00 cm"),
+        (0.0, 5e-4, "0.00 ± 0.05 cm"),
+        (1e-12, 0.0, "0.00 cm"),
+    ],
+)
+def test_small_sizes_keep_their_figures(value, spread, text):
+    (row,) = rows({"crater_diameter": Result(value, "m", spread)})
+    assert row.value == text
+
+
 def test_table_for_people():
     results = {
         "extension": Result(6.61e-3, "m", 1e-4),

@@ -9,6 +9,10 @@ from typing import Any
 from hvisph.core.measures import Look, look_of
 from hvisph.measures.result import Result
 
+# Units of shares and angles, of which little is nothing; and what is next to nothing of any unit for people.
+UNSIZED = ("", "%", "deg")
+LEAST = 1e-6
+
 
 @dataclass(frozen=True)
 class Row:
@@ -89,11 +93,20 @@ def _text(value: float | None, spread: float | None, look: Look) -> str:
     if value is None:
         return "-"
 
+    fixed = look.decimals >= 0 and not _tiny(value, spread, look)
+
     def number(figure: float) -> str:
         figure *= look.factor
-        text = f"{figure:.{look.decimals}f}" if look.decimals >= 0 else f"{figure:.3g}"
+        text = f"{figure:.{look.decimals}f}" if fixed else f"{figure:.3g}"
         return text if float(text) else text.lstrip("-")  # what rounds to nothing has no sign
 
     # a spread that rounds to nothing says nothing
     shown = f" ± {number(spread)}" if spread and float(number(spread)) > 0.0 else ""
     return f"{number(value)}{shown} {look.unit}".rstrip()
+
+
+def _tiny(value: float, spread: float | None, look: Look) -> bool:
+    """Whether a size is too small for the digits of its kind, and known better: of dust, or of a gas."""
+    last, size = 10.0**-look.decimals, abs(value) * look.factor
+    known = abs(spread or 0.0) * look.factor < 0.5 * last
+    return look.unit not in UNSIZED and known and LEAST < size < 10.0 * last

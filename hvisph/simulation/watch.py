@@ -16,7 +16,7 @@ from hvisph.simulation.build import Setup
 # Steps between two looks at all densities.
 DENSITY_EVERY = 8
 # Share of the energy at the start that the internal energy may be below zero by round-off.
-ROUND_OFF = 1e-6
+ROUND_OFF = 1e-5
 
 
 class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever reads about it
