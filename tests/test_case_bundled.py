@@ -162,7 +162,7 @@ def test_library():
         # what a slip of units or a swapped pair of constants would leave
         assert 9e2 < material.density < 2.5e4
         if material.strength.type != "none":
-            assert 2e9 < material.shear_modulus < 5e11
+            assert 4e8 < material.shear_modulus < 5e11  # ice that a shock has softened bears least
 
 
 def test_library_numbers_of_the_papers():
