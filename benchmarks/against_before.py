@@ -61,6 +61,8 @@ def main() -> None:
         for title in options.names:
             case, settings = CASES[title]
             ratios = []
+            for one in (here, options.checkout):  # fills the caches
+                cost(one, folder, case, (1, 2), settings)
             for _ in range(options.rounds):
                 now, before = (cost(one, folder, case, (first, last), settings) for one in (here, options.checkout))
                 ratios.append(now / before)
