@@ -20,6 +20,8 @@ def tell_pieces(setup: Setup, steps: int) -> None:
     stepper, share, particles = setup.stepper, setup.share, setup.particles
     if not isinstance(stepper, Stepper) or stepper.pieces is None or steps % LOOK_EVERY:
         return
+    if steps == 0:
+        stepper.pieces = particles.body.copy()  # as the particles stand now
     pieces = stepper.pieces
     tags = np.stack([particles.id, particles.body, pieces], axis=1)
     tags, lengths = share.gathered(tags), share.gathered(particles["smoothing_length"])
