@@ -44,9 +44,10 @@ def measure(resolution: float, formulation: str, threads: int, steps: int) -> di
     set_threads(threads)
     with tempfile.TemporaryDirectory() as folder, RunFolder.create(Path(folder) / "run", True) as held:
         run = Timed(case, build(case), held, Listener())
+        particles = run.setup.particles.count  # a run that has ended holds none
         run.go()
         wall, cpu = (1e3 * seconds / run.clock.steps for seconds in run.found)
-        return {"particles": run.setup.particles.count, "wall": wall, "cpu": cpu}
+        return {"particles": particles, "wall": wall, "cpu": cpu}
 
 
 def apart(arguments: list[str], spin: str) -> dict[str, float]:
