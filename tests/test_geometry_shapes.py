@@ -248,7 +248,7 @@ def test_graded_rings_weigh_what_their_solids_do(solid, face):
     inner = {"Cylinder": 0.0, "Tube": 15.5, "Ring": 15.5}[type(solid).__name__]
     assert r[0] - inner == pytest.approx(0.125)  # half a fine spacing off the axis or the inner face
     fine = {"middle": 0.0, "front": -5.5, "rear": 5.5}[face]
-    assert np.diff(x)[np.argmin(np.abs(x[:-1] - fine))] == pytest.approx(0.25, rel=0.1)
+    assert np.diff(x)[np.argmin(np.abs(x[:-1] - fine))] == pytest.approx(0.25, rel=0.1)  # stretched to fit
     for at in (x, r):
         gaps = np.diff(at)  # between middles of layers that grow by a tenth these grow by a tenth, or by half of it
         assert np.maximum(gaps[1:] / gaps[:-1], gaps[:-1] / gaps[1:]).max() < 1.1 + 1e-6
