@@ -78,7 +78,8 @@ BAD = [
         11,
     ),
     ("[2 mm, 50 mm]", "[2 mm, -50 mm]", ["bodies.target.shape.size.1", "above 0"], 11),
-    ("[3.1 km/s, 0]", "3.1 km/s", ["bodies.projectile.velocity", "has 1 components, needs 2"], 8),
+    ("[3.1 km/s, 0]", "3.1 km/s", ["bodies.projectile.velocity", "is a speed alone; write {speed: ...}"], 8),
+    ("[3.1 km/s, 0]", "[1, 2, 3]", ["bodies.projectile.velocity", "has 3 components, needs 2"], 8),
     ("[3.1 km/s, 0]", "[3100 km/s, 0]", ["bodies.projectile.velocity", "check its unit"], 8),
     (
         "velocity:",

@@ -62,6 +62,8 @@ def spacing_warnings(case: Surroundings) -> Iterator[str]:
 
 def _length(path: Path, dim: int, given: int, what: str) -> Problem:
     axes = ", ".join(AXES[:dim])
+    if what == "components" and given == 1 and path[-1] == "velocity":
+        return Problem(path, f"is a speed alone; write {{speed: ...}} for one along x, or [{axes}]")
     return Problem(path, f"has {given} {what}, needs {dim} in {dim}D: [{axes}]")
 
 
