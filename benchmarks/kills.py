@@ -48,7 +48,7 @@ def kinds():
         "riemann printed": (2, _formulation("riemann", form="printed")),
         "riemann welded": (2, _formulation("riemann", contact={"type": "welded"})),
         "riemann mirrored": (2, {"symmetry": [{"axis": "y", "at": 0.0}]}),
-        "riemann in a domain": (2, {"domain": {"min": [-2.5e-3, None]}}),
+        "riemann in a domain": (2, {"domain": {"max": [3.5e-3, None]}}),  # the rear of the second body leaves
         "riemann with gauges": (2, {"gauges": {"here": {"type": "fixed", "at": [1e-3, 0.0], "fields": ["pressure"]}}}),
         "eulerian corrected": (2, _formulation("eulerian", correction={"type": "mixed"})),
         "eulerian variable h": (3, _formulation("eulerian", **variable)),

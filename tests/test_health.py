@@ -16,7 +16,7 @@ from hvisph.simulation.materials import material_of
 from hvisph.simulation.monitors import turning
 from hvisph.simulation.run import run, set_threads
 from hvisph.simulation.shock import beside
-from hvisph.simulation.watch import ROUND_OFF, Watch
+from hvisph.simulation.watch import UNNOTICED, Watch
 
 CASE = {
     "kinematics": "plane_strain",
@@ -106,7 +106,7 @@ def test_a_negative_energy_is_said_once():
     Setup.stepper.sums[0] = 100.0
     watch = Watch(Setup, load_case(CASE).watch)
     assert watch.warning(1e-6) == ""
-    Setup.stepper.sums[1] = -0.5 * ROUND_OFF * 100.0
+    Setup.stepper.sums[1] = -0.5 * UNNOTICED * 100.0
     assert watch.warning(1e-6) == ""
     Setup.stepper.sums[1] = -0.5
     assert "0.5 %" in watch.warning(2e-6)

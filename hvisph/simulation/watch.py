@@ -15,8 +15,9 @@ from hvisph.simulation.build import Setup
 
 # Steps between two looks at all densities.
 DENSITY_EVERY = 8
-# Share of the energy at the start that the internal energy may be below zero by round-off.
-ROUND_OFF = 1e-5
+# Share of the energy at the start that the internal energy may be below zero without a word: a first step of contact
+# of bodies at zero energy ends so by 2e-5, for that step.
+UNNOTICED = 1e-4
 
 
 class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever reads about it
@@ -143,7 +144,7 @@ class Watch:
     def warning(self, time: float) -> str:
         """Return what is to be said loudly, once, after a step; empty where all is well."""
         missing = self._missing_energy()
-        if self._warned or not missing > ROUND_OFF:
+        if self._warned or not missing > UNNOTICED:
             return ""
         self._warned = True
         return (
