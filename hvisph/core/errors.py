@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from difflib import get_close_matches
 
+FEW = 6  # names that a message lists even where one of them looks like what was meant
 INTERRUPTED = 130  # exit code of what a signal ended: 128 + SIGINT, as shells have it
 
 
@@ -67,8 +68,9 @@ def computable() -> Iterator[None]:
 
 
 def nearest(word: str, allowed: list[str] | tuple[str, ...]) -> str:
-    """Return ``"; did you mean 'x'?"`` for the closest of `allowed`, or the list of them when none is close."""
+    """Return ``"; did you mean 'x'?"`` for the closest of `allowed`; the list of them if short or none is close."""
     close = get_close_matches(str(word), list(allowed), n=1, cutoff=0.5)
     if close:
-        return f"; did you mean '{close[0]}'?"
+        others = f" (allowed: {', '.join(allowed)})" if 1 < len(allowed) <= FEW else ""
+        return f"; did you mean '{close[0]}'?{others}"
     return "; allowed: " + ", ".join(allowed) if allowed else ""
