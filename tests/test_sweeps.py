@@ -54,6 +54,13 @@ def test_a_list_comes_from_a_table_and_carries_the_experiment_along(tmp_path):
     assert [one.values for one in found] == [{SPEED: "2 km/s", "experiment.hole [mm]": 11.5}, {SPEED: "3 km/s"}]
 
 
+def test_a_head_that_stands_twice_is_told(tmp_path):
+    (tmp_path / "shots.csv").write_text(f"{SPEED}, {SPEED}\n2 km/s,3 km/s\n")
+    (tmp_path / "sweep.yaml").write_text("case: quickstart\nvary: {type: list, file: shots.csv}\n")
+    with pytest.raises(CaseError, match=f"line 1: the head '{SPEED}' stands there twice"):
+        load_plan(tmp_path / "sweep.yaml").first()
+
+
 @pytest.mark.parametrize("method", ["latin_hypercube", "sobol", "random"])
 def test_a_sample_is_reproducible_and_follows_its_distributions(method):
     vary = {
@@ -87,6 +94,7 @@ def test_a_sample_is_reproducible_and_follows_its_distributions(method):
         ({"type": "sample", "count": 2, "values": {SPEED: {"normal": {"mean": 1}}}}, r"velocity.0.normal.sd: missing"),
         ({"type": "sample", "count": 2, "values": {SPEED: 3}}, "expected a distribution, such as"),
         ({"type": "grud"}, "did you mean 'grid'"),
+        ({"type": "converge", "values": ["0.5 mm", "500 um", "0.4 mm"]}, "has 0.5 mm twice"),
     ],
 )
 def test_what_is_wrong_is_said_before_anything_runs(vary, said, tmp_path):
@@ -271,6 +279,19 @@ def test_a_sweep_of_other_cases_is_not_overwritten(tmp_path):
     assert len(SweepFolder(tmp_path / "sweep").members()) == 2
     with pytest.raises(CaseError, match="other cases"):
         begin(one | {"vary": {"type": "grid", "values": {SPEED: ["2.5 km/s"]}}}, tmp_path / "sweep")
+
+
+def test_what_a_begun_sweep_does_not_have_is_told(tmp_path):
+    begin(
+        {"case": "quickstart", "set": SMALL, "vary": {"type": "grid", "values": {SPEED: ["2 km/s"]}}}, tmp_path / "one"
+    )
+    for only, said in (("3", "numbers go from 0 to 0"), ("3..1", "holds no number"), ("some", "neither failed")):
+        with pytest.raises(CaseError, match=said):
+            next(sweep(tmp_path / "one", only=only))
+    with pytest.raises(CaseError, match="goes on where it is"):
+        begin(tmp_path / "one", tmp_path / "elsewhere")
+    assert begin(tmp_path / "one", tmp_path / "one").exists
+    assert not (tmp_path / "elsewhere").exists()
 
 
 def test_correlations_stand_beside_a_limit(tmp_path):

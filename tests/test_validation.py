@@ -123,6 +123,22 @@ def test_what_is_no_set_is_named():
     assert json.loads(call("--json").stdout)[0]["name"] == NAMES[0]
 
 
+def test_what_was_not_computed_is_told(tmp_path):
+    for arguments, said in (
+        (("j2", "--table"), "nothing of j2 with 40 particles across was begun"),
+        (("--table",), "name a set"),
+        (("--only", "failed"), "name a set"),
+    ):
+        result = call(*arguments, "--out", tmp_path)
+        assert result.exit_code == 2
+        assert said in str(result.exception) + result.output
+    page = tmp_path / "page.md"
+    result = call("--all", "--table", "--out", tmp_path, "--page", page)
+    assert result.exit_code == 0
+    assert result.output.count("was begun in") == len(NAMES)
+    assert not list((tmp_path / "page").glob("*.json"))  # nothing that was not computed is stored
+
+
 @pytest.mark.parametrize("name", ["j2", "melt", "cloud"])
 def test_coarse_form(name, tmp_path):
     """All goes through: the sweep, the judge, the page; the same command computes nothing again."""

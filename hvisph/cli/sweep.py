@@ -67,7 +67,11 @@ def converge(
     settings: SetOption = None,
 ) -> None:
     """Run a case at several resolutions: order of convergence, value at infinite resolution, grid convergence index."""
+    from hvisph.core.errors import CaseError
+
     values = [value.strip() for value in resolutions.split(",") if value.strip()]
+    if len(values) < 2:
+        raise CaseError(f"'{resolutions}': at least two, such as 0.4mm,0.2mm,0.1mm", where="--resolutions")
     vary = {"type": "converge", "path": "resolution", "values": values}
     _study(how, "converge", case, settings, vary)
 

@@ -13,6 +13,7 @@ from hvisph.cli.say import say
 from hvisph.cli.words import duration, table, tables
 
 SHOT = "experiment.shot"  # names a case by itself
+SHOWN_MISSES = 5  # cases whose expected values were missed, on the terminal
 SHOWN_ROWS = 60  # of the table on the terminal
 
 
@@ -34,7 +35,9 @@ class Teller:
     def __enter__(self) -> Teller:
         if not self.silent:
             members = len(self.driver.members)
-            say(f"{members} cases, {self.driver.workers} workers, into {self.driver.folder.path}")
+            workers = self.driver.workers
+            what = f"{members} case{'s' * (members > 1)}, {workers} worker{'s' * (workers > 1)}"
+            say(f"{what}, into {self.driver.folder.path}")
         return self
 
     def __exit__(self, kind: type[BaseException] | None, value: BaseException | None,
@@ -100,6 +103,10 @@ def summary(sweep: Any, rows: Sequence[dict[str, Any]], said: dict[str, Any], pa
     counts: dict[str, int] = {}
     for row in rows:
         counts[row["status"]] = counts.get(row["status"], 0) + 1
+    missed = [f"case {row['number']}: {', '.join(row['missed'])}" for row in rows if row["missed"]]
+    if missed:
+        more = f"; and {len(missed) - SHOWN_MISSES} more" if len(missed) > SHOWN_MISSES else ""
+        parts += [f"not as expected: {'; '.join(missed[:SHOWN_MISSES])}{more}", ""]
     parts.append(", ".join(f"{count} {status}" for status, count in counts.items()) + f": {path / 'table.csv'}")
     return "\n".join(parts)
 

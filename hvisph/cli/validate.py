@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -54,13 +55,17 @@ def validate(
         raise CaseError("give either --second or --coarse", where="--coarse")
     from hvisph.validation.experiments import Experiments, experiment_names
 
-    chosen = list(names or ()) or (experiment_names() if every else [])
+    chosen = list(dict.fromkeys(names or ())) or (experiment_names() if every else [])
     sets = [Experiments(name) for name in chosen]
+    if not sets and (only is not None or table):
+        raise CaseError("name a set, or give --all", where="--table" if table else "--only")
     if not sets and page is None:
         _list([Experiments(name) for name in experiment_names()], how.as_json)
         return
     form: Form = "coarse" if coarse else "second" if second else "full"
     sets_done = []
+    if table and every:
+        sets = list(_begun(sets, form, across, out))
     for one in sets:
         sets_done.append(_computed(one, form, across, only, table, out, how))
         if not how.silent:
@@ -72,6 +77,20 @@ def validate(
 
         say(str(write_page(page, sets_done)), err=how.as_json)
     _end(sets, sets_done, how.as_json)
+
+
+def _begun(sets: list[Experiments], form: Form, across: float | None, out: Path | None) -> Iterator[Experiments]:
+    """Yield the sets of which something was begun, and tell of the others."""
+    from hvisph.core.errors import CaseError
+    from hvisph.validation.running import folders
+
+    for one in sets:
+        try:
+            folders(one, form, across, out, there=True)
+        except CaseError as error:
+            say(str(error), err=True)
+        else:
+            yield one
 
 
 def _computed(experiments: Experiments, form: Form, across: float | None, only: str | None, table: bool,

@@ -54,6 +54,9 @@ def begin(source: Source, out: str | os.PathLike[str] | None = None) -> SweepFol
     if not isinstance(source, Mapping):
         there = SweepFolder(source)
         if there.exists:
+            if out is not None and Path(out).resolve() != there.path.resolve():
+                raise CaseError(f"{source} is a sweep that was begun, and goes on where it is; leave this out, or give "
+                                "the sweep's own file to begin it elsewhere", where="--out")  # fmt: skip
             return there
         if there.path.is_dir():
             raise CaseError(f"{source} is no sweep's folder")
@@ -77,6 +80,7 @@ def existing(path: str | os.PathLike[str]) -> SweepFolder:
 def driver(folder: SweepFolder, workers: int | None, threads: int | None, selection: Selection, only: str | None,
            crew: Callable[[SweepFolder, int, tuple[str, ...]], Crew] | None = None) -> Driver:  # fmt: skip
     """Return what drives the sweep in `folder`; a crew other than this machine's workers is made by `crew`."""
+    selection.require(folder.members())
     cores = available_threads()
     count = workers or cores
     share = threads or max(1, cores // count)

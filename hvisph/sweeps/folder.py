@@ -87,7 +87,8 @@ class SweepFolder:
         if self.exists:
             known = self.members()
             if any(old.digest != new.digest for old, new in zip(known, members, strict=False)):
-                raise CaseError(f"{self.path} holds a sweep of other cases; nothing was changed", where="--out")
+                raise CaseError(f"{self.path} holds a sweep of other cases; nothing was changed: give another folder",
+                                where="--out")  # fmt: skip
             if len(known) >= len(members):
                 return known
         elif self.path.exists() and (not self.path.is_dir() or any(self.path.iterdir())):

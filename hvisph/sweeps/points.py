@@ -41,7 +41,7 @@ def points(vary: Any, base: Mapping[str, Any], folder: Path) -> list[Values]:
     elif isinstance(vary, models.Sample):
         cases = sampled(vary, base)
     elif isinstance(vary, models.Converge):
-        cases = [{vary.path: value} for value in vary.values]
+        cases = [{vary.path: value} for value in _unlike(vary, base)]
     else:
         scale = Scale(vary.path, [*vary.between, vary.until], base)
         if not scale.numbers[0] < scale.numbers[1] or not scale.numbers[2] > 0.0:
@@ -51,6 +51,15 @@ def points(vary: Any, base: Mapping[str, Any], folder: Path) -> list[Values]:
     if len(cases) > models.MOST_CASES:
         raise CaseError(f"makes {len(cases)} cases, more than {models.MOST_CASES}")
     return cases
+
+
+def _unlike(vary: models.Converge, base: Mapping[str, Any]) -> list[Any]:
+    """Return the values of a convergence study; raises `CaseError` where two are the same, which shows nothing."""
+    numbers = Scale(vary.path, vary.values, base).numbers
+    for value, number in zip(vary.values, numbers, strict=True):
+        if numbers.count(number) > 1:
+            raise CaseError(f"has {value} twice: what does not change shows no convergence", where="values")
+    return list(vary.values)
 
 
 def _axis(path: str, axis: Any, base: Mapping[str, Any]) -> Iterator[Any]:
@@ -69,10 +78,15 @@ def _table(path: Path) -> list[Values]:
     """Return the rows of a CSV file whose heads are paths of settings."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.DictReader(file))
+            table = csv.DictReader(file)
+            heads = [head.strip() for head in table.fieldnames or ()]
+            rows = list(table)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or error
         raise CaseError(f"{path} cannot be read: {reason}", where="file") from None
+    twice = next((head for head in heads if heads.count(head) > 1), None)
+    if twice is not None:
+        raise CaseError(f"{path}, line 1: the head '{twice}' stands there twice", where="file")
     if not rows:
         raise CaseError(f"{path} has no rows below its heads", where="file")
     cases = []

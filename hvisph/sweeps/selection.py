@@ -36,7 +36,10 @@ class Selection:
             return cls()
         numbers = re.fullmatch(r"(\d+)(?:\.\.(\d+))?", text)
         if numbers:
-            return cls(first=int(numbers[1]), last=int(numbers[2] or numbers[1]))
+            first, last = int(numbers[1]), int(numbers[2] or numbers[1])
+            if last < first:
+                raise CaseError(f"'{text}' holds no number; the smaller one comes first", where="--only")
+            return cls(first=first, last=last)
         if text not in AGAIN:
             raise CaseError(f"'{text}' is neither {', '.join(AGAIN)} nor numbers such as 3..7", where="--only")
         return cls(statuses=("failed", "error", "killed") if text == "failed" else (text,))
@@ -46,6 +49,12 @@ class Selection:
         inside = self.first <= member.number <= self.last
         cut_off = standing.status == "interrupted" and standing.message == "limit"
         return inside and standing.status not in ENDED and not cut_off
+
+    def require(self, members: Sequence[Member]) -> None:
+        """Raise `CaseError` where the sweep has no case of these numbers."""
+        last = max((member.number for member in members), default=-1)
+        if self.first > last:
+            raise CaseError(f"there is no case {self.first}: numbers go from 0 to {last}", where="--only")
 
     @staticmethod
     def ordered(members: Sequence[Member]) -> list[Member]:

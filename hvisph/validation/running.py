@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError
 from hvisph.output import names
-from hvisph.sweeps.begin import begin, existing
+from hvisph.sweeps.begin import begin
 from hvisph.sweeps.folder import SweepFolder
 from hvisph.sweeps.table import Row, rows
 from hvisph.validation.compare import PENDING, compared
@@ -40,11 +41,17 @@ def folders(experiments: Experiments, form: Form, across: float | None = None, o
     Raises
     ------
     CaseError
-        For anything wrong with a case, before anything runs, and where a folder holds other cases of that name.
+        For anything wrong with a case, before anything runs, where a folder holds other cases of that name, and where
+        nothing was begun of what is wanted as it was.
     """
     where = (out or FOLDER) / f"{experiments.name}-{experiments.particles(form, across):g}"
     if there:
-        return {name: existing(where / name) for name in experiments.sweeps(form, across)}
+        found = {name: SweepFolder(where / name) for name in experiments.sweeps(form, across)}
+        if not any(folder.exists for folder in found.values()):
+            number = experiments.particles(form, across)
+            raise CaseError(f"nothing of {experiments.name} with {number:g} particles across was begun in {where}: "
+                            f"compute it without --table, or name its folder by --out", where="--table")  # fmt: skip
+        return {name: folder for name, folder in found.items() if folder.exists}
     return {name: begin(sweep, where / name) for name, sweep in experiments.sweeps(form, across).items()}
 
 
