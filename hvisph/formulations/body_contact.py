@@ -14,7 +14,6 @@ import numpy as np
 from hvisph.core.errors import RunError
 from hvisph.core.exact import value_of, whole_parts
 from hvisph.core.particles import Particles
-from hvisph.integrators.parts import ON_AXIS
 from hvisph.materials.table import Material
 from hvisph.sph import rates as rate_slots
 from hvisph.sph.cells import Grid
@@ -22,7 +21,7 @@ from hvisph.sph.copies import Halo
 from hvisph.sph.laws import pressing
 from hvisph.sph.pairs import Pairs
 from hvisph.sph.rows import RowLayout
-from hvisph.sph.symmetry import AXIS, Plane
+from hvisph.sph.symmetry import Plane
 
 # Evaluations between two looks at whether bodies pass through each other, and who is near another part of its body.
 LOOK_EVERY = 16
@@ -75,9 +74,6 @@ class BodyContact:
         self._of_material, self._power_unit = np.array(stiffness), power_unit
         self._volume = particles["mass"] / np.array([m.density for m in materials])[particles.material]
         self._revolved = particles.kinematics.revolved
-        if self._revolved:  # areas of the section
-            self._volume /= 2.0 * np.pi * np.maximum(at[:, 1], ON_AXIS * h)
-            planes = tuple(plane for plane in planes if plane != AXIS)
         full, fullest = fullness
         self._inner = full >= FULL * fullest[particles.body]
         self._tell_apart()
@@ -219,8 +215,13 @@ class BodyContact:
         dim, own = self.particles.dim, rows[chosen]
         packed[:, :dim] = own[:, :dim]
         packed[:, to["H"]] = self.h
-        # an energy of the places alone gives back all that it took: with volumes that stay
-        packed[:, to["V"]] = self._volume[chosen] if self.law.stores else own[:, slots["M"]] / own[:, slots["RHO"]]
+        if not self.law.stores:
+            packed[:, to["V"]] = own[:, slots["M"]] / own[:, slots["RHO"]]
+            return
+        # an energy of the places alone gives back all that it took: with volumes that stay, of rings all round
+        packed[:, to["V"]] = self._volume[chosen]
+        if self._revolved:
+            packed[:, to["V"]] /= 2.0 * np.pi * own[:, slots["RING"]]
 
     def _displaced(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> np.ndarray:
         """Return how far the `chosen` particles are from their places in the reference (k, dim) [m]."""

@@ -23,9 +23,13 @@ A bound of the second derivatives of E, row by row, gives the frequency omega^2 
 
     omega^2 = 2 V_a/m_a (K_a g_a^2 + sum_b V_b K_b |W'_ab| g_b + sum_b V_b (K_a p_a + K_b p_b) 3 W(0)/h^2)
 
-with g = sum V_b |W'_ab|, of those that press. Rings of solids of revolution (REVOLVED) meet all round: V are areas of
-their sections, E = sum 2 pi r_a V_a K_a p_a^2/2, whose radii take a part, too. Images over the axis do not take part:
-who is opposite is nearer than they are.
+with g = sum V_b |W'_ab|, of those that press. Rings of solids of revolution (REVOLVED) meet all round: of the volume V
+of a whole ring its section A = V/(2 pi r) fills the plane, and E = sum V_a K_a p_a^2/2 has what radii change in A, too,
+
+    F_ab = - 2 pi A_a A_b (r_a K_a p_a + r_b K_b p_b) grad_a W_ab,    F_a,r += 2 pi A_a/r_a sum A_b r_b K_b p_b W_ab
+
+so that an even pressure between two faces pushes no ring along them. Images over the axis fill room as others do, but
+are no faces of their own body.
 """
 
 from __future__ import annotations
@@ -124,9 +128,8 @@ class Pressing:
     def passes(self, dim: int, revolved: bool) -> list[Pass]:
         """Return the passes: how bodies fill each other's room, then forces."""
         layout = self.row_layout(dim, revolved)
-        ways = {"OWN_FACES": int(self.own_faces), "FRICTION": int(self.friction > 0.0)}
-        last = ways | {"REVOLVED": int(revolved)}
-        return [Pass(fill, layout, ways, into_rows=True), Pass(accumulate, layout, last, slips=True)]
+        ways = {"OWN_FACES": int(self.own_faces), "FRICTION": int(self.friction > 0.0), "REVOLVED": int(revolved)}
+        return [Pass(fill, layout, ways, into_rows=True), Pass(accumulate, layout, ways, slips=True)]
 
     def row_layout(self, dim: int, revolved: bool) -> RowLayout:
         """Return what a particle shows its neighbours.
@@ -168,6 +171,12 @@ def beyond(dx, d_a, d_b, reach2):
     return max(np.copysign(1.0, dot(then, then) - reach2), 0.0)
 
 
+@compiled
+def of_this_side(ring):
+    """Return 1 of a ring, 0 of an image over the axis, whose radius is below zero."""
+    return max(np.copysign(1.0, ring), 0.0)
+
+
 def fill(near, n, rows, i, constants, out):
     """Write p, g, phi and its gradient of particle `i` into its row."""
     x, h, body = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, BODY]
@@ -179,7 +188,8 @@ def fill(near, n, rows, i, constants, out):
         dx = minus(x, vector(b, 0, DIM))
         other = min(abs(body - b[BODY]), 1.0)
         if OWN_FACES:
-            other = max(other, tied * b[TIED] * beyond(dx, d, vector(b, D, DIM), reach2))
+            own_face = tied * b[TIED] * beyond(dx, d, vector(b, D, DIM), reach2)
+            other = max(other, own_face * of_this_side(b[RING]) if REVOLVED else own_face)
         ih = 2.0 / (h + b[H])
         r = np.sqrt(dot(dx, dx))
         volume = other * b[V] * scale(ih)
@@ -209,20 +219,22 @@ def accumulate(near, n, rows, i, constants, out):
     if FRICTION:
         fills = own_vector(rows, i, FILLS, DIM)
     a = spread(no_vector(DIM))
-    power = omega2 = rubbed = all_lanes(0.0)
+    power = omega2 = rubbed = widened = all_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
         other = min(abs(body - b[BODY]), 1.0)
         if OWN_FACES:
-            other = max(other, tied * b[TIED] * beyond(dx, d, vector(b, D, DIM), reach2))
+            own_face = tied * b[TIED] * beyond(dx, d, vector(b, D, DIM), reach2)
+            other = max(other, own_face * of_this_side(b[RING]) if REVOLVED else own_face)
         ih = 2.0 / (h + b[H])
         r = np.sqrt(dot(dx, dx))
         its_k = constants[0] * b[K]
-        if REVOLVED:
-            its_k = its_k * (abs(b[RING]) / rows[i, RING])
         volume = other * b[V] * scale(ih)
         steep = volume * abs(slope(r * ih))
+        if REVOLVED:
+            its_k = its_k * (abs(b[RING]) / rows[i, RING])
+            widened += its_k * b[P] * volume * shape(r * ih) / ih
         push = own_p + its_k * b[P]
         force = times(push * steep / r, dx)
         power += dot(force, du)
@@ -240,9 +252,9 @@ def accumulate(near, n, rows, i, constants, out):
             rubbed += held * slip
         a = plus(a, force)
     acceleration, work = times(scale_own, totals(a)), -0.5 * scale_own * total(power)
-    if REVOLVED:  # what widens takes more room all round
-        inwards = 0.5 * scale_own * own_p * rows[i, P] / rows[i, RING]
-        acceleration, work = plus_radial(acceleration, -inwards), work + inwards * radial(u)
+    if REVOLVED:  # what widens has less of a section, and fills less
+        outwards = scale_own * total(widened) / rows[i, RING]
+        acceleration, work = plus_radial(acceleration, outwards), work - outwards * radial(u)
     curvature = own_k * own_g * own_g + total(omega2)
     write_rates(out, i, acceleration, work, 2.0 * scale_own * curvature, no_gradient(DIM))
     out[i, R_SLIP] = 0.5 * scale_own * total(rubbed)

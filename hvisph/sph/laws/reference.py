@@ -13,8 +13,8 @@ Ganzenmueller 2015: f_ab = - alpha V0_a V0_b W0 / (2 R^2) (E_a delta_a + E_b del
 delta_a = (F_a X_ab - x_ab) . x_ab / r, in his sign convention x_ab = x_b - x_a.
 
 Rings of solids of revolution (REVOLVED) have the weights of `sph.laws.rings`: at the radii of the reference for what is
-summed in its gradients, at the present ones for the viscosity. The work of a particle's own stress is summed by pairs,
-as its force is, so that energy is kept to round-off.
+summed in its gradients, at the present ones for the viscosity, which presses over the axis as across a mirror. The work
+of a particle's own stress is summed by pairs, as its force is, so that energy is kept to round-off.
 """
 
 from __future__ import annotations
@@ -138,10 +138,16 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
                 if REVOLVED:
                     weight, real = ring_weight(b[RING0], inverse_ring0)
                     other = times(weight, other)
-                    pair = times(weight if PRINTED else ring_weight(b[RING], inverse_ring)[0], pair)
                     # of an image over the axis: the radial work of the two real rings
                     apart = scaled_apart(du, real, 0.0)
                     apart = plus_radial(apart, radial(u) - (2.0 * real - 1.0) * b[U + 1])
+                    if PRINTED:
+                        pair = times(weight, pair)
+                    else:  # of the viscosity that of a mirror
+                        now = ring_weight(b[RING], inverse_ring)[0]
+                        pair = times(now + (1.0 - real) * (1.0 - 2.0 * now), pair)
+                        closing = (1.0 - real) * (radial(du) - radial(apart))
+                        mirrored = 0.5 * closing * radial(pair)
                 if HOURGLASS:
                     # Errors of the distances that F_a and F_b predict, along the pair, times E_a and E_b. Each sum over
                     # the sides comes first, and nothing else tells them apart: both round what is left alike.
@@ -164,6 +170,8 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
                         force = scaled_apart(force, real, 1.0)
                     a = plus(a, times(share, force))
                     power += share * dot(apart, plus(own, times(0.5, pair)))
+                    if REVOLVED and not PRINTED:
+                        power += share * mirrored
                 else:
                     a = plus(a, plus(other, pair))
                     power += dot(du, pair)
