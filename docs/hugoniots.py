@@ -9,38 +9,46 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from hvisph.casefile.material_library import library_of, material_names
-from hvisph.study.material_sheet import beside_measured, beside_measured_with_strength
+from hvisph.casefile.material_library import Notes, library_of, material_names
+from hvisph.study.material_sheet import beside_measured, binned
 
 PAGE = Path(__file__).parent / "materials.md"
 BEGIN, END = "<!-- made by docs/hugoniots.py -->", "<!-- end -->"
-HEAD = """| material | beside | up [km/s] | rms, worst without strength [%] | with its strength [%] | to 2 % |
-| --- | --- | --- | --- | --- | --- |"""
+HEAD = """| material | beside | up [km/s] | rms, worst [%] | worst bin; scatter [%] | without strength | to 2 % |
+| --- | --- | --- | --- | --- | --- | --- |"""
+MET = 2.0  # [%]
 
 
 def rows(names: Sequence[str]) -> Iterator[str]:
     """Yield the rows of some materials."""
     for name in names:
         notes = library_of().notes(name)
-        held = ""
-        if notes.shocks:
-            held = f"{notes.shocks[0] / 1e3:g} to {notes.shocks[1] / 1e3:g}"
-        if notes.beyond:
-            held = f"{held or 'nowhere'}; else `{notes.beyond}`"
         if notes.hugoniot:
             whose = next(" ".join(source.text.split()) for source in notes.sources if "hugoniot" in source.of)
-            yield row(name, f"{len(notes.hugoniot)} points: {whose}", notes.hugoniot, held)
+            yield row(name, f"{len(notes.hugoniot)} points: {whose}", notes.hugoniot, notes, fit=False)
         for line in notes.lines:
-            yield row(name, f"fit: {' '.join(line.source.split())}", line.points, held)
+            yield row(name, f"fit: {' '.join(line.source.split())}", line.points, notes, fit=True)
 
 
-def row(name: str, whose: str, points: Sequence[tuple[float, float]], held: str) -> str:
+def row(name: str, whose: str, points: Sequence[tuple[float, float]], notes: Notes, fit: bool) -> str:
     """Return a material's row beside some points."""
     model = library_of().load(name)
     low, high = (end(up for up, _ in points) / 1e3 for end in (min, max))
-    plain = apart(beside_measured(model, points))
-    firm = "none" if model.strength.type == "none" else apart(beside_measured_with_strength(model, points))
-    return f"| `{name}` | {whose} | {low:.3g} to {high:.3g} | {plain} | {firm} | {held} |"
+    beside = beside_measured(model, points)
+    bare = "none" if model.strength.type == "none" else apart(beside_measured(model, points, strength=False))
+    bins = None if fit else binned(beside)
+    worst = max(abs(100.0 * (ours / measured - 1.0)) for _, measured, ours in beside)
+    words, judged = "", worst
+    if bins is not None:
+        off, where, scatter = bins
+        words, judged = f"{off:+.1f} at {where / 1e3:.2g}; {scatter:.1f}", abs(off)
+    held = "yes" if judged <= MET + 0.05 else ""
+    if not held and notes.shocks:
+        held = f"{notes.shocks[0] / 1e3:g} to {notes.shocks[1] / 1e3:g}"
+    if notes.beyond and held != "yes":
+        held = f"{held or 'nowhere'}; else `{notes.beyond}`"
+    shown = f"| `{name}` | {whose} | {low:.3g} to {high:.3g} | {apart(beside)} | {words} | {bare} |"
+    return f"{shown} {held or 'no'} |"
 
 
 def apart(beside: Sequence[tuple[float, float, float]]) -> str:

@@ -41,6 +41,7 @@ MATERIALS = {
                "strength: {type: elastic}}",
     "stiffened_gas": "aluminium-howell-ball",
     "mie_gruneisen": "copper-ofhc",
+    "us_up_table": "iron-armco",
     "tillotson": "aluminium-tillotson",
     "polynomial": "glass-soda-lime",
     "murnaghan": "{density: 2700, eos: {type: murnaghan, bulk_modulus: 26.7 GPa, exponent: 4}}",

@@ -21,6 +21,7 @@ from hvisph.materials.eos import (
     StiffenedGas,
     Table,
     Tillotson,
+    UsUpTable,
     pressure_and_sound_speed,
 )
 from hvisph.materials.table import Material, pack
@@ -33,7 +34,7 @@ def tabulated(material, heat_capacity=900.0):
     """A table of another equation of state: p and e of density and temperature, as a laboratory would give it."""
     rho = np.concatenate([np.geomspace(1.0, 1000.0, 20), np.linspace(1200.0, 9000.0, 196), np.geomspace(9500, 3e4, 12)])
     heat = np.concatenate([[0.0], np.geomspace(50.0, 2e5, 120)])
-    curve = material.whole_row[slots.CURVE : slots.CURVE + isentrope.LENGTH : 2]
+    curve = material.whole_row[slots.CURVE : isentrope.HEATS : 2]
     axis = material.density * np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
     energy = np.interp(rho, axis, curve)[:, None] + heat_capacity * heat
     pressure = np.array([[material.pressure(r, e) for e in of_r] for r, of_r in zip(rho, energy, strict=True)])
@@ -45,6 +46,7 @@ MODELS = [
     Elastic(74.17e9, 0.344),
     StiffenedGas(5328.0, 2.0),
     MieGrueneisen(5328.0, 2.0, 1.338),
+    UsUpTable(((0.0, 5328.0), (800.0, 6200.0), (1500.0, 6300.0), (4000.0, 10000.0)), 2.0),
     MieGrueneisen(5328.0, 2.0, 1.2, s2=0.3, s3=-0.1, a=0.48),
     MieGrueneisen(5328.0, 2.0, 1.2, s2=-0.1, a=0.48, linear_expansion=True),
     IdealGas(1.4, 2e5),
@@ -93,6 +95,7 @@ def test_sound_speed_is_the_slope_of_an_isentrope(model, compression, e):
 
 CONDENSED = [
     MieGrueneisen(5328.0, 2.0, 1.338),
+    UsUpTable(((0.0, 5328.0), (800.0, 6200.0), (1500.0, 6300.0), (4000.0, 10000.0)), 2.0),
     MieGrueneisen(3940.0, 2.02, 1.489, a=0.48),
     Polynomial(79.06e9, 131.2e9, 50e9, 2.0),
     Murnaghan(26.7e9, 4.0, 1.5),

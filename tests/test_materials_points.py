@@ -10,6 +10,8 @@ from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import library_of, load_material, material_names
 from hvisph.core.errors import CaseError
 from hvisph.core.jit import plain
+from hvisph.exact.hugoniot import shock
+from hvisph.exact.shock_train import last_waves
 from hvisph.materials import porosity, slots
 from hvisph.materials.eos import (
     Grid,
@@ -20,13 +22,14 @@ from hvisph.materials.eos import (
     StiffenedGas,
     Table,
     Tillotson,
+    UsUpTable,
     read_grid,
 )
 from hvisph.materials.porosity import Porosity
 from hvisph.materials.table import Material
 from hvisph.output.eos_table import read_eos_table
 from hvisph.simulation.materials import material_of
-from hvisph.study.material_sheet import beside_measured, beside_measured_with_strength
+from hvisph.study.material_sheet import beside_measured, binned
 
 POINT = 1e-6  # what two routes in double precision agree to, printed with eight digits
 
@@ -185,11 +188,15 @@ def test_temperature_behind_a_shock_is_that_of_walsh_and_christian(u, p, e_s, t)
     assert 0.5 * u * u - heat == pytest.approx(e_s, rel=1e-3)
 
 
+RISING = {"heat_capacities": ((298.0, 900.0), (925.0, 1216.0), (926.0, 1177.0)), "heat_of_melting": (925.0, 397e3)}
+
+
+@pytest.mark.parametrize("heats", [{"heat_capacity": 900.0}, RISING], ids=["constant", "rising"])
 @pytest.mark.parametrize("name", ["aluminium", "iron"])
-def test_temperature_obeys_the_first_law_along_random_paths(name):
+def test_temperature_obeys_the_first_law_along_random_paths(name, heats):
     """de = T ds - p dv: T is a temperature if (de + p dv)/T is exact, so that closed paths give no entropy."""
     density, _ = TILLOTSON[name]
-    material = Material(name, density, MieGrueneisen(5000.0, 1.9, 1.4), heat_capacity=900.0)
+    material = Material(name, density, MieGrueneisen(5000.0, 1.9, 1.4), **heats)
     state = material._state()
     generator = np.random.default_rng(4)
     for _ in range(5):
@@ -207,6 +214,29 @@ def test_temperature_obeys_the_first_law_along_random_paths(name):
         assert abs(wrong.sum()) > 2e-3 * np.abs(wrong).sum()  # all energy as heat is no temperature
 
 
+def test_heat_without_pressure_is_the_measured_one():
+    """The sum of c_p from room temperature on, with the heat of melting; T stays at the melting point meanwhile."""
+    material = Material("al", 2703.0, MieGrueneisen(5240.0, 1.97, 1.4, a=0.48), room_temperature=298.0, **RISING)
+    solid = 900.0 * 627.0 + 0.5 * 316.0 / 627.0 * 627.0**2
+    liquid = solid + 397e3 + 0.5 * (1216.0 + 1177.0) + 1177.0 * 174.0
+    for t, heat in (
+        (298.0, 0.0),
+        (600.0, 302.0 * 900.0 + 0.5 * 316.0 / 627.0 * 302.0**2),
+        (924.99, solid),
+        (1100.0, liquid),
+    ):
+        rho, e = material.at_temperature(t)
+        assert e == pytest.approx(heat, rel=3e-3, abs=30.0)
+        assert abs(material.pressure(rho, e)) < 1e3
+        assert material.temperature(rho, e) == pytest.approx(t, rel=1e-9)
+    half = solid + 0.5 * 397e3
+    rho = 2703.0 * (1.0 - 1.97 * half / 5240.0**2)
+    assert material.temperature(rho, half) == pytest.approx(925.0, abs=3.0)
+    squeezed = material.temperature(1.2 * 2703.0, material.energy_at(1.2 * 2703.0, 1500.0))
+    assert squeezed == pytest.approx(1500.0, rel=1e-9)
+
+
+IRON = UsUpTable(((0.0, 4570.0), (315.0, 5039.0), (600.0, 4950.0), (1000.0, 5383.0), (4000.0, 10400.0)), 1.8)
 RANDOM = [
     ("tillotson", TILLOTSON["aluminium"], (0.05, 2.0), (0.0, 3e7)),
     ("ice", TILLOTSON["ice"], (0.05, 2.0), (0.0, 8e6)),
@@ -215,6 +245,7 @@ RANDOM = [
     ("mie_gruneisen", (2785.0, MieGrueneisen(5328.0, 2.0, 1.338, a=0.48)), (0.05, 1.6), (0.0, 3e7)),
     ("polynomial", (2785.0, Polynomial(79.06e9, 131.2e9, 50e9, 2.0, 0.48)), (0.05, 1.6), (0.0, 3e7)),
     ("murnaghan", (2700.0, Murnaghan(26.7e9, 4.0, 1.5)), (0.05, 1.6), (0.0, 3e7)),
+    ("pieces", (7890.0, IRON), (0.05, 1.6), (0.0, 3e7)),
     ("jwl", (1630.0, JonesWilkinsLee(371.2e9, 3.231e9, 4.15, 0.95, 0.3, 7e9, 1630.0)), (0.05, 1.5), (1e5, 5e6)),
 ]
 
@@ -250,6 +281,8 @@ def test_sound_speed_of_a_thousand_random_states(name, of, compression, energies
             continue  # the slope jumps there
         if abs(rho / material.density - 1.0) < 3e-3:
             continue
+        if material.eos is IRON and np.abs(1.0 - material.density / rho - IRON.tail[::3]).min() < 1e-3:
+            continue  # likewise where pieces meet
         near, far = along(rho, e, h) - along(rho, e, -h), along(rho, e, 2 * h) - along(rho, e, -2 * h)
         slope = (8.0 * near - far) / (12.0 * h)
         worst = max(worst, abs(material.sound_speed_squared(rho, e) / slope - 1.0) if slope > 0 else 0.0)
@@ -358,7 +391,7 @@ def test_a_table_in_hdf5_that_does_not_fit_is_refused(tmp_path):
 
 
 def test_measured_shocks_are_met_where_a_material_says_so():
-    """Points within the range of shocks that a library file claims: 2 % of what they have in common."""
+    """Points within the range of shocks that a library file claims: 2 % in bins of five, whose scatter is theirs."""
     library, judged = library_of(), []
     for name in library.names():
         notes = library.notes(name)
@@ -368,11 +401,32 @@ def test_measured_shocks_are_met_where_a_material_says_so():
         points = [(up, us) for up, us in notes.hugoniot if low <= up <= high]
         if len(points) < 5:
             continue
-        up, measured, ours = np.array(beside_measured(library.load(name), points)).T
-        line = np.polyval(np.polyfit(up, measured, 2), up)
-        assert np.abs(ours / line - 1.0).max() < 0.02, name
+        bins = binned(beside_measured(library.load(name), points))
+        assert bins is None or abs(bins[0]) < 2.0, name
         judged.append(name)
-    assert {"iron-high-pressure", "copper-tillotson"} <= set(judged)
+    assert {"iron-armco", "iron-high-pressure", "copper-tillotson"} <= set(judged)
+
+
+@pytest.mark.parametrize(
+    "name", ["lead", "teflon", "tungsten", "tungsten-carbide", "tantalum", "tantalum-steinberg-lund"]
+)
+def test_measured_lines_are_met_by_the_last_wave(name):
+    """From 0.25 to 4 km/s within 2 %, behind an elastic precursor where there is strength."""
+    library = library_of()
+    for line in library.notes(name).lines:
+        for _, measured, ours in beside_measured(library.load(name), line.points[::3]):
+            assert ours == pytest.approx(measured, rel=0.0205)
+
+
+def test_iron_meets_measured_shocks_across_its_change_of_phase():
+    """Single points within 1.5 %, the first of them the second of two waves; alpha iron alone is 13 % off at 1 km/s."""
+    library = library_of()
+    iron, points = library.load("iron-armco"), library.notes("iron-armco").hugoniot
+    for _, measured, ours in beside_measured(iron, points):
+        assert ours == pytest.approx(measured, rel=0.015)
+    alpha, split = (np.array(last_waves(material_of(iron), [up]))[0] for up in (315.0, 340.0))
+    assert alpha == pytest.approx(5039.0, rel=0.01)
+    assert split < 0.985 * alpha  # a slower second wave begins where the change of phase does
 
 
 def test_a_shock_outside_of_what_a_material_meets_is_warned_of():
@@ -382,9 +436,10 @@ def test_a_shock_outside_of_what_a_material_meets_is_warned_of():
         settings = [f"bodies.projectile.material={material}", f"bodies.target.material={material}"]
         return beyond_measured(load_case("quickstart", [*settings, f"bodies.projectile.velocity=[{speed} m/s, 0]"]))
 
-    assert len(said("iron-armco", 2000)) == 2
-    assert "iron-high-pressure" in said("iron-armco", 2000)[0]
+    assert len(said("iron-tillotson", 600)) == 2
+    assert "iron-high-pressure" in said("iron-tillotson", 600)[0]
     assert said("iron-armco", 400) == said("iron-high-pressure", 4000) == said("aluminium-2024-t3", 4000) == []
+    assert said("iron-armco", 4000) == [] != said("iron-armco", 12000)
     assert len(said("iron-high-pressure", 500)) == 2
     assert "at no particle velocity" in said("basalt", 3000)[0]
     assert "basalt-mie-gruneisen" in said("basalt", 3000)[0]
@@ -396,23 +451,25 @@ def test_a_shock_outside_of_what_a_material_meets_is_warned_of():
 def test_measured_hugoniots(name):
     """Shock speeds of the library beside Marsh's shots: within 2 %, of whose scatter 1 % is theirs."""
     library = library_of()
-    up, measured, ours = np.array(beside_measured(library.load(name), library.notes(name).hugoniot)).T
-    line = np.polyval(np.polyfit(up, measured, 2), up)  # what the shots have in common
-    reach = up < 3000.0  # one of the shots is alone above
-    assert np.abs(ours / line - 1.0)[reach].max() < 0.02
+    beside = beside_measured(library.load(name), library.notes(name).hugoniot)
+    off, _, scatter = binned(beside)
+    _, measured, ours = np.array(beside).T
+    assert abs(off) < 2.0
     assert np.sqrt(np.mean((ours / measured - 1.0) ** 2)) < 0.02
+    assert 0.5 < scatter < 1.5
 
 
 def test_basalt_meets_measured_shocks_with_its_strength():
     """35 points that scatter by 3 % about a cubic of their own; beside them Tillotson's has no change of phase."""
     library = library_of()
     points = library.notes("basalt-mie-gruneisen").hugoniot
-    up, measured, ours = np.array(beside_measured_with_strength(library.load("basalt-mie-gruneisen"), points)).T
+    up, measured, ours = np.array(beside_measured(library.load("basalt-mie-gruneisen"), points)).T
     apart, own = ours / measured - 1.0, np.polyval(np.polyfit(up, measured, 3), up) / measured - 1.0
     assert len(up) == len(points)
     assert abs(apart.mean()) < 0.005
     assert np.sqrt((apart**2).mean()) < 1.2 * np.sqrt((own**2).mean())
-    others = np.array(beside_measured_with_strength(library.load("basalt"), points))
+    assert abs(binned(beside_measured(library.load("basalt-mie-gruneisen"), points))[0]) < 2.0
+    others = np.array(beside_measured(library.load("basalt"), points))
     assert np.sqrt(((others[:, 2] / measured - 1.0) ** 2).mean()) > 2.0 * np.sqrt((apart**2).mean())
 
 
@@ -427,7 +484,7 @@ def test_shocks_in_water_meet_ihed():
 def test_materials_fitted_to_a_published_line_meet_it_with_their_strength(name):
     library = library_of()
     (line, *_) = library.notes(name).lines
-    found = beside_measured_with_strength(library.load(name), line.points[::3])
+    found = beside_measured(library.load(name), line.points[::3])
     assert len(found) == 6
     for up, measured, ours in found:
         assert measured == pytest.approx(line.c0 + line.s * up + line.q * up * up)
@@ -438,20 +495,32 @@ def test_weak_shocks_in_steinbergs_pmma_are_between_or_near_published_fits():
     """Kinslow's line and IHED's curve differ by 5 % below 1 km/s; with its strength it is within 1.5 % of them."""
     for u in (500.0, 750.0, 1000.0, 1500.0, 2000.0):
         kinslow, ihed = 2572.0 + 1.536 * u, 2817.0 + 1.389 * u - 4.8e-6 * u * u
-        ((_, _, ours),) = beside_measured_with_strength(library_of().load("pmma-steinberg"), [(u, ihed)])
+        ((_, _, ours),) = beside_measured(library_of().load("pmma-steinberg"), [(u, ihed)])
         assert 0.985 * min(kinslow, ihed) < ours < 1.015 * max(kinslow, ihed)
 
 
 def test_strength_makes_a_shock_faster_by_what_it_bears():
     """Perfect plasticity: U^2 = (p + 2/3 Y)/(rho0 eta); without strength the two are one."""
     aluminium = library_of().load("aluminium-6061-t6")
-    points = [(500.0, 6000.0), (2000.0, 8000.0)]
-    plain_, firm = (np.array(f(aluminium, points))[:, 2] for f in (beside_measured, beside_measured_with_strength))
+    points = [(500.0, 6000.0), (1000.0, 6700.0)]
+    plain_, firm = (np.array(beside_measured(aluminium, points, firm))[:, 2] for firm in (False, True))
     assert (firm > plain_).all()
     assert firm[1] - plain_[1] < firm[0] - plain_[0]
     fluid = library_of().load("water")
-    np.testing.assert_allclose(np.array(beside_measured_with_strength(fluid, points)),
-                               np.array(beside_measured(fluid, points)), rtol=1e-9)  # fmt: skip
+    for up, _, ours in beside_measured(fluid, points):
+        assert ours == pytest.approx(shock(material_of(fluid), up).shock_speed, rel=1e-4)
+
+
+def test_a_hugoniot_of_a_line_is_the_line_and_its_last_wave_too():
+    """Without strength and change of phase: Us = c0 + s up to the interpolation, 1e-5."""
+    speeds = [100.0, 700.0, 2500.0]
+    line = Material("line", 8930.0, UsUpTable(((0.0, 3940.0), (1000.0, 3940.0 + 1489.0)), 2.02))
+    smooth = Material("smooth", 8930.0, MieGrueneisen(3940.0, 2.02, 1.489))
+    for u, last in zip(speeds, last_waves(smooth, speeds), strict=True):
+        assert last == pytest.approx(3940.0 + 1.489 * u, rel=1e-5)
+    for rho, e in ((9500.0, 2e5), (12000.0, 2e6), (8500.0, 1e5), (5000.0, 4e6)):
+        assert line.pressure(rho, e) == pytest.approx(smooth.pressure(rho, e), rel=1e-12)
+        assert line.sound_speed_squared(rho, e) == pytest.approx(smooth.sound_speed_squared(rho, e), rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, model_validator
@@ -14,6 +15,7 @@ from hvisph.case.units import (
     NonNegativeNumber,
     NonNegativePressure,
     NonNegativeTime,
+    NonNegativeVelocity,
     Number,
     PositiveNumber,
     PositivePressure,
@@ -162,6 +164,29 @@ class MieGruneisenEos(StrictModel):
         return [us - c0 - up * (s1 + (up / us) * (s2 + s3 * (up / us))) for up, us in self.us_up]
 
 
+class UsUpTableEos(StrictModel):
+    """Mie-Grueneisen about a shock Hugoniot of straight pieces in Us and up, for changes of phase."""
+
+    type: Literal["us_up_table"] = "us_up_table"
+    us_up: tuple[tuple[NonNegativeVelocity, PositiveVelocity], ...] = Field(
+        description="Points [up, Us] of the Hugoniot [m/s], joined by lines; the first is [0, c0]", min_length=2,
+        max_length=64,
+    )  # fmt: skip
+    gamma: NonNegativeNumber = Field(description="Grueneisen coefficient Gamma0 at reference density [-], at least 0")
+
+    @model_validator(mode="after")
+    def _rises(self) -> UsUpTableEos:
+        if self.us_up[0][0] != 0.0:
+            refuse([Problem(("us_up", 0), "the first point must be [0, c0], the sound speed at rest")])
+        for k, ((u, speed), (later, faster)) in enumerate(pairwise(self.us_up)):
+            if later <= u:
+                refuse([Problem(("us_up", k + 1), f"up must be above that of the point before, {u:g} m/s")])
+            if not (later * speed > u * faster and later * faster > u * speed and faster > later):
+                message = "density and pressure must rise from point to point: up/Us, up Us, and Us above up"
+                refuse([Problem(("us_up", k + 1), message)])
+        return self
+
+
 class TillotsonEos(StrictModel):
     """Solid to vapour: p_c = (a + b/w) rho e + A mu + B mu^2, w = e/(E0 eta^2) + 1, blended into the vapour's."""
 
@@ -264,6 +289,7 @@ Eos = Annotated[
     | ElasticEos
     | StiffenedGasEos
     | MieGruneisenEos
+    | UsUpTableEos
     | TillotsonEos
     | PolynomialEos
     | MurnaghanEos

@@ -106,7 +106,7 @@ class Material(StrictModel):
             yield Problem(("strength", "limit"), "must be above the cohesion")
         needs = strength.type in ("steinberg_guinan", "steinberg_lund", "zerilli_armstrong")
         needs |= isinstance(strength, RockStrength) and strength.melt_temperature is not None
-        if needs and self.temperature.heat_capacity is None:
+        if needs and not self.temperature.known:
             message = f"missing: `{strength.type}` strength depends on the temperature; give c_v, such as 885 J/(kg K)"
             yield Problem(("temperature", "heat_capacity"), message)
         if self.porosity is not None and self.porosity.solid_pressure <= self.porosity.elastic_pressure:

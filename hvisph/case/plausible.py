@@ -118,6 +118,8 @@ def bulk_speed(material: Material) -> float | None:
     eos: Any = material.eos
     if eos.type == "mie_gruneisen":
         return float(eos.hugoniot[0])
+    if eos.type == "us_up_table":
+        return float(eos.us_up[0][1])
     if eos.type == "stiffened_gas":
         return float(eos.sound_speed)
     modulus = {"linear": lambda: eos.modulus(material.density), "elastic": lambda: eos.bulk_modulus,

@@ -65,7 +65,7 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     from hvisph.casefile.material_library import CONFIDENCE
     from hvisph.casefile.yaml_text import dump
     from hvisph.cli.words import paragraph, quantity, table
-    from hvisph.study.material_sheet import beside_measured, beside_measured_with_strength, derived, hugoniot
+    from hvisph.study.material_sheet import beside_measured, binned, derived, hugoniot
 
     notes = known.notes(name)
     left = {"name", "source"} if notes.sources else {"name"}  # those of the numbers are listed below
@@ -93,9 +93,15 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     for points, whose in notes.measured:
         beside = beside_measured(model, points)
         if beside:
-            firm = _apart(beside_measured_with_strength(model, points))
-            words = (f"beside {whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s its shock speed is "
-                     f"{_apart(beside)}; with what its strength bears {firm}")  # fmt: skip
+            words = (f"beside {whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s the speed of its last wave is "
+                     f"{_apart(beside)}")  # fmt: skip
+            if model.strength.type != "none":
+                words += f"; without what its strength bears {_apart(beside_measured(model, points, strength=False))}"
+            bins = binned(beside) if points == notes.hugoniot else None
+            if bins is not None:
+                off, where, scatter = bins
+                words += (f". In bins of five points it is {off:+.1f} % off at most, at {where:.0f} m/s; single "
+                          f"points scatter by {scatter:.1f} % about the mean of theirs")  # fmt: skip
             lines += ["", paragraph(words)]
     if notes.shocks:
         low, high = notes.shocks

@@ -5,7 +5,19 @@
     dT_s/drho = T_s Gamma/rho,              T_s(rho0) = T_room,  Gamma = p_e/rho
 
 The isentrope through the state at rest is tabulated per material, linear between `POINTS` densities from
-0.5 to 3 rho0 and held outside; below rho0 T_s is T_room. `total_energy` takes all energy as heat,
+0.5 to 3 rho0 and held outside; below rho0 T_s is T_room.
+
+A heat capacity that rises with temperature belongs to a scaled temperature, as Debye's does, where Gamma is a function
+of the density alone; it is no function of T and rho apart, or T would not be the slope of the energy by the entropy:
+
+    T = theta tau,    e - e_s(rho) = theta h(tau),    h(tau) = int c dtau from T_room,    theta = T_s(rho)/T_room
+
+h is found from c_p(T) measured without pressure, less what goes into the expansion: at every T the density is the one
+that has no pressure with the measured heat. With a heat of melting T stays at the melting point until it is taken up:
+right for what is released; under pressure, where metals melt later, that rest comes too early. tau is tabulated at
+`HEAT_POINTS` even steps of h, straight on outside.
+
+`total_energy` takes all energy as heat,
 T = T_room + max(e, 0)/c_v, as Young 2021 does: a shock then counts the cold work of compression as heat,
 887 K in place of 490 K at 1 km/s in aluminium.
 
@@ -14,20 +26,33 @@ Every model that asks for a temperature asks here.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from ..core.jit import compiled
 from ..core.memory import number_at
-from .slots import ADDRESS, CURVE, INVERSE_HEAT_CAPACITY, INVERSE_RHO0, ROOM_TEMPERATURE, TOTAL_ENERGY
+from .slots import (
+    ADDRESS,
+    CURVE,
+    HEAT_PER,
+    HEAT_START,
+    INVERSE_HEAT_CAPACITY,
+    INVERSE_RHO0,
+    ROOM_TEMPERATURE,
+    TOTAL_ENERGY,
+)
 
 POINTS = 511  # one of them is rho0 itself
 LOWEST, HIGHEST = 0.5, 3.0  # of rho0
-LENGTH = 2 * POINTS  # numbers in the row: e_s and T_s of each density in turn
+CURVE_LENGTH = 2 * POINTS  # numbers in the row: e_s and T_s of each density in turn
+HEAT_POINTS = 512
+HEATS = CURVE + CURVE_LENGTH  # behind them in the row: tau of each heat
+LENGTH = CURVE_LENGTH + HEAT_POINTS
 _PER_SHARE = (POINTS - 1) / (HIGHEST - LOWEST)
 _STEPS = 4  # Runge-Kutta steps between two points
 _LEAST = 1.0  # [K]
+_HEATS = 120  # temperatures at which heat is added up
 
 
 @compiled
@@ -46,7 +71,14 @@ def temperature(rho, e, row):
     cold, next_cold = number_at(address, at), number_at(address, at + 2)
     of_isentrope, after = number_at(address, at + 1), number_at(address, at + 3)
     heat = e - (cold + share * (next_cold - cold))
-    return max(of_isentrope + share * (after - of_isentrope) + heat * inverse, _LEAST)
+    at_rest = of_isentrope + share * (after - of_isentrope)
+    if row[HEAT_PER] > 0.0:
+        theta = at_rest / room
+        place = (heat / theta - row[HEAT_START]) * row[HEAT_PER]
+        k = int(min(max(place, 0.0), HEAT_POINTS - 2.0))
+        tau, next_tau = number_at(address, HEATS + k), number_at(address, HEATS + k + 1)
+        return max(theta * (tau + (place - k) * (next_tau - tau)), _LEAST)
+    return max(at_rest + heat * inverse, _LEAST)
 
 
 def tabulated(pressure: Callable[[float, float], float], rho0: float, e0: float, room: float) -> np.ndarray:
@@ -90,3 +122,63 @@ def _stepped(
     d = slopes(rho + h, e + h * c[0], t + h * c[1])
     total = [h / 6 * (w + 2 * x + 2 * y + z) for w, x, y, z in zip(a, b, c, d, strict=True)]
     return e + total[0], t + total[1]
+
+
+def heat_table(
+    capacities: Sequence[tuple[float, float]],
+    melting: tuple[float, float] | None,
+    curve: np.ndarray,
+    pressure: Callable[[float, float], float],
+    at_rest: tuple[float, float, float],
+) -> tuple[float, float, np.ndarray]:
+    """Return `HEAT_START` [J/kg], `HEAT_PER` [kg/J] and tau [K] at `HEAT_POINTS` even steps of h.
+
+    Parameters
+    ----------
+    capacities
+        Points (T [K], c_p [J/(kg K)]) without pressure, joined by lines and held beyond their ends.
+    melting
+        Melting point [K] and heat of melting [J/kg], unless left out.
+    curve
+        What `tabulated` returned.
+    pressure
+        p(rho, e) [Pa].
+    at_rest
+        Density [kg/m^3], energy [J/kg] and temperature [K] of the state at rest.
+    """
+    rho0, e0, room = at_rest
+    given = np.array(capacities, dtype=float)
+    kinks = [*given[:, 0], room, *([] if melting is None else [melting[0]] * 2)]
+    t = np.sort(np.concatenate([np.linspace(_LEAST, 1.2 * max(kinks), _HEATS), kinks]))
+    c = np.interp(t, *given.T)
+    heat = np.concatenate([[0.0], np.cumsum(0.5 * (c[1:] + c[:-1]) * np.diff(t))])
+    heat -= np.interp(room, t, heat)
+    if melting is not None:
+        heat[np.searchsorted(t, melting[0], side="right") - 1 :] += melting[1]
+    densities = rho0 * np.linspace(LOWEST, HIGHEST, POINTS)
+    taken = _without_pressure(pressure, rho0, e0 + heat)
+    known = np.isfinite(taken)
+    theta = np.interp(taken[known], densities, curve[1::2]) / room
+    of = (e0 + heat[known] - np.interp(taken[known], densities, curve[::2])) / theta
+    evenly = np.linspace(of[0], of[-1], HEAT_POINTS)
+    return float(of[0]), (HEAT_POINTS - 1) / float(of[-1] - of[0]), np.interp(evenly, of, t[known] / theta)
+
+
+def _without_pressure(pressure: Callable[[float, float], float], rho0: float, energies: np.ndarray) -> np.ndarray:
+    """Return the densities [kg/m^3] without pressure at rising energies, by secants; not a number where none is."""
+    found = np.full(len(energies), np.nan)
+    near = rho0
+    for k in range(len(energies)):
+        a, b = near, near * (1.0 - 1e-4)
+        at_a, at_b = pressure(a, energies[k]), pressure(b, energies[k])
+        for _ in range(20):
+            if at_a == at_b or abs(b - a) < 1e-10 * rho0:
+                break
+            a, b, at_a = b, b - at_b * (b - a) / (at_b - at_a), at_b
+            if not LOWEST * rho0 < b < HIGHEST * rho0:
+                return found
+            at_b = pressure(b, energies[k])
+        if not abs(b - a) < 1e-6 * rho0:
+            return found
+        found[k] = near = b
+    return found

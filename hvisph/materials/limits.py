@@ -21,7 +21,7 @@ import numpy as np
 
 from ..core.jit import plain
 from . import isentrope, slots
-from .eos import Elastic, IdealGas, JonesWilkinsLee, Linear, MieGrueneisen, Table, Tillotson
+from .eos import Elastic, IdealGas, JonesWilkinsLee, Linear, MieGrueneisen, Table, Tillotson, UsUpTable
 from .state import flow_stress
 from .table import Material, pack
 
@@ -78,7 +78,7 @@ def range_of(material: Material) -> Range:
         low, high = (1.0 - LINEAR) * rho0, (1.0 + LINEAR) * rho0
     else:
         low, high = _stable(material)
-    if isinstance(eos, MieGrueneisen):
+    if isinstance(eos, (MieGrueneisen, UsUpTable)):
         high = min(high, eos.largest_density(rho0))
     if isinstance(eos, Tillotson):
         vapour = eos.incipient_energy
@@ -133,7 +133,7 @@ def outside_range(
 
 def _stable(material: Material) -> tuple[float, float]:
     """Return the densities [kg/m^3] about rho0 between which the cold sound speed is above its floor."""
-    curve = material.whole_row[slots.CURVE : slots.CURVE + isentrope.LENGTH : 2]
+    curve = material.whole_row[slots.CURVE : isentrope.HEATS : 2]
     densities = material.density * np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
     middle = int(np.searchsorted(densities, material.density))
     floor = slots.FLOOR_SHARE * material.bulk_sound_speed**2

@@ -42,7 +42,10 @@ FAILED_FRICTION = 16  # of failed material [-]; 0 where it flows, KEEPS_STRESS w
 FAILS_IN_TENSION = 17  # above 0: material fails for good at the pressure cut-off
 RATE_WEIGHT = 18  # share of a step's strain rate in the smoothed one; 0 where the rate is the step's own
 
-_COMMON = 19
+HEAT_START = 19  # heat at which the table of the heat capacity begins [J/kg], see `isentrope`
+HEAT_PER = 20  # its points per J/kg; 0 where the heat capacity is constant
+
+_COMMON = 21
 _EOS, _STRENGTH, _DAMAGE = 12, 14, 8  # columns of each model's block
 EOS = tuple(range(_COMMON, _COMMON + _EOS))
 STRENGTH = tuple(range(EOS[-1] + 1, EOS[-1] + 1 + _STRENGTH))
@@ -79,7 +82,8 @@ def parameters(table, m):
         table[m, 30], table[m, 31], table[m, 32], table[m, 33], table[m, 34], table[m, 35],
         table[m, 36], table[m, 37], table[m, 38], table[m, 39], table[m, 40], table[m, 41],
         table[m, 42], table[m, 43], table[m, 44], table[m, 45], table[m, 46], table[m, 47],
-        table[m, 48], table[m, 49], table[m, 50], table[m, 51], table[m, 52], row_address(table, m),
+        table[m, 48], table[m, 49], table[m, 50], table[m, 51], table[m, 52], table[m, 53],
+        table[m, 54], row_address(table, m),
     )  # fmt: skip
 
 

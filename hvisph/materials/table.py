@@ -47,6 +47,10 @@ class Material:
         Steps over which the strain rate is smoothed; 0 for that of the step.
     spall_strength
         Tension at which the material fails for good, whatever its damage [Pa]; infinite where none is known.
+    heat_capacities
+        Points (T [K], c_p [J/(kg K)]) without pressure, in place of a constant c_v; none unless given.
+    heat_of_melting
+        Melting point [K] and heat of melting [J/kg], beside them.
     """
 
     name: str
@@ -62,6 +66,8 @@ class Material:
     failed_friction: float = 0.0  # of failed material [-]; `slots.KEEPS_STRESS` where failing takes nothing
     rate_smoothing: int = 0  # steps over which the strain rate is smoothed
     spall_strength: float = inf  # [Pa]
+    heat_capacities: tuple[tuple[float, float], ...] = ()  # T [K], c_p [J/(kg K)]
+    heat_of_melting: tuple[float, float] | None = None  # T [K], [J/kg]
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "density")
@@ -120,27 +126,35 @@ class Material:
         CaseError
             Where it has no heat capacity, or bears no such temperature without pressure.
         """
-        row = self.whole_row
-        if not row[slots.INVERSE_HEAT_CAPACITY] > 0.0:
+        if not self.whole_row[slots.INVERSE_HEAT_CAPACITY] > 0.0:
             raise CaseError("needs a heat capacity: give the material `temperature: {heat_capacity: ...}`")
-        capacity = 1.0 / row[slots.INVERSE_HEAT_CAPACITY]
         pressure = self.pressure_function()
 
         def energy(rho: float) -> float:
-            return (temperature - self.temperature(rho, 0.0)) * capacity
+            return self.energy_at(rho, temperature)
 
         low, high = 0.6 * self.density, 1.1 * self.density
-        if self.total_energy:
-
-            def energy(rho: float) -> float:
-                return (temperature - float(row[slots.ROOM_TEMPERATURE])) * capacity
-
         if not pressure(low, energy(low)) < 0.0 < pressure(high, energy(high)):
             raise CaseError(f"the equation of state has no state of {temperature:g} K without pressure")
         for _ in range(100):
             middle = 0.5 * (low + high)
             low, high = (middle, high) if pressure(middle, energy(middle)) < 0.0 else (low, middle)
         return high, energy(high)
+
+    def energy_at(self, rho: float, temperature: float) -> float:
+        """Return the energy [J/kg] at a density and a temperature, of a material that has a heat capacity."""
+        row = self.whole_row
+        room, per = float(row[slots.ROOM_TEMPERATURE]), float(row[slots.HEAT_PER])
+        if self.total_energy:
+            return (temperature - room) / float(row[slots.INVERSE_HEAT_CAPACITY])
+        densities = self.density * np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
+        cold, at_rest = (np.interp(rho, densities, row[isentrope.CURVE + k : isentrope.HEATS : 2]) for k in (0, 1))
+        if per == 0.0:
+            return float(cold + (temperature - at_rest) / row[slots.INVERSE_HEAT_CAPACITY])
+        tau, theta = row[isentrope.HEATS : isentrope.HEATS + isentrope.HEAT_POINTS], at_rest / room
+        k = min(max(int(np.searchsorted(tau, temperature / theta)) - 1, 0), len(tau) - 2)
+        place = k + (temperature / theta - tau[k]) / (tau[k + 1] - tau[k])
+        return float(cold + theta * (row[slots.HEAT_START] + place / per))
 
     def row(self) -> np.ndarray:
         """Return the slots of the material's row of the table."""
@@ -162,6 +176,9 @@ class Material:
             row[slots.INVERSE_HEAT_CAPACITY] = 1.0 / self.heat_capacity
         if self.room_temperature > 0.0:
             row[slots.ROOM_TEMPERATURE] = self.room_temperature
+        if self.heat_capacities:
+            given = np.array(self.heat_capacities).T
+            row[slots.INVERSE_HEAT_CAPACITY] = 1.0 / np.interp(row[slots.ROOM_TEMPERATURE], given[0], given[1])
         row[slots.TOTAL_ENERGY] = float(self.total_energy)
         if self.melting is not None:
             self.melting.pack(row)
@@ -179,7 +196,14 @@ class Material:
         """The material's row of the table: slots, isentrope, and the grid of a tabulated equation of state."""
         row = self._without_isentrope.copy()
         curve = _isentrope(cast("Hashable", self.eos), self.density, float(row[slots.ROOM_TEMPERATURE]))
-        row[slots.CURVE : slots.CURVE + isentrope.LENGTH] = curve
+        row[slots.CURVE : slots.CURVE + isentrope.CURVE_LENGTH] = curve
+        if self.heat_capacities:
+            at_rest = (self.density, self.eos.ambient_energy, float(row[slots.ROOM_TEMPERATURE]))
+            start, per, tau = isentrope.heat_table(
+                self.heat_capacities, self.heat_of_melting, curve, self.pressure_function(), at_rest
+            )
+            row[slots.HEAT_START], row[slots.HEAT_PER] = start, per
+            row[isentrope.HEATS : isentrope.HEATS + isentrope.HEAT_POINTS] = tau
         return row
 
     def _state(self) -> Callable[[float, float], tuple[float, float, float]]:

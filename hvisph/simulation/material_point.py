@@ -129,7 +129,7 @@ def flow_at(
     table, models = pack([material])
     e = material.eos.ambient_energy
     if temperature is not None:
-        e = (temperature - material.temperature(material.density, 0.0)) / material.row()[INVERSE_HEAT_CAPACITY]
+        e = material.energy_at(material.density, temperature)
     flow = plain(state.flow_stress)
     return float(flow(table, models, 0, material.density, e, pressure, plastic_strain, 0.0, rate)[0])
 

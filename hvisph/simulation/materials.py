@@ -28,6 +28,7 @@ from hvisph.materials.eos import (
     StiffenedGas,
     Table,
     Tillotson,
+    UsUpTable,
     read_grid,
 )
 from hvisph.materials.melting import Lindemann, Simon
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from hvisph.case.materials import Material as MaterialModel
     from hvisph.case.strength import Strength as StrengthModel
     from hvisph.case.thermal import Melting as MeltingModel
+    from hvisph.case.thermal import Temperature as TemperatureModel
 
 
 def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
@@ -82,7 +84,15 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
         _failed_friction(model.damage),
         getattr(model.strength, "rate_smoothing", 0),
         getattr(model.damage, "spall_strength", None) or inf,
+        getattr(heat, "heat_capacities", ()),
+        _heat_of_melting(heat),
     )
+
+
+def _heat_of_melting(heat: TemperatureModel) -> tuple[float, float] | None:
+    if heat.type != "isentrope" or heat.melting_point is None or heat.heat_of_melting is None:
+        return None
+    return heat.melting_point, heat.heat_of_melting
 
 
 def _melting(melting: MeltingModel | None) -> Lindemann | Simon | None:
@@ -110,6 +120,8 @@ def _eos(eos: EosModel, density: float, internal_energy: float) -> EquationOfSta
         case "mie_gruneisen":
             c0, s1, s2, s3 = eos.hugoniot
             return MieGrueneisen(c0, eos.gamma, s1, s2, s3, eos.a, eos.expansion == "linear")
+        case "us_up_table":
+            return UsUpTable(eos.us_up, eos.gamma)
         case "tillotson":
             return Tillotson(eos.bulk_modulus, eos.b_modulus, eos.a, eos.b, eos.reference_energy, eos.alpha, eos.beta,
                              eos.incipient_energy, eos.complete_energy, eos.cold_tension,

@@ -11,18 +11,16 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import HvisphError
-from hvisph.core.jit import plain
 from hvisph.exact.hugoniot import shock
-from hvisph.materials import state
+from hvisph.exact.shock_train import last_waves
 from hvisph.materials.limits import range_of
-from hvisph.materials.table import pack
 from hvisph.pictures.panels import Panel, panels_picture
 from hvisph.simulation.material_point import drive, flow_at, knows_heat
 from hvisph.simulation.materials import material_of
 
 SHOCKS = (250.0, 500.0, 1000.0, 2000.0, 3000.0, 4000.0)  # particle velocities [m/s]
 RATES = (1.0, 1e3, 1e6)  # [1/s]
-SHOCKED = 1e6  # strain rate in a shock [1/s]
+IN_BIN, LEAST_IN_BIN = 5, 4  # measured points
 
 
 def derived(model: Any) -> dict[str, tuple[float, str]]:
@@ -70,43 +68,37 @@ def hugoniot(model: Any, velocities: Sequence[float] = SHOCKS) -> list[tuple[flo
     return rows
 
 
-def beside_measured(model: Any, points: Sequence[tuple[float, float]]) -> list[tuple[float, float, float]]:
-    """Return particle velocity, measured and model's shock speed [m/s] of points [up, Us], as far as the model goes."""
-    shocks = hugoniot(model, [up for up, _ in points])
-    return [(up, us, row[1]) for (up, us), row in zip(points, shocks, strict=False)]
+def beside_measured(model: Any, points: Sequence[tuple[float, float]], strength: bool = True
+                    ) -> list[tuple[float, float, float]]:  # fmt: skip
+    """Return particle velocity, measured and model's shock speed [m/s] of points [up, Us], as far as the model goes.
 
-
-def beside_measured_with_strength(model: Any, points: Sequence[tuple[float, float]]
-                                  ) -> list[tuple[float, float, float]]:  # fmt: skip
-    """Return the same with the stress that the material's strength bears; an elastic precursor is part of the one wave.
-
-    The stress is p + s, s the less of the elastic 4/3 G ln(rho/rho0) and 2/3 Y at a strain rate of `SHOCKED` and the
-    plastic strain of the compression.
+    The model's is that of the last wave, behind an elastic precursor and a first wave of a change of phase; with
+    `strength` off the pressure alone counts. Of porous material it is that of one shock without strength.
     """
     material = material_of(model)
-    table, models = pack([material])
-    flow, pressure, rho0 = plain(state.flow_stress), material.pressure_function(), material.density
+    if material.porosity is not None:
+        shocks = hugoniot(model, [up for up, _ in points])
+        return [(up, us, row[1]) for (up, us), row in zip(points, shocks, strict=False)]
+    speeds = last_waves(material, [up for up, _ in points], strength)
+    return [(up, us, ours) for (up, us), ours in zip(points, speeds, strict=True) if np.isfinite(ours)]
 
-    def excess(speed: float, u: float) -> float:
-        rho, e = rho0 * speed / (speed - u), material.eos.ambient_energy + 0.5 * u * u
-        p, strain = pressure(rho, e), float(np.log(speed / (speed - u)))
-        y, shear = flow(table, models, 0, rho, e, p, 2.0 / 3.0 * strain, 0.0, SHOCKED)
-        return float(p + min(4.0 / 3.0 * shear * strain, 2.0 / 3.0 * y) - rho0 * speed * u)
 
-    found = []
-    for up, us in points:
-        low, high = up * 1.05, 4.0 * (material.longitudinal_sound_speed + up)
-        speeds = np.geomspace(high, low, 200)  # from above, where no other root of an equation of state is
-        values = [excess(float(speed), up) for speed in speeds]
-        cross = next((k for k in range(1, len(values)) if values[k - 1] < 0.0 <= values[k]), None)
-        if cross is None:
-            break
-        a, b = float(speeds[cross]), float(speeds[cross - 1])
-        for _ in range(60):
-            middle = 0.5 * (a + b)
-            a, b = (middle, b) if excess(middle, up) >= 0.0 else (a, middle)
-        found.append((up, us, 0.5 * (a + b)))
-    return found
+def binned(beside: Sequence[tuple[float, float, float]]) -> tuple[float, float, float] | None:
+    """Return how far off the worst bin of measured points is in its mean [%], where [m/s], and the points' own scatter.
+
+    Bins hold some five points next to each other. The scatter is the standard deviation of single points
+    about the mean of their bin [%]: what no curve can be nearer to. None for less than eight points.
+    """
+    if len(beside) < 2 * LEAST_IN_BIN:
+        return None
+    ordered = np.array(sorted(beside))
+    off = 100.0 * (ordered[:, 2] / ordered[:, 1] - 1.0)
+    count = len(off) // IN_BIN
+    bins = np.array_split(off, count)
+    places = [one.mean() for one in np.array_split(ordered[:, 0], count)]
+    worst = max(range(count), key=lambda k: abs(bins[k].mean()))
+    scatter = float(np.sqrt(sum(((one - one.mean()) ** 2).sum() for one in bins) / (len(off) - count)))
+    return float(bins[worst].mean()), float(places[worst]), scatter
 
 
 def picture(models: Sequence[Any], path: str | os.PathLike[str], points: Sequence[tuple[float, float]] = ()) -> Path:

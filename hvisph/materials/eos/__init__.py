@@ -8,7 +8,19 @@ from types import ModuleType
 from ...core.jit import called, compiled
 from ..present import FURTHER_EOS
 from ..slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
-from . import elastic, ideal_gas, jwl, linear, mie_gruneisen, murnaghan, polynomial, stiffened_gas, table, tillotson
+from . import (
+    elastic,
+    ideal_gas,
+    jwl,
+    linear,
+    mie_gruneisen,
+    murnaghan,
+    polynomial,
+    stiffened_gas,
+    table,
+    tillotson,
+    us_up_table,
+)
 from .elastic import Elastic
 from .grid import Grid as Grid
 from .grid import read_grid as read_grid
@@ -21,12 +33,13 @@ from .polynomial import Polynomial
 from .stiffened_gas import StiffenedGas
 from .table import Table
 from .tillotson import Tillotson
+from .us_up_table import UsUpTable
 
 REGISTRY: dict[str, type[EquationOfState]] = {
     model.name: model
     for model in (
         *(Linear, Elastic, StiffenedGas, MieGrueneisen, IdealGas),
-        *(Tillotson, Polynomial, Murnaghan, JonesWilkinsLee, Table),
+        *(Tillotson, Polynomial, Murnaghan, JonesWilkinsLee, Table, UsUpTable),
     )
 }
 # Where each model's functions are: `pressure` and `sound_speed_squared`, or `state` with all in one.
@@ -41,6 +54,7 @@ MODULES: dict[str, ModuleType] = {
     "murnaghan": murnaghan,
     "jwl": jwl,
     "table": table,
+    "us_up_table": us_up_table,
 }
 
 _STIFFENED_GAS = StiffenedGas.tag
@@ -50,6 +64,7 @@ _TILLOTSON = Tillotson.tag
 _POLYNOMIAL = Polynomial.tag
 _MURNAGHAN = Murnaghan.tag
 _JWL = JonesWilkinsLee.tag
+_US_UP_TABLE = UsUpTable.tag
 
 
 @called
@@ -61,6 +76,8 @@ def _further(tag, rho, e, row):
         p, p_rho, p_e = murnaghan.state(rho, e, row)
     elif tag == _JWL:
         p, p_rho, p_e = jwl.state(rho, e, row)
+    elif tag == _US_UP_TABLE:
+        p, p_rho, p_e = us_up_table.state(rho, e, row)
     else:
         p, p_rho, p_e = table.state(rho, e, row)
     return p, p_rho + p * p_e / (rho * rho)

@@ -1,12 +1,8 @@
-"""Where a flat impact melts: velocities at which what is released is at its melting point, and wholly beyond it.
+"""Where a flat impact melts: velocities at which what is released has the heat of its melting point, solid and molten.
 
-After the release the matter is left with e, at a temperature T (c_v and the isentrope as in the case). Melting
-begins on release where T reaches the melting temperature; it is complete where the energy above it, c_v (T - T_m),
-is the heat of melting, 397 kJ/kg of aluminium (handbook), which the case's temperature leaves out.
-
-A constant c_v takes up less heat on the way to the melting point than the metal does. Beside these stand, only shown,
-the velocities at which the energy left is that of the metal: 666 kJ/kg from 298.15 K to 933.45 K, by the Shomate
-equation of the NIST chemistry web book for solid aluminium, and the heat of melting on top.
+Released matter bears no pressure: its energy is its heat. Melting begins on release where that is the heat of the solid
+from room temperature to the melting point, the sum of the case's heat capacities; it is complete where the heat of
+melting has been taken up as well.
 """
 
 from __future__ import annotations
@@ -19,34 +15,35 @@ import numpy as np
 from hvisph.validation.value import Judge, Key, Shot, Value
 from hvisph.verification.ran import vectors
 
-HEAT_OF_MELTING = 397e3  # [J/kg], aluminium
-HEAT_OF_SOLID = 666e3  # [J/kg], aluminium from room temperature to its melting point
 INNER = (0.25, 0.75)  # of the target: neither the wall-heated faces nor the free surface
 
 
-def _released(shot: Shot) -> tuple[float, float]:
-    """Return velocity [m/s] and temperature after the release [K]."""
+def _released(shot: Shot, name: str) -> tuple[float, float]:
+    """Return velocity [m/s] and the median of a field after the release."""
     snapshot = shot.ran.last
     own = snapshot.body == 1
     first = vectors(shot.ran.first, "position")[shot.ran.first.body == 1, 0]
     low, high = (first.min() + share * np.ptp(first) for share in INNER)
     inside = np.isin(snapshot.id, shot.ran.first.id[shot.ran.first.body == 1][(first > low) & (first < high)]) & own
     speed = max(body.velocity[0] for body in shot.ran.case.bodies.values())
-    return float(speed), float(np.median(snapshot.fields["temperature"][inside]))
+    return float(speed), float(np.median(snapshot.fields[name][inside]))
+
+
+def heats(material: Any) -> tuple[float, float]:
+    """Return the heat [J/kg] of a case's material at its melting point, solid and molten."""
+    points, melts = material.temperature.heat_capacities, material.temperature.melting_point
+    t = np.linspace(material.strength.room_temperature, melts, 1001)
+    c = np.interp(t, *np.array(points).T)
+    solid = float(((c[1:] + c[:-1]) / 2 * np.diff(t)).sum())
+    return solid, solid + float(material.temperature.heat_of_melting)
 
 
 def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
     if len(shots) < 2:
         return {}
-    points = sorted(_released(shot) for shot in shots)
-    speed, heat = np.array(points).T
-    strength: Any = shots[0].ran.case.bodies["target"].material.strength
-    melts = strength.melt_temperature
-    complete = melts + HEAT_OF_MELTING / strength.heat_capacity
-    step = float(np.diff(speed).max())
-    solid = strength.room_temperature + HEAT_OF_SOLID / strength.heat_capacity
-    liquid = solid + HEAT_OF_MELTING / strength.heat_capacity
-    levels = {"onset": melts, "completion": complete, "onset_by_heat": solid, "completion_by_heat": liquid}
+    speed, heat = np.array(sorted(_released(shot, "internal_energy") for shot in shots)).T
+    solid, molten = heats(shots[0].ran.case.bodies["target"].material)
+    step, levels = float(np.diff(speed).max()), {"onset": solid, "completion": molten}
     return {"al-al": {(name, None): _crossing(speed, heat, level, step) for name, level in levels.items()}}
 
 
@@ -57,11 +54,7 @@ def _crossing(speed: np.ndarray, heat: np.ndarray, level: float, step: float) ->
 
 
 def _curves(shots: Sequence[Shot]) -> dict[str, Any]:
-    return {"temperature": [list(point) for point in sorted(_released(shot) for shot in shots)]}
+    return {"temperature": [list(point) for point in sorted(_released(shot, "temperature") for shot in shots)]}
 
 
-JUDGE = Judge(
-    {"onset": "melting begins", "completion": "melting complete",
-     "onset_by_heat": "melting begins, by the metal's heat", "completion_by_heat": "melting complete, by the same"},
-    together=_together, curves=_curves,
-)  # fmt: skip
+JUDGE = Judge({"onset": "melting begins", "completion": "melting complete"}, together=_together, curves=_curves)
