@@ -108,8 +108,7 @@ def test_halves_of_a_body_part_as_two_bodies_do(formulation):
     two = build(halves(formulation))
     two.particles.tags[two.particles["position"][:, 0] > 0.0, 1] = 1  # told to be two bodies
     two.stepper.pieces = None
-    if two.stepper.separating:
-        two.stepper.separating.renumber(two.particles.body)
+    two.stepper.separating.renumber(two.particles.body)
     (as_left, as_right), *_ = struck(two)
     assert (left, right) == (as_left, as_right)  # to the last bit
     if formulation == "riemann":  # of one number they weld

@@ -20,7 +20,7 @@ from hvisph.sph import artificial_stress
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import corrections, coupling, standard
 from hvisph.sph.laws.riemann import SLIPPERY
-from hvisph.sph.pairs import Pass
+from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.symmetry import Plane
 
@@ -34,7 +34,7 @@ from .options import (
     NoCorrection,
     NoDensityDissipation,
 )
-from .separating import SeparatingContact
+from .separating import NoContact, SeparatingContact
 from .stepper import Stepper
 
 
@@ -81,6 +81,7 @@ class Eulerian:
     shears: bool = False
 
     name = "eulerian"
+    repels = False
     stepper = Stepper
 
     @property
@@ -119,10 +120,10 @@ class Eulerian:
         """Whether bodies slide on each other."""
         return self.parted
 
-    def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> SeparatingContact | None:
+    def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact | SeparatingContact:
         """Return the contact between the bodies of `particles`, none where they are welded."""
         if not self.parted:
-            return None
+            return NoContact()
         return SeparatingContact(self.kernel, h, particles["position"], particles.body, self.friction, planes,
                                  self.revolved, self.unlike, self.h_over_dx)  # fmt: skip
 
@@ -200,6 +201,9 @@ class Eulerian:
 
     def limits(self) -> None:
         """Return nothing: no law asks for what a particle bears."""
+
+    def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
+        """Keep nothing: an evaluation asks for nothing of the one before."""
 
 
 def _pack(rows, s, coefficients, one):

@@ -8,10 +8,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from hvisph.sph.pairs import Pass
+from hvisph.core.particles import Particles
+from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.rows import RowLayout
+from hvisph.sph.symmetry import Plane
 
 from .protocol import AnyFormulation
+from .separating import NoContact, SeparatingContact
 
 
 class Formulation(AnyFormulation, Protocol):
@@ -28,6 +31,10 @@ class Formulation(AnyFormulation, Protocol):
     @property
     def softens(self) -> bool:
         """Whether particles in shear flow show their neighbours less of the linear viscosity."""
+
+    @property
+    def own_faces(self) -> bool:
+        """Whether pieces that have come apart from a body are told from it."""
 
     def layout(self, dim: int) -> RowLayout:
         """Return the widest row that its passes need."""
@@ -46,6 +53,12 @@ class Formulation(AnyFormulation, Protocol):
 
     def limits(self) -> tuple[Any, dict[str, Any]] | None:
         """Return the function that packs what a particle bears, and its constants; None where no law asks for it."""
+
+    def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact | SeparatingContact:
+        """Return the contact between bodies beside its passes, at the smoothing length `h` [m]."""
+
+    def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
+        """Keep in the packed rows what the next evaluation asks of this one; `lengths` (n,) are smoothing lengths."""
 
 
 @dataclass(frozen=True)

@@ -51,7 +51,7 @@ class Projection:
     pressure_average: float = 2e-7
 
     name = "projection"
-    corrects = slips = False
+    corrects = slips = repels = False
     fields: tuple[str, ...] = ("pressure",)
     viscous_factor = 0.0
     stepper = ProjectionStepper

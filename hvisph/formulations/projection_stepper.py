@@ -90,8 +90,8 @@ class ProjectionStepper:
         Reach of the kernel at the start [m].
     """
 
-    has_energy = False
-    settled = False
+    has_energy = settled = False
+    stored_energy = contact_energy = 0.0
 
     def __init__(self, particles: Particles, formulation: ProjectionNumbers, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip

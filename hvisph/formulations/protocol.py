@@ -50,6 +50,14 @@ class AnyStepper(Protocol):
         """The published scheme."""
 
     @property
+    def stored_energy(self) -> float:
+        """Energy that is in no particle [J]."""
+
+    @property
+    def contact_energy(self) -> float:
+        """Work against a contact algorithm since the start [J]."""
+
+    @property
     def support(self) -> float:
         """The largest distance at which two particles can ever be neighbours [m]."""
 
@@ -136,6 +144,10 @@ class AnyFormulation(Protocol):
     @property
     def slips(self) -> bool:
         """Whether bodies slide on each other, so that slip does work."""
+
+    @property
+    def repels(self) -> bool:
+        """Whether bodies meet by a contact algorithm whose work is kept account of."""
 
     @property
     def stepper(self) -> Any:

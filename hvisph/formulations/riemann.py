@@ -11,15 +11,18 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.particles import Particles
 from hvisph.core.tensors import in_plane, plus_identity, put
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import riemann, unlike
 from hvisph.sph.laws.limiters import LIMITERS
 from hvisph.sph.laws.riemann import SLIPPERY
-from hvisph.sph.pairs import Pass
+from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.rows import RowLayout
+from hvisph.sph.symmetry import Plane
 
 from .formulation import Smoothing
+from .separating import NoContact
 from .stepper import Stepper
 
 
@@ -65,7 +68,7 @@ class Riemann:
     faces: bool = False
 
     name = "riemann"
-    corrects = False
+    corrects = repels = False
     switch = "none"
     softens = False
     stepper = Stepper
@@ -121,9 +124,17 @@ class Riemann:
             first.append(Pass(unlike.facing, row, {"FACES": int(self.faces)}, into_rows=True))
         return [*first, flux]
 
-    def at_face(self, dim: int) -> float:
-        """Return what the outermost layer under a flat face lacks of its kernel's sum, |O| h."""
-        return float(unlike.lacking(self.kernel, self.h_over_dx, dim)[0])
+    def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact:
+        """Return none: the law itself parts bodies."""
+        return NoContact()
+
+    def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
+        """Keep the normals of this evaluation's faces in the rows, where the next one finds them."""
+        if self.faces:
+            at, count, dim = pairs.slots, len(lengths), pairs.layout.dim
+            lacking = pairs.sorted[pairs.place[:count], at["ENDS"] : at["ENDS"] + dim]
+            size = lengths / unlike.lacking(self.kernel, self.h_over_dx, dim)[0]  # 1 in the layer under a flat face
+            pairs.rows[:, at["FACE"] : at["FACE"] + dim] = lacking * size[:, None]
 
     def layout(self, dim: int) -> RowLayout:
         """Return the row of the contact law."""

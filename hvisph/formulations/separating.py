@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from hvisph.core.tensors import SIZE
+from hvisph.sph import rates as sums_of_pairs
 from hvisph.sph.copies import Halo
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.laws import riemann
@@ -20,6 +21,19 @@ from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.selection import Selection
 from hvisph.sph.symmetry import Plane
+
+
+class NoContact:
+    """No contact beside the kernel sums: bodies are welded, or the pair law itself parts them."""
+
+    def renumber(self, bodies: np.ndarray) -> None:
+        """Take no note of the bodies."""
+
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """Ask nothing of other processes."""
+
+    def add(self, standard: Pairs, h: float) -> None:
+        """Add nothing."""
 
 
 class SeparatingContact:
@@ -86,30 +100,20 @@ class SeparatingContact:
         near = self._selection.near_other_bodies(places, places[:, dim].astype(np.uint32), reach)
         return near[near < own]
 
-    def add(self, rows: np.ndarray, numbers: np.ndarray, slots: dict[str, int], h: float, rates: np.ndarray,
-            place: np.ndarray, at: dict[str, int]) -> None:  # fmt: skip
-        """Add the rates of contact.
-
-        Parameters
-        ----------
-        rows, numbers, slots
-            Packed rows of the standard law in the particles' order, their permanent numbers, and where what stands in
-            them.
-        h
-            Largest smoothing length [m].
-        rates, place, at
-            Rows of rates, the row of each particle, and where which rate stands in it.
-        """
+    def add(self, standard: Pairs, h: float) -> None:
+        """Add the rates of contact to those of the `standard` law; `h` is the largest smoothing length [m]."""
+        rows, numbers, rates = standard.rows, standard.numbers, standard.rates
+        at = sums_of_pairs.slots(self._pairs.layout.dim)
         rates[:, at["R_SLIP"]] = 0.0
         chosen = self._chosen(rows, numbers, self._pairs.kernel.reach * h)
         if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
             return
         dim = self._pairs.layout.dim
-        packed = self._packed(rows[chosen], slots)
+        packed = self._packed(rows[chosen], standard.slots)
         self._pairs.rows, self._pairs.numbers = packed, numbers[chosen]
         self._pairs.evaluate(h)
         pushed = self._pairs.rates[self._pairs.place[: len(chosen)]]
-        mine, approach, last = place[chosen], at["R_APPROACH"], at["R_GRADIENT"] + dim * dim
+        mine, approach, last = standard.place[chosen], at["R_APPROACH"], at["R_GRADIENT"] + dim * dim
         closing = np.maximum(rates[mine, approach], pushed[:, approach])
         rates[mine, :last] += pushed[:, :last]
         rates[mine, approach] = closing

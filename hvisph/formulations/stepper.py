@@ -104,9 +104,8 @@ class Stepper:
         self._update = self._specialised_update(layout, previous, drift)
         self.pairs.place[:count] = np.arange(count, dtype=np.uint32)
         self.pairs.numbers = particles.numbers()
-        parts = getattr(formulation, "separating", None)
-        self.separating = parts(h, particles, planes) if parts else None
-        if getattr(formulation, "own_faces", False):
+        self.separating = formulation.separating(h, particles, planes)
+        if formulation.own_faces:
             self.pieces = particles.body.copy()
 
     def _specialised_update(self, layout: RowLayout, previous: float, drift: float = 0.5) -> Any:
@@ -168,22 +167,9 @@ class Stepper:
         """Evaluate the pair forces at the stage."""
         try:
             self.pairs.evaluate(self.h_max)
-            if getattr(self.formulation, "faces", False):
-                self._keep_faces()
+            self.formulation.keep(self.pairs, self.lengths)
         finally:  # other processes wait for this one's part in the contact, also where it has failed
-            if self.separating:
-                at = rates.slots(self.particles.dim)
-                self.separating.add(
-                    self.rows, self.pairs.numbers, self.pairs.slots, self.h_max, self.rates, self.place, at
-                )
-
-    def _keep_faces(self) -> None:
-        """Keep the normals of this evaluation's faces in the rows, where the next one finds them."""
-        formulation: Any = self.formulation
-        at, dim = self.pairs.slots, self.particles.dim
-        lacking = self.pairs.sorted[self.place, at["ENDS"] : at["ENDS"] + dim]
-        size = self.lengths / formulation.at_face(dim)
-        self.rows[: self.particles.count, at["FACE"] : at["FACE"] + dim] = lacking * size[:, None]
+            self.separating.add(self.pairs, self.h_max)
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s] with the last rates, and predict the stage of the step `following`."""
@@ -208,8 +194,7 @@ class Stepper:
         self.pieces = pieces.astype(np.uint32)
         self._in_pieces = bool((self.pieces != self.particles.body).any())
         self._show_pieces()
-        if self.separating:
-            self.separating.renumber(self._parties)
+        self.separating.renumber(self._parties)
 
     def _show_pieces(self) -> None:
         """Write the pieces into the packed rows in place of the bodies."""
@@ -242,8 +227,7 @@ class Stepper:
         for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count], *more):
             reorder(values, order, room)
         pairs.numbers = self.particles.numbers()
-        if self.separating:
-            self.separating.renumber(self._parties)
+        self.separating.renumber(self._parties)
         return order
 
     def carried(self) -> dict[str, np.ndarray]:
@@ -263,8 +247,7 @@ class Stepper:
     def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
         self.pairs.halo = halo_for(self.pairs.layout)
-        if self.separating:
-            self.separating.join(halo_for)
+        self.separating.join(halo_for)
 
     def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
         """Have these particles in place of all others, between steps; see `carried`."""
@@ -281,7 +264,7 @@ class Stepper:
     def _take_parties(self, carried: dict[str, np.ndarray]) -> None:
         if self.pieces is not None:
             self.part(carried["pieces"])
-        elif self.separating:
+        else:
             self.separating.renumber(self.particles.body)
 
     def fit_grid(self) -> None:

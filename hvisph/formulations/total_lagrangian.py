@@ -101,6 +101,11 @@ class TotalLagrangian:
         return self.contact.friction > 0.0
 
     @property
+    def repels(self) -> bool:
+        """Whether bodies meet by a contact algorithm whose work is kept account of."""
+        return self.contact.parts
+
+    @property
     def viscous_factor(self) -> float:
         """1.2 beta, the share of max|mu| in the signal speed."""
         return 1.2 * self.viscosity.beta

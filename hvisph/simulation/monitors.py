@@ -113,7 +113,7 @@ class Budget:
         """Return the change of total energy over that at the start; None where it began with none or is not kept."""
         if not self._has_energy:
             return None
-        stored = float(getattr(self._stepper, "stored_energy", 0.0))
+        stored = self._stepper.stored_energy
         total = float(sums[column.KINETIC] + sums[column.INTERNAL] + self.retired[5]) + stored
         return (total - self.energy) / self.energy if self.energy > 0.0 else None
 
@@ -180,7 +180,7 @@ class Observer:
         counted = (*counted, SLIP_COLUMN) if self._slips else counted
         self._works = setup.stepper.has_energy
         counted = (*counted, *WORK_COLUMNS) if self._works else counted
-        self._repels = getattr(getattr(formulation, "contact", None), "parts", False)
+        self._repels = formulation.repels
         counted = (*counted, CONTACT_COLUMN) if self._repels else counted
         counted = (*counted, HIGHEST_COLUMN, *ANGULAR_COLUMNS[_turns(particles)])
         self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
@@ -203,7 +203,7 @@ class Observer:
             *((int(share.total(np.array([fallbacks(self._setup.stepper)]))[0]),) if self.corrected else ()),
             *((budget.slip_work,) if self._slips else ()),
             *((budget.plastic_work, budget.shock_heating) if self._works else ()),
-            *((float(getattr(self._setup.stepper, "contact_energy", 0.0)),) if self._repels else ()),
+            *((float(self._setup.stepper.contact_energy),) if self._repels else ()),
             budget.highest(), *self._angular(step), *self._setup.gauges.record(step, share),
         ]  # fmt: skip
 
