@@ -69,17 +69,22 @@ OPTIONS = [
 ]
 
 
-@pytest.mark.parametrize(("dim", "options"), OPTIONS)
-def test_forces_balance_pair_by_pair_and_power_is_their_work(dim, options):
+def shaken(dim, options, by, speed=0.0, away=0.0):
+    """The particles of a body, each displaced by some `by` [m] from its place `away`, its rates and forces."""
     random = np.random.default_rng(5)
     setup = build(body(dim, **options))
     particles, stepper = setup.particles, setup.stepper
     stepper.start()
-    particles["position"] += 2e-5 * random.normal(size=particles["position"].shape)
-    particles["velocity"] = 100.0 * random.normal(size=particles["velocity"].shape)
+    particles["position"] += away + by * random.normal(size=particles["position"].shape)
+    particles["velocity"] = speed * random.normal(size=particles["velocity"].shape)
     stepper.predict(0.0)
     stepper.evaluate()
-    force = particles["mass"][:, None] * stepper.rates[:, :dim]
+    return particles, stepper, particles["mass"][:, None] * stepper.rates[:, :dim]
+
+
+@pytest.mark.parametrize(("dim", "options"), OPTIONS)
+def test_forces_balance_pair_by_pair_and_power_is_their_work(dim, options):
+    particles, stepper, force = shaken(dim, options, 2e-5, speed=100.0)
     assert np.abs(force.sum(axis=0)).max() < 1e-13 * np.abs(force).sum()
     work, heat = (force * particles["velocity"]).sum(), (particles["mass"] * stepper.rates[:, dim]).sum()
     assert heat == pytest.approx(-work, rel=1e-10)
@@ -87,14 +92,7 @@ def test_forces_balance_pair_by_pair_and_power_is_their_work(dim, options):
 
 @pytest.mark.parametrize(("dim", "options"), OPTIONS)
 def test_what_round_off_leaves_of_small_strains_far_away_balances_too(dim, options):
-    random = np.random.default_rng(7)
-    setup = build(body(dim, **options))
-    particles, stepper = setup.particles, setup.stepper
-    stepper.start()
-    particles["position"] += 0.1 + 1e-10 * random.normal(size=particles["position"].shape)
-    stepper.predict(0.0)
-    stepper.evaluate()
-    force = particles["mass"][:, None] * stepper.rates[:, :dim]
+    _, _, force = shaken(dim, options, 1e-10, away=0.1)
     # errors of 1e-16 E would be 1e-9 of these forces; what both sides of a pair round alike cancels
     assert np.abs(force.sum(axis=0)).max() < 1e-13 * np.abs(force).sum()
 

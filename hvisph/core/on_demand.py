@@ -4,8 +4,9 @@ numba makes machine code of every function: of a loop, of the part of it that th
 A loop takes these in as text and is optimised as a whole, so their own code is wasted time; worse, where a
 name exists twice the first one is called: a loop that was compiled in this process would run its part's own code, and
 one from the cache that of the whole, whose sums of vectors may round differently. So a library is handed to the
-processor when an address in it is asked for, and not before; and it is optimised then, as a whole. numba optimises
-every function, and again with each that takes it in: a fifth of the time of a first run.
+processor when an address in it is asked for, and not before; and it is linked and optimised then, as a whole. numba
+optimises every function, and again with each that takes it in, and copies all that it calls into each, level by level:
+a third of the time of a first run.
 """
 
 from __future__ import annotations
@@ -28,19 +29,34 @@ class Library(JITCodeLibrary):
     def _optimize_functions(self, ll_module: Any) -> None:
         ll_module.data_layout = self._codegen._data_layout
 
-    def _optimize_final_module(self) -> None:
-        """Leave it to `_hand_over`."""
+    def finalize(self) -> None:
+        """Leave what is called where it is until all is linked."""
+        for library in self._linking_libraries:
+            self._reload_init.update(library._reload_init)
+        self._finalized = True
 
-    def _finalize_final_module(self) -> None:
-        if self._object_caching_enabled and self._compiled_object is not None:  # from the cache, made already
-            self._hand_over()
-        else:
-            self._finalized = True
+    def _finalize_final_module(self) -> None:  # from the cache, made already
+        self._hand_over()
 
-    def _hand_over(self, optimise: bool = False) -> None:
+    def _called(self, found: dict[Library, None]) -> dict[Library, None]:
+        """Add all that this library calls to what is `found`, callers first."""
+        for library in self._linking_libraries:
+            if library not in found:
+                found[library] = None
+                library._called(found)
+        return found
+
+    def _make(self) -> None:
+        """Link all that this library calls into one whole, and optimise that."""
+        called = self._called({})
+        # twice: what nothing asks for yet is not taken in, and one that comes later may ask for it
+        for library in (*called, *called):
+            self._final_module.link_in(library._get_module_for_linking(), preserve=True)
+        self._optimize_final_module()
+        self._final_module.verify()
+
+    def _hand_over(self) -> None:
         self._handed_over = True
-        if optimise:
-            super()._optimize_final_module()
         super()._finalize_final_module()
         for variable in self._final_module.global_variables:
             environment = lookup_environment(variable.name) if variable.name.startswith(_ENVIRONMENT) else None
@@ -54,7 +70,8 @@ class Library(JITCodeLibrary):
         if not self._handed_over:
             if self.name.startswith(_SHARED_PART) or name not in own:
                 return 0  # Python calls nothing here
-            self._hand_over(optimise=True)
+            self._make()
+            self._hand_over()
         address: int = super().get_pointer_to_function(name)
         return address
 

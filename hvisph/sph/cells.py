@@ -86,7 +86,7 @@ def _count_and_place(cells, starts, order):
     starts[np.uint64(0)] = np.uint32(0)
 
 
-def _order_and_gather(rows, numbers, cells, starts, order, place, out, columns):
+def _order_and_gather(rows, numbers, cells, starts, order, place, out, columns, h):
     """Put the rows of each cell into the order of their numbers, nearly as they come, and gather them."""
     n = np.uint64(order.shape[0])
     for chunk in prange((order.shape[0] + 1023) // 1024):
@@ -109,11 +109,11 @@ def _order_and_gather(rows, numbers, cells, starts, order, place, out, columns):
             for j in range(k, stop):
                 i = np.uint64(order[j])
                 place[i] = j
-                for f in range(np.uint64(WIDTH)):
+                for f in range(np.uint64(rows.shape[1])):
                     out[j, f] = rows[i, f]
                 for f in range(np.uint64(DIM)):
                     columns[f, j] = rows[i, f]
-                columns[DIM, j] = rows[i, H]
+                columns[DIM, j] = rows[i, h]
             k = stop
 
 
@@ -136,16 +136,16 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
         Sorted rows (n or more, width), and their positions and smoothing lengths by column,
         (dim + 1, n + 8).
     """
-    find, count_and_place, order_and_gather = _loops(dim, rows.shape[1], h_slot)
+    find, count_and_place, order_and_gather = _loops(dim)
     find(rows, 1.0 / grid.edge, *grid.sizes, cells)
     count_and_place(cells, grid.starts, order)
-    order_and_gather(rows, numbers, cells, grid.starts, order, place, out, columns)
+    order_and_gather(rows, numbers, cells, grid.starts, order, place, out, columns, np.uint64(h_slot))
 
 
 @cache
-def _loops(dim: int, width: int, h_slot: int) -> tuple[Any, Any, Any]:
+def _loops(dim: int) -> tuple[Any, Any, Any]:
     return (
         specialise(_find_cells, parallel=True, DIM=dim),
         specialise(_count_and_place, parallel=False),
-        specialise(_order_and_gather, parallel=True, DIM=dim, WIDTH=width, H=h_slot),
+        specialise(_order_and_gather, parallel=True, DIM=dim),
     )

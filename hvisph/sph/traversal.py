@@ -90,10 +90,55 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
     return m, needed
 
 
+def visit(chunk, rows, columns, order, counts, grid, reach, constants, capacity, out, overflow):
+    """Run the pair law over the particles of a chunk: a template, see `sweep`."""
+    half_reach = 0.5 * reach
+    n_rows, owned = counts
+    zero, one, sixteen = np.uint64(0), np.uint64(1), np.uint64(SIXTEEN)
+    starts, inverse_edge, nx, ny, nz = grid
+    room = capacity + sixteen
+    near, numbers, box = np.empty(room, np.uint32), np.empty(room, np.uint32), np.empty((3, 3))
+    rough, exact = np.empty((DIM + 1, room), np.float32), np.empty((DIM + 1, room))
+    slack = SLACK / (inverse_edge * inverse_edge)
+    first = chunk * np.uint64(CHUNK)
+    last = min(first + np.uint64(CHUNK), n_rows)
+    needed, m, group, wanted, longest = zero, zero, first, False, 0.0
+    for i in range(first, last):
+        x = rows[i, 0]
+        y = rows[i, 1] if DIM > 1 else 0.0
+        z = rows[i, 2] if DIM > 2 else 0.0
+        h = rows[i, H]
+        if i == group:  # the first of a cell, or of those together in it
+            cx = wrapped(x, inverse_edge, nx)
+            cy = wrapped(y, inverse_edge, ny) if DIM > 1 else zero
+            cz = wrapped(z, inverse_edge, nz) if DIM > 2 else zero
+            end = min(np.uint64(starts[cx + nx * (cy + ny * cz) + one]), last)
+            group, longest = enclose(columns, i, end, inverse_edge, box)
+            wanted = True
+        if np.uint64(order[i]) >= owned:
+            continue
+        if wanted:
+            wanted = False
+            m, lacking = gather(columns, (cx, cy, cz), grid, box, longest, half_reach * ROUND_OFF, capacity,
+                                (rough, exact, numbers))  # fmt: skip
+            needed = max(needed, lacking)
+        n = zero
+        for k in range(zero, m, sixteen):
+            n = append_near(rough, exact, numbers, DIM, k, i, (x, y, z, h), box, half_reach, slack, near, n)
+        if not NUMBERED:
+            for k in range(n):
+                near[k] = numbers[np.uint64(near[k])]
+        for k in range(np.uint64(LANES)):
+            near[n + k] = n_rows
+        padded = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
+        law(near, padded, rows, i, constants, out)
+    overflow[chunk] = needed
+
+
 def sweep(rows, columns, order, counts, grid, reach, constants, capacity, out, overflow):
     """Run the pair law over all particles: the template, see the module's text.
 
-    Bound names: DIM, H (slot of the smoothing length), law and the templates above.
+    Bound names: `visit`, of which DIM, H (slot of the smoothing length), law and the templates above.
 
     Parameters
     ----------
@@ -118,55 +163,14 @@ def sweep(rows, columns, order, counts, grid, reach, constants, capacity, out, o
     overflow
         (chunks,) receives the room that a chunk would have needed, 0 where it sufficed.
     """
-    half_reach = 0.5 * reach
-    n_rows, owned = counts
-    for chunk in prange((n_rows + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        # Inside the parallel loop: constants from outside would reach its body as arguments in memory.
-        zero, one, sixteen = np.uint64(0), np.uint64(1), np.uint64(SIXTEEN)
-        starts, inverse_edge, nx, ny, nz = grid
-        room = capacity + sixteen
-        near, numbers, box = np.empty(room, np.uint32), np.empty(room, np.uint32), np.empty((3, 3))
-        rough, exact = np.empty((DIM + 1, room), np.float32), np.empty((DIM + 1, room))
-        slack = SLACK / (inverse_edge * inverse_edge)
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        last = min(first + np.uint64(CHUNK), n_rows)
-        needed, m, group, wanted, longest = zero, zero, first, False, 0.0
-        for i in range(first, last):
-            x = rows[i, 0]
-            y = rows[i, 1] if DIM > 1 else 0.0
-            z = rows[i, 2] if DIM > 2 else 0.0
-            h = rows[i, H]
-            if i == group:  # the first of a cell, or of those together in it
-                cx = wrapped(x, inverse_edge, nx)
-                cy = wrapped(y, inverse_edge, ny) if DIM > 1 else zero
-                cz = wrapped(z, inverse_edge, nz) if DIM > 2 else zero
-                end = min(np.uint64(starts[cx + nx * (cy + ny * cz) + one]), last)
-                group, longest = enclose(columns, i, end, inverse_edge, box)
-                wanted = True
-            if np.uint64(order[i]) >= owned:
-                continue
-            if wanted:
-                wanted = False
-                m, lacking = gather(columns, (cx, cy, cz), grid, box, longest, half_reach * ROUND_OFF, capacity,
-                                    (rough, exact, numbers))  # fmt: skip
-                needed = max(needed, lacking)
-            n = zero
-            for k in range(zero, m, sixteen):
-                n = append_near(rough, exact, numbers, DIM, k, i, (x, y, z, h), box, half_reach, slack, near, n)
-            if not NUMBERED:
-                for k in range(n):
-                    near[k] = numbers[np.uint64(near[k])]
-            for k in range(np.uint64(LANES)):
-                near[n + k] = n_rows
-            padded = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
-            law(near, padded, rows, i, constants, out)
-        overflow[np.uint64(chunk)] = needed
+    for chunk in prange((counts[0] + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        visit(np.uint64(chunk), rows, columns, order, counts, grid, reach, constants, capacity, out, overflow)
 
 
 def loop(dim: int, h_slot: int, law: Any) -> Any:
     """Return the traversal compiled for a bound law and the slot of the smoothing length in its rows."""
     parts = {part.__name__: specialise(part, DIM=dim) for part in (enclose, gather)}
-    return specialise(sweep, parallel=True, DIM=dim, H=h_slot, law=law, **parts)
+    return specialise(sweep, parallel=True, visit=specialise(visit, DIM=dim, H=h_slot, law=law, **parts))
 
 
 def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, order: np.ndarray, counts: tuple[int, int],

@@ -111,10 +111,8 @@ def exact_solution(case: Case, bodies: list[PlacedBody] | None = None) -> ExactS
 
     Parameters
     ----------
-    case
-        The case.
-    bodies
-        Its bodies, where they are already placed.
+    case, bodies
+        As those of `hvisph.simulation.beginning.begin`.
 
     Raises
     ------
