@@ -80,10 +80,8 @@ class BodyContact:
         coefficients = self.law.coefficients(kernel, formulation.h_over_dx, dim)
         passes = self.law.passes(dim, self._revolved)
         self.pairs = Pairs(self.law.row_layout(dim, self._revolved), kernel, passes, coefficients, at, h, planes)
-        layout, constants, look = pressing.looks(dim, kernel)
-        self._meeting, self._folding = (
-            Pairs(layout, kernel, [look[name]], constants, at, h, planes) for name in ("meet", "fold")
-        )
+        layout, constants, look = pressing.around(dim, kernel)
+        self._looking = Pairs(layout, kernel, [look], constants, at, h, planes)
         self._touching = self.law.touching(kernel, formulation.h_over_dx, dim) * (1.0 + 1e-12)
         self._slip, self._slips = rate_slots.slots(dim)["R_SLIP"], formulation.slips
         self.starts, self.omega = np.full(particles.count, self._touching), np.zeros(particles.count)
@@ -102,7 +100,7 @@ class BodyContact:
 
     def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
-        for pairs in (self.pairs, self._meeting, self._folding):
+        for pairs in (self.pairs, self._looking):
             pairs.halo = halo_for(pairs.layout)
 
     @property
@@ -114,7 +112,7 @@ class BodyContact:
         """Take the state of `rows` as the unloaded one."""
         if self.law.stores:
             everyone = np.arange(self.particles.count)
-            phi = self._found(self._meeting, everyone, rows, slots, self._bodies)
+            phi, _ = self._found(everyone, rows, slots, self._bodies)
             self.starts = np.maximum(self._touching, phi * (1.0 + 1e-12))  # round-off must not load what touches
 
     def leave(self, leaves: np.ndarray) -> None:
@@ -174,40 +172,39 @@ class BodyContact:
 
     def _look(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
         try:
-            filled = self._found(self._meeting, chosen, rows, slots, self._bodies)
+            filled, _ = self._found(chosen, rows, slots, self._bodies)
         except RunError:  # the contact's own pass has found the same
             filled = np.zeros(len(chosen))
         inside = chosen[(filled > INSIDE) & self._inner[chosen] & ~loose[chosen]]
         body, bodies = self.particles.body, self._bodies_in_all
         counts = np.stack([np.bincount(body[who], minlength=bodies) for who in (inside, self._inner)])
-        if self._meeting.halo is not None:
-            counts = self._meeting.halo.total(counts)
+        if self._looking.halo is not None:
+            counts = self._looking.halo.total(counts)
         through = counts[0] >= np.maximum(FEWEST, SHARE * counts[1])
         self.passed = inside[through[body[inside]]]
 
     def _look_for_folds(self, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
         tied = np.flatnonzero((rows[: len(loose), slots["KIND"]] == 1.0) & ~loose)
         self.folded[:] = False
-        self.folded[tied] = self._found(self._folding, tied, rows, slots, self._bodies) > 0.0
+        self.folded[tied] = self._found(tied, rows, slots, self._bodies)[1] > 0.0
 
     def _unload(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> None:
         """Have particles that leave their bodies press on the rest from where they stand."""
         before = np.where(self.leaving, self._bodies, self._pieces)
-        phi, more = (self._found(self._meeting, chosen, rows, slots, one) for one in (before, self._pieces))
+        phi, more = (self._found(chosen, rows, slots, one)[0] for one in (before, self._pieces))
         self.starts[chosen] += (more - phi) * (1.0 + 1e-12)
         self.leaving[:] = False
 
-    def _found(self, pairs: Pairs, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int],
-               bodies: np.ndarray) -> np.ndarray:  # fmt: skip
-        """Return what a law of looks finds for the `chosen` particles, of `bodies` (n,)."""
-        dim, to = self.particles.dim, pairs.slots
+    def _found(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], bodies: np.ndarray) -> np.ndarray:
+        """Return phi and whether a far part is near (2, k) of the `chosen` particles, of `bodies` (n,)."""
+        dim, pairs, to = self.particles.dim, self._looking, self._looking.slots
         packed = np.zeros((len(chosen), pairs.layout.used))
         self._place(chosen, rows, slots, packed, to)
         packed[:, to["BODY"]] = bodies[chosen]
         packed[:, to["D"] : to["D"] + dim] = self._displaced(chosen, rows, slots)
         pairs.rows, pairs.numbers = packed, self._numbers[chosen]
         pairs.evaluate(self.h)
-        return pairs.rates[pairs.place[: len(chosen)], dim + 1]
+        return pairs.rates[pairs.place[: len(chosen)], dim : dim + 2].T
 
     def _place(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], packed: np.ndarray,
                to: dict[str, int]) -> None:  # fmt: skip
@@ -274,7 +271,7 @@ class BodyContact:
 
     def fit_grid(self) -> None:
         """Make the grids of cells anew, around the particles that there are now."""
-        for pairs in (self.pairs, self._meeting, self._folding):
+        for pairs in (self.pairs, self._looking):
             pairs.grid = Grid.around(self.particles["position"], pairs.grid.edge)
 
     @property

@@ -35,7 +35,6 @@ are no faces of their own body.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -260,37 +259,21 @@ def accumulate(near, n, rows, i, constants, out):
     out[i, R_SLIP] = 0.5 * scale_own * total(rubbed)
 
 
-def row_of_places(dim: int) -> RowLayout:
-    """Return the layout of who is where, for `meet` and `fold`."""
-    return RowLayout(dim, (("x", "vector"), ("h", "scalar"), ("v", "scalar"), ("body", "scalar"), ("d", "vector")))
+def around(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, Pass]:
+    """Return layout, constants and pass of the law `look`."""
+    layout = RowLayout(dim, (("x", "vector"), ("h", "scalar"), ("v", "scalar"), ("body", "scalar"), ("d", "vector")))
+    return layout, np.array([kernel.reach**2]), Pass(look, layout, {})
 
 
-def meet(near, n, rows, i, constants, out):
-    """Find how other bodies fill the room about particle `i`: phi in place of |mu|."""
-    x, h, body = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, BODY]
-    filled = all_lanes(0.0)
+def look(near, n, rows, i, constants, out):
+    """Find phi of particle `i`, in place of power, and whether far parts of its body are near, 1 in place of |mu|."""
+    x, d, h, body = own_vector(rows, i, 0, DIM), own_vector(rows, i, D, DIM), rows[i, H], rows[i, BODY]
+    filled, folded, reach2 = all_lanes(0.0), all_lanes(0.0), constants[0] * h * h
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx, ih = minus(x, vector(b, 0, DIM)), 2.0 / (h + b[H])
         other = min(abs(body - b[BODY]), 1.0)
         filled += other * b[V] * scale(ih) / ih * shape(np.sqrt(dot(dx, dx)) * ih)
-    write_rates(out, i, no_vector(DIM), 0.0, total(filled), no_gradient(DIM))
-
-
-def fold(near, n, rows, i, constants, out):
-    """Find whether a part of the own body that was far from particle `i` is near it: 1 in place of |mu|."""
-    x, d, h, body = own_vector(rows, i, 0, DIM), own_vector(rows, i, D, DIM), rows[i, H], rows[i, BODY]
-    found, reach2 = all_lanes(0.0), constants[0] * h * h
-    for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
-        dx, same = minus(x, vector(b, 0, DIM)), 1.0 - min(abs(body - b[BODY]), 1.0)
         there = min(b[V] * 1e300, 1.0)  # no padding
-        found = larger_lanes(found, there * same * beyond(dx, d, vector(b, D, DIM), reach2))
-    write_rates(out, i, no_vector(DIM), 0.0, largest(found), no_gradient(DIM))
-
-
-def looks(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, dict[str, Pass]]:
-    """Return layout, constants and passes of the laws that look who is near whom."""
-    layout = row_of_places(dim)
-    passes: dict[str, Any] = {law.__name__: Pass(law, layout, {}) for law in (meet, fold)}
-    return layout, np.array([kernel.reach**2]), passes
+        folded = larger_lanes(folded, there * (1.0 - other) * beyond(dx, d, vector(b, D, DIM), reach2))
+    write_rates(out, i, no_vector(DIM), total(filled), largest(folded), no_gradient(DIM))
