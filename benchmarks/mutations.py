@@ -40,6 +40,8 @@ MUTATIONS = [
     Mutation("brittle: no flaws but those dealt out", "materials/damage/grady_kipp.py",
              "max(min((strain / least) ** exponent, number), row[FLAWS] * strain ** row[EXPONENT])",
              "min((strain / least) ** exponent, number)", "test_materials_models.py -k brittle"),
+    Mutation("damage that is coupled takes nothing", "materials/damage/johnson_cook.py",
+             "1.0 - row[SOFTENING] * harm", "1.0", f"{RESPONSE} -k coupled"),
     Mutation("a layer's own openings count as ways through", "measures/perforation.py",
              "if not plate.open or scene.start is None:", "if True:", "test_measure_openings.py -k from_the_start"),
     Mutation("residual before the projectile is through", "measures/behind.py",

@@ -20,7 +20,7 @@ from hvisph.materials.damage import (
 )
 from hvisph.materials.eos import MieGrueneisen, StiffenedGas
 from hvisph.materials.response import respond, rotated
-from hvisph.materials.state import equilibrium_state, longitudinal_speed, shear_speed
+from hvisph.materials.state import equilibrium_state, flow_stress, longitudinal_speed, shear_speed
 from hvisph.materials.strength import (
     CowperSymonds,
     ElasticStrength,
@@ -56,7 +56,7 @@ LATER_DAMAGES = [
     CockcroftLatham(1e8),
     JohnsonHolmquistDamage(0.053, 0.85),
 ]
-DAMAGES = [NoDamage(), PressureCutoff(-8e8), JohnsonCookDamage(0.45, d4=0.0138, pressure_minimum=-8e8)]
+DAMAGES = [NoDamage(), PressureCutoff(-8e8), JohnsonCookDamage(0.45, d4=0.0138, pressure_minimum=-8e8, softening=0.3)]
 M = np.uint64(0)
 
 
@@ -230,6 +230,26 @@ def test_damage_adds_up_to_failure_and_leaves_compression():
     assert (later[0] == 0).all()
     assert later[1] == strain
     assert later[3] > 0
+
+
+@pytest.mark.parametrize(("friction", "left"), [(0.0, 0.0), (slots.KEEPS_STRESS, 0.7)])
+def test_coupled_damage_takes_its_share_of_the_yield_stress(friction, left):
+    made = replace(material(VonMises(G, Y), JohnsonCookDamage(0.45, softening=0.3)), failed_friction=friction)
+    gradient = np.zeros((3, 3))
+    gradient[0, 1] = 1e5  # simple shear, 0.0006 of plastic strain a step
+    s, strain, harm = np.zeros(6), 0.0, 0.0
+    while harm < 1.0:
+        before = harm
+        s, strain, harm, *_ = step(made, gradient, 1e-8, s, RHO0, 0.0, strain, harm)
+        if 0.0 < harm < 1.0:
+            assert np.sqrt(1.5 * (full(s) ** 2).sum()) == pytest.approx(Y * (1.0 - 0.3 * before), rel=1e-12)
+            table, models = pack([made])
+            shear = flow_stress(table, models, M, RHO0, 0.0, 0.0, strain, before, 1e5)[0]
+            assert shear == pytest.approx(Y * (1.0 - 0.3 * before), rel=1e-12)
+    assert strain == pytest.approx(0.45, abs=0.0012)
+    for _ in range(3):
+        s, strain, harm, *_ = step(made, gradient, 1e-8, s, RHO0, 0.0, strain, harm)
+    assert np.sqrt(1.5 * (full(s) ** 2).sum()) == pytest.approx(left * Y)
 
 
 @pytest.mark.parametrize(("p", "expected"), [(-1.0, 0.1 + 0.5 * np.exp(-2.0)), (1.0, 0.1 + 0.5 * np.exp(2.0))])

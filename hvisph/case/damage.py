@@ -74,6 +74,11 @@ class JohnsonCookDamage(_Spalling):
     d4: Number = Field(default=0.0, description="Rate coefficient D4 [-]")
     d5: Number = Field(default=0.0, description="Temperature coefficient D5 [-]; needs `johnson_cook` strength")
     reference_rate: PositiveRate = Field(default=1.0, description="Reference plastic strain rate [1/s]")
+    softening: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
+        default=0.0,
+        description="D_c of Borvik 2001, share of the yield stress that is gone when the material fails: it bears "
+        "1 - D_c D of it [-], at least 0 and below 1",
+    )
     pressure_cutoff: NegativePressure | None = Field(
         default=None,
         description="Lowest pressure that the intact material bears [Pa]; negative; `spall_strength` fails there",

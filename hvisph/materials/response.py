@@ -211,6 +211,8 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     if FURTHER_DAMAGE and damage_tag == _GRADY_KIPP and felt < 1.0 and not owns:
         s = times(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
     shear *= filled
+    if damage_tag == _JOHNSON_COOK_DAMAGE:
+        filled *= damage_model.borne_share(damage, row)
     half = times(shear * dt, d)
     s = plus(rotated(plus(s, half), times(0.25 * dt, curl(l))), half)
     if shear == 0.0:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from math import inf, nan, sqrt
 
 from ..core.jit import called, compiled
-from .damage import GradyKipp, JohnsonHolmquistDamage
+from .damage import GradyKipp, JohnsonCookDamage, JohnsonHolmquistDamage
+from .damage.johnson_cook import borne_share
 from .damage.pressure_cutoff import limited_pressure
 from .eos import JonesWilkinsLee, pressure_and_sound_speed
 from .eos.jwl import BURN_RATE
@@ -42,6 +43,7 @@ _NO_STRENGTH, _ELASTIC = NoStrength.tag, ElasticStrength.tag
 _ROCK, _JOHNSON_HOLMQUIST = Rock.tag, JohnsonHolmquist.tag
 _STEINBERG_GUINAN, _STEINBERG_LUND = SteinbergGuinan.tag, SteinbergLund.tag
 _GRADY_KIPP, _CRUSHING = GradyKipp.tag, JohnsonHolmquistDamage.tag
+_JOHNSON_COOK_DAMAGE = JohnsonCookDamage.tag
 _JWL = JonesWilkinsLee.tag
 # To find a density: halvings of a bracket, and how often it may be widened to hold one.
 _HALVINGS, _WIDENINGS = 40, 20
@@ -178,7 +180,10 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
     homologous = homologous_temperature(e, t, melt, row)
     factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, felt, row)
-    flow = min(yield_stress(strength, plastic_strain, factor, offset, row), friction)
+    flow = yield_stress(strength, plastic_strain, factor, offset, row)
+    if models[m, DAMAGE_TAG] == _JOHNSON_COOK_DAMAGE:
+        flow *= borne_share(damage, row)
+    flow = min(flow, friction)
     cracked = FURTHER_DAMAGE and models[m, DAMAGE_TAG] == _GRADY_KIPP and not owns
     return (flow * (1.0 - felt) if cracked and not broken else flow), shear * share
 

@@ -198,7 +198,6 @@ def _damage(damage: DamageModel) -> Model:
             return JohnsonHolmquistDamage(damage.d1, damage.d2, damage.beta)
         case "johnson_cook":
             cutoff = -inf if damage.pressure_cutoff is None else damage.pressure_cutoff
-            return JohnsonCookDamage(
-                damage.d1, damage.d2, damage.d3, damage.d4, damage.d5, damage.reference_rate, cutoff
-            )
+            strain = (damage.d1, damage.d2, damage.d3, damage.d4, damage.d5, damage.reference_rate)
+            return JohnsonCookDamage(*strain, cutoff, damage.softening)
     raise ValueError(damage.type)

@@ -6,8 +6,10 @@
 
 Johnson & Cook 1985. sigma* is held at 1.5, up to which the formula was fitted, and eps_f at
 `FRACTURE_STRAIN_FLOOR`, since fits with a negative D1 leave the positive range. Below D = 1
-damage leaves the stress alone; at D = 1 the particle has failed: it carries no deviator and
-no tension, but still compression. A cut-off of the pressure can go with it.
+damage leaves the stress alone, or takes the share D_c D of the yield stress (the coupled model
+of Borvik, Hopperstad, Berstad & Langseth 2001, who call D_c D the damage); at D = 1 the particle
+has failed: it carries no deviator and no tension, but still compression. A cut-off of the pressure
+can go with it.
 """
 
 from __future__ import annotations
@@ -18,6 +20,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ...core.errors import CaseError
 from ...core.jit import compiled
 from .. import slots
 from ..slots import PRESSURE_MINIMUM
@@ -29,6 +32,7 @@ D3 = slots.DAMAGE[2]
 D4 = slots.DAMAGE[3]
 D5 = slots.DAMAGE[4]
 INVERSE_REFERENCE_RATE = slots.DAMAGE[5]
+SOFTENING = slots.DAMAGE[6]
 
 FRACTURE_STRAIN_FLOOR = 1e-4
 TRIAXIALITY_LIMIT = 1.5
@@ -47,6 +51,7 @@ class JohnsonCookDamage:
     d5: float = 0.0  # temperature [-]; needs Johnson-Cook strength, which knows the temperature
     reference_rate: float = 1.0  # rate0 [1/s]
     pressure_minimum: float = -inf  # p_min [Pa]
+    softening: float = 0.0  # D_c, share of the yield stress that is gone when it fails [-]
 
     name: ClassVar[str] = "johnson_cook"
     tag: ClassVar[int] = 2
@@ -54,6 +59,8 @@ class JohnsonCookDamage:
     def __post_init__(self) -> None:
         slots.require_positive(self, "reference_rate")
         require_tension(self.pressure_minimum, self.name)
+        if not 0.0 <= self.softening < 1.0:
+            raise CaseError(f"softening is {self.softening!r}, but must be at least 0 and below 1", where=self.name)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
@@ -64,6 +71,13 @@ class JohnsonCookDamage:
         row[D4] = self.d4
         row[D5] = self.d5
         row[INVERSE_REFERENCE_RATE] = 1.0 / self.reference_rate
+        row[SOFTENING] = self.softening
+
+
+@compiled
+def borne_share(harm, row):
+    """Share of the yield stress that the material still has below failure at its damage D."""
+    return 1.0 - row[SOFTENING] * harm
 
 
 @compiled

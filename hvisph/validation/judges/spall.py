@@ -1,4 +1,8 @@
-"""A ladder of plates: the thickness, in depths of the crater in a thick one, at which they spall and are perforated."""
+"""A ladder of plates: the thickness, in depths of the crater in a thick one, at which they spall and are perforated.
+
+The crater reaches to the sound metal. What has failed lines it or has come off by a hair's breadth, as it happens:
+with the lining the same crater is 5.1 mm deep at seven particles across and 7.5 mm at ten, without it 7.5 mm at both.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.measures.groups import connected_groups
 from hvisph.validation.value import Judge, Key, Shot, Value, measure_of
 from hvisph.verification.ran import vectors
 
 THICK = "thick"
 REAR = 0.5  # of the thickness: failure behind it is spall
 FEWEST = 0.002  # of the plate's mass: less is a few particles
+AXIS = 2.0  # spacings from the axis within which the bottom of a crater is sought
 
 
 def _states(shot: Shot) -> tuple[float, bool, bool, bool]:
@@ -36,11 +42,23 @@ def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
     plates = sorted(_states(shot) for shot in shots if shot.name != THICK)
     if thick is None or not plates:
         return {}
-    depth = measure_of(thick.ran.summary["layers"][0]["measures"], "crater_depth")
+    depth = _depth(thick)
     values: dict[Key, Value] = {("crater_depth", None): depth}
     for number, name in enumerate(("onset", "detached_at", "perforated_at"), 1):
         values[name, None] = _threshold(plates, number, depth.value)
     return {"ladder": values}
+
+
+def _depth(shot: Shot) -> Value:
+    """Return the depth of the sound metal below the struck face, on the axis."""
+    start, end, dx = shot.ran.first, shot.ran.last, shot.ran.dx
+    face = vectors(start, "position")[start.body == 1, 0].min() - 0.5 * dx
+    places = vectors(end, "position")[(end.body == 1) & (end.fields["damage"] < 1.0)]
+    block = places[connected_groups(places, dx) == 0]
+    bottom = block[block[:, 1] < AXIS * dx, 0]
+    if not bottom.size:
+        return Value(None, None, "no sound metal is left on the axis")
+    return Value(float(bottom.min() - 0.5 * dx - face), dx)
 
 
 def _threshold(plates: Sequence[tuple[Any, ...]], number: int, depth: float | None) -> Value:
