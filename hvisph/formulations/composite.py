@@ -191,7 +191,7 @@ class CompositeStepper(CompositeState):
             if self._can_fail:
                 self.rows_[: self.particles.count, self.slots["DAMAGE"]] = self.particles["damage"]
             self._loops.deform(
-                self.rows_, self._active,
+                self.rows_, self._active, self._eulerian,
                 (self.particles.data, self.particles.tags, ref.volume, self.loads, self.swellings, self.before),
                 ref.lists, ref.corrections, (self.table, self.models, self._moduli), self._stage,
                 1.2 * formulation.alpha, (self.jacobians, self.strains, self.latest, self.pressures, self.signals),

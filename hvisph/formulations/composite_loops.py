@@ -51,6 +51,8 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
     options = {
         "DIM": dim, "MIXED": int(formulation.correction == "mixed"), "PRINTED": int(formulation.printed_viscosity),
         "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": read, "PLACES": 3 * dim,
+        "ROW": formulation.row(dim)[0].used, "RATE": dim**2, "SHAPED": 2 * dim**2, "RATE_SHAPED": dim * (2 * dim + 1),
+        "SUMS": 2 * dim * (dim + 1),
         "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
         "RENEWS": int(formulation.renew_strain is not None), "REVOLVED": int(formulation.revolved),
         "remembered_state": fitted(state.remembered_state, *materials), "longitudinal_speed": state.longitudinal_speed,
@@ -66,10 +68,13 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
 
 def loops(formulation: Any, offered: dict[str, Any]) -> Loops:
     """Return the loops over reference neighbours, compiled with what is `offered`."""
-    parts = {part.__name__: bind(part, {}, offered) for part in deformation.PARTS}
+    collect, mapped, show = (
+        {part.__name__: bind(part, {}, offered)} for part in (deformation.collect, deformation.mapped, deformation.show)
+    )
+    deformed = bind(deformation.deformed, mapped | show, offered)
     return Loops(
-        bind(deformation.deform, parts, offered, parallel=True),
-        bind(deformation.map_particles, {"gradients": parts["gradients"]}, offered, parallel=True),
+        bind(deformation.deform, collect | {"deformed": deformed}, offered, parallel=True),
+        bind(deformation.map_particles, collect | mapped, offered, parallel=True),
         tuple(
             bind(reference.accumulate, {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.revolved)}, offered,
                  parallel=True) for coupled in (0, 1)

@@ -17,7 +17,9 @@ from math import pi
 import numpy as np
 
 from hvisph.core.exact import add_lanes, add_lanes_of, sum_lanes
-from hvisph.core.jit import compiled, prange
+from hvisph.core.fetching import fetch_row
+from hvisph.core.grouping import NONE, listed
+from hvisph.core.jit import prange
 from hvisph.core.lanes import LANES, all_strict
 from hvisph.core.many import many
 from hvisph.core.masks import first_lanes, lane
@@ -29,30 +31,8 @@ from .parts import MORRIS_MONAGHAN, ring_radius
 from .sums import COUNTED, HEATING, INTERNAL, KINETIC, LENGTH, MOMENTUM, PLASTIC, SIZE, SLIPPING, SPEED2, SUPPORT
 
 CHUNK = 256
-# More than any key of `listed`.
-NONE = 2**62
 # Rings in shear flow have all of the viscosity at the axis, none beyond the reduced share from h over this on.
 AT_AXIS = 0.5
-
-
-@compiled
-def listed(tags, first, end, key, found):
-    """List the particles from `first` to `end` whose material and flag of being held make up `key`.
-
-    Returns how many, and the least key above, or NONE. Behind them the list repeats its last for LANES.
-    """
-    n, above = np.uint64(0), np.uint64(NONE)
-    for s in range(first, end):
-        own = np.uint64(2) * np.uint64(tags[s, 2]) + np.uint64(tags[s, 3] & np.uint32(1))
-        if own == key:
-            found[n] = s
-            n += np.uint64(1)
-        elif own > key:
-            above = min(above, own)
-    for k in range(np.uint64(LANES)):
-        if n > np.uint64(0):
-            found[n + k] = found[n - np.uint64(1)]
-    return n, above
 
 
 def carried(particles, here, alike, materials, coefficients, times_ahead, h_limits, rows, limits, counted, most,
@@ -206,17 +186,24 @@ def update(state, tags, place, rates, materials, coefficients, times_ahead, h_li
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         end = min(first + np.uint64(CHUNK), count)
-        near = np.empty(CHUNK + LANES, np.uint32)
+        keys, near = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
         placed = np.empty(CHUNK + LANES, np.uint32)
         counted = np.zeros((2, COUNTED, LANES), np.int64)
         most = (all_strict(0.0), all_strict(0.0), all_strict(0.0))
+        for s in range(first, end):  # material, and whether it is held
+            keys[s - first] = np.uint64(2) * np.uint64(tags[s, 2]) + np.uint64(tags[s, 3] & np.uint32(1))
         key = np.uint64(0)
         while key != np.uint64(NONE):
-            n, above = listed(tags, first, end, key, near)
+            n, above = listed(keys, end - first, first, key, near)
             for k in range(n + np.uint64(LANES)):
                 if n > np.uint64(0):
                     placed[k] = place[np.uint64(near[k])]
             for k in range(np.uint64(0), n, np.uint64(LANES)):
+                for later in range(k + np.uint64(LANES), min(k + np.uint64(2 * LANES), n)):
+                    s = np.uint64(near[later])
+                    fetch_row(state, s, 0, state.shape[1])
+                    fetch_row(rows, s, 0, rows.shape[1])
+                    fetch_row(rates, np.uint64(placed[later]), 0, rates.shape[1])
                 most = carried(
                     (many(state, near, k), many(tags, near, k), many(rates, placed, k)),
                     first_lanes(n - k), (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)),

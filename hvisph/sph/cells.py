@@ -38,12 +38,15 @@ class Grid:
         self.sizes = np.uint64(nx), np.uint64(ny), np.uint64(nz)
 
     @classmethod
-    def around(cls, positions: np.ndarray, edge: float) -> Grid:
-        """Return a grid for particles at `positions` (n, dim) [m], with room for them to spread."""
+    def around(cls, positions: np.ndarray, edge: float, each: int = 1) -> Grid:
+        """Return a grid for particles at `positions` (n, dim) [m], with room for them to spread.
+
+        It has no more than `each` cells a particle.
+        """
         n, dim = positions.shape
         wanted = np.ptp(positions, axis=0) / edge * 1.5 + 4
         shape = [int(2 ** np.ceil(np.log2(w))) for w in wanted] + [1] * (3 - dim)
-        while shape[0] * shape[1] * shape[2] > max(n, 4**dim) and max(shape) > 4:
+        while shape[0] * shape[1] * shape[2] > max(each * n, 4**dim) and max(shape) > 4:
             shape[int(np.argmax(shape))] //= 2
         return cls((shape[0], shape[1], shape[2]), edge)
 

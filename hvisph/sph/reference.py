@@ -5,6 +5,9 @@ alone, padded to whole vectors with the far row. For each stands
 
     slope = V0_b (dW/dR) / R        shape = V0_b W
 
+by a code, the row of a table that holds each pair of them once: in a lattice there are few, and a list of numbers and
+codes is read from memory twice a step. Distances count in parts of 1e-12 h, so that round-off makes no new ones.
+
 so that a gradient is V0_b g_ab = A_a slope (X_a - X_b) + B_a shape, with A and B of particle a:
 
     none      A = I,    B = 0
@@ -13,7 +16,7 @@ so that a gradient is V0_b g_ab = A_a slope (X_a - X_b) + B_a shape, with A and 
               K as above of grad W / S - W grad S / S^2
 
 (Young 2021 eqs. 3-5). A particle whose K has no sound inverse keeps the plain gradient.
-F_a = F0_a + sum_b (x_b - x_a) (x) V0_b g_ab, where F0 makes F the identity at the start.
+F0_a = 1 - sum_b (X_b - X_a) (x) V0_b g_ab is what the gradients leave of a map that is the identity.
 """
 
 from __future__ import annotations
@@ -44,6 +47,11 @@ CORRECTIONS = ("none", "gradient", "mixed")
 CHUNK = 256
 # Pairs at the very rim of the support are left out: there round-off would decide, with a kernel of zero.
 RIM = 1.0 - 1e-9
+# Distances over h count in such parts: in a lattice of a thousand spacings round-off moves them by less.
+FINEST = 2.0**-40
+# Kernels are tabled where there are no more volumes and codes than these, which the nearest cache holds; otherwise
+# every entry has a row of its own. They are looked for in portions of the lists.
+MOST_VOLUMES, MOST_CODES, PORTION = 64, 2048, 65536
 
 
 def _collect(near, n, rows, i, constants, out):
@@ -53,27 +61,35 @@ def _collect(near, n, rows, i, constants, out):
         out[i, k + np.uint64(1)] = near[k]
 
 
-def _fill(position, volume, lists, ih):
-    """Compute slope and shape of every entry; entries of the far row stay zero."""
-    starts, near, slopes, shapes = lists
+def _measure(position, lists, ih, distances):
+    """Find the distance of every entry, over h and in parts of `FINEST`; 0 for entries of the far row."""
+    starts, near = lists
     far = np.uint32(position.shape[0])
     count = np.uint64(starts.shape[0] - 1)
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         for i in range(first, min(first + np.uint64(CHUNK), count)):
             for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
-                if near[k] == far:
-                    continue
-                b = np.uint64(near[k])
-                d = minus(own_vector(position, i, 0, DIM), own_vector(position, b, 0, DIM))
-                r = np.sqrt(dot(d, d))
-                slopes[k] = volume[b] * scale(ih) * slope(r * ih) / r
-                shapes[k] = volume[b] * scale(ih) * shape(r * ih) / ih
+                if near[k] != far:
+                    d = minus(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(near[k]), 0, DIM))
+                    distances[k] = np.int64(np.sqrt(dot(d, d)) * ih / FINEST + 0.5)
+
+
+def _fill(distances, volume, ih, kernels):
+    """Compute slope and shape at `distances`, over h, of neighbours of these volumes; at no distance they are zero."""
+    count = np.uint64(distances.shape[0])
+    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        first = np.uint64(chunk) * np.uint64(CHUNK)
+        for k in range(first, min(first + np.uint64(CHUNK), count)):
+            r = distances[k]
+            if r > 0.0:
+                kernels[k, 0] = volume[k] * scale(ih) * slope(r) * ih / r
+                kernels[k, 1] = volume[k] * scale(ih) * shape(r) / ih
 
 
 def _correct(chosen, position, volume, lists, ih, corrections, sums):
     """Compute A, B, F0 and the sums of the particles `chosen`."""
-    starts, near, slopes, shapes = lists
+    starts, near, codes, kernels = lists
     all_a, all_b, all_f0 = corrections
     first_sums, zeroth_sums = sums
     far = np.uint32(position.shape[0])
@@ -88,8 +104,8 @@ def _correct(chosen, position, volume, lists, ih, corrections, sums):
             for k in range(begin, end):
                 if near[k] != far:
                     d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-                    of_shape += shapes[k]
-                    of_gradient = plus(of_gradient, times(slopes[k], d))
+                    of_shape += kernels[codes[k], 1]
+                    of_gradient = plus(of_gradient, times(kernels[codes[k], 0], d))
             zeroth_sums[i] = of_shape
             put(first_sums, i, 0, of_gradient)
             inverse_s, shift = 1.0, no_vector(DIM)
@@ -100,7 +116,7 @@ def _correct(chosen, position, volume, lists, ih, corrections, sums):
             for k in range(begin, end):
                 if near[k] != far:
                     d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-                    g = plus(times(slopes[k] * inverse_s, d), times(shapes[k], shift))
+                    g = plus(times(kernels[codes[k], 0] * inverse_s, d), times(kernels[codes[k], 1], shift))
                     moment = minus(moment, outer(g, d))
             a, sound = sound_inverse(moment)
             if CORRECTED and sound:
@@ -111,7 +127,9 @@ def _correct(chosen, position, volume, lists, ih, corrections, sums):
             for k in range(begin, end):
                 if near[k] != far:
                     d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-                    f0 = plus(f0, outer(d, plus(times(shapes[k], b), times(slopes[k], on_rows(a, d)))))
+                    f0 = plus(
+                        f0, outer(d, plus(times(kernels[codes[k], 1], b), times(kernels[codes[k], 0], on_rows(a, d))))
+                    )
             put(all_a, i, 0, a)
             put(all_b, i, 0, b)
             put(all_f0, i, 0, f0)
@@ -149,8 +167,10 @@ class Reference:
 
     Attributes
     ----------
-    starts, near, slopes, shapes
-        The lists: entries of row i stand from starts[i] to starts[i + 1]; the far row has number n.
+    starts, near, codes
+        The lists: entries of row i stand from starts[i] to starts[i + 1]; the far row has number n and code 0.
+    kernels
+        Slope and shape of each code (codes, 2).
     matrix, vector, start_gradient
         A (count, dim, dim), B (count, dim) and F0 (count, dim, dim).
     first_sums, zeroth_sums
@@ -170,19 +190,21 @@ class Reference:
         self.near = np.full(int(self.starts[-1]), len(position), np.uint32)
         for first, one in zip(self.starts[:-1].astype(np.int64), lists, strict=True):
             self.near[first : first + len(one)] = one
-        self.slopes, self.shapes = np.zeros(len(self.near)), np.zeros(len(self.near))
         self.matrix, self.vector = np.zeros((count, dim, dim)), np.zeros((count, dim))
         self.start_gradient = np.zeros((count, dim, dim))
         self.first_sums, self.zeroth_sums = np.zeros((count, dim)), np.zeros(count)
-        # What compiled loops take, in rows.
-        self.lists = self.starts, self.near, self.slopes, self.shapes
         self.corrections = self.matrix.reshape(count, -1), self.vector, self.start_gradient.reshape(count, -1)
         self.sums = self.first_sums, self.zeroth_sums
         offered = {
             "DIM": dim, "shape": kernel.shape, "slope": kernel.slope, "MIXED": int(correction == "mixed"),
             "CORRECTED": int(correction != "none"), "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }  # fmt: skip
-        bind(_fill, {}, offered, parallel=True)(self.position, self.volume, self.lists, 1.0 / h)
+        distances = np.zeros(len(self.near), np.int64)
+        bind(_measure, {}, offered, parallel=True)(self.position, (self.starts, self.near), 1.0 / h, distances)
+        self.codes, distances, volumes = _kinds(distances, np.append(self.volume, 0.0), self.near)
+        self.kernels = np.zeros((len(distances), 2))
+        bind(_fill, {}, offered, parallel=True)(distances * FINEST, volumes, 1.0 / h, self.kernels)
+        self.lists = self.starts, self.near, self.codes, self.kernels  # what compiled loops take, in rows
         self._correct = bind(_correct, {}, offered, parallel=True)
         self._update_corrections(np.arange(count))
 
@@ -204,9 +226,35 @@ class Reference:
             row = slice(int(self.starts[i]), int(self.starts[i + 1]))
             drop = gone[self.near[row]] | gone[i]
             self.near[row][drop] = len(self.position)
-            self.slopes[row][drop] = 0.0
-            self.shapes[row][drop] = 0.0
+            self.codes[row][drop] = 0
         self._update_corrections(affected)
+
+
+def _kinds(distances: np.ndarray, volume: np.ndarray,
+           near: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
+    """Return the code of each entry (uint32), and by codes distances and volumes; code 0 is that of no neighbour.
+
+    Parameters
+    ----------
+    distances, near
+        Distance of every entry, a whole number, 0 of the far row; and its neighbour.
+    volume
+        Reference volumes, that of the far row last.
+    """
+    several, which = np.unique(volume, return_inverse=True)
+    if len(several) <= MOST_VOLUMES:
+        keys = distances * len(several) + which[near]
+        keys[distances == 0] = 0
+        found = np.zeros(1, np.int64)
+        for first in range(0, len(keys), PORTION):
+            found = np.union1d(found, keys[first : first + PORTION])
+            if len(found) > MOST_CODES:
+                break
+        else:
+            return np.searchsorted(found, keys).astype(np.uint32), found // len(several), several[found % len(several)]
+    codes = np.arange(1, len(near) + 1, dtype=np.uint32)
+    codes[distances == 0] = 0
+    return codes, np.append(0, distances), np.append(0.0, volume[near])
 
 
 def _lists(position: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int, reach: float) -> list[np.ndarray]:

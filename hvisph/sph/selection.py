@@ -10,32 +10,58 @@ from itertools import product
 
 import numpy as np
 
+from hvisph.core.fetching import fetch
 from hvisph.core.jit import prange, specialise
 from hvisph.sph.cells import Grid, wrapped
 
 CHUNK = 1024
+# Rows are asked for so many particles before they are needed.
+AHEAD = 8
 NO_BODY = 0xFFFFFFFF
+# Most cells a particle: a thin plate fills few of those of its box, and where cells wrap round more is to be done.
+CELLS = 4
 # Cells of space that have a number of their own along each axis: beyond so many, numbers repeat.
 APART = 1 << 21
 
 
-def _mark(rows, eulerian, bodies, inverse_edge, nx, ny, nz, cells, lowest, highest, spatial, extent):
-    extent[0], extent[1] = np.inf, -np.inf
+def _locate(rows, inverse_edge, nx, ny, nz, cells, extents):
+    """Find the cell of each row, and the least and the largest coordinates of each chunk of rows."""
+    count = np.uint64(cells.shape[0])
+    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        first, extent = np.uint64(chunk) * np.uint64(CHUNK), extents[np.uint64(chunk)]
+        extent[0], extent[1] = np.inf, -np.inf
+        for i in range(first, min(first + np.uint64(CHUNK), count)):
+            fetch(rows, min(i + np.uint64(AHEAD), count - np.uint64(1)), np.uint64(0))
+            cell = wrapped(rows[i, 0], inverse_edge, nx)
+            if DIM > 1:
+                cell += nx * wrapped(rows[i, 1], inverse_edge, ny)
+            if DIM > 2:
+                cell += nx * ny * wrapped(rows[i, 2], inverse_edge, nz)
+            cells[i] = cell
+            for axis in range(np.uint64(DIM)):
+                extent[0, axis] = min(extent[0, axis], rows[i, axis])
+                extent[1, axis] = max(extent[1, axis], rows[i, axis])
+
+
+def _mark(cells, eulerian, bodies, lowest, highest, spatial):
+    """Mark the cells with the lowest and highest body, and whether an Eulerian particle, that they hold."""
     lowest[:] = np.uint32(NO_BODY)
     highest[:] = np.uint32(0)
     spatial[:] = np.uint8(0)
     for i in range(np.uint64(cells.shape[0])):
-        cell = wrapped(rows[i, 0], inverse_edge, nx)
-        if DIM > 1:
-            cell += nx * wrapped(rows[i, 1], inverse_edge, ny)
-        if DIM > 2:
-            cell += nx * ny * wrapped(rows[i, 2], inverse_edge, nz)
-        cells[i] = cell
+        cell = np.uint64(cells[i])
         lowest[cell] = min(lowest[cell], bodies[i])
         highest[cell] = max(highest[cell], bodies[i])
         spatial[cell] |= eulerian[i]
-        for axis in range(np.uint64(DIM)):
-            extent[0, axis], extent[1, axis] = min(extent[0, axis], rows[i, axis]), max(extent[1, axis], rows[i, axis])
+
+
+def _tell(cells, meets, near, of_meets, of_near):
+    """Tell each particle what is marked in its cell."""
+    count = np.uint64(cells.shape[0])
+    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        first = np.uint64(chunk) * np.uint64(CHUNK)
+        for i in range(first, min(first + np.uint64(CHUNK), count)):
+            of_meets[i], of_near[i] = meets[np.uint64(cells[i])], near[np.uint64(cells[i])] != 0
 
 
 def _beside(cx, cy, cz, shift, nx, ny, nz):
@@ -95,19 +121,20 @@ class Selection:
     def __init__(self, position: np.ndarray, reach: float, with_neighbours: bool = False):
         count, dim = position.shape
         self._dim, self._cells = dim, np.zeros(count, np.uint32)
-        self.grid = Grid.around(position, reach)
+        self.grid = Grid.around(position, reach, CELLS)
         self.fit(position)
         self._with_neighbours = with_neighbours
-        self._extent = np.zeros((2, dim))
         self._nowhere = np.zeros(count, np.uint8)
-        self._mark = specialise(_mark, parallel=False, DIM=dim)
+        self._locate = specialise(_locate, parallel=True, DIM=dim)
+        self._mark = specialise(_mark, parallel=False)
+        self._tell = specialise(_tell, parallel=True)
         beside = specialise(_beside, DIM=dim)
         self._spread = specialise(_spread, parallel=True, DIM=dim, beside=beside)
         self._widen = specialise(_widen, parallel=True, DIM=dim, beside=beside)
 
     def fit(self, position: np.ndarray) -> None:
         """Make the grid anew around particles at `position` (n, dim) [m]."""
-        self.grid = Grid.around(position, self.grid.edge)
+        self.grid = Grid.around(position, self.grid.edge, CELLS)
         size = self.grid.shape[0] * self.grid.shape[1] * self.grid.shape[2]
         self._lowest, self._highest = np.zeros(size, np.uint32), np.zeros(size, np.uint32)
         self._spatial = np.zeros(size, np.uint8)
@@ -128,19 +155,18 @@ class Selection:
         bodies
             Body of each particle (n,) uint32.
         """
-        count, edge = len(bodies), self.grid.edge
-        sizes = self.grid.sizes
+        count, edge, sizes = len(bodies), self.grid.edge, self.grid.sizes
         if len(self._cells) < count:
             self._cells = np.zeros(count + count // 4, np.uint32)
         cells = self._cells[:count]
-        self._mark(rows, eulerian, bodies, 1.0 / edge, *sizes, cells, self._lowest, self._highest,
-                   self._spatial, self._extent)  # fmt: skip
+        self._find(rows, eulerian, bodies, cells)
         self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
         near = self._spatial_near
         if self._with_neighbours:
             self._widen(*sizes, near, self._wider)
             near = self._wider
-        meets, spatial = self._meets[cells], near[cells] != 0
+        meets, spatial = np.empty((2, count), bool)
+        self._tell(cells, self._meets, near, meets, spatial)
         if self._wraps():
             some = np.flatnonzero(meets | spatial)
             meets[some], spatial[some] = _unwrapped(
@@ -148,9 +174,16 @@ class Selection:
             )
         return meets, spatial
 
+    def _find(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, cells: np.ndarray) -> None:
+        """Find the cells of the rows, and mark what they hold."""
+        self._extents = np.empty((-(-len(cells) // CHUNK), 2, self._dim))
+        self._locate(rows, 1.0 / self.grid.edge, *self.grid.sizes, cells, self._extents)
+        self._mark(cells, eulerian, bodies, self._lowest, self._highest, self._spatial)
+
     def _wraps(self) -> bool:
         """Whether particles have spread so far that cells of the grid stand for several places."""
-        low, high = np.floor(self._extent * (1.0 / self.grid.edge))
+        least, most = self._extents[:, 0].min(axis=0), self._extents[:, 1].max(axis=0)
+        low, high = np.floor(np.array([least, most]) * (1.0 / self.grid.edge))
         # two cells more: beside those at the rim lie empty ones
         return not (high - low + 3.0 <= self.grid.shape[: self._dim]).all()
 
@@ -165,8 +198,7 @@ class Selection:
             self._nowhere = np.zeros(count + count // 4, np.uint8)
             self._cells = np.zeros(count + count // 4, np.uint32)
         cells = self._cells[:count]
-        self._mark(rows, self._nowhere, bodies, 1.0 / reach, *sizes, cells, self._lowest, self._highest,
-                   self._spatial, self._extent)  # fmt: skip
+        self._find(rows, self._nowhere, bodies, cells)
         self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
         self._widen(*sizes, self._meets.view(np.uint8), self._wider)
         return np.flatnonzero(self._wider[cells])

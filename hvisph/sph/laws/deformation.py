@@ -1,6 +1,6 @@
 """Deformation gradients and stress of Total Lagrangian particles, from their reference neighbours.
 
-    F_a = F0_a + sum_b (x_b - x_a) (x) V0_b g_ab,   J = chi det F,   L = Fdot F^-1,   rho = rho0 / J
+    F_a = 1 + sum_b [(x_b - x_a) - (X_b - X_a)] (x) V0_b g_ab,   J = chi det F,   L = Fdot F^-1,   rho = rho0 / J
     P = J sigma F^-T,      Q = P A,  q = P B        (A, B: the corrections, see `sph.reference`)
 
 Eulerian particles with Total Lagrangian neighbours have F, too, and carry their own sigma to P (Young 2021
@@ -25,10 +25,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.blocks import lanes_at
+from hvisph.core.fetching import fetch, fetch_row, fetch_rows
+from hvisph.core.grouping import NONE, listed
 from hvisph.core.growth import grown
 from hvisph.core.jit import compiled, prange
 from hvisph.core.lanes import LANES
+from hvisph.core.many import many
 from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     adjugate,
@@ -62,6 +64,8 @@ from hvisph.core.tensors import (
 from hvisph.sph.viscosity import shear_share
 
 CHUNK = 256
+# The rows of neighbours are asked for so many particles before they are needed.
+AHEAD = 2
 # A step of a body at rest has so much in reserve: spacings may shrink to it before they set the step.
 RESERVE = 0.3
 
@@ -84,25 +88,35 @@ def secant_modulus(modulus, inverse_yield, plastic_strain, damage):
     return modulus / (1.0 + modulus * inverse_yield * plastic_strain) * (1.0 - min(damage, 1.0))
 
 
-def gradients(rows, i, lists, corrections):
-    """Return the deformation gradient of particle `i` and its rate: a template."""
-    starts, near, slopes, shapes = lists
-    a, b, start = corrections
+def collect(rows, i, lists, sums, k):
+    """Write what the list of particle `i` sums to into row `k` of `sums`, for `mapped`: a template."""
+    starts, near, codes, kernels = lists
     x, u, x0 = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_vector(rows, i, X0, DIM)
     m = n = spread(no_gradient(DIM))
     of_shape = rate_of_shape = spread(no_vector(DIM))
-    for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)]), np.uint64(LANES)):
-        other = neighbours(rows, near, k, PLACES)
-        dx, du = minus(vector(other, 0, DIM), x), minus(vector(other, U, DIM), u)
-        g = times(lanes_at(slopes, k), minus(x0, vector(other, X0, DIM)))
+    for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)]), np.uint64(LANES)):
+        other = neighbours(rows, near, entry, PLACES)
+        kernel, from_b = neighbours(kernels, codes, entry, 2), minus(x0, vector(other, X0, DIM))
+        # what the pair has come apart by: without strain there is nothing for round-off
+        dx, du = plus(minus(vector(other, 0, DIM), x), from_b), minus(vector(other, U, DIM), u)
+        g = times(kernel[0], from_b)
         m, n = plus(m, outer(dx, g)), plus(n, outer(du, g))
         if MIXED:
-            w = lanes_at(shapes, k)
+            w = kernel[1]
             of_shape, rate_of_shape = plus(of_shape, times(w, dx)), plus(rate_of_shape, times(w, du))
-    turned, shift = transposed(own_gradient(a, i, 0, DIM)), own_vector(b, i, 0, DIM)
-    f = plus(own_gradient(start, i, 0, DIM), product(totals(m), turned))
-    rate = product(totals(n), turned)
-    return plus(f, outer(totals(of_shape), shift)), plus(rate, outer(totals(rate_of_shape), shift))
+    put(sums, k, 0, totals(m))
+    put(sums, k, RATE, totals(n))
+    put(sums, k, SHAPED, totals(of_shape))
+    put(sums, k, RATE_SHAPED, totals(rate_of_shape))
+
+
+def mapped(sums, k, i, corrections):
+    """Return the deformation gradient of particle `i`, and its rate, from row `k` of what `collect` wrote."""
+    turned, shift = transposed(own_gradient(corrections[0], i, 0, DIM)), own_vector(corrections[1], i, 0, DIM)
+    f = product(own_gradient(sums, k, 0, DIM), turned)
+    rate = product(own_gradient(sums, k, RATE, DIM), turned)
+    f = plus(f, outer(own_vector(sums, k, SHAPED, DIM), shift))
+    return plus(f, identity(f)), plus(rate, outer(own_vector(sums, k, RATE_SHAPED, DIM), shift))
 
 
 def show(rows, i, stress, f, j, inverse, corrections):
@@ -120,7 +134,80 @@ def show(rows, i, stress, f, j, inverse, corrections):
         put(rows, i, EF, times(rows[i, EM], f))
 
 
-def deform(rows, active, particles, lists, corrections, materials, stage, signal_alpha, results, rates):
+def deformed(rows, particles, alike, sums, corrections, materials, ahead, results, rates):
+    """Deform LANES particles of one material, all Total Lagrangian or all Eulerian: a template.
+
+    Parameters
+    ----------
+    rows, particles, corrections, results, rates
+        See `deform`; those of these particles, particles without their tags.
+    alike
+        Their material, and whether they are Total Lagrangian.
+    sums
+        What `collect` wrote of them.
+    materials
+        See `deform`.
+    ahead
+        How far the stage is ahead of the state [s], and 1.2 alpha of the viscosity.
+    """
+    m, tied = alike
+    state, volume, loads, swellings, before = particles
+    table, models, moduli = materials
+    stage, signal_alpha = ahead
+    jacobians, strains, latest, pressures, signals = results
+    i = np.uint64(0)  # arrays stand for all of the particles: any row will do
+    f, rate = mapped(sums, i, i, corrections)
+    of_list = determinant(f)
+    section = swellings[i] * of_list
+    stretch = rows[i, RING] / rows[i, RING0] if REVOLVED else 1.0
+    j = section * stretch
+    inverse = times(1.0 / of_list, adjugate(f))
+    strain = equivalent_strain(f, stretch)
+    jacobians[i] = j
+    strains[i] = strain
+    if RENEWS:
+        latest[i] = strain
+    if SECANT:
+        own = moduli[m]
+        rows[i, EM] = secant_modulus(own[0], own[1], state[i, S_PLASTIC_STRAIN], rows[i, DAMAGE])
+    if tied:
+        if RENEWS:
+            before_it = before[i, DIM * DIM] if REVOLVED else 1.0
+            strains[i] = equivalent_strain(product(f, own_gradient(before, i, 0, DIM)), stretch * before_it)
+        l = product(rate, inverse)
+        put(rates, i, R_GRADIENT, l)
+        full, swelling = full_gradient(l), divergence(l)
+        if REVOLVED:
+            hoop = rows[i, U + 1] / rows[i, RING]
+            rates[i, R_HOOP] = hoop
+            full, swelling = with_zz(full, hoop), swelling + hoop
+        # mass over volume; of rings both are those of the section
+        rho = rows[i, M] / (volume[i] * section)
+        memory = state[i, S_MEMORY] if REMEMBERS else 1.0
+        p, c = remembered_state(table, models, m, rho, rows[i, E], rows[i, DAMAGE], memory)
+        shear = shear_modulus(table, models, m, rho, rows[i, E], p)
+        shrunk = RESERVE * np.sqrt(max(dot(inverse, inverse) - (DIM - 1.0), 0.0))
+        signals[i] = (longitudinal_speed(c, rho, shear) + signal_alpha * c) * max(shrunk, 1.0)
+        pressures[i] = p
+        rows[i, RHO] = rho
+        rows[i, C] = shear_share(full) * c if SHEARS else c
+        state[i, S_DENSITY] = rho * grown(stage * swelling)
+    pressure = pressures[i] + loads[i]
+    sigma = plus_identity(own_symmetric(rows, i, S, DIM), -pressure)
+    stress = times(j, product(matrix(sigma), transposed(inverse)))
+    show(rows, i, stress, f, j, inverse, corrections)
+    if REVOLVED:
+        if tied:
+            around = section * (-rows[i, S] - rows[i, S + 1] - pressure)
+            left = corrections[2][i, DIM * DIM - 1]  # 1 - kappa
+            held = (left * stress[DIM * DIM - 1] - around) * volume[i] / (rows[i, M] * rows[i, RING])
+            rates[i, R_ACCELERATION + 1] = held
+            rates[i, R_POWER] = -held * rows[i, U + 1]
+    else:
+        rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
+
+
+def deform(rows, active, eulerian, particles, lists, corrections, materials, stage, signal_alpha, results, rates):
     """Compute the deformation of all particles that are `active`: the template.
 
     Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, REVOLVED, PLACES, slots of the row, columns of
@@ -133,12 +220,14 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
         Lagrangian particles density and sound speed, are written.
     active
         (n,) uint8: not 0 where F is needed, 2 where Total Lagrangian and Eulerian particles meet.
+    eulerian
+        (n,) uint8: 0 of Total Lagrangian particles.
     particles
         State, whose density is set to one from which continuity over a step ends on rho0/J; tags; reference
         volumes; pressures added to the particles' own [Pa] (n,); chi (n,); and, for references that are renewed, the
         deformation gradients of the reference itself (n, dim^2), and behind them of rings its hoop stretch.
     lists
-        Of the reference neighbours: starts, near, slopes, shapes.
+        Of the reference neighbours: starts, near, codes, kernels.
     corrections
         Theirs, a row a particle: A, B, F0.
     materials
@@ -155,59 +244,44 @@ def deform(rows, active, particles, lists, corrections, materials, stage, signal
         meet no Eulerian ones the power of their own stress; of rings what holds them round the axis, and its power.
     """
     count = np.uint64(active.shape[0])
+    starts, near, codes, kernels = lists
     state, tags, volume, loads, swellings, before = particles
+    a, b, start = corrections
     table, models, moduli = materials
     jacobians, strains, latest, pressures, signals = results
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
-        for i in range(first, min(first + np.uint64(CHUNK), count)):
-            if active[i] == 0:
-                continue
-            f, rate = gradients(rows, i, lists, corrections)
-            of_list = determinant(f)
-            section = swellings[i] * of_list
-            stretch = rows[i, RING] / rows[i, RING0] if REVOLVED else 1.0
-            j = section * stretch
-            inverse = times(1.0 / of_list, adjugate(f))
-            jacobians[i], strains[i] = j, equivalent_strain(f, stretch)
-            if RENEWS:
-                latest[i] = strains[i]
-            if SECANT:
-                own = moduli[tags[i, 2]]
-                rows[i, EM] = secant_modulus(own[0], own[1], state[i, S_PLASTIC_STRAIN], rows[i, DAMAGE])
-            if rows[i, KIND] == 1.0:
-                if RENEWS:
-                    before_it = before[i, DIM * DIM] if REVOLVED else 1.0
-                    strains[i] = equivalent_strain(product(f, own_gradient(before, i, 0, DIM)), stretch * before_it)
-                l = product(rate, inverse)
-                put(rates, i, R_GRADIENT, l)
-                full, swelling = full_gradient(l), divergence(l)
-                if REVOLVED:
-                    hoop = rows[i, U + 1] / rows[i, RING]
-                    rates[i, R_HOOP] = hoop
-                    full, swelling = with_zz(full, hoop), swelling + hoop
-                # mass over volume; of rings both are those of the section
-                m, rho = np.uint64(tags[i, 2]), rows[i, M] / (volume[i] * section)
-                first = state[i, S_MEMORY] if REMEMBERS else 1.0
-                p, c = remembered_state(table, models, m, rho, rows[i, E], rows[i, DAMAGE], first)
-                shear = shear_modulus(table, models, m, rho, rows[i, E], p)
-                shrunk = RESERVE * np.sqrt(max(dot(inverse, inverse) - (DIM - 1.0), 0.0))
-                signals[i] = (longitudinal_speed(c, rho, shear) + signal_alpha * c) * max(shrunk, 1.0)
-                pressures[i] = p
-                rows[i, RHO], rows[i, C] = rho, shear_share(full) * c if SHEARS else c
-                state[i, S_DENSITY] = rho * grown(stage * swelling)
-            sigma = plus_identity(own_symmetric(rows, i, S, DIM), -(pressures[i] + loads[i]))
-            stress = times(j, product(matrix(sigma), transposed(inverse)))
-            show(rows, i, stress, f, j, inverse, corrections)
-            if REVOLVED:
-                if rows[i, KIND] == 1.0:
-                    around = section * (-rows[i, S] - rows[i, S + 1] - (pressures[i] + loads[i]))
-                    left = corrections[2][i, DIM * DIM - 1]  # 1 - kappa
-                    held = (left * stress[DIM * DIM - 1] - around) * volume[i] / (rows[i, M] * rows[i, RING])
-                    rates[i, R_ACCELERATION + 1] = held
-                    rates[i, R_POWER] = -held * rows[i, U + 1]
-            else:
-                rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
+        end = min(first + np.uint64(CHUNK), count)
+        keys, found = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
+        sums, of_lane = np.empty((LANES, SUMS)), np.empty(LANES, np.uint32)
+        for i in range(first, end):
+            own = np.uint64(2) * np.uint64(tags[i, 2]) + np.uint64(eulerian[i] == 0)
+            keys[i - first] = own if active[i] != 0 else np.uint64(NONE)
+        key = np.uint64(0)
+        while key != np.uint64(NONE):
+            n, above = listed(keys, end - first, first, key, found)
+            for k in range(np.uint64(0), n, np.uint64(LANES)):
+                for lane in range(np.uint64(LANES)):
+                    of_lane[lane] = min(lane, n - k - np.uint64(1))
+                    if k + lane < n:
+                        later, own = np.uint64(found[k + lane + np.uint64(AHEAD)]), np.uint64(found[k + lane])
+                        fetch_rows(rows, near, starts[later], starts[later + np.uint64(1)], PLACES)
+                        fetch_row(rows, own, PLACES, ROW)
+                        fetch_row(rates, own, 0, rates.shape[1])
+                        fetch_row(a, own, 0, DIM * DIM)
+                        fetch_row(b, own, 0, DIM)
+                        fetch(state, own, np.uint64(S_DENSITY))
+                        collect(rows, own, (starts, near, codes, kernels), sums, lane)
+                deformed(
+                    many(rows, found, k),
+                    (many(state, found, k), many(volume, found, k), many(loads, found, k), many(swellings, found, k),
+                     many(before, found, k)),
+                    (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)), many(sums, of_lane, np.uint64(0)),
+                    (many(a, found, k), many(b, found, k), many(start, found, k)), (table, models, moduli),
+                    (stage, signal_alpha),
+                    (many(jacobians, found, k), many(strains, found, k), many(latest, found, k),
+                     many(pressures, found, k), many(signals, found, k)), many(rates, found, k))  # fmt: skip
+            key = above
 
 
 def map_particles(chosen, rows, lists, corrections, maps):
@@ -215,9 +289,8 @@ def map_particles(chosen, rows, lists, corrections, maps):
     count = np.uint64(chosen.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
+        sums = np.empty((1, SUMS))
         for k in range(first, min(first + np.uint64(CHUNK), count)):
-            f, _ = gradients(rows, np.uint64(chosen[k]), lists, corrections)
+            collect(rows, np.uint64(chosen[k]), lists, sums, np.uint64(0))
+            f, _ = mapped(sums, np.uint64(0), np.uint64(chosen[k]), corrections)
             put(maps, k, 0, f)
-
-
-PARTS = (gradients, show)

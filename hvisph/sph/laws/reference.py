@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.blocks import lanes_at
+from hvisph.core.fetching import fetch_rows
 from hvisph.core.jit import prange
 from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
@@ -49,6 +49,8 @@ from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 from .rings import ring_weight
 
 CHUNK = 256
+# The rows of neighbours are asked for so many particles before they are needed.
+AHEAD = 2
 
 
 def row_layout(
@@ -60,8 +62,8 @@ def row_layout(
     stress with the corrections; N, NW and IJ belong to the printed viscosity, EM, a modulus, and EF = EM F to hourglass
     control, RING and RING0, the radius now and in the reference, to rings. Those after them are the particle's own.
     """
-    fields = [("x", "vector"), ("u", "vector"), ("x0", "vector"), ("kind", "scalar"), ("m", "scalar"),
-              ("rho", "scalar"), ("c", "scalar"), ("q", "gradient")]  # fmt: skip
+    fields = [("x", "vector"), ("u", "vector"), ("x0", "vector"), ("m", "scalar"), ("rho", "scalar"),
+              ("c", "scalar"), ("q", "gradient")]  # fmt: skip
     if mixed:
         fields.append(("qw", "vector"))
     if printed_viscosity:
@@ -70,6 +72,7 @@ def row_layout(
         fields += [("ef", "gradient"), ("em", "scalar")]
     if revolved:
         fields += [("ring", "radius"), ("ring0", "radius")]
+    fields.append(("kind", "scalar"))
     read = RowLayout(dim, tuple(fields)).used
     fields += [("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), ("damage", "scalar")]
     return RowLayout(dim, tuple(fields)), read
@@ -84,7 +87,7 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
     from `deform`; BY_PAIRS is 1 where it comes in pair by pair: with such neighbours, and of rings.
     """
     count = np.uint64(active.shape[0])
-    starts, near, slopes, shapes = lists
+    starts, near, codes, kernels = lists
     first_sums, zeroth_sums = sums
     alpha, beta = viscosity
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
@@ -92,6 +95,9 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
         for i in range(first, min(first + np.uint64(CHUNK), count)):
             if active[i] != which:
                 continue
+            later = min(i + np.uint64(AHEAD), count - np.uint64(1))
+            if active[later] == which:
+                fetch_rows(rows, near, starts[later], starts[later + np.uint64(1)], WIDTH if COUPLED else WIDTH - 1)
             x, u, x0 = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_vector(rows, i, X0, DIM)
             kind, rho, c, h = rows[i, KIND], rows[i, RHO], rows[i, C], 1.0 / ih
             q = own_gradient(rows, i, Q, DIM)
@@ -113,10 +119,11 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
                 dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
                 r2, ur = dot(dx, dx), dot(du, dx)
                 from_b = minus(x0, vector(b, X0, DIM))
-                g = times(lanes_at(slopes, k), from_b)
+                kernel = neighbours(kernels, codes, k, 2)
+                g = times(kernel[0], from_b)
                 other = on_rows(gradient(b, Q, DIM), g)
                 if MIXED or HOURGLASS or PRINTED:
-                    w = lanes_at(shapes, k)
+                    w = kernel[1]
                 if MIXED:
                     other = minus(other, times(w, vector(b, QW, DIM)))
                 # What belongs to the pair, with half of its work for each side.
