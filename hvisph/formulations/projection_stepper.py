@@ -14,23 +14,19 @@ from hvisph.core.particles import Particles
 from hvisph.integrators import sums as column
 from hvisph.materials import response
 from hvisph.materials.table import Material, fitted, pack
-from hvisph.sph import rates, traversal
+from hvisph.sph import rates
 from hvisph.sph.copies import Halo
 from hvisph.sph.kernels import scale
 from hvisph.sph.laws import projection as laws
-from hvisph.sph.neighbour_list import NeighbourList
-from hvisph.sph.rows import RowLayout, aligned_zeros
-from hvisph.sph.symmetry import Plane, mirror
+from hvisph.sph.rows import RowLayout
+from hvisph.sph.symmetry import Plane
 
 from . import projection_passes as passes
 from .formulation import Smoothing
+from .projection_rows import MARGIN, ProjectionRows
 from .protocol import AnyFormulation
 from .stepper import fastest_sound
 from .trailing_mean import TrailingMean
-
-# How far beyond the kernel's reach neighbours are listed, over h. At the published step the fastest
-# particle crosses half of it in 24 steps, a little more than the run waits until it sorts the particles.
-MARGIN = 0.1
 
 
 class ProjectionNumbers(AnyFormulation, Protocol):
@@ -110,15 +106,8 @@ class ProjectionStepper:
         self._step = 0.0
         self._averaged = TrailingMean(count, formulation.pressure_average)
         self.support = formulation.kernel.reach * h
-
-        self.list = NeighbourList(formulation.kernel, MARGIN, particles["position"], h, planes)
+        self._rows = ProjectionRows(formulation.kernel, particles["position"], h, planes)
         self._crossed = np.inf  # most that a particle has moved since the list was made [m]
-        self._listed_at = np.zeros((0, dim))
-        self._kernels = np.zeros(0)
-        self._layouts = [make(dim) for make in (laws.motion_layout, laws.stress_layout, laws.poisson_layout,
-                                                laws.pressure_layout)]  # fmt: skip
-        self._width = max(layout.width for layout in self._layouts)
-        self._rows = [aligned_zeros(count + 1, self._width) for _ in range(2)]
         self._loops = self._compiled()
 
     def _compiled(self) -> list[Any]:
@@ -132,11 +121,11 @@ class ProjectionStepper:
         loops: tuple[Any, ...] = (passes.stress, passes.velocity, passes.pressure, passes.acceleration)
         compiled = []
         for number, (law, loop) in enumerate(zip(sums, loops, strict=True)):
-            layout = self._layouts[number]
+            layout = self._rows.layouts[number]
             summed = bind(law, {"WIDTH": layout.used}, shared | layout.slots())
-            following = self._layouts[(number + 1) % 4].slots()
+            following = self._rows.layouts[(number + 1) % 4].slots()
             compiled.append(bind(loop, {law.__name__: summed}, shared | following, parallel=True))
-        compiled.append(bind(passes.carry, {}, shared | self._layouts[0].slots(), parallel=True))
+        compiled.append(bind(passes.carry, {}, shared | self._rows.layouts[0].slots(), parallel=True))
         return compiled
 
     @property
@@ -162,32 +151,14 @@ class ProjectionStepper:
             try:
                 self._make_list(particles["position"])
             except RunError:  # others wait for this process' rows
-                halo = self.list.halo
-                if halo is not None:
-                    for layout in self._layouts:
-                        halo.again(np.zeros((particles.count, layout.used)))
+                self._rows.show_nothing()
                 raise
-        a, b = self._rows
-        near = (self.list.listed, self.list.first, self.list.last, self._kernels)
+        data, tags, rows, near, scheme = particles.data, particles.tags, self._rows, self._rows.near, self.formulation
         stress, velocity, pressure, acceleration, _ = self._loops
-        self._show_copies(a, self._layouts[0])
-        stress(particles.data, particles.tags, near, a, b, self.rates, (self.table, self.models), dt)
-        self._show_copies(b, self._layouts[1])
-        velocity(particles.data, particles.tags, near, b, a, self.rates, dt, self._body_force)
-        self._show_copies(a, self._layouts[2])
-        pressure(
-            particles.data,
-            near,
-            a,
-            b,
-            dt,
-            self._eta2,
-            self._fullness,
-            self.formulation.guard,
-            self.formulation.printed,
-        )
-        self._show_copies(b, self._layouts[3])
-        acceleration(particles.data, near, b, self.rates, self.formulation.printed)
+        stress(data, tags, near, *rows.shown(0), self.rates, (self.table, self.models), dt)
+        velocity(data, tags, near, *rows.shown(1), self.rates, dt, self._body_force)
+        pressure(data, near, *rows.shown(2), dt, self._eta2, self._fullness, scheme.guard, scheme.printed)
+        acceleration(data, near, rows.shown(3)[0], self.rates, scheme.printed)
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s], and announce the step `following`."""
@@ -208,20 +179,22 @@ class ProjectionStepper:
 
     def permute(self) -> np.ndarray:
         """Put the state into cell order; return the order taken. Call it between `complete` steps only."""
-        order = self.list.order[: self.list.present]
+        order = self._rows.list.order[: self._rows.list.present]
         order = order[order < self.particles.count].copy()
         self.particles.permute(order)
         for values in (self.lengths, self.signals, self.rates):
             values[:] = values[order]
-        self._rows[0][: len(order)] = self._rows[0][order]
+        first = self._rows.pair[0]
+        first[: len(order)] = first[order]
         self._averaged.permute(order)
         self._crossed = np.inf
         return order
 
     def carried(self) -> dict[str, np.ndarray]:
         """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
-        listed_at = self._listed_at if len(self._listed_at) else np.zeros_like(self.particles["position"])
-        return {"rates": self.rates, "rows": self._rows[0][: self.particles.count], "signals": self.signals,
+        listed_at = self._rows.listed_at
+        listed_at = listed_at if len(listed_at) else np.zeros_like(self.particles["position"])
+        return {"rates": self.rates, "rows": self._rows.pair[0][: self.particles.count], "signals": self.signals,
                 "listed_at": listed_at, **self._averaged.carried()}  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:
@@ -232,7 +205,7 @@ class ProjectionStepper:
 
     def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
-        self.list.halo = halo_for(self.list.layout)
+        self._rows.list.halo = halo_for(self._rows.list.layout)
 
     def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
         """Have these particles in place of all others, between steps; see `carried`."""
@@ -244,7 +217,7 @@ class ProjectionStepper:
     def fit_grid(self) -> None:
         """Make the grid of cells anew, around the particles that there are now."""
         if self.particles.count:
-            self.list.fit_grid(self.particles["position"])
+            self._rows.list.fit_grid(self.particles["position"])
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
         """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
@@ -261,10 +234,8 @@ class ProjectionStepper:
         self.place = np.arange(count, dtype=np.uint32)
         self.rates, self.signals = np.array(carried["rates"]), np.array(carried["signals"])
         self.lengths = particles["smoothing_length"].copy()
-        self._rows = [aligned_zeros(count + 1, self._width) for _ in range(2)]
-        self._rows[0][:count] = carried["rows"]
+        self._rows.hold(np.asarray(carried["rows"]))
         self._averaged.hold(carried)
-        self.list.hold(count)
         if not self._stale():
             crossed = self._crossed
             apart = np.abs(carried["listed_at"] - particles["position"]).max(initial=0.0)
@@ -281,7 +252,7 @@ class ProjectionStepper:
     def _carry(self, dt: float, complete: bool) -> None:
         particles = self.particles
         variable = self.formulation.smoothing.variable
-        self._loops[4](particles.data, particles.tags, self.rates, self._rows[0], self.lengths, dt,
+        self._loops[4](particles.data, particles.tags, self.rates, self._rows.pair[0], self.lengths, dt,
                        complete, variable, self._h_limits, self._body_force, self.totals.loops)  # fmt: skip
         self._sum_up()
 
@@ -293,29 +264,6 @@ class ProjectionStepper:
         return self.formulation.smoothing.variable or not 2.0 * self._crossed < MARGIN * self._longest
 
     def _make_list(self, positions: np.ndarray) -> None:
-        """List the neighbours of particles at `positions`, and make room for what hangs on the list."""
-        self.list.make(positions, self.lengths, self._longest, self.particles.id)
-        self._listed_at = np.array(positions)
+        """List the neighbours of particles at `positions` (n, dim) [m]."""
+        self._rows.make_list(positions, self.lengths, self._longest, self.particles.id)
         self._crossed = 0.0
-        if len(self._kernels) < len(self.list.listed):
-            self._kernels = np.zeros(len(self.list.listed))
-        count, present = self.particles.count, self.list.present
-        if present + 1 > len(self._rows[0]):
-            wider = [aligned_zeros(present + present // 4 + 1, self._width) for _ in range(2)]
-            wider[0][:count] = self._rows[0][:count]
-            self._rows = wider
-        for rows in self._rows:
-            # The far row: no neighbour of anybody, and nothing that it holds divides by zero.
-            rows[present] = 1.0
-            rows[present, : self.particles.dim] = traversal.FAR
-
-    def _show_copies(self, rows: np.ndarray, layout: RowLayout) -> None:
-        """Write the rows of other processes and of the images at symmetry planes."""
-        count, used = self.particles.count, layout.used
-        if self.list.halo is not None:
-            rows[count : self.list.before_images, :used] = self.list.halo.again(rows[:count, :used])
-        for images in self.list.images:
-            last = images.first + len(images.source)
-            rows[images.first : last, : layout.width] = mirror(
-                rows[images.source, : layout.width], images.plane, layout
-            )
