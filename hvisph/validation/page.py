@@ -167,7 +167,7 @@ def _resolutions(one: Experiments, result: SetResult, folder: Path) -> Iterator[
     """Say how finely and how long was computed, and how far the second resolution is from the first."""
     number = one.particles("second")
     second = None if result.across == number else stored(folder, one.name, number)
-    text = f"{result.across:g} particles across, {result.seconds / 60.0:.1f} minutes of computing on one core."
+    text = f"{result.across:g} particles across, {result.seconds / 60.0:.1f} minutes of wall time on one core."
     if second is None:
         form: Form = "full" if result.across == number else "second"
         yield f"{text} The {form} resolution, {one.particles(form):g} across, is not computed yet."
