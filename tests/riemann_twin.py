@@ -9,6 +9,17 @@ from hvisph.sph.laws.riemann import SHOCK_SLOPE
 from hvisph.sph.laws.unlike import FAINTEST, LEAST, depths
 
 
+def torque(x, f):
+    """Return x x f, of vectors in the plane (1,)."""
+    found = np.cross(np.pad(x, (0, 3 - len(x))), np.pad(f, (0, 3 - len(f))))
+    return found if len(x) == 3 else found[2:]
+
+
+def about(w, x):
+    """Return w x x."""
+    return np.cross(np.concatenate([np.zeros(3 - len(w)), w]), np.pad(x, (0, 3 - len(x))))[: len(x)]
+
+
 def limited(name, d, other):
     """Return the limited slope of vectors: `d` times the limiter's share of it along `d`."""
     a, b = d @ d, other @ d
@@ -185,12 +196,19 @@ def riemann_rates(cloud, formulation, neighbours, singular):
     for a in range(n):
         acceleration, power, gradient, slip, mu = np.zeros(dim), 0.0, np.zeros((dim, dim)), 0.0, 0.0
         rate, moment = 0.0, np.zeros((dim, dim))
-        h = cloud.h[a]
+        h, spin = cloud.h[a], np.zeros(cloud.twist.shape[1])
         unit = kernel.norm(dim) / h**dim
         omega = 1.0 - volume[a] * unit * kernel.shape.py_func(0.0) * cloud.grows[a]
         for b in pairs.near[a]:
             u_star, t_star, e, slope, gate, heat, slipped, x_ba = contact(pairs, grad_u, grad_s, a, b)
             r = np.linalg.norm(x_ba)
+            if formulation.spins:
+                share, acting = 2.0 * volume[a] * volume[b] * slope / cloud.m[a], np.zeros(dim)
+                if not pairs.parted(a, b):
+                    acting = about(0.5 * (cloud.twist[a] + cloud.twist[b]), e)
+                    spin -= 0.5 * share * torque(x_ba, about(cloud.twist[a], e))
+                spin -= 0.5 * share * torque(x_ba, t_star)
+                t_star = t_star + acting
             force = 2.0 * volume[a] * volume[b] * slope * t_star
             acceleration += force / cloud.m[a]
             power += (force @ (u_star - cloud.u[a]) + 2.0 * volume[a] * volume[b] * slope * heat) / cloud.m[a]
@@ -218,5 +236,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             further = [np.trace(gradient) - rate]
         if formulation.parted:
             further = [*(further or [0.0]), slip]
+        if formulation.spins:
+            further = [*further, *[0.0] * (2 - len(further)), *spin]
         rows.append([*acceleration, power, mu, *gradient.ravel(), *further])
     return np.array(rows)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
-from riemann_twin import riemann_rates
+from riemann_twin import about, riemann_rates, torque
 
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.riemann import Riemann
@@ -32,6 +32,7 @@ class Cloud:
     order: np.ndarray
     grows: np.ndarray
     face: np.ndarray
+    twist: np.ndarray
 
     @property
     def dim(self):
@@ -41,7 +42,8 @@ class Cloud:
         """Return the cloud turned as a whole."""
         stress = rotation @ self.stress @ rotation.T
         x, u, face = (vectors @ rotation.T for vectors in (self.x, self.u, self.face))
-        return replace(self, x=x, u=u, face=face, stress=stress)
+        twist = np.linalg.det(rotation) * (self.twist @ rotation.T if self.dim == 3 else self.twist)
+        return replace(self, x=x, u=u, face=face, stress=stress, twist=twist)
 
     def with_image(self, axis, at):
         """Return the cloud and its image at the plane normal to `axis` at coordinate `at`."""
@@ -70,7 +72,8 @@ def random_cloud(dim, seed=0, spacing=1e-3):
     limits[0][::7] = 0.0  # some bear no tension
     m = rho * spacing**dim * (1 + 0.1 * rng.normal(size=n))
     face = 0.4 * np.random.default_rng(seed + 1).normal(size=x.shape)
-    return Cloud(x, u, h, m, rho, c, 1.2 * c, 0.6 * c, stress, body, *limits, face)
+    twist = 0.1e9 * np.random.default_rng(seed + 2).normal(size=(n, (0, 1, 3)[dim - 1]))
+    return Cloud(x, u, h, m, rho, c, 1.2 * c, 0.6 * c, stress, body, *limits, face, twist)
 
 
 def components(tensor):
@@ -94,6 +97,19 @@ def neighbours(cloud, kernel, a):
     return np.flatnonzero(near)
 
 
+def without_spin(gradient, moment):
+    """Return a velocity gradient to which the rigid turning of the neighbourhood gives no strain."""
+    dim = len(moment)
+    if dim == 2:
+        spin = np.array([[0.0, -1.0], [1.0, 0.0]]) * (gradient[1, 0] - gradient[0, 1]) / np.trace(moment)
+        return gradient + spin @ (np.eye(2) - moment)
+    whirl = np.array(
+        [gradient[2, 1] - gradient[1, 2], gradient[0, 2] - gradient[2, 0], gradient[1, 0] - gradient[0, 1]]
+    )
+    w = np.linalg.solve(np.trace(moment) * np.eye(3) - moment, whirl)
+    return gradient + np.array([about(w, axis) for axis in np.eye(3)]).T @ (np.eye(3) - moment)
+
+
 def standard_rates(cloud, formulation):
     """Return rows of rates of the standard law, laid out as the compiled ones."""
     kernel, dim = formulation.kernel, cloud.dim
@@ -103,6 +119,7 @@ def standard_rates(cloud, formulation):
     rows = []
     for a in range(len(cloud.x)):
         acceleration, power, mu_max, gradient = np.zeros(dim), 0.0, 0.0, np.zeros((dim, dim))
+        spin, moment = np.zeros(cloud.twist.shape[1]), np.zeros((dim, dim))
         for b in neighbours(cloud, kernel, a):
             x_ab, u_ab = cloud.x[a] - cloud.x[b], cloud.u[a] - cloud.u[b]
             r, h = np.linalg.norm(x_ab), 0.5 * (cloud.h[a] + cloud.h[b])
@@ -113,11 +130,21 @@ def standard_rates(cloud, formulation):
             f = (kernel.shape.py_func(r / h) / w0) ** 4
             shared = f * (r_all[a] + r_all[b]) - viscous * np.eye(dim)
             own, other = cloud.stress[a] / cloud.rho[a] ** 2, cloud.stress[b] / cloud.rho[b] ** 2
-            acceleration += cloud.m[b] * (own + other + shared) @ grad
-            power -= cloud.m[b] * u_ab @ (own + 0.5 * shared) @ grad
+            own, other = own @ grad, other @ grad
+            if formulation.spins:
+                own = own + about(cloud.twist[a] / cloud.rho[a] ** 2, grad)
+                other = other + about(cloud.twist[b] / cloud.rho[b] ** 2, grad)
+                spin += cloud.m[b] * torque(x_ab, own + 0.5 * shared @ grad)
+                moment -= cloud.m[b] / cloud.rho[b] * np.outer(x_ab, grad)
+            acceleration += cloud.m[b] * (own + other + shared @ grad)
+            power -= cloud.m[b] * u_ab @ (own + 0.5 * shared @ grad)
             gradient -= cloud.m[b] / cloud.rho[b] * np.outer(u_ab, grad)
             mu_max = max(mu_max, -mu)
-        rows.append([*acceleration, power, mu_max, *gradient.ravel()])
+        further = []
+        if formulation.spins:
+            gradient = without_spin(gradient, moment)
+            further = [0.0, 0.0, *spin]
+        rows.append([*acceleration, power, mu_max, *gradient.ravel(), *further])
     return np.array(rows)
 
 
@@ -145,9 +172,9 @@ def packed(cloud, formulation, planes=(), further=None):
     }
     square = cloud.rho[:, None] ** 2
     if isinstance(formulation, Riemann):
-        known["T"] = components(cloud.stress)
+        known |= {"T": components(cloud.stress), "TWIST": cloud.twist}
     else:
-        known["T"] = components(cloud.stress) / square
+        known |= {"T": components(cloud.stress) / square, "TWIST": cloud.twist / square}
         known["R"] = -formulation.artificial_stress.eps * components(tensile(cloud.stress)) / square
     known |= further or {}
     for name, slot in layout.slots().items():

@@ -97,6 +97,24 @@ def test_strain_rates_and_rotations():
     assert_close(t.turned_in_plane(symmetric_of(s), 0.4), t.turned(symmetric_of(s), flat))
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_what_turns(dim):
+    a, b, s, g, _ = drawn(dim)
+    w = np.random.default_rng(2).normal(size=(1, 0, 1, 3)[dim])
+    in_space = (w if dim == 3 else np.array([0.0, 0.0, w[0]]))[:, None]
+    matrix = np.cross(in_space.T, np.eye(3))[:, :dim].T[:, :dim]  # of w x x
+    found = np.cross(*(np.pad(v, (0, 3 - dim)) for v in (a, b)))
+    kept = slice(None) if dim == 3 else slice(2, 3)
+    assert_close(t.torque(tuple(a), tuple(b)), found[kept])
+    assert_close(t.about(tuple(w), tuple(a)), matrix @ a)
+    assert_close(t.turning(tuple(w)), gradient_of(matrix))
+    curl = t.curl(t.full_gradient(gradient_of(g)))
+    assert_close(t.whirl(gradient_of(g)), curl[kept])
+    # the moment of a x (w x a), summed with the weights of s
+    inertia = (np.trace(s) * np.eye(dim) - s) if dim == 3 else np.array([[np.trace(s)]])
+    assert_close(t.inertia(symmetric_of(s)), gradient_of(inertia))
+
+
 @DIMS
 def test_ranks_are_as_long_as_rows_say(dim):
     for rank, sizes in t.SIZE.items():

@@ -1,6 +1,6 @@
 """The catalogue of state fields: name, rank, unit and meaning of every per-particle array.
 
-Vectors have as many components as there are dimensions, gradients the square of it
+Vectors have as many components as there are dimensions, axial vectors one in 2D and three in 3D, gradients the square
 (row-major: xx, xy, xz, yx, ...). Symmetric tensors are stored in the order
 xx, yy, zz, xy, xz, yz, cut to 3 components in 1D, 4 in 2D and 6 in 3D, so that
 the out-of-plane stress is always there.
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 SYMMETRIC_COMPONENTS = ("xx", "yy", "zz", "xy", "xz", "yz")
 SYMMETRIC_LENGTH = {1: 3, 2: 4, 3: 6}
+AXIAL_LENGTH = {1: 0, 2: 1, 3: 3}
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class Field:
     name
         Name at every interface: Python, files, history.
     rank
-        ``scalar``, ``vector``, ``symmetric`` or ``gradient``.
+        ``scalar``, ``vector``, ``axial``, ``symmetric`` or ``gradient``.
     unit
         SI unit, as pint reads it.
     meaning
@@ -40,7 +41,9 @@ class Field:
 
     def components(self, dim: int) -> int:
         """Return how many numbers a particle stores for this field in `dim` dimensions."""
-        return {"scalar": 1, "vector": dim, "symmetric": SYMMETRIC_LENGTH[dim], "gradient": dim * dim}[self.rank]
+        sizes = {"scalar": 1, "vector": dim, "axial": AXIAL_LENGTH[dim], "symmetric": SYMMETRIC_LENGTH[dim],
+                 "gradient": dim * dim}  # fmt: skip
+        return sizes[self.rank]
 
 
 CATALOGUE: dict[str, Field] = {
@@ -71,6 +74,7 @@ CATALOGUE: dict[str, Field] = {
         Field("reference_position", "vector", "m", "position in the reference configuration"),
         Field("previous_hoop_rate", "scalar", "1/s", "rate of the circumference at the last evaluation"),
         Field("previous_density_rate", "scalar", "1/s", "rate of ln(rho) by dissipation at the last evaluation"),
+        Field("previous_spin", "axial", "m^2/s", "angular momentum a mass that pairs made and have not taken back"),
         Field("viscosity_share", "scalar", "", "own share of the viscosity by Morris and Monaghan's switch", 0.1),
         Field("thickness", "scalar", "", "thickness over that at the start, in plane stress", 1.0),
         Field("memory", "scalar", "", "distension of pores; time since ignition [s]; pressure of bulking [Pa]"),

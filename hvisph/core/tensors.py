@@ -3,6 +3,7 @@
 | rank | components in 1, 2 and 3 dimensions |
 | --- | --- |
 | vector | x, y, z: 1, 2, 3 |
+| axial | of what turns, along the normal of its plane: none / z / x y z: 0, 1, 3 |
 | symmetric | xx / xx yy xy / xx yy zz xy xz yz: 1, 3, 6 |
 | gradient | row by row, xy = du_x/dy: 1, 4, 9 |
 | symmetric_gradient | a vector for each component of a symmetric tensor: 1, 6, 18 |
@@ -22,7 +23,8 @@ from typing import Any
 from .operation import operation
 
 # How many components each rank has in 1, 2 and 3 dimensions.
-SIZE = {"vector": (1, 2, 3), "symmetric": (1, 3, 6), "gradient": (1, 4, 9), "symmetric_gradient": (1, 6, 18)}
+SIZE = {"vector": (1, 2, 3), "axial": (0, 1, 3), "symmetric": (1, 3, 6), "gradient": (1, 4, 9),
+        "symmetric_gradient": (1, 6, 18)}  # fmt: skip
 # By the length of a symmetric tensor: where its matrix finds its components, and how many diagonal ones come first.
 _PLACES = {1: ((0,),), 3: ((0, 2), (2, 1)), 6: ((0, 3, 4), (3, 1, 5), (4, 5, 2))}
 _DIAGONAL = {1: 1, 3: 2, 6: 3}
@@ -71,9 +73,9 @@ def _nothing(rank: str) -> Any:
     return operation(zero)
 
 
-vector, symmetric, gradient, symmetric_gradient = (_reader(rank) for rank in SIZE)
-own_vector, own_symmetric, own_gradient, own_symmetric_gradient = (_own_reader(rank) for rank in SIZE)
-no_vector, no_symmetric, no_gradient, no_symmetric_gradient = (_nothing(rank) for rank in SIZE)
+vector, axial, symmetric, gradient, symmetric_gradient = (_reader(rank) for rank in SIZE)
+own_vector, own_axial, own_symmetric, own_gradient, own_symmetric_gradient = (_own_reader(rank) for rank in SIZE)
+no_vector, no_axial, no_symmetric, no_gradient, no_symmetric_gradient = (_nothing(rank) for rank in SIZE)
 
 
 @operation
@@ -263,6 +265,49 @@ def determinant(l):
 def mean_diagonal(l):
     """Return the mean of the diagonal of a gradient."""
     return _sum(l[k] for k in _TRACE[len(l)]) * (1.0 / len(_TRACE[len(l)]))
+
+
+# What turns
+
+
+@operation
+def torque(x, f):
+    """Return x x f of two vectors, an axial vector."""
+    if len(x) == 2:
+        return (x[0] * f[1] - x[1] * f[0],)
+    return x[1] * f[2] - x[2] * f[1], x[2] * f[0] - x[0] * f[2], x[0] * f[1] - x[1] * f[0]
+
+
+@operation
+def about(w, x):
+    """Return w x x of an axial vector and a vector."""
+    if len(x) == 2:
+        return -w[0] * x[1], w[0] * x[0]
+    return w[1] * x[2] - w[2] * x[1], w[2] * x[0] - w[0] * x[2], w[0] * x[1] - w[1] * x[0]
+
+
+@operation
+def turning(w):
+    """Return the gradient of w x x, of an axial vector w."""
+    if len(w) == 1:
+        return 0.0, -w[0], w[0], 0.0
+    return 0.0, -w[2], w[1], w[2], 0.0, -w[0], -w[1], w[0], 0.0
+
+
+@operation
+def whirl(l):
+    """Return the curl of the vector with the gradient `l`, an axial vector."""
+    if len(l) == 4:
+        return (l[2] - l[1],)
+    return l[7] - l[5], l[2] - l[6], l[3] - l[1]
+
+
+@operation
+def inertia(s):
+    """Return tr(s) - s of a symmetric tensor, row by row, as it acts on axial vectors: in the plane its trace."""
+    if len(s) == 3:
+        return (s[0] + s[1],)
+    return s[1] + s[2], -s[3], -s[4], -s[3], s[0] + s[2], -s[5], -s[4], -s[5], s[0] + s[1]
 
 
 # Full tensors

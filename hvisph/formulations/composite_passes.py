@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import prange
-from hvisph.core.tensors import from_plane, minus, own_gradient, own_symmetric, own_vector, plus, put
+from hvisph.core.tensors import from_plane, minus, no_axial, own_gradient, own_symmetric, own_vector, plus, put
 from hvisph.integrators.particle import Shown
 
 CHUNK = 256
@@ -27,7 +27,7 @@ def spatial_rows(rows, chosen, bodies, pressures, loads, coefficients, out):
                 s, ring = (s[0], s[1], -s[0] - s[1], s[3], 0.0, 0.0), rows[i, RING]
             write(out, k, coefficients, Shown(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
                                               pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s, bodies[i],
-                                              ring))  # fmt: skip
+                                              ring, no_axial(DIM)))  # fmt: skip
 
 
 def add_rates(spatial, place, chosen, eulerian, rates):

@@ -62,6 +62,8 @@ class Eulerian:
         Whether bodies that are parted differ in spacing.
     shears
         Whether particles in shear flow take a share of the linear viscosity.
+    spins
+        Whether pairs take back the angular momentum that they make; not of rings, with a correction, nor in 1D.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -79,6 +81,7 @@ class Eulerian:
     revolved: bool = False
     unlike: bool = False
     shears: bool = False
+    spins: bool = False
 
     name = "eulerian"
     repels = False
@@ -88,6 +91,7 @@ class Eulerian:
     def fields(self) -> tuple[str, ...]:
         """What particles carry beside the state."""
         own = self.viscosity.fields
+        own = (*own, "previous_spin") if self.spins else own
         return (*own, "previous_density_rate") if self.density_rate else own
 
     @property
@@ -125,7 +129,7 @@ class Eulerian:
         if not self.parted:
             return NoContact()
         return SeparatingContact(self.kernel, h, particles["position"], particles.body, self.friction, planes,
-                                 self.revolved, self.unlike, self.h_over_dx)  # fmt: skip
+                                 self.revolved, self.unlike, self.h_over_dx, self.spins)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: the corrections into each row, where there are any, then all rates at once."""
@@ -137,6 +141,7 @@ class Eulerian:
             "SWITCHED": int(self.viscosity.switched),
             "EXPONENT": self.artificial_stress.exponent,
             "REVOLVED": int(self.revolved),
+            "SPINS": int(self.spins),
         }  # fmt: skip
         apart: dict[str, Any] = {}
         if self.parted:  # pairs of different bodies are left to the contact between them
@@ -144,7 +149,7 @@ class Eulerian:
         if not self.correction.acts:
             ways |= apart
             return [Pass(standard.accumulate, plain, ways, density_rate=self.density_rate, slips=self.parted,
-                         rings=self.revolved)]  # fmt: skip
+                         rings=self.revolved, spins=self.spins)]  # fmt: skip
         parts = {"SHEPARD": int(self.correction.shepard), "GRADIENT": int(self.correction.gradient)}
         # each side's stress over rho_a rho_b, as published
         ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients()),
@@ -171,6 +176,8 @@ class Eulerian:
             more = (*more, ("share", "scalar"))
         if self.parted:
             more = (*more, ("body", "scalar"), ("zn", "scalar"), ("zt", "scalar"))
+        if self.spins:
+            more = (*more, ("twist", "axial"))
         if self.revolved:
             more = (*more, ("ring", "radius"), ("hoop", "scalar"))
         return standard.row_layout(dim, self.artificial_stress.acts, more)
@@ -192,6 +199,7 @@ class Eulerian:
             "DISSIPATION": int(self.dissipation.acts),
             "PARTED": int(self.parted),
             "REVOLVED": int(self.revolved),
+            "SPINS": int(self.spins),
             "tensile_part": artificial_stress.tensile_part(dim),
         }
 
@@ -226,6 +234,8 @@ def _pack(rows, s, coefficients, one):
     if REVOLVED:
         rows[s, RING] = one.ring
         rows[s, HOOP] = (one.s[2] - one.p) * inverse2
+    if SPINS:
+        put(rows, s, TWIST, times(0.5 * one.rho * inverse2, one.spin))
     if DISSIPATION:
         rows[s, P] = one.p
         return one.c_l + 1.2 * (coefficients[0] + coefficients[4]) * one.c

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.core.tensors import in_plane, plus_identity, put
+from hvisph.core.tensors import in_plane, plus_identity, put, times
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import riemann, unlike
 from hvisph.sph.laws.limiters import LIMITERS
@@ -52,6 +52,8 @@ class Riemann:
         Whether bodies that are parted differ in spacing.
     faces
         Whether faces of one body that look at each other are parted, too.
+    spins
+        Whether pairs of the consistent form take back the angular momentum that they make; not of rings, nor in 1D.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -66,6 +68,7 @@ class Riemann:
     revolved: bool = False
     unlike: bool = False
     faces: bool = False
+    spins: bool = False
 
     name = "riemann"
     corrects = repels = False
@@ -76,7 +79,8 @@ class Riemann:
     @property
     def fields(self) -> tuple[str, ...]:
         """What particles carry beside the state."""
-        return ("previous_density_rate",) if self.consistent else ()
+        own = ("previous_density_rate",) if self.consistent else ()
+        return (*own, "previous_spin") if self.spins else own
 
     @property
     def viscous_factor(self) -> float:
@@ -100,7 +104,7 @@ class Riemann:
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         following = self.consistent and self.smoothing.variable
         return riemann.row_layout(dim, reconstruct, self.consistent, self.parted, following, self.revolved,
-                                  self.meets_unlike, self.faces)  # fmt: skip
+                                  self.meets_unlike, self.faces, self.spins)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
@@ -115,8 +119,8 @@ class Riemann:
         flux = Pass(riemann.accumulate, riemann.read_by_all(row), ways | {
             "limit": limiter[0], "share": limiter[1], "CONSISTENT": int(self.consistent),
             "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.consistent and self.smoothing.variable),
-            "REVOLVED": int(self.revolved),
-        }, density_rate=self.consistent, slips=self.parted, rings=self.revolved)  # fmt: skip
+            "REVOLVED": int(self.revolved), "SPINS": int(self.spins),
+        }, density_rate=self.consistent, slips=self.parted, rings=self.revolved, spins=self.spins)  # fmt: skip
         if not (self._reconstructs or self.parted):
             return [flux]
         first = [Pass(riemann.gradients, riemann.read_by_all(row), ways, into_rows=True)]
@@ -147,7 +151,7 @@ class Riemann:
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
-        return _pack, {"PARTED": int(self.parted), "REVOLVED": int(self.revolved)}
+        return _pack, {"PARTED": int(self.parted), "REVOLVED": int(self.revolved), "SPINS": int(self.spins)}
 
     def sparsest(self, dim: int) -> float:
         """Return the least rho h^dim/m: that of a particle alone, W(0), where density is the number of particles."""
@@ -175,6 +179,8 @@ def _pack(rows, s, coefficients, one):
     if REVOLVED:
         rows[s, RING] = one.ring
         rows[s, HOOP] = one.s[2] - one.p
+    if SPINS:
+        put(rows, s, TWIST, times(0.5 * one.rho, one.spin))
     return coefficients[0] * one.c_l
 
 

@@ -55,11 +55,13 @@ class SeparatingContact:
         Whether the bodies differ in spacing.
     h_over_dx
         Smoothing length over spacing.
+    spins
+        Whether the angular momentum is told that pairs make.
     """
 
     def __init__(self, kernel: Kernel, h: float, positions: np.ndarray, bodies: np.ndarray, friction: float,
                  planes: tuple[Plane, ...], revolved: bool = False, unlike: bool = False,
-                 h_over_dx: float = 1.4):  # fmt: skip
+                 h_over_dx: float = 1.4, spins: bool = False):  # fmt: skip
         dim = positions.shape[1]
         layout = riemann.row_layout(dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike)
         limiter = LIMITERS["minmod"]  # bound, never called
@@ -69,13 +71,15 @@ class SeparatingContact:
             Pass(riemann.gradients, seen, ways, into_rows=True),
             *([Pass(unlike_spacings.facing, layout, {}, into_rows=True)] if unlike else []),
             Pass(riemann.accumulate, seen, ways | {"ONLY_OTHER": 1, "limit": limiter[0], "share": limiter[1],
-                                              "REVOLVED": int(revolved)}, slips=True, rings=revolved),
+                                              "REVOLVED": int(revolved), "SPINS": int(spins)},
+                 slips=True, rings=revolved, spins=spins),
         ]  # fmt: skip
         further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
         self._selection = Selection(positions, kernel.reach * h)
         self._seen: Halo | None = None
         self.renumber(bodies)
+        self._spins = SIZE["axial"][dim - 1] if spins else 0
         self._taken: tuple[np.ndarray, np.ndarray] | None = None
         self._stress = SIZE["symmetric"][dim - 1]
 
@@ -117,6 +121,8 @@ class SeparatingContact:
         closing = np.maximum(rates[mine, approach], pushed[:, approach])
         rates[mine, :last] += pushed[:, :last]
         rates[mine, approach] = closing
+        if self._spins:
+            rates[mine, at["R_SPIN"] : at["R_SPIN"] + self._spins] += pushed[:, at["R_SPIN"] :]
         rates[mine, at["R_SLIP"]] = pushed[:, at["R_SLIP"]]
 
     def _packed(self, near: np.ndarray, slots: dict[str, int]) -> np.ndarray:

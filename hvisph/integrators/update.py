@@ -23,7 +23,18 @@ from hvisph.core.jit import prange
 from hvisph.core.lanes import LANES, all_strict
 from hvisph.core.many import many
 from hvisph.core.masks import first_lanes, lane
-from hvisph.core.tensors import divergence, dot, in_space, no_vector, own_vector, plus, times
+from hvisph.core.tensors import (
+    divergence,
+    dot,
+    in_space,
+    no_axial,
+    no_vector,
+    own_axial,
+    own_vector,
+    plus,
+    put,
+    times,
+)
 from hvisph.sph.viscosity import shear_share
 
 from .particle import Limits, Shown, State
@@ -94,6 +105,9 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
             state[s, S_VISCOSITY_SHARE] = viscous_share(state[s, S_VISCOSITY_SHARE], l, c, now.h, dt, coefficients)
         if PREVIOUS:
             remember(state, s, u, acting)
+        if SPINS:
+            made = times(dt, own_axial(rates, s, R_SPIN, DIM))
+            put(state, s, S_PREVIOUS_SPIN, plus(own_axial(state, s, S_PREVIOUS_SPIN, DIM), made))
     speed2 = dot(now.u, now.u)
     kinetic, internal = 0.5 * mass * speed2, mass * now.e
     add_lanes(counted, KINETIC, here, kinetic, of_energy)
@@ -118,9 +132,11 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
     # In the plane of a ring the mass of its section.
     ring = ring_radius(ahead.x, ahead.h) if REVOLVED else 0.0
     planar = mass / (2.0 * pi * ring) if REVOLVED else mass
+    per_step = AHEAD / stage if stage > 0.0 else 0.0
+    spin = times(per_step, own_axial(state, s, S_PREVIOUS_SPIN, DIM)) if SPINS else no_axial(DIM)
     signal = pack(rows, s, coefficients, Shown(
         ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
-        times(thickness, ahead.s), tags[s, 1], ring))  # fmt: skip
+        times(thickness, ahead.s), tags[s, 1], ring, spin))  # fmt: skip
     if SHEARS:  # alpha goes with this speed of sound
         left = shear_share(l)
         if REVOLVED:  # nothing else holds the rows at the axis
@@ -151,7 +167,8 @@ def update(state, tags, place, rates, materials, coefficients, times_ahead, h_li
     SPARSEST (least rho h^dim/m, 0 for none), DENSITY_RATE (1 where the rates hold one of ln(rho)),
     DRIFT (share of the acceleration in the stage's
     position), PLANE_STRESS, REVOLVED, SWITCH (share of the viscosity), SHEARS (1 where
-    shear takes a share of it), REMEMBERS (1 where
+    shear takes a share of it), SPINS (1 where pairs take back the angular momentum that they made), AHEAD (share of
+    the step that the stage is ahead), REMEMBERS (1 where
     particles have a memory), NOTHING (else), columns of the state (S_...) and of the rates (R_...),
     slots of the row (U, C, SHARE), `carried` and the templates of `parts`, and functions of `hvisph.materials` and
     `pack`.

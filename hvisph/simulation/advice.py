@@ -180,10 +180,10 @@ def _slow(case: Case, kind: Regime) -> Iterator[str]:
     elastic = kind.pressure < ELASTIC * kind.strength
     slow = BOUNCING if math.isinf(kind.strength) else SLOW
     if elastic and fastest < slow * slowest and case.time.end > CROSSINGS * size / slowest:
+        lost = "" if model.angular_momentum == "kept" else ", and loses spin,"
         yield (
             f"formulation: the bodies stay elastic and move slowly over {case.time.end * slowest / size:.3g} crossings "
-            f"of their waves, and '{model.type}' damps swinging and bouncing, and loses spin, within a few; take "
-            "total_lagrangian"
+            f"of their waves, and '{model.type}' damps swinging and bouncing{lost} within a few; take total_lagrangian"
         )
 
 

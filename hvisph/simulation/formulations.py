@@ -43,7 +43,9 @@ def formulation_of(case: Case) -> AnyFormulation:
         if length.type == "variable"
         else Smoothing(),
     }
-    revolved: dict[str, Any] = {"revolved": KINEMATICS[case.kinematics].revolved}
+    kinematics = KINEMATICS[case.kinematics]
+    revolved: dict[str, Any] = {"revolved": kinematics.revolved}
+    turns = kinematics.dim > 1 and not kinematics.revolved
     if model.type in ("total_lagrangian", "adaptive") or model.parted:
         return _composite(model, case)
     match model.type:
@@ -57,6 +59,7 @@ def formulation_of(case: Case) -> AnyFormulation:
                 product=model.momentum_form == "product",
                 mass_form=model.density_form == "mass",
                 shears=model.viscosity_in_shear == "reduced",
+                spins=turns and model.angular_momentum == "kept",
                 **revolved,
                 **_separating(model, case),
             )
@@ -66,6 +69,7 @@ def formulation_of(case: Case) -> AnyFormulation:
                 reconstruction=model.reconstruction,
                 consistent=model.form == "consistent",
                 held=model.tension == "held",
+                spins=turns and model.angular_momentum == "kept",
                 faces=model.contact.type == "separating" and model.contact.folds,
                 **revolved,
                 **_separating(model, case),

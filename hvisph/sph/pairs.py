@@ -12,6 +12,7 @@ from hvisph.core.binding import bind
 from hvisph.core.errors import RunError
 from hvisph.core.jit import specialise
 from hvisph.core.simd import EIGHT
+from hvisph.core.tensors import SIZE
 
 from . import cells, rates, traversal
 from .copies import Halo, ImageCopies
@@ -42,6 +43,8 @@ class Pass:
         Whether it writes the heat of slip between bodies behind that.
     rings
         Whether it writes the rate of the rings' circumference behind that.
+    spins
+        Whether it writes the rate at which angular momentum is made there.
     """
 
     law: Any
@@ -51,6 +54,13 @@ class Pass:
     density_rate: bool = False
     slips: bool = False
     rings: bool = False
+    spins: bool = False
+
+    def further(self, dim: int) -> int:
+        """Return how many rates it writes behind the velocity gradient."""
+        if self.spins:
+            return 2 + SIZE["axial"][dim - 1]
+        return 3 * self.rings or 2 * self.slips or int(self.density_rate)
 
 
 class Pairs:
@@ -84,7 +94,7 @@ class Pairs:
         dim = layout.dim
         self.layout, self.kernel, self.planes = layout, kernel, planes
         self.coefficients = coefficients
-        self._further = max(3 * one.rings or 2 * one.slips or int(one.density_rate) for one in passes)
+        self._further = max(one.further(dim) for one in passes)
         self.count = len(positions)
         self.slots = layout.slots()
         self.rows = np.zeros((self.count, layout.used))  # close together; sorted, each in whole cache lines

@@ -2,7 +2,8 @@
 
 In order: acceleration (dim), rate of specific internal energy, largest |mu| of its pairs,
 velocity gradient (dim^2); from laws that have them, a rate of ln(rho) beside the gradient's and the heat of slip
-between bodies, which is in the rate of energy; of rings the rate of their circumference.
+between bodies, which is in the rate of energy; of rings the rate of their circumference, of others, where angular
+momentum is kept, the rate at which their pairs make it (axial, for each mass).
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ def width(dim: int) -> int:
 def slots(dim: int) -> dict[str, int]:
     """Return where each rate stands, as constants for compiled loops."""
     return {"R_ACCELERATION": 0, "R_POWER": dim, "R_APPROACH": dim + 1, "R_GRADIENT": dim + 2, "R_DENSITY": width(dim),
-            "R_SLIP": width(dim) + 1, "R_HOOP": width(dim) + 2}  # fmt: skip
+            "R_SLIP": width(dim) + 1, "R_HOOP": width(dim) + 2, "R_SPIN": width(dim) + 2}  # fmt: skip
 
 
 def _write(out, i, a, power, mu, l):

@@ -25,6 +25,8 @@ def _components(rank: str, dim: int) -> list[str]:
             return ["y"]
         case "vector":
             return vector
+        case "axial":  # a mirror turns it as the product of two vectors of its plane
+            return [[], ["xy"], ["yz", "zx", "xy"]][dim - 1]
         case "symmetric":
             return symmetric[dim - 1]
         case "gradient":
@@ -50,7 +52,7 @@ class RowLayout:
     dim
         Number of dimensions.
     fields
-        Pairs of name and rank (``scalar``, ``radius``, ``vector``, ``symmetric``, ``gradient``,
+        Pairs of name and rank (``scalar``, ``radius``, ``vector``, ``axial``, ``symmetric``, ``gradient``,
         ``symmetric_gradient``); the first is the position.
     """
 

@@ -102,6 +102,7 @@ def field_signs(rank: str, axis: int, dim: int) -> np.ndarray:
     names = {
         "scalar": ("",),
         "vector": tuple(vector),
+        "axial": ("xy",) if dim == 2 else ("yz", "zx", "xy"),
         "symmetric": SYMMETRIC_COMPONENTS,
         "gradient": tuple(a + b for a in vector for b in vector),
     }[rank]

@@ -40,6 +40,10 @@ class VariableSmoothingLength(StrictModel):
 SmoothingLength = Annotated[FixedSmoothingLength | VariableSmoothingLength, Field(discriminator="type")]
 
 
+# Whether pairs take back the angular momentum that their shear makes.
+AngularMomentum = Literal["kept", "free"]
+
+
 class KernelOptions(StrictModel):
     """What every kernel-based formulation shares."""
 

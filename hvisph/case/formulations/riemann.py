@@ -15,15 +15,15 @@ from hvisph.case.formulations.contact import (
     stiffness_problems,
     unavailable,
 )
-from hvisph.case.formulations.options import NO_CONVERSION, Kernel, KernelOptions
+from hvisph.case.formulations.options import NO_CONVERSION, AngularMomentum, Kernel, KernelOptions
 from hvisph.case.model import Problem, refuse
 from hvisph.case.surroundings import Surroundings
 from hvisph.case.units import Quantity
 
 # What goes with each form unless given.
 FORMS: dict[str, dict[str, Any]] = {
-    "printed": {"tension": "plain", "contact": {"type": "welded"}},
-    "consistent": {"tension": "held", "contact": {"type": "separating"}},
+    "printed": {"tension": "plain", "angular_momentum": "free", "contact": {"type": "welded"}},
+    "consistent": {"tension": "held", "angular_momentum": "kept", "contact": {"type": "separating"}},
 }
 
 # Equations of state of what expands without end.
@@ -100,6 +100,11 @@ class RiemannFormulation(KernelOptions):
         description="`held`: particles of a solid keep their order in tension until it has flowed by 0.2 of plastic "
         "strain; `plain`: tension brings them into disorder and tears the lattice. `plain` with form `printed`",
     )
+    angular_momentum: AngularMomentum = Field(
+        default="kept",
+        description="`kept`: what pairs make by shear beside their line of centres is taken back a step later; `free`: "
+        "it stays. `free` with form `printed`",
+    )
     contact: Contact = Field(
         default=SeparatingContact(), description="How bodies meet; `welded` unless given with form `printed`"
     )
@@ -115,8 +120,15 @@ class RiemannFormulation(KernelOptions):
 
     @model_validator(mode="after")
     def _nothing_held_as_printed(self) -> RiemannFormulation:
-        if self.form == "printed" and self.tension == "held":
-            refuse([Problem(("tension",), "'held' is for form 'consistent'; leave it out or give 'plain'")])
+        held = {"tension": ("held", "plain"), "angular_momentum": ("kept", "free")}
+        if self.form == "printed":
+            refuse(
+                [
+                    Problem((name,), f"'{no}' is for form 'consistent'; leave it out or give '{yes}'")
+                    for name, (no, yes) in held.items()
+                    if getattr(self, name) == no
+                ]
+            )
         return self
 
     def problems(self, case: Surroundings) -> Iterator[Problem]:

@@ -41,6 +41,14 @@ Bodies of UNLIKE spacings meet as `sph.laws.unlike` says. In all forms the energ
 sum to nothing. Rings of solids of revolution (REVOLVED) add what `sph.laws.rings` says; in the printed form their
 velocity gradient is renormalised.
 
+Shear tractions lie beside the line of centres and make angular momentum. With SPINS each particle counts its share,
+
+    m_a ds_a/dt = - sum r e x F/2 - V_a (tr B - B) w_a,     B = sum of the own body V_b |dW/dr| r e (x) e
+
+half of the pairs' torque and what its own w takes back; the sum over all particles is all that is made. In the next
+step dt the own body's pairs carry (w_a + w_b) x e/2 beside t*, w_a = rho_a s_a/(2 dt): an antisymmetric stress, equal
+and opposite in each pair as the rest of it, whose work is the pair's. What is left at any time is one step's worth.
+
 Source: Parshikov & Medin 2002 as used by Mehra & Chaturvedi 2006; reconstruction after van Leer 1979; h that
 follows density after Springel & Hernquist 2002.
 """
@@ -52,11 +60,15 @@ import numpy as np
 from hvisph.core.lanes import LANES, all_lanes, anywhere, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
+    about,
+    axial,
     divergence,
     dot,
     gradient,
+    inertia,
     matrix,
     minus,
+    no_axial,
     no_gradient,
     no_symmetric,
     no_symmetric_gradient,
@@ -64,6 +76,7 @@ from hvisph.core.tensors import (
     on,
     on_rows,
     outer,
+    own_axial,
     own_gradient,
     own_symmetric,
     own_symmetric_gradient,
@@ -80,6 +93,7 @@ from hvisph.core.tensors import (
     symmetric_outer,
     times,
     to_dimensions,
+    torque,
     totals,
     vector,
 )
@@ -97,7 +111,7 @@ from .unlike import ENTRIES, along_normal, depth, stretched
 DEPTH_TABLE = 2
 
 # Options of the law, off unless bound.
-RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = FACES = UNLIKE = ONLY_OTHER = REVOLVED = 0
+RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = FACES = UNLIKE = ONLY_OTHER = REVOLVED = SPINS = 0
 
 # Slope of the shock's speed over its jump of velocity, for the impedance; metals have 1.2 to 1.5.
 SHOCK_SLOPE = 1.2
@@ -111,11 +125,11 @@ SLIPPERY = 1e-8
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
                following: bool = False, revolved: bool = False, unlike: bool = False,
-               faces: bool = False) -> RowLayout:  # fmt: skip
+               faces: bool = False, spins: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
-    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, FILLS and ENDS N and O of its body, FACE O
-    as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop stress of a ring.
+    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, TWIST w, FILLS and ENDS N and O of its body,
+    FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop stress of a ring.
     """
     fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric")]
     if parted:
@@ -124,7 +138,9 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
         fields.append(("face", "vector"))
     fields += [("zn", "scalar"), ("zt", "scalar")]
     if consistent:
-        fields += [("rho", "scalar"), ("bear", "scalar"), ("shear", "scalar"), ("order", "scalar")]
+        fields += [("rho", "scalar"), ("shear", "scalar")]
+    if spins:
+        fields.append(("twist", "axial"))
     if revolved:
         fields.append(("ring", "radius"))
     if reconstruct:
@@ -133,6 +149,8 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
         fields += [("fills", "vector"), ("ends", "vector")]
     if unlike:
         fields.append(("depth", "scalar"))
+    if consistent:
+        fields += [("bear", "scalar"), ("order", "scalar")]
     fields.append(("m", "scalar"))  # the pairs never read it, nor whether h is free to follow
     if following:
         fields.append(("grows", "scalar"))
@@ -142,9 +160,10 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
 
 
 def read_by_all(layout: RowLayout) -> RowLayout:
-    """Return the first part of the row: the rest is read of neighbours where bodies meet, or never."""
+    """Return the first part of the row: the rest is read of neighbours in tension, where bodies meet, or never."""
     names = [name for name, _ in layout.fields]
-    return RowLayout(layout.dim, layout.fields[: names.index("fills" if "fills" in names else "m")])
+    first = next(name for name in ("fills", "bear", "m") if name in names)
+    return RowLayout(layout.dim, layout.fields[: names.index(first)])
 
 
 def gradients(near, n, rows, i, constants, out):
@@ -194,6 +213,10 @@ def accumulate(near, n, rows, i, constants, out):
     if PARTED:
         fills, ends = own_vector(rows, i, FILLS, DIM), own_vector(rows, i, ENDS, DIM)
     a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
+    if SPINS:
+        made, across_bodies = spread(no_axial(DIM)), spread(no_symmetric(DIM))
+        if not ONLY_OTHER:
+            twist = own_axial(rows, i, TWIST, DIM)
     nowhere = power = mu = number = own_number = widening = slip = fullness = all_lanes(0.0)
     inverse_ring = 1.0 / rows[i, RING] if REVOLVED else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
@@ -254,10 +277,11 @@ def accumulate(near, n, rows, i, constants, out):
         inverse = 1.0 / (za + zb)
         us_n = (za * nu_a + zb * (du_n - nu_b) + (dt_n - nt_a - nt_b)) * inverse
         t_n = ta_n + (zb * nt_a + za * (dt_n - nt_b) + za * zb * apart) * inverse
-        if CONSISTENT:
-            t_n = min(t_n, min(rows[i, BEAR], b[BEAR]))
-        if HELD:
-            t_n = let_go(t_n, volume * b[V], dx, inverse_r, min(rows[i, ORDER], b[ORDER]))
+        if CONSISTENT and anywhere(b[V] * t_n):  # none bears less than no tension
+            cold = neighbours(rows, near, k, WHOLE)
+            t_n = min(t_n, min(rows[i, BEAR], cold[BEAR]))
+            if HELD:
+                t_n = let_go(t_n, volume * b[V], dx, inverse_r, min(rows[i, ORDER], cold[ORDER]))
         us_t = t_t = ta_t = minus(ta, times(ta_n, e))
         if DIM > 1:
             z_b, inverse = b[ZT], 1.0 / (zt + b[ZT] + TINY)
@@ -275,9 +299,16 @@ def accumulate(near, n, rows, i, constants, out):
                 most = max(UNLIMITED * (1.0 - other), -constants[1] * t_n)
                 t_t, us_t, heat = slid(t_t, us_t, du_t, ta_t, dt_t, (zt, zn), (b[ZT], b[ZN]), most, other)
                 power, slip = power + worked * heat, slip + worked * heat
+            if SPINS:
+                share_of_both = times((0.5 * other) * weight * vg * along, e)
+                across_bodies = plus(across_bodies, symmetric_outer(share_of_both, e))
         us, ts = times(us_n, e), times(t_n, e)
         if DIM > 1:
             us, ts = plus(us, us_t), plus(ts, t_t)
+        if SPINS:
+            made = plus(made, times(vg, torque(dx, ts)))
+            if not ONLY_OTHER:
+                ts = plus(ts, about(times(half, plus(twist, axial(b, TWIST, DIM))), e))
         power += worked * dot(ts, us)
         if REVOLVED:
             power -= vg * mean * (1.0 - real) * (0.5 * radial(ts)) * (2.0 * radial(u) + radial(jump))
@@ -319,5 +350,10 @@ def accumulate(near, n, rows, i, constants, out):
         force, work = plus_radial(force, hoop), work - hoop * radial(u)
         out[i, R_HOOP] = radial(u) * taken
     write_rates(out, i, times(inverse_density, force), inverse_density * work, largest(mu), gradient_u)
+    if SPINS:
+        spin = times(-0.5, totals(made))
+        if not ONLY_OTHER:
+            spin = minus(spin, on_rows(inertia(minus(totals(moment), totals(across_bodies))), twist))
+        put(out, i, R_SPIN, times(inverse_density, spin))
     if PARTED:
         out[i, R_SLIP] = inverse_density * total(slip)

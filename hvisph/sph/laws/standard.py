@@ -32,6 +32,12 @@ long as the plain one, or has less than 1/C_f of it along the pair; that refuses
 (BY_COMPONENT) tests each component instead, and so depends on the frame; components along which the two stand side by
 side are not tested there: the plain gradient has none. Fall-backs are counted.
 
+Angular momentum (SPINS): a particle's stress makes some where it does not share the axes of its neighbourhood,
+B = sum_b V_b |dW/dr| r e (x) e. Each counts what its own side of the pairs makes, s_a for each mass, and adds to its
+stress the antisymmetric one, w_a x g, that takes it back in the next step dt: w_a = rho_a s_a/(2 dt). What is left at
+any time is one step's worth. The work of w_a is no strain's: in turn, the turning W of the neighbourhood (by least
+squares) is given to L as it is, L + W (1 - B), and strains nothing.
+
 Beside Total Lagrangian particles pairs have shares (`sph.laws.coupling`). Rings of solids of revolution (REVOLVED) add
 what `sph.laws.rings` says, and their velocity gradient in the plane is renormalised.
 """
@@ -44,16 +50,22 @@ from hvisph.core.jit import compiled
 from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
+    about,
+    axial,
     dot,
     gradient,
+    identity,
+    inertia,
     matrix,
     minus,
+    no_axial,
     no_gradient,
     no_symmetric,
     no_vector,
     on,
     on_rows,
     outer,
+    own_axial,
     own_gradient,
     own_symmetric,
     own_vector,
@@ -62,14 +74,18 @@ from hvisph.core.tensors import (
     plus_last,
     plus_radial,
     product,
+    put,
     radial,
     scaled_apart,
     spread,
     symmetric,
     symmetric_outer,
     times,
+    torque,
     totals,
+    turning,
     vector,
+    whirl,
 )
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.shape_matrix import sound_inverse
@@ -80,7 +96,7 @@ from .rings import hoop_share, ring_weight, unlike_at_axis
 # Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
 # viscosity, corrected gradients, their test by component, pairs beside Total Lagrangian particles, rings, rings beside
 # Total Lagrangian ones, exponent n of f.
-PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = BY_COMPONENT = COUPLED = REVOLVED = HYBRID = 0
+PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = BY_COMPONENT = COUPLED = REVOLVED = HYBRID = SPINS = 0
 EXPONENT = 4
 
 # A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
@@ -138,6 +154,8 @@ def accumulate(near, n, rows, i, constants, out):
         twice_alpha = 2.0 * constants[4]  # for c_a + c_b in place of their mean
     inverse_ring = 1.0 / rows[i, RING] if REVOLVED else 0.0
     a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
+    if SPINS:
+        made, whole = spread(no_axial(DIM)), plus(matrix(t), turning(own_axial(rows, i, TWIST, DIM)))
     density_rate = power = mu_max = plain = all_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
@@ -192,6 +210,8 @@ def accumulate(near, n, rows, i, constants, out):
             g, o = plus(times(kept, own_g), times(left, g)), plus(times(kept, others), times(left, g))
             mean = times(0.5, plus(g, o))
         own, other = on(t, g), on(symmetric(b, T, DIM), o)
+        if SPINS:
+            own, other = on_rows(whole, g), plus(other, about(axial(b, TWIST, DIM), o))
         if PRODUCT:
             own, other = times(rho * inverse_rho_b, own), times(rho_b * inverse_rho, other)
         pair = times(-pi, mean)
@@ -215,6 +235,9 @@ def accumulate(near, n, rows, i, constants, out):
             density_rate += flow
             power -= 0.5 * inverse_rho * flow * (p * inverse_rho + p_b * inverse_rho_b)
         force, apart = plus(plus(own, pair), other), du
+        if SPINS:
+            made = plus(made, times(m, torque(dx, plus(own, times(0.5, pair)) if ARTIFICIAL_STRESS else own)))
+            moment = minus(moment, symmetric_outer(times(vf * f, dx), dx))
         if REVOLVED:
             weight, real = ring_weight(b[RING], inverse_ring)
             # of an image over the axis: the radial work of the two real rings, but of the viscosity that of a mirror
@@ -242,6 +265,12 @@ def accumulate(near, n, rows, i, constants, out):
         unlike = unlike_at_axis(gradient_u[-1], around, rows[i, RING], h)
         gradient_u = plus_last(gradient_u, unlike)
         out[i, R_HOOP] = around - unlike
+    if SPINS:
+        fullness = totals(moment)
+        inverse, _ = sound_inverse(inertia(fullness))
+        spinning = turning(on_rows(inverse, whirl(gradient_u)))
+        gradient_u = plus(gradient_u, product(spinning, minus(identity(gradient_u), matrix(fullness))))
+        put(out, i, R_SPIN, totals(made))
     write_rates(out, i, force, -work, largest(mu_max), gradient_u)
     if MASS_FORM or DISSIPATION:
         out[i, R_DENSITY] = inverse_rho * total(density_rate)

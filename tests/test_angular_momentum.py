@@ -1,0 +1,116 @@
+"""Angular momentum: what pairs make of it beside their lines of centres is counted and taken back."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sph_twins import compiled_rates, random_cloud, twin_rates
+from test_sph_laws import assert_same, turn
+
+from hvisph.case.formulations.eulerian import EulerianFormulation
+from hvisph.case.formulations.riemann import RiemannFormulation
+from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError
+from hvisph.formulations.eulerian import Eulerian
+from hvisph.formulations.options import GrayArtificialStress
+from hvisph.formulations.riemann import Riemann
+from hvisph.simulation.build import build
+from hvisph.sph import rates as slots_of
+from hvisph.verification.materials import ELASTIC
+
+FORMULATIONS = {
+    "standard": Eulerian(artificial_stress=GrayArtificialStress(), spins=True),
+    "contact": Riemann(parted=True, friction=0.3, spins=True),
+}
+EVERY = pytest.mark.parametrize("formulation", FORMULATIONS.values(), ids=FORMULATIONS)
+DIMS = pytest.mark.parametrize("dim", [2, 3])
+
+
+def torque(x, f):
+    """Return the sum of x x f over all particles, of the plane along its normal."""
+    if x.shape[1] == 2:
+        return np.array([(x[:, 0] * f[:, 1] - x[:, 1] * f[:, 0]).sum()])
+    return np.cross(x, f).sum(axis=0)
+
+
+@DIMS
+@EVERY
+def test_rates_are_those_of_the_formulas_in_balance_and_turn_with_the_body(formulation, dim):
+    cloud, q = random_cloud(dim), turn(dim)
+    found, at = compiled_rates(cloud, formulation), slots_of.slots(dim)
+    if isinstance(formulation, Eulerian):  # which writes neither density nor slip
+        found[:, at["R_DENSITY"] : at["R_SPIN"]] = 0.0
+    assert_same(found, twin_rates(cloud, formulation), 1e-12)  # sums of up to 80 terms in another order
+    force, power = cloud.m[:, None] * found[:, :dim], cloud.m * found[:, dim]
+    assert np.all(np.abs(force.sum(0)) < 1e-13 * np.abs(force).sum(0))
+    work = (force * cloud.u).sum(1)
+    assert abs(work.sum() + power.sum()) < 1e-13 * (np.abs(work) + np.abs(power)).sum()
+    # what particles count is all of the torque
+    counted = cloud.m[:, None] * found[:, at["R_SPIN"] :]
+    whole = torque(cloud.x - cloud.x.mean(axis=0), force)
+    assert np.all(np.abs(counted.sum(axis=0) - whole) < 1e-12 * np.abs(counted).sum())
+    assert np.all(np.abs(whole) > 1e-4 * np.abs(counted).sum())
+    there = compiled_rates(cloud.turned(q), formulation)
+    spins = found[:, at["R_SPIN"] :]
+    assert_same(there[:, at["R_SPIN"] :], spins @ q.T if dim == 3 else spins, 1e-10)
+
+
+@DIMS
+def test_turning_strains_nothing(dim):
+    cloud, rng = random_cloud(dim), np.random.default_rng(7)
+    g = rng.normal(size=(dim, dim))
+    spin = 100.0 * (g - g.T)
+    cloud = replace(cloud, u=cloud.x @ spin.T)
+    found = compiled_rates(cloud, FORMULATIONS["standard"])[:, dim + 2 :][:, : dim * dim]
+    assert np.abs(found - spin.ravel()).max() < 1e-10 * np.abs(spin).max()
+    plain = compiled_rates(cloud, replace(FORMULATIONS["standard"], spins=False))[:, dim + 2 :]
+    assert np.abs(plain - spin.ravel()).max() > 0.1 * np.abs(spin).max()
+
+
+def spun(formulation, integrator, steps):
+    """Return by how much the angular momentum of a disordered disc that spins changes, over what it is."""
+    case = {
+        "kinematics": "plane_strain", "resolution": 1e-3, "formulation": formulation,
+        "bodies": {"disc": {"material": ELASTIC, "position": [0.0, 0.0], "shape": {"type": "disc", "diameter": 16e-3}}},
+        "time": {"end": 1.0, "integrator": integrator},
+    }  # fmt: skip
+    setup = build(load_case(case))
+    particles = setup.particles
+    particles["position"] += 2e-5 * np.random.default_rng(0).normal(size=particles["position"].shape)
+    x = particles["position"].copy()
+    particles["velocity"] = 2e4 * np.column_stack([-x[:, 1], x[:, 0]])  # the rim at 160 m/s
+
+    def momentum():
+        return torque(particles["position"], particles["mass"][:, None] * particles["velocity"])[0]
+
+    setup.stepper.start()
+    before = momentum()
+    for _ in range(steps):
+        setup.stepper.evaluate()
+        setup.stepper.complete(4e-8, 4e-8)
+    return abs(momentum() / before - 1.0)
+
+
+@pytest.mark.parametrize("integrator", ["leapfrog", pytest.param("predictor_corrector", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("kind", ["riemann", "eulerian"])
+def test_a_disc_keeps_its_spin(kind, integrator):
+    """What is left is a step's worth of torque, and no more of it the longer it spins."""
+    kept, free = (
+        [spun({"type": kind, "angular_momentum": name}, integrator, steps) for steps in (40, 160)]
+        for name in ("kept", "free")
+    )
+    assert max(kept) < 0.05 * free[1]
+    assert kept[1] < 3.0 * kept[0]
+
+
+def test_what_is_printed_or_corrected_leaves_it_free():
+    assert RiemannFormulation().angular_momentum == "kept"
+    assert RiemannFormulation(form="printed").angular_momentum == "free"
+    assert EulerianFormulation().angular_momentum == "free"
+    body = {"a": {"material": ELASTIC, "shape": {"type": "disc", "diameter": 1e-2}}}
+    case = {"kinematics": "plane_strain", "resolution": 1e-3, "bodies": body, "time": {"end": 1e-6}}
+    with pytest.raises(CaseError, match="angular_momentum.*form 'consistent'"):
+        load_case(case | {"formulation": {"type": "riemann", "form": "printed", "angular_momentum": "kept"}})
+    corrected = {"type": "eulerian", "correction": {"type": "mixed"}, "angular_momentum": "kept"}
+    with pytest.raises(CaseError, match="angular_momentum.*correction 'mixed'"):
+        load_case(case | {"formulation": corrected})
