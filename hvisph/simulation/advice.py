@@ -32,6 +32,8 @@ STRONG = 0.3
 # Pressure over strength above which a plate may be punched, and speeds below which it is, rather than burst [m/s].
 PUNCHED = 2.0
 BALLISTIC = 1200.0
+# Particles across a projectile from which on it shears out plugs in time, and up to which contact SPH slows it.
+BAND, COARSE = 60.0, 24.0
 # Impact pressure up to which strength is felt [Pa], and materials of the library that are liquids.
 FELT = 20e9
 LIQUIDS = ("water",)
@@ -192,16 +194,29 @@ def _punching(case: Case, kind: Regime) -> Iterator[str]:
     if not 0.0 < kind.velocity < BALLISTIC or len(case.bodies) < 2 or case.dim == 1:
         return
     met = meeting(case)
-    struck = [body for name, body in case.bodies.items() if met is None or name != met.first]
-    fails = any(body.material.damage.type == "johnson_cook" for body in struck)
-    if not fails or kind.strength is None or kind.pressure <= PUNCHED * kind.strength:
+    struck = {name: body for name, body in case.bodies.items() if met is None or name != met.first}
+    failing = {
+        name: body.material.damage for name, body in struck.items() if body.material.damage.type == "johnson_cook"
+    }
+    if not failing or kind.strength is None or kind.pressure <= PUNCHED * kind.strength:
         return
-    yield (
-        "resolution: a plug leaves along a band of some tenths of a millimetre, which is two or three spacings wide in "
-        "a run: limits of blunt projectiles come out half to three quarters too high at 20 to 40 particles across "
-        "(docs/validation.md); compare with a shot that was fired"
-    )
-    if case.formulation.type == "riemann":
+    widths = [min(body.shape.extent()[1:], default=0.0) for name, body in case.bodies.items() if name not in struck]
+    across = max(widths, default=0.0) / case.resolution
+    if across < BAND:
+        yield (
+            "resolution: a blunt projectile shears out a plug along a band that 80 particles across it resolve; limits "
+            "come out half to three quarters too high with 20 to 40 (docs/validation.md); compare with a shot that was "
+            "fired"
+        )
+    for name, damage in failing.items():
+        if getattr(damage, "softening", 0.0) == 0.0:
+            yield (
+                f"bodies.{name}.material.damage: takes nothing from the yield stress before it fails, so that in a "
+                "metal that hardens no band of shear forms and plugs leave too late; give `softening`, D_c, if the "
+                "damage was published with one"
+            )
+            break
+    if case.formulation.type == "riemann" and across < COARSE:
         yield (
             "formulation: what punches a plate at this speed loses too much of its own in 'riemann' (a flat steel core "
             "at 850 m/s leaves 10 mm of aluminium at 616 m/s at 8 particles across, at 648 at 12, for 680); take "
