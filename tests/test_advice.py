@@ -43,10 +43,11 @@ def test_a_sound_case_needs_no_advice():
         (row_of([METAL, METAL], speed=12e3, formulation={"type": "eulerian"}), "density_form"),
         (row_of([METAL, METAL], speed=3100.0, formulation={"type": "total_lagrangian"}), "reference kernels"),
         (row_of([SPRING], speed=1.0, time={"end": 1e-3}), "total_lagrangian"),
-        (row_of([GAS, GAS], speed=100.0, formulation={"type": "eulerian"}), "smoothing_length"),
+        (row_of([GAS, GAS], speed=100.0, formulation={"type": "eulerian", "density_form": "mass"}), "smoothing_length"),
+        (row_of([GAS, GAS], speed=9.0, formulation={"type": "eulerian", "smoothing_length": {"type": "variable"}}), "density"),
         (row_of([METAL, METAL], formulation={"type": "eulerian", "contact": {"type": "repulsive"}}), "contact"),
     ],
-    ids=["printed", "volume", "reference", "slow", "gas", "loaded"],
+    ids=["printed", "volume", "reference", "slow", "gas", "dense gas", "loaded"],
 )  # fmt: skip
 def test_what_is_outside_the_verification_is_named(case, key):
     (text,) = advice(case)

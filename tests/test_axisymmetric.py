@@ -86,7 +86,8 @@ def test_a_case_in_3d_becomes_axisymmetric_by_one_key():
     ("formulation.contact.type", {"formulation": {"type": "total_lagrangian", "contact": {"type": "repulsive"}}}),
     ("kinematics", {"formulation": {"type": "projection"}}),
     ("symmetry.0", {"symmetry": [{"axis": "y", "at": 1e-3}]}),
-    ("formulation.density_form", {"formulation": {"type": "eulerian", "density_form": "mass"}}),
+    ("formulation.correction", {"formulation": {"type": "eulerian", "correction": {"type": "gradient"},
+                                                "momentum_form": "product"}}),
 ])  # fmt: skip
 def test_what_has_no_axisymmetric_form_is_refused(place, change):
     with pytest.raises(CaseError) as refused:

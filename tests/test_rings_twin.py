@@ -12,6 +12,7 @@ from hvisph.sph.symmetry import AXIS
 
 LAWS = {
     "standard": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), revolved=True),
+    "density by mass": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), mass_form=True, revolved=True),
     "contact": Riemann(reconstruction="none", consistent=False, revolved=True),
 }
 
@@ -39,10 +40,10 @@ def contact(cloud, a, b, e):
 
 
 def ring_rates(cloud, hoop, formulation):
-    """Return acceleration, power, gradient and rate of the circumference of every ring."""
+    """Return acceleration, power, gradient, rate of the circumference and what is added to that of ln(rho) of every ring."""
     count, whole, rows = len(cloud.x), cloud.with_image(1, 0.0), []
     for a in range(count):
-        force, power, found, shape = np.zeros(2), 0.0, np.zeros((2, 2)), np.zeros((2, 2))
+        force, power, found, shape, by_mass = np.zeros(2), 0.0, np.zeros((2, 2)), np.zeros((2, 2)), 0.0
         r, rho = cloud.x[a, 1], cloud.rho[a]
         for b in neighbours(whole, formulation.kernel, a):
             x, image = whole.x[a] - whole.x[b], b >= count
@@ -61,7 +62,8 @@ def ring_rates(cloud, hoop, formulation):
                     power -= own[1] * radially + ((1.0 - w) * closing[1] - radially) * half[1]
                 else:
                     power -= w * own @ closing
-                found -= area * np.outer(whole.u[a] - whole.u[b], gradient)
+                found -= area * np.outer(closing, gradient)
+                by_mass += (whole.m[b] / rho - area) * closing @ gradient
             else:
                 e = -x / distance
                 jump, traction = contact(whole, a, b, e)
@@ -84,7 +86,7 @@ def ring_rates(cloud, hoop, formulation):
         if isinstance(formulation, Eulerian):  # the same about the axis, and their sum as it is
             unlike = 0.5 * max(1.0 - r / cloud.h[a], 0.0) * (around - found[1, 1])
             found[1, 1], around = found[1, 1] + unlike, around - unlike
-        rows.append([*force, power, *found.ravel(), around])
+        rows.append([*force, power, *found.ravel(), around, by_mass])
     return np.array(rows)
 
 
@@ -99,5 +101,8 @@ def test_compiled_rates_of_rings_are_those_of_the_formulas(formulation):
     at, found = places.slots(2), pairs.rates[pairs.place[: len(cloud.x)]]
     chosen = [0, 1, at["R_POWER"], *range(at["R_GRADIENT"], at["R_GRADIENT"] + 4), at["R_HOOP"]]
     wanted = ring_rates(cloud, hoop, formulation)
+    if isinstance(formulation, Eulerian) and formulation.mass_form:
+        chosen.append(at["R_DENSITY"])
+    wanted = wanted[:, : len(chosen)]
     # as of the laws in the plane: sums of up to 80 terms in another order; the inverse of the shape adds a digit
     assert np.all(np.abs(found[:, chosen] - wanted) <= 1e-11 * np.abs(wanted).max(axis=0))

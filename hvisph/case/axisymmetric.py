@@ -102,7 +102,6 @@ def axisymmetric_problems(case: Surroundings) -> Iterator[Problem]:
     if formulation.type == "eulerian":
         yield from _without(formulation, "correction", "type", "none", "gradients are renormalised as it is")
         yield from _without(formulation, "density_dissipation", "type", "none", "its exchange is one of the plane")
-        yield from _without(formulation, "density_form", "", "volume", "the area of a ring follows its volume")
     if formulation.mixes_kernels:
         yield from _without(formulation, "spatial_correction", "type", "none", "gradients are renormalised as it is")
     for index, plane in enumerate(case.symmetry):

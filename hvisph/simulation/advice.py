@@ -316,6 +316,12 @@ def _gas(case: Case) -> Iterator[str]:
             f"formulation.smoothing_length: fixed, and {gases}, whose particles part by more than a fixed kernel "
             f"reaches; give {{{', '.join(f'{key}: {value}' for key, value in wanted.items())}}}"
         )
+    plain = model.type == "eulerian" and model.correction.type == "none" and model.density_form == "volume"
+    if plain and all(body.material.eos.type == "ideal_gas" for body in case.bodies.values()):
+        yield (
+            "formulation.density_form: 'volume' has density and pressure of a gas a fifth too high behind a shock that "
+            "squeezes it fourfold (docs/verification.md, noh); take 'mass', or the formulation riemann"
+        )
 
 
 def _loaded(case: Case) -> Iterator[str]:

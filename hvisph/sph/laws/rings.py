@@ -22,6 +22,8 @@ sections, u_ra + u_rb, of which either side has half the heat: viscosity, and wh
 dashpot of the shear impedances, which gases have none of. With w it would drive rings into the axis, the first row by
 energy that its own stress has not lost.
 
+In the mass form of density chi_a (`sph.laws.standard`) is its sum in the plane, with M.
+
 At the axis L_rr = L_tt; there each takes of the difference what brings both to their mean, whole at r = 0 and none from
 r = h on, which leaves the rate of density as it is.
 
