@@ -24,6 +24,9 @@ TILLOTSON = ("{type: tillotson, bulk_modulus: 75.2 GPa, b_modulus: 65 GPa, a: 0.
 MISES = "{type: von_mises, shear_modulus: 27.6 GPa, yield_stress: 0.3 GPa}"
 COOK = ("{type: johnson_cook, shear_modulus: 27.6 GPa, a: 265 MPa, b: 426 MPa, n: 0.34, c: 0.015, m: 1.0, "
         "melt_temperature: 775, heat_capacity: 875, room_temperature: 294}")  # fmt: skip
+RISING = ("{type: isentrope, heat_capacities: [[298, 897], [600, 1034], [933, 1222], [934, 1177]], "
+          "heat_of_melting: 397 kJ/kg, melting_point: 933 K}")  # fmt: skip
+CONSTANT = "{type: isentrope}"
 MATERIALS = {
     "stiffened gas, von Mises": (GAS, MISES),
     "Mie-Grueneisen, von Mises": (GRUENEISEN, MISES),
@@ -31,6 +34,7 @@ MATERIALS = {
     "stiffened gas, Johnson-Cook": (GAS, COOK),
     "Mie-Grueneisen, Johnson-Cook": (GRUENEISEN, COOK),
     "Tillotson, Johnson-Cook": (TILLOTSON, COOK),
+    "Mie-Grueneisen, Johnson-Cook, heat capacity that rises": (GRUENEISEN, COOK, RISING),
 }
 STEPS = 20
 
@@ -50,8 +54,9 @@ def main() -> None:
     set_threads(1)
     name = "sphere_on_plate" if arguments.three else "quickstart"
     steppers = {}
-    for label, (eos, strength) in MATERIALS.items():
-        material = f"{{name: metal, density: 2700, eos: {eos}, strength: {strength}}}"
+    for label, (eos, strength, *heat) in MATERIALS.items():
+        capacity = heat[0] if heat else CONSTANT
+        material = f"{{name: metal, density: 2700, eos: {eos}, strength: {strength}, temperature: {capacity}}}"
         case = load_case(name, [f"bodies.{body}.material={material}" for body in ("projectile", "target")]
                          + [f"formulation={{type: {arguments.formulation}}}", "expected={}"])  # fmt: skip
         steppers[label] = build(case).stepper

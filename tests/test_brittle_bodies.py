@@ -45,9 +45,15 @@ def strength(folder, rate, dx, seed=0):
     return max(means)
 
 
+def acting(rate, dx):
+    """Flaws that act in a particle at the greatest stress: k V (sigma/E)^m, which grows as rate^(3m/(m+3))."""
+    return K * dx**3 * (theory(rate)[0] / YOUNG) ** M
+
+
 def test_strength_of_a_body_grows_with_rate_as_grady_and_kipp_have_it(tmp_path):
-    """rate^(3/(m+3)) = rate^(1/4) within 5 %, where a particle holds more than a flaw that acts (here 15 and more)."""
+    """rate^(3/(m+3)) = rate^(1/4) within 5 %, where a particle holds more than four flaws that act (here 12 and more)."""
     rates = np.array([2.5e3, 2e4, 1.6e5])
+    assert acting(rates[0], 2e-3) > 4.0
     found = [strength(tmp_path / f"{rate:g}", rate, 2e-3) for rate in rates]
     assert np.polyfit(np.log(rates), np.log(found), 1)[0] == pytest.approx(3.0 / (M + 3.0), rel=0.05)
     # the theory has the mean of all flaws, the middle of this patch those of some fifty particles
@@ -74,6 +80,17 @@ def alone(rate, dx, count=4000, steps=400):
         root = np.where(root < limit, np.minimum(root + dt * np.cbrt(acting) * CRACKS / model.radius, limit), root)
         means.append(float((YOUNG * strain * (1.0 - np.minimum(root**3, 1.0))).mean()))
     return max(means)
+
+
+def test_strength_grows_with_rate_at_any_spacing_where_four_flaws_act():
+    """At 0.5 mm from 1e4 1/s on; below, where less than a flaw acts, it does not."""
+    exponent = 3.0 / (M + 3.0)
+    for dx, rates in ((1e-3, (5e3, 1.6e5)), (5e-4, (1e4, 1.6e5))):
+        assert acting(rates[0], dx) > 4.0
+        low, high = (alone(rate, dx) for rate in rates)
+        assert np.log(high / low) / np.log(rates[1] / rates[0]) == pytest.approx(exponent, rel=0.05)
+    assert acting(2.5e3, 5e-4) < 0.2
+    assert np.log(alone(1e4, 5e-4) / alone(2.5e3, 5e-4)) / np.log(4.0) < 0.8 * exponent
 
 
 def test_where_less_than_a_flaw_acts_in_a_particle_a_body_is_as_strong_as_its_particles_alone(tmp_path):
