@@ -260,6 +260,22 @@ def test_a_command_forks_its_workers_and_replaces_one_that_is_killed(tmp_path):
     assert same(folder.run_folder(folder.members()[2]), alone(folder, folder.members()[2], tmp_path))
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="workers are forked on Linux alone")
+def test_a_command_that_is_asked_to_end_takes_its_workers_along(tmp_path):
+    vary = {"type": "list", "cases": [{"time.end": "1 ms"}]}
+    folder = begin({"case": "quickstart", "set": SMALL | {"output.every": None}, "vary": vary}, tmp_path / "sweep")
+    command = subprocess.Popen([sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--workers", "1", "--quiet"],
+                               stderr=subprocess.PIPE, text=True)  # fmt: skip
+    run_log = folder.run_folder(folder.members()[0]) / "run.log"
+    while not run_log.exists() and command.poll() is None:
+        time.sleep(0.02)
+    command.send_signal(signal.SIGTERM)
+    assert "go on with" in command.communicate()[1]
+    assert command.returncode == 130
+    assert folder.standing(folder.members()[0]).status == "interrupted"  # by a worker that has ended: nobody holds it
+    assert "interrupted at" in run_log.read_text()
+
+
 def test_a_case_that_cannot_run_is_a_row_and_not_the_end(tmp_path):
     vary = {"type": "list", "cases": [{"time.cfl": 0.25},
                                       {"bodies.projectile.position": ["0.5 mm", "0 mm"]}]}  # fmt: skip

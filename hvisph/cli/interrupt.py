@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 _noted = threading.Event()
+ENDING = (signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))  # Windows has no SIGHUP
 
 
 @contextmanager
@@ -38,6 +39,29 @@ def raise_noted() -> None:
     if _noted.is_set():
         _noted.clear()
         raise KeyboardInterrupt
+
+
+@contextmanager
+def ends_like_ctrl_c() -> Iterator[None]:
+    """Take SIGTERM, and SIGHUP of a closed terminal, for Ctrl-C in this block: who is asked to end stops workers first.
+
+    Signals that the parent had ignored stay ignored.
+    """
+    ours = threading.current_thread() is threading.main_thread()
+    before = {number: signal.getsignal(number) for number in ENDING} if ours else {}
+    for number, handler in before.items():
+        if handler is signal.SIG_DFL:
+            signal.signal(number, _interrupt)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            if handler is signal.SIG_DFL:
+                signal.signal(number, handler)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
 
 
 def _note(number: int, frame: FrameType | None) -> None:

@@ -170,13 +170,14 @@ def _list(source: str, as_json: bool) -> None:
 
 def go(folder: SweepFolder, how: Running, chosen: Any, only: str | None) -> None:
     """Compute what is left, telling of each case as it ends; leave the command where it is interrupted."""
+    from hvisph.cli.interrupt import ends_like_ctrl_c
     from hvisph.cli.sweep_lines import Teller
     from hvisph.sweeps.begin import driver
 
     under_way = driver(folder, how.workers, how.threads, chosen, only, how.crew())
     teller = Teller(under_way, how.silent)
     try:
-        with teller:
+        with ends_like_ctrl_c(), teller:
             for row in under_way.go():
                 teller.ended(row)
     except KeyboardInterrupt:
