@@ -7,9 +7,11 @@ PARTED): only particles near another body, and their neighbours, are packed and 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
+from hvisph.core.binding import bind
 from hvisph.core.tensors import SIZE
 from hvisph.sph import rates as sums_of_pairs
 from hvisph.sph.copies import Halo
@@ -21,6 +23,8 @@ from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.selection import Selection
 from hvisph.sph.symmetry import Plane
+
+from . import separating_passes
 
 
 class NoContact:
@@ -80,7 +84,7 @@ class SeparatingContact:
         self._seen: Halo | None = None
         self.renumber(bodies)
         self._spins = SIZE["axial"][dim - 1] if spins else 0
-        self._taken: tuple[np.ndarray, np.ndarray] | None = None
+        self._bound: tuple[Any, Any, tuple[np.ndarray, np.ndarray]] | None = None
         self._stress = SIZE["symmetric"][dim - 1]
 
     def renumber(self, bodies: np.ndarray) -> None:
@@ -92,8 +96,8 @@ class SeparatingContact:
         self._pairs.halo = halo_for(self._pairs.layout)
         self._seen = halo_for(_places(self._pairs.layout.dim))
 
-    def _chosen(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> np.ndarray:
-        """Return the particles near another body, or near one that is: more than these do no harm."""
+    def _chosen(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the particles near another body, and those near one that is: more than these do no harm."""
         if self._seen is None:
             return self._selection.near_other_bodies(rows, self._bodies, reach)
         dim, own = self._pairs.layout.dim, len(rows)
@@ -101,50 +105,40 @@ class SeparatingContact:
         places[:, :dim], places[:, dim] = rows[:, :dim], self._bodies
         # a cell is chosen by what is up to two cells away
         places, _ = self._seen.append(places, numbers, 3.0 * reach)
-        near = self._selection.near_other_bodies(places, places[:, dim].astype(np.uint32), reach)
-        return near[near < own]
+        near, beside = self._selection.near_other_bodies(places, places[:, dim].astype(np.uint32), reach)
+        return near[near < own], beside[beside < own]
 
     def add(self, standard: Pairs, h: float) -> None:
         """Add the rates of contact to those of the `standard` law; `h` is the largest smoothing length [m]."""
         rows, numbers, rates = standard.rows, standard.numbers, standard.rates
         at = sums_of_pairs.slots(self._pairs.layout.dim)
         rates[:, at["R_SLIP"]] = 0.0
-        chosen = self._chosen(rows, numbers, self._pairs.kernel.reach * h)
+        meeting, beside = self._chosen(rows, numbers, self._pairs.kernel.reach * h)
+        chosen = np.concatenate([meeting, beside])
         if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
             return
-        dim = self._pairs.layout.dim
-        packed = self._packed(rows[chosen], standard.slots)
+        packed = np.empty((len(chosen), self._pairs.layout.used))
+        if self._bound is None:
+            self._bound = self._bind(standard.slots)
+        pack, add, taken = self._bound
+        pack(rows, chosen, taken, packed)
         self._pairs.rows, self._pairs.numbers = packed, numbers[chosen]
-        self._pairs.evaluate(h)
-        pushed = self._pairs.rates[self._pairs.place[: len(chosen)]]
-        mine, approach, last = standard.place[chosen], at["R_APPROACH"], at["R_GRADIENT"] + dim * dim
-        closing = np.maximum(rates[mine, approach], pushed[:, approach])
-        rates[mine, :last] += pushed[:, :last]
-        rates[mine, approach] = closing
-        if self._spins:
-            rates[mine, at["R_SPIN"] : at["R_SPIN"] + self._spins] += pushed[:, at["R_SPIN"] :]
-        rates[mine, at["R_SLIP"]] = pushed[:, at["R_SLIP"]]
+        self._pairs.evaluate(h, len(meeting))
+        add(self._pairs.rates, self._pairs.place, meeting, standard.place, rates)
 
-    def _packed(self, near: np.ndarray, slots: dict[str, int]) -> np.ndarray:
-        """Return the rows of contact that rows of the standard law amount to."""
-        to, rho, mass = self._pairs.slots, near[:, slots["RHO"]], near[:, slots["M"]]
-        packed = np.zeros((len(near), self._pairs.layout.used))
-        if self._taken is None:
-            self._taken = self._same(slots)
-        packed[:, self._taken[0]] = near[:, self._taken[1]]
-        packed[:, to["V"]] = mass * (1.0 / rho)
-        packed[:, to["T"] : to["T"] + self._stress] *= (rho * rho)[:, None]
-        packed[:, to["M"]] = np.where(mass > 0.0, mass, 1.0)
-        return packed
-
-    def _same(self, slots: dict[str, int]) -> tuple[np.ndarray, np.ndarray]:
-        """Return slots of contact, and those of the standard law with the same in them; stresses want a factor."""
+    def _bind(self, slots: dict[str, int]) -> tuple[Any, Any, tuple[np.ndarray, np.ndarray]]:
+        """Return the passes that pack and add, and slots of contact with those of the standard law, `slots`."""
         to, dim = self._pairs.slots, self._pairs.layout.dim
         widths = {"X": dim, "U": dim, "T": self._stress, "H": 1, "ZN": 1, "ZT": 1, "BODY": 1}
         if "RING" in to:
             widths["RING"] = 1
-        found = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
-        return np.array([a for a, _ in found]), np.array([b for _, b in found])
+        same = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
+        named = {"OF_RHO": slots["RHO"], "OF_M": slots["M"], "STRESSES": self._stress}
+        pack = bind(separating_passes.contact_rows, named, to, parallel=True)
+        ways = {"DIM": dim, "SPINS": self._spins}
+        add = bind(separating_passes.add_contact, ways, sums_of_pairs.slots(dim), parallel=True)
+        taken = np.array(same, np.uint64).T.copy()
+        return pack, add, (taken[0], taken[1])
 
 
 def _places(dim: int) -> RowLayout:

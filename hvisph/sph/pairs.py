@@ -137,7 +137,7 @@ class Pairs:
             far[self.slots["RHO"]] = 1.0
         self.present = count
 
-    def evaluate(self, h: float) -> None:
+    def evaluate(self, h: float, meant: int | None = None) -> None:
         """Sort the packed `rows` and run all passes: `rates[place[i]]` are then those of particle i.
 
         They depend neither on the order of the rows nor on the grid.
@@ -146,6 +146,8 @@ class Pairs:
         ----------
         h
             Largest smoothing length [m].
+        meant
+            How many of the rows, the first, the laws are summed for; others are neighbours alone. All unless given.
 
         Raises
         ------
@@ -168,7 +170,7 @@ class Pairs:
         failure = None
         for sweep, into_rows in self._sweeps:
             try:
-                self._run(sweep, self.sorted if into_rows else self.rates)
+                self._run(sweep, self.sorted if into_rows else self.rates, own if meant is None else meant)
             except RunError as error:  # others wait for this process' rows
                 failure = error
             for copies in (self.halo, self.images) if into_rows else ():
@@ -186,7 +188,7 @@ class Pairs:
         self.sorted[: self.count, : self.layout.used] = rows
         self.place[: self.count] = np.arange(self.count, dtype=np.uint32)
 
-    def _run(self, sweep: Any, out: np.ndarray) -> None:
+    def _run(self, sweep: Any, out: np.ndarray, meant: int) -> None:
         self.capacity = traversal.complete_sweep(
-            sweep, self.sorted, self.columns, self.order, (self.present, len(self.rows)), self.grid, self.kernel.reach,
+            sweep, self.sorted, self.columns, self.order, (self.present, meant), self.grid, self.kernel.reach,
             self.coefficients, self.capacity, lambda capacity: out)  # fmt: skip

@@ -91,12 +91,14 @@ def _spread(nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
             spatial_near[cell] = euler
 
 
-def _widen(nx, ny, nz, near, wider):
-    """Mark the cells that are, or lie beside, one that is marked in `near`."""
+def _widen(nx, ny, nz, lowest, near, wider):
+    """Mark the occupied cells that are, or lie beside, one that is marked in `near`."""
     count = np.uint64(near.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first, one = np.uint64(chunk) * np.uint64(CHUNK), np.uint64(1)
         for cell in range(first, min(first + np.uint64(CHUNK), count)):
+            if lowest[cell] == np.uint32(NO_BODY):
+                continue
             cx, cy, cz = cell & (nx - one), (cell // nx) & (ny - one), cell // (nx * ny)
             beside_one = near[cell]
             for shift in range(np.uint64(3**DIM)):
@@ -163,7 +165,7 @@ class Selection:
         self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
         near = self._spatial_near
         if self._with_neighbours:
-            self._widen(*sizes, near, self._wider)
+            self._widen(*sizes, self._lowest, near, self._wider)
             near = self._wider
         meets, spatial = np.empty((2, count), bool)
         self._tell(cells, self._meets, near, meets, spatial)
@@ -187,7 +189,8 @@ class Selection:
         # two cells more: beside those at the rim lie empty ones
         return not (high - low + 3.0 <= self.grid.shape[: self._dim]).all()
 
-    def near_other_bodies(self, rows: np.ndarray, bodies: np.ndarray, reach: float) -> np.ndarray:
+    def near_other_bodies(self, rows: np.ndarray, bodies: np.ndarray, reach: float
+                          ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """Return the indices of the particles within `reach` [m] of another body, and of their neighbours.
 
         Cells wrap round: some are chosen in vain.
@@ -200,8 +203,11 @@ class Selection:
         cells = self._cells[:count]
         self._find(rows, self._nowhere, bodies, cells)
         self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
-        self._widen(*sizes, self._meets.view(np.uint8), self._wider)
-        return np.flatnonzero(self._wider[cells])
+        self._widen(*sizes, self._lowest, self._meets.view(np.uint8), self._wider)
+        meets, beside = np.empty((2, count), bool)
+        self._tell(cells, self._meets, self._wider, meets, beside)
+        beside &= ~meets
+        return np.flatnonzero(meets), np.flatnonzero(beside)
 
 
 def _unwrapped(position: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, edge: float,
