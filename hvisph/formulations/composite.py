@@ -251,7 +251,7 @@ class CompositeStepper(CompositeState):
         if not self._any_tied or (quiet and not self._can_fail):
             return
         lagrangian = self._lagrangian & ~self.loose
-        damage = particles["damage"] if self._can_fail else self._undamaged
+        damage = particles["damage"].copy() if self._can_fail else self._undamaged  # side by side: read several times
         turns = formulation.conversion.turning(lagrangian, self._convertible, self._active != 0, self.jacobians,
                                                self.strains, damage, self)  # fmt: skip
         leaves = lagrangian & ~turns & (damage >= 1.0) if formulation.failed_leave else self._none

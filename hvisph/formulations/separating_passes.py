@@ -40,7 +40,8 @@ def add_contact(pushed, place, chosen, of_standard, rates):
     """Add the rates of contact, `pushed`, to those of standard SPH: a template.
 
     All of them add up but the largest |mu|, of which the larger stays, and the heat of slip, which is that of contact.
-    Behind them stand SPINS numbers of the spin. `place` and `of_standard` say where the rates of the chosen particles, and those of all, stand.
+    Behind them stand SPINS numbers of the spin. `place` and `of_standard` say where the rates of the chosen particles,
+    and those of all, stand.
     """
     count = np.uint64(chosen.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):

@@ -265,7 +265,8 @@ def deform(rows, active, eulerian, particles, lists, corrections, materials, sta
                     of_lane[lane] = min(lane, n - k - np.uint64(1))
                     if k + lane < n:
                         later, own = np.uint64(found[k + lane + np.uint64(AHEAD)]), np.uint64(found[k + lane])
-                        fetch_rows(rows, near, starts[later], starts[later + np.uint64(1)], PLACES)
+                        if DIM > 2:  # flat bodies find them in a cache
+                            fetch_rows(rows, near, starts[later], starts[later + np.uint64(1)], PLACES)
                         fetch_row(rows, own, PLACES, ROW)
                         fetch_row(rates, own, 0, rates.shape[1])
                         fetch_row(a, own, 0, DIM * DIM)

@@ -96,7 +96,7 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
             if active[i] != which:
                 continue
             later = min(i + np.uint64(AHEAD), count - np.uint64(1))
-            if active[later] == which:
+            if DIM > 2 and active[later] == which:  # flat bodies find them in a cache
                 fetch_rows(rows, near, starts[later], starts[later + np.uint64(1)], WIDTH if COUPLED else WIDTH - 1)
             x, u, x0 = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_vector(rows, i, X0, DIM)
             kind, rho, c, h = rows[i, KIND], rows[i, RHO], rows[i, C], 1.0 / ih
