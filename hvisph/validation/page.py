@@ -91,10 +91,11 @@ def _best(one: Experiments, folder: Path) -> SetResult | None:
 
 def _summary(one: Experiments, result: SetResult | None) -> Iterator[str]:
     link = f"[{one.name}](#{_anchor(one)})"
-    if result is None:
-        yield _line((link, "not computed yet", *[""] * (len(CELLS) - 1)))
-        return
     words = judge_of(one.model.judge).quantities
+    if result is None:
+        for name in one.model.asked or ("",):
+            yield _line((link, words.get(name, name), "not computed yet", *[""] * (len(CELLS) - 2)))
+        return
     for verdict in verdicts(result.rows, one.model.asked):
         yield _line((link, *_cells(verdict, one)))
     if not any(row.measured.judged for row in result.rows):
@@ -102,13 +103,15 @@ def _summary(one: Experiments, result: SetResult | None) -> Iterator[str]:
 
 
 def _missed(one: Experiments, result: SetResult | None) -> Iterator[str]:
-    """Yield a line for every quantity that is not as asked, with its reason."""
+    """Yield a line for every quantity that is not as asked, or was not computed, with its reason."""
     words = judge_of(one.model.judge).quantities
-    for verdict in verdicts(result.rows, one.model.asked) if result is not None else ():
-        if verdict.passed is False:
-            name = words.get(verdict.quantity, verdict.quantity)
-            reason = one.model.why.get(verdict.quantity, "Why is not known.").strip()
-            yield f"- [{one.name}](#{_anchor(one)}), {name}: {reason}"
+    if result is None:
+        wrong = list(one.model.asked)
+    else:
+        wrong = [one.quantity for one in verdicts(result.rows, one.model.asked) if one.passed is False]
+    for quantity in wrong:
+        reason = one.model.why.get(quantity, "Why is not known.").strip()
+        yield f"- [{one.name}](#{_anchor(one)}), {words.get(quantity, quantity)}: {reason}"
 
 
 def _cells(verdict: Verdict, one: Experiments) -> tuple[str, ...]:
