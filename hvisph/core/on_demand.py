@@ -19,6 +19,8 @@ from numba.core.registry import cpu_target
 
 # How numba begins the names of what a function finds its exceptions by, and of the parts of loops that threads share.
 _ENVIRONMENT, _SHARED_PART = "_ZN08NumbaEnv", "__numba_parfor_gufunc"
+# The flag of what may be reordered, see `core.lanes`.
+_REORDERED = "reassoc"
 
 
 class Library(JITCodeLibrary):
@@ -28,6 +30,14 @@ class Library(JITCodeLibrary):
 
     def _optimize_functions(self, ll_module: Any) -> None:
         ll_module.data_layout = self._codegen._data_layout
+
+    def _optimize_final_module(self) -> None:
+        """Optimise once where no sum may be reordered; where one may, its bits hang on numba's first round, too."""
+        if _REORDERED in str(self._final_module):
+            super()._optimize_final_module()
+        else:
+            passes, builder = self._codegen._module_pass_manager()
+            passes.run(self._final_module, builder)
 
     def finalize(self) -> None:
         """Leave what is called where it is until all is linked."""
