@@ -139,6 +139,24 @@ def test_punching_is_named_for_the_default_only():
     assert not named(3100.0, word="plug")
 
 
+def test_noses_that_part_a_plate_do_not_punch_it():
+    cone = {"type": "cone", "diameter": 6e-3, "length": 10e-3}
+    shell = {"type": "difference", "whole": cone, "removed": [{"shape": {"type": "sphere", "diameter": 2e-3}}]}
+
+    def named(shape):
+        case = row_of(["steel-4340", "aluminium-6061-t6"], speed=850.0, dim=3, resolution=0.5e-3)
+        bodies = {name: body.model_dump(exclude_unset=True) for name, body in case.bodies.items()}
+        bodies["body_0"] |= {"shape": shape}
+        return [
+            text
+            for text in advice(load_case(case.model_dump(exclude_unset=True) | {"bodies": bodies}))
+            if "plug" in text
+        ]
+
+    assert named(cone) == named(shell) == []
+    assert named({"type": "cylinder", "diameter": 6e-3, "length": 10e-3})
+
+
 def test_solids_without_a_strength_are_named_where_it_is_felt():
     def named(speed):
         return [text for text in advice(row_of(["steel-4340", "polycarbonate"], speed=speed)) if "no strength" in text]

@@ -184,6 +184,7 @@ def _velocities(axes: Axes, setup: Setup, span: float) -> None:
     speeds = [float(np.sqrt((body.velocity**2).sum())) for body in setup.bodies]
     if not max(speeds) > 0:
         return
+    told: list[tuple[str, np.ndarray]] = []
     for body, speed in zip(setup.bodies, speeds, strict=True):
         if speed == 0:
             continue
@@ -194,8 +195,11 @@ def _velocities(axes: Axes, setup: Setup, span: float) -> None:
         tail, head = (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
         axes.annotate("", head, tail, arrowprops={"arrowstyle": "->", "lw": 2.0, "color": "#111111"})
         behind = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 1}
-        axes.annotate(f"{speed:.4g} m/s" if setup.si else f"{speed:.4g}", head, xytext=(3, 3),
-                      textcoords="offset points", fontsize=8, bbox=behind)  # fmt: skip
+        text = f"{speed:.4g} m/s" if setup.si else f"{speed:.4g}"
+        if any(text == other and np.linalg.norm(end - place) < span / 12 for other, place in told):
+            continue  # a core and its jacket
+        told.append((text, end))
+        axes.annotate(text, head, xytext=(3, 3), textcoords="offset points", fontsize=8, bbox=behind)
 
 
 def _view(axes: Axes, setup: Setup) -> None:
@@ -210,7 +214,9 @@ def _view(axes: Axes, setup: Setup) -> None:
     positions = np.concatenate([places for places, _ in bodies]) * setup.factor
     owner = np.repeat(np.arange(len(bodies)), [len(places) for places, _ in bodies])
     spacing = np.concatenate([own for _, own in bodies]) * setup.factor
-    chosen = np.arange(0, len(positions), max(1, -(-len(positions) // MOST_SHOWN)))
+    # of too many any, larger by as much: every second or third of a ring would be a stripe
+    chosen = np.sort(np.random.default_rng(0).permutation(len(positions))[:MOST_SHOWN])
+    spacing = spacing * np.sqrt(len(positions) / len(chosen))
     x, y, z = positions[chosen].T
     ahead = np.cos(TURN) * x + np.sin(TURN) * z
     depth = -np.sin(TURN) * x + np.cos(TURN) * z

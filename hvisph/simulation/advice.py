@@ -32,6 +32,7 @@ STRONG = 0.3
 # Pressure over strength above which a plate may be punched, and speeds below which it is, rather than burst [m/s].
 PUNCHED = 2.0
 BALLISTIC = 1200.0
+POINTED = ("cone", "ogive")
 # Particles across a projectile from which on it shears out plugs in time, and up to which contact SPH slows it.
 BAND, COARSE = 60.0, 24.0
 # Impact pressure up to which strength is felt [Pa], and materials of the library that are liquids.
@@ -189,6 +190,11 @@ def _slow(case: Case, kind: Regime) -> Iterator[str]:
         )
 
 
+def pointed(shape: Any) -> bool:
+    """Tell whether a shape, or what a hollow one is cut from, has a nose that parts a plate rather than punches it."""
+    return getattr(shape, "whole", shape).type in POINTED
+
+
 def _punching(case: Case, kind: Regime) -> Iterator[str]:
     """Plates that are punched at ballistic speeds: contact SPH spreads the shear of a plug."""
     if not 0.0 < kind.velocity < BALLISTIC or len(case.bodies) < 2 or case.dim == 1:
@@ -199,6 +205,8 @@ def _punching(case: Case, kind: Regime) -> Iterator[str]:
         name: body.material.damage for name, body in struck.items() if body.material.damage.type == "johnson_cook"
     }
     if not failing or kind.strength is None or kind.pressure <= PUNCHED * kind.strength:
+        return
+    if met is not None and pointed(case.bodies[met.first].shape):
         return
     widths = [min(body.shape.extent()[1:], default=0.0) for name, body in case.bodies.items() if name not in struck]
     across = max(widths, default=0.0) / case.resolution
