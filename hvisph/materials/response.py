@@ -219,11 +219,13 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
         s = no_symmetric(3)
     flow, increment = inf, 0.0
     rubble = felt >= 1.0 and not owns
-    if strength != _ELASTIC:
+    trial_squared = 1.5 * double_dot(s, s)
+    if strength == _JOHNSON_COOK and not (rubble or FURTHER_DAMAGE):  # below its least yield stress no power is needed
+        flow = yield_stress(strength, 0.0, factor, offset, row) * filled
+    if strength != _ELASTIC and (flow == inf or trial_squared > flow * flow):
         flow = yield_stress(strength, plastic_strain, factor, offset, row) * filled
     if rubble:  # friction, but no more than what it was made of bore
         flow = min(flow, friction * max(p, 0.0))
-    trial_squared = 1.5 * double_dot(s, s)
     if trial_squared > flow * flow * _ON_THE_SURFACE:
         trial = sqrt(trial_squared)
         excess = trial - flow
