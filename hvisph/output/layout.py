@@ -25,6 +25,7 @@ INDICES = ("body", "material", "id")
 # What kinds of values a header has, and the metadata that measures read.
 _HEADER: dict[str, Any] = {"time": int | float, "step": int, "dimensions": int, "bodies": list, "materials": list,
                            "fields": list, "metadata": dict}  # fmt: skip
+_AXIAL_COLUMNS: dict[int, list[int]] = {1: [], 2: [2], 3: [0, 1, 2]}  # what turns in the plane turns about z
 _NUMBERS = ("spacing", "face", "thickness", "width", "kernel_reach")
 _TEXTS = ("title", "units", "kinematics", "code_version", "case")
 
@@ -34,6 +35,8 @@ def to_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
     rank = _rank(name)
     if rank == "vector":
         return _padded(values, 3, range(dim))
+    if rank == "axial":
+        return _padded(values, 3, _AXIAL_COLUMNS[dim])
     if rank == "symmetric":
         return _padded(values, 6, VTK_SYMMETRIC[: SYMMETRIC_LENGTH[dim]])
     if rank == "gradient":
@@ -46,6 +49,8 @@ def from_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
     rank = _rank(name)
     if rank == "vector":
         return np.ascontiguousarray(values[:, :dim])
+    if rank == "axial":
+        return np.ascontiguousarray(values[:, _AXIAL_COLUMNS[dim]])
     if rank == "symmetric":
         return np.ascontiguousarray(values[:, VTK_SYMMETRIC[: SYMMETRIC_LENGTH[dim]]])
     if rank == "gradient":
@@ -114,7 +119,7 @@ def snapshot_from(header: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> S
 
 def _field(name: str, values: np.ndarray, dim: int, count: int) -> np.ndarray:
     """Return one field as hvisph has it; raises `ValueError` when it has not the shape that it is written with."""
-    rows = {"scalar": (), "vector": (3,), "symmetric": (6,), "gradient": (9,)}[_rank(name)]
+    rows = {"scalar": (), "vector": (3,), "axial": (3,), "symmetric": (6,), "gradient": (9,)}[_rank(name)]
     if (
         values.dtype.kind not in "fiu"
         or values.shape[:1] != (count,)
