@@ -19,6 +19,7 @@ from hvisph.simulation.run import run  # noqa: E402
 
 # As METAL, and it spalls.
 SPALLING = METAL | {"damage": {"type": "pressure_cutoff", "pressure": -1.2e9}}
+KEPT = {"eulerian": {"angular_momentum": "kept"}}  # free by default, as published
 SOLIDS = [DAMAGED, SPALLING]  # both in every case, so that all seeds of a formulation share their compiled loops
 LIMITS = {"momentum": 1e-12, "angular momentum": 1e-3, "energy": 1e-12, "internal energy below zero": 1e-3}
 
@@ -50,7 +51,7 @@ def case_of(seed, dx):
             body["position"][2] = body["velocity"][2] = 0.0
             if "rotation" in body:
                 body["rotation"]["axis"] = [0.0, 0.0, 1.0]
-    options = {"type": formulation} | OPTIONS.get(formulation, {})
+    options = {"type": formulation} | OPTIONS.get(formulation, {}) | KEPT.get(formulation, {})
     end = 4e-6 if formulation != "projection" else 3e-7
     plain = {"kinematics": "three_d", "resolution": dx, "bodies": bodies, "formulation": options,
              "output": {"checkpoint_every": None, "every": None}, "time": {"end": end, "max_steps": 20_000}}  # fmt: skip

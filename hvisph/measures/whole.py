@@ -21,7 +21,12 @@ from hvisph.core.derived import changed
 from hvisph.output.snapshot import Snapshot
 
 TOUCH = 0.75  # [dx]; the first layer of particles is half a spacing from its plane
-SKIPPED = ("deviator", "velocity_gradient", "deformation_gradient", "previous_spin")  # tensors and turning: no measure of a whole model needs them
+SKIPPED = (
+    "deviator",
+    "velocity_gradient",
+    "deformation_gradient",
+    "previous_spin",
+)  # tensors and turning: no measure of a whole model needs them
 
 
 @dataclass(frozen=True)
