@@ -6,6 +6,7 @@ from small_runs import METAL, assert_same_results, final
 
 import hvisph
 from hvisph.case.axisymmetric import axisymmetric_warnings
+from hvisph.case.body_checks import spacing_warnings
 from hvisph.case.formulations.viscosity import NoArtificialStress
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
@@ -146,6 +147,19 @@ def test_only_what_flat_faces_bound_is_graded():
     ball = {"material": METAL, "shape": {"type": "sphere", "diameter": 8e-3}, "grading": grading}
     with pytest.raises(CaseError, match="of rings a cylinder, a tube and a ring of a box are graded"):
         shot(bodies={"ball": ball})
+
+
+def test_rings_graded_along_x_are_warned_of_on_the_axis():
+    """They blow up there in long runs; along the radius, and off the axis, nothing is said."""
+    said = {}
+    for name, fine, shape in (
+        ("along x", [4e-3, None], {"type": "cylinder", "diameter": 12e-3, "length": 8e-3}),
+        ("radial", [None, 4e-3], {"type": "cylinder", "diameter": 12e-3, "length": 8e-3}),
+        ("tube", [4e-3, None], {"type": "tube", "outer_diameter": 12e-3, "inner_diameter": 8e-3, "length": 8e-3}),
+    ):
+        rod = {"material": METAL, "shape": shape, "grading": {"fine": fine, "coarsest": 1e-3}}
+        said[name] = any("do not hold on the axis" in one for one in spacing_warnings(shot(bodies={"rod": rod})))
+    assert said == {"along x": True, "radial": False, "tube": False}
 
 
 def test_rings_in_shear_have_less_of_the_viscosity_but_at_the_axis():
