@@ -322,6 +322,26 @@ def test_spall_is_what_comes_off_the_rear():
     assert found["mass_lost"].value == pytest.approx(found["spall_mass"].value)
 
 
+@pytest.mark.parametrize("blister", [False, True])
+def test_slow_spall_has_come_off_and_what_is_loose_behind_a_blister_has_not(blister):
+    layers = plates(3)
+    start = moment([shot(3, -3 * MM), *layers], [8000.0, 0.0, 0.0])
+    parts = [shot(3, -3 * MM), layers[0].copy(), layers[1]]
+    radius, depth = np.sqrt((parts[1][:, 1:] ** 2).sum(axis=1)), parts[1][:, 0].copy()
+    outermost = depth > depth.max() - 0.5 * DX
+    flake = (radius < 2 * MM) & (depth > 2 * MM) & ~outermost
+    if blister:
+        parts[1][outermost, 0] += 6 * MM * np.clip(1.5 - radius[outermost] / (6 * MM), 0.0, 1.0)
+    else:
+        flake |= (radius < 2 * MM) & outermost
+    parts[1][flake, 0] += 3 * MM
+    now = moment(parts, [-20.0, 0.0, 0.0], time=1e-5)
+    now.fields["velocity"][np.flatnonzero(now.body == 1)[flake], 0] = 300.0 if blister else 1.0
+    found = at_layer(start, now)
+    assert found["mass_lost"].value == pytest.approx(flake.sum() * 2785.0 * DX**3)
+    assert found["spall_velocity"].value == (None if blister else pytest.approx(1.0))
+
+
 @pytest.mark.parametrize("angle", [30.0, 45.0, 60.0])
 @pytest.mark.parametrize("dim", [2, 3])
 def test_an_oblique_plate_is_measured_along_its_own_normal(dim, angle):

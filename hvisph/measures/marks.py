@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.measures.holes import Opening, opening, openings
-from hvisph.measures.perforation import SLOW, YES, Perforation
+from hvisph.measures.perforation import YES, Perforation
 from hvisph.measures.plates import RIM, Plate
 from hvisph.measures.plug import FEWEST
 from hvisph.measures.result import MASS_UNITS, MOMENTUM_UNITS, Result, meaningless
@@ -100,27 +100,37 @@ def _front_surface(depth: np.ndarray, across: np.ndarray, cell: float) -> np.nda
 
 
 def _spall(scene: Scene, plate: Plate, hole: Perforation) -> dict[str, Result]:
-    """Return what has come off the rear: detached pieces that fly on, away from what is attached."""
+    """Return what has come off the rear: detached pieces that leave what is attached, with nothing of it behind them.
+
+    However slowly: spall of a wall that held flies at some 100 m/s, whatever struck it.
+    """
     along = np.array(plate.basis[0])
     mass, velocity = scene.now.fields["mass"], scene.now.fields["velocity"] @ along
     rest = float(np.average(velocity[hole.attached], weights=mass[hole.attached]))
-    least = SLOW * (scene.shot.speed or 0.0)
+    depth, across = plate.depth(scene.position), plate.across(scene.position)
     parts = scene.fragments(plate.body)
     loose = np.flatnonzero(~scene.attached(plate.body) & (parts.groups.counts >= FEWEST))
     pieces = [
         piece for piece in map(parts.__getitem__, loose.tolist())
-        if piece.velocity @ along - rest > least and plate.depth(piece.centre) > 0.5 * plate.thickness
+        if piece.velocity @ along > rest and plate.depth(piece.centre) > 0.5 * plate.thickness
+        and plate.depth(piece.centre) > _rear(depth, across, hole.attached, piece.particles)
     ]  # fmt: skip
     if not pieces:
         return _none(scene, SPALL, "nothing has come off the rear")
     rows = np.concatenate([piece.particles for piece in pieces])
-    largest = plate.depth(scene.position[pieces[0].particles])
     speed = float(np.average(velocity[rows], weights=mass[rows]))
     return {
         "spall_mass": Result(float(mass[rows].sum()), MASS_UNITS[scene.space]),
-        "spall_thickness": _length(scene, float(np.ptp(largest)) + scene.spacing),
+        "spall_thickness": _length(scene, float(np.ptp(depth[pieces[0].particles])) + scene.spacing),
         "spall_velocity": Result(speed, "m/s", float(velocity[rows].std() / np.sqrt(len(rows)))),
     }
+
+
+def _rear(depth: np.ndarray, across: np.ndarray, attached: np.ndarray, piece: np.ndarray) -> float:
+    """Return the greatest depth of what is attached where a piece is, across the layer [m]."""
+    low, high = across[piece].min(axis=0), across[piece].max(axis=0)
+    there = ((across[attached] >= low) & (across[attached] <= high)).all(axis=1)
+    return float(depth[attached][there].max(initial=-np.inf))
 
 
 def _lips(scene: Scene, plate: Plate, depth: np.ndarray, open_: bool) -> dict[str, Result]:

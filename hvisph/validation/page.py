@@ -13,7 +13,7 @@ from hvisph.validation.experiments import GROUP, Experiments, Form, experiment_n
 from hvisph.validation.judges import judge_of
 from hvisph.validation.pictures import draw
 from hvisph.validation.results import SetResult, store, stored
-from hvisph.validation.words import CELLS, collapsed, percent, row_cells, verdict_cells
+from hvisph.validation.words import CELLS, Line, collapsed, percent, row_cells, verdict_cells
 
 # The order of the page: what is sure of its materials first.
 ORDER = ("j2", "taylor", "taylor_damage", "melt", "cloud", "shield", "perforation", "spall", "crater", "basalt")
@@ -154,7 +154,8 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
     yield ""
     yield from _header(("shot", "", "measured", "computed", "off", ""))
     for line in collapsed(result.rows):
-        yield _line(row_cells(line, words))
+        *cells, doubt = row_cells(line, words)
+        yield _line((*cells, doubt or _remark(one, line)))
     yield ""
     yield "</details>"
     failed = [f"- {name}: {shot['status']}, {shot['message']}" for name, shot in result.shots.items()
@@ -224,6 +225,14 @@ def _bias(result: SetResult, groups: Mapping[str, str], title: str) -> Iterator[
             offs = [row.off or 0.0 for row in rows if row.measured.quantity == name and row.measured.judged]
             cells.append(percent(sum(offs) / len(offs)) if offs else "")
         yield _line((kind, str(sum(one == kind for one in groups.values())), *cells))
+
+
+def _remark(one: Experiments, line: Line) -> str:
+    """Return why a number is beyond the worst that is asked, as the set says of its group of shots."""
+    measured, asked = line.row.measured, one.model.asked.get(line.row.measured.quantity)
+    if asked is None or asked.worst is None or abs(line.off or 0.0) <= asked.worst:
+        return ""
+    return one.model.remarks.get(str(one.shots.get(measured.shot, {}).get(GROUP)), "")
 
 
 def _header(names: Sequence[str]) -> list[str]:

@@ -6,9 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
+from hvisph.measures.groups import connected_groups
 from hvisph.sweeps.values import Values
 from hvisph.validation.experiments import Measured
-from hvisph.verification.ran import Ran
+from hvisph.verification.ran import Ran, vectors
 
 Key = tuple[str, float | None]  # quantity, and where
 
@@ -57,6 +60,12 @@ class Shot:
     def measure(self, name: str, where: str = "measures", unit: float = 1.0) -> Value:
         """Return a measure of the run's summary."""
         return measure_of(self.ran.summary[where], name, unit)
+
+    def sound(self, body: int) -> np.ndarray:
+        """Return indices of a body's largest piece that has not failed, at the end: what one picks up and measures."""
+        end = self.ran.last
+        rows = np.flatnonzero((end.body == body) & (end.fields["damage"] < 1.0))
+        return rows[connected_groups(vectors(end, "position")[rows], self.ran.dx) == 0]
 
 
 def measure_of(measures: Mapping[str, Any], name: str, unit: float = 1.0) -> Value:

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.measures.groups import connected_groups
+from hvisph.measures.limit import bracket
+from hvisph.measures.plug import FEWEST
 from hvisph.validation.value import Judge, Key, Shot, Value, measure_of
 from hvisph.verification.ran import vectors
 
 THICK = "thick"
 REAR = 0.5  # of the thickness: failure behind it is spall
-FEWEST = 0.002  # of the plate's mass: less is a few particles
 AXIS = 2.0  # spacings from the axis within which the bottom of a crater is sought
 
 
@@ -30,10 +30,9 @@ def _states(shot: Shot) -> tuple[float, bool, bool, bool]:
     thickness = float(np.ptp(x) + shot.ran.dx)
     rear = start.id[own][x > x.min() + REAR * thickness]
     there = np.isin(end.id, rear)
-    mass = end.fields["mass"]
-    failed = mass[there & (end.fields["damage"] >= 1.0)].sum() > FEWEST * mass[end.body == 1].sum()
+    failed = (there & (end.fields["damage"] >= 1.0)).sum() >= FEWEST
     perforated = (measure_of(layer, "perforated").value or 0.0) > 0.5
-    detached = perforated or (measure_of(layer, "spall_mass").value or 0.0) > FEWEST * mass[end.body == 1].sum()
+    detached = perforated or bool(measure_of(layer, "spall_mass").value)
     return thickness, bool(failed or detached), bool(detached), perforated
 
 
@@ -53,8 +52,7 @@ def _depth(shot: Shot) -> Value:
     """Return the depth of the sound metal below the struck face, on the axis."""
     start, end, dx = shot.ran.first, shot.ran.last, shot.ran.dx
     face = vectors(start, "position")[start.body == 1, 0].min() - 0.5 * dx
-    places = vectors(end, "position")[(end.body == 1) & (end.fields["damage"] < 1.0)]
-    block = places[connected_groups(places, dx) == 0]
+    block = vectors(end, "position")[shot.sound(1)]
     bottom = block[block[:, 1] < AXIS * dx, 0]
     if not bottom.size:
         return Value(None, None, "no sound metal is left on the axis")
@@ -62,14 +60,11 @@ def _depth(shot: Shot) -> Value:
 
 
 def _threshold(plates: Sequence[tuple[Any, ...]], number: int, depth: float | None) -> Value:
-    thick = [one[0] for one in plates if one[number]]
-    thin = [one[0] for one in plates if not one[number]]
-    if not depth or not thick or not thin:
-        return Value(None, None, "no plate" if not thick else "every plate")
-    low, high = max(thick), min((t for t in thin if t > max(thick)), default=None)
-    if high is None:
-        return Value(None, None, "every plate up to the thickest")
-    return Value(0.5 * (low + high) / depth, 0.5 * (high - low) / depth)
+    """Return the thickness below which it happens, over the depth; where plates are mixed the middle of the zone."""
+    known = bracket([-one[0] for one in plates], [one[number] for one in plates])
+    if not depth or known.below is None or known.above is None:
+        return Value(None, None, "no plate" if known.above is None else "every plate")
+    return Value(-0.5 * (known.below + known.above) / depth, 0.5 * abs(known.above - known.below) / depth)
 
 
 def _curves(shots: Sequence[Shot]) -> dict[str, Any]:

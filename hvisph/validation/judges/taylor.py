@@ -1,7 +1,8 @@
 """Bars against a rigid wall, the plane x = 0: length, foot, outline.
 
 The surface is that of the outermost rings at the start, half a spacing outside their centres; lengths reach half a
-spacing beyond the last ring. What moved by less than the scatter of a diameter (1 %) counts as undeformed.
+spacing beyond the last ring. A bar is its largest piece of sound metal: what has failed creeps off along the wall, and
+nobody would have measured it. What moved by less than the scatter of a diameter (1 %) counts as undeformed.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ def outline(shot: Shot) -> tuple[np.ndarray, np.ndarray]:
     first, last = vectors(start, "position"), vectors(end, "position")
     half = 0.5 * shot.ran.dx
     outer = start.id[first[:, 1] > first[:, 1].max() - half]
-    surface = last[np.isin(end.id, outer)]
+    sound = shot.sound(0)
+    surface = last[sound[np.isin(end.id[sound], outer)]]
     order = np.argsort(surface[:, 0])
     return surface[order, 0], surface[order, 1] + half
 
@@ -33,7 +35,7 @@ def _each(shot: Shot) -> dict[Key, Value]:
     dx = shot.ran.dx
     z, r = outline(shot)
     first, last = vectors(shot.ran.first, "position"), vectors(shot.ran.last, "position")
-    length, start = last[:, 0].max() + 0.5 * dx, first[:, 0].max() + 0.5 * dx
+    length, start = last[shot.sound(0), 0].max() + 0.5 * dx, first[:, 0].max() + 0.5 * dx
     radius = first[:, 1].max() + 0.5 * dx
     foot = float(r[z < max(dx, z[0] + 0.5 * dx)].max())
     wide = z[r > radius * (1.0 + UNDEFORMED)]
