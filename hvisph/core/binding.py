@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from difflib import get_close_matches
 from typing import Any
 
@@ -10,15 +10,17 @@ from .jit import specialise
 
 
 def bind(template: Callable[..., Any], options: Mapping[str, Any], offered: Mapping[str, Any] | None = None,
-         parallel: bool | None = None) -> Any:  # fmt: skip
+         parallel: bool | None = None, parts: Iterable[Callable[..., Any]] = ()) -> Any:  # fmt: skip
     """Return `template` compiled with `options`, and with what it names of `offered`.
 
     Parameters
     ----------
     template, parallel
         See `specialise`.
+    parts
+        Templates that it calls by name, or that later ones of them call: bound to the same.
     options
-        Constants and functions that are meant for this template: it must name each of them.
+        Constants and functions that are meant for this template: it, or a part of it, must name each of them.
     offered
         Those that several templates share, such as the slots of a row; each takes what it names.
 
@@ -27,11 +29,17 @@ def bind(template: Callable[..., Any], options: Mapping[str, Any], offered: Mapp
     TypeError
         For an option that the template does not name: misspelt, it would have no effect.
     """
-    names = template.__code__.co_names
+    every = {name for one in (template, *parts) for name in one.__code__.co_names}
     for option in options:
-        if option not in names:
-            near = get_close_matches(option, names, 1)
+        if option not in every:
+            near = get_close_matches(option, every, 1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
             raise TypeError(f"{template.__module__}.{template.__name__} has no option {option!r}{hint}")
-    taken = {name: value for name, value in (offered or {}).items() if name in names}
-    return specialise(template, parallel=parallel, **(taken | dict(options)))
+    given = dict(offered or {}) | dict(options)
+    for one in parts:
+        given[one.__name__] = specialise(one, **_named_by(one, given))
+    return specialise(template, parallel=parallel, **_named_by(template, given))
+
+
+def _named_by(template: Callable[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: given[name] for name in template.__code__.co_names if name in given}

@@ -24,7 +24,7 @@ from numba.extending import _Intrinsic
 # What makes code without being called by name, such as the arithmetic of lanes: taken as whole texts.
 _MACHINERY = (
     *("branches", "fingerprint", "jit", "lanes", "many", "masks", "memory", "nearby", "on_demand", "operation"),
-    *("simd", "tensors"),
+    *("simd", "solid", "tensors"),
 )
 _WHOLE = {f"{__package__}.{name}" for name in _MACHINERY}
 # Functions of these packages are known by name and version.

@@ -8,8 +8,7 @@
 | gradient | row by row, xy = du_x/dy: 1, 4, 9 |
 | symmetric_gradient | a vector for each component of a symmetric tensor: 1, 6, 18 |
 
-What is solid in all directions whatever the dimensions, the stress update, takes six components and nine;
-`from_plane`, `full_gradient` and `in_plane` lead there and back.
+What is solid in all directions whatever the dimensions, the stress update, takes six components and nine: `core.solid`.
 
 Every operation is written once, in plain Python over its components, and `core.operation` hands that very text to
 the compiler, unrolled: called from Python it is its own plain twin. Sizes are known from lengths and from the tables
@@ -26,17 +25,15 @@ from .operation import operation
 SIZE = {"vector": (1, 2, 3), "axial": (0, 1, 3), "symmetric": (1, 3, 6), "gradient": (1, 4, 9),
         "symmetric_gradient": (1, 6, 18)}  # fmt: skip
 # By the length of a symmetric tensor: where its matrix finds its components, and how many diagonal ones come first.
-_PLACES = {1: ((0,),), 3: ((0, 2), (2, 1)), 6: ((0, 3, 4), (3, 1, 5), (4, 5, 2))}
+PLACES = {1: ((0,),), 3: ((0, 2), (2, 1)), 6: ((0, 3, 4), (3, 1, 5), (4, 5, 2))}
 _DIAGONAL = {1: 1, 3: 2, 6: 3}
 # By the length of a gradient: its diagonal; by that of a vector or a gradient: the dimensions.
 _TRACE = {1: (0,), 4: (0, 3), 9: (0, 4, 8)}
 _DIMENSIONS = {1: 1, 2: 2, 3: 3, 4: 2, 9: 3}
-# By dimensions: the components of a full symmetric tensor that lie in the plane, and those that the state stores.
-_IN_PLANE = {1: (0,), 2: (0, 1, 3), 3: (0, 1, 2, 3, 4, 5)}
-_STORED = {1: 3, 2: 4, 3: 6}
 
 
-def _sum(terms):
+def total_of(terms):
+    """Return the sum of terms, from the left."""
     first, *others = terms
     for term in others:
         first = first + term
@@ -79,23 +76,10 @@ no_vector, no_axial, no_symmetric, no_gradient, no_symmetric_gradient = (_nothin
 
 
 @operation
-def own_full_symmetric(rows, i, slot, dim):
-    """Return the six components of the tensor at `slot` of row `i`, stored as `hvisph.core.fields` says."""
-    return tuple(rows[i, slot + k] if k < _STORED[dim] else 0.0 for k in range(6))
-
-
-@operation
 def put(rows, i, slot, value):
     """Write a vector or tensor to `slot` of row `i`."""
     for k, part in enumerate(value):
         rows[i, slot + k] = part
-
-
-@operation
-def put_full_symmetric(rows, i, slot, s, dim):
-    """Write of six components those that the state stores."""
-    for k in range(_STORED[dim]):
-        rows[i, slot + k] = s[k]
 
 
 @operation
@@ -134,7 +118,7 @@ def times(f, a):
 @operation
 def dot(a, b):
     """Return the sum of the products of components: a . b of vectors, A : B of gradients."""
-    return _sum(p * q for p, q in zip(a, b, strict=True))
+    return total_of(p * q for p, q in zip(a, b, strict=True))
 
 
 @operation
@@ -142,7 +126,7 @@ def double_dot(a, b):
     """Return A : B of symmetric tensors, the sum of the products of all components of both matrices."""
     products = [p * q for p, q in zip(a, b, strict=True)]
     on, off = products[: _DIAGONAL[len(a)]], products[_DIAGONAL[len(a)] :]
-    return _sum(on) + 2.0 * _sum(off) if off else _sum(on)
+    return total_of(on) + 2.0 * total_of(off) if off else total_of(on)
 
 
 @operation
@@ -154,7 +138,7 @@ def outer(a, b):
 @operation
 def symmetric_outer(a, b):
     """Return the components of a (x) b that a symmetric tensor keeps: all of it where b is along a."""
-    places = _PLACES[len(a) * (len(a) + 1) // 2]
+    places = PLACES[len(a) * (len(a) + 1) // 2]
     parts = {places[i][j]: a[i] * b[j] for i in range(len(a)) for j in range(i, len(a))}
     return tuple(parts[k] for k in range(len(parts)))
 
@@ -162,7 +146,7 @@ def symmetric_outer(a, b):
 @operation
 def on(s, v):
     """Return s . v of a symmetric tensor and a vector."""
-    return tuple(_sum(s[place] * q for place, q in zip(row, v, strict=True)) for row in _PLACES[len(s)])
+    return tuple(total_of(s[place] * q for place, q in zip(row, v, strict=True)) for row in PLACES[len(s)])
 
 
 @operation
@@ -200,7 +184,7 @@ def plus_last(l, f):
 def on_rows(t, v):
     """Return each row of a gradient, of a vector or of a symmetric tensor, times v: t . v."""
     d = len(v)
-    return tuple(_sum(t[d * k + j] * v[j] for j in range(d)) for k in range(len(t) // d))
+    return tuple(total_of(t[d * k + j] * v[j] for j in range(d)) for k in range(len(t) // d))
 
 
 @operation
@@ -212,13 +196,13 @@ def plus_identity(s, f):
 @operation
 def divergence(l):
     """Return the trace of a gradient."""
-    return _sum(l[k] for k in _TRACE[len(l)])
+    return total_of(l[k] for k in _TRACE[len(l)])
 
 
 @operation
 def matrix(s):
     """Return a symmetric tensor as a gradient stands: row by row."""
-    return tuple(s[place] for row in _PLACES[len(s)] for place in row)
+    return tuple(s[place] for row in PLACES[len(s)] for place in row)
 
 
 @operation
@@ -238,7 +222,7 @@ def transposed(l):
 def product(a, b):
     """Return a . b of gradients, or of the rows of a gradient `a` of a symmetric tensor."""
     d = len(_TRACE[len(b)])
-    return tuple(_sum(a[d * i + k] * b[d * k + j] for k in range(d)) for i in range(len(a) // d) for j in range(d))
+    return tuple(total_of(a[d * i + k] * b[d * k + j] for k in range(d)) for i in range(len(a) // d) for j in range(d))
 
 
 @operation
@@ -258,13 +242,13 @@ def adjugate(l):
 def determinant(l):
     """Return the determinant of a gradient."""
     d = len(_TRACE[len(l)])
-    return _sum(l[k] * adjugate(l)[d * k] for k in range(d))
+    return total_of(l[k] * adjugate(l)[d * k] for k in range(d))
 
 
 @operation
 def mean_diagonal(l):
     """Return the mean of the diagonal of a gradient."""
-    return _sum(l[k] for k in _TRACE[len(l)]) * (1.0 / len(_TRACE[len(l)]))
+    return total_of(l[k] for k in _TRACE[len(l)]) * (1.0 / len(_TRACE[len(l)]))
 
 
 # What turns
@@ -308,83 +292,3 @@ def inertia(s):
     if len(s) == 3:
         return (s[0] + s[1],)
     return s[1] + s[2], -s[3], -s[4], -s[3], s[0] + s[2], -s[5], -s[4], -s[5], s[0] + s[1]
-
-
-# Full tensors
-
-
-@operation
-def full_gradient(l):
-    """Return nine components of a gradient, zeros out of the plane."""
-    d = {1: 1, 4: 2, 9: 3}[len(l)]
-    return tuple(l[d * i + j] if max(i, j) < d else 0.0 for i in range(3) for j in range(3))
-
-
-@operation
-def with_zz(l, zz):
-    """Return a full gradient with another last component."""
-    return (*l[:8], zz)
-
-
-@operation
-def in_plane(s, dim):
-    """Return the components in the plane of a full symmetric tensor."""
-    return tuple(s[k] for k in _IN_PLANE[dim])
-
-
-@operation
-def in_space(v):
-    """Return the three components of a vector in the plane."""
-    return (*v, *(0.0,) * (3 - len(v)))
-
-
-@operation
-def from_plane(s):
-    """Return six components of a symmetric tensor in the plane, zeros out of it."""
-    places = _IN_PLANE[len(_PLACES[len(s)])]
-    return tuple(s[places.index(k)] if k in places else 0.0 for k in range(6))
-
-
-@operation
-def stretching(l):
-    """Return the symmetric part of a full gradient, its six components."""
-    xx, xy, xz, yx, yy, yz, zx, zy, zz = l
-    return xx, yy, zz, 0.5 * (xy + yx), 0.5 * (xz + zx), 0.5 * (yz + zy)
-
-
-@operation
-def curl(l):
-    """Return the curl of the vector with the full gradient `l`: twice the axial vector of its spin."""
-    _, xy, xz, yx, _, yz, zx, zy, _ = l
-    return zy - yz, xz - zx, yx - xy
-
-
-@operation
-def rotation(a):
-    """Return Cayley's rotation (1 - W)^-1 (1 + W), row by row, of the axial vector a of W, tan(angle/2) long."""
-    x, y, z = a
-    square = x * x + y * y + z * z
-    scale = 2.0 / (1.0 + square)
-    diagonal = 1.0 - scale * square
-    return (diagonal + scale * x * x, scale * (x * y - z), scale * (x * z + y),
-            scale * (x * y + z), diagonal + scale * y * y, scale * (y * z - x),
-            scale * (x * z - y), scale * (y * z + x), diagonal + scale * z * z)  # fmt: skip
-
-
-@operation
-def turned(s, r):
-    """Return r . s . r^T of a full symmetric tensor and a rotation."""
-    t = product(r, matrix(s))
-    kept = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    return tuple(_sum(t[3 * i + k] * r[3 * j + k] for k in range(3)) for i, j in kept)
-
-
-@operation
-def turned_in_plane(s, z):
-    """Return `turned` for the rotation of the axial vector (0, 0, z)."""
-    xx, yy, zz, xy, xz, yz = s
-    scale = 1.0 / (1.0 + z * z)
-    cosine, sine = (1.0 - z * z) * scale, 2.0 * z * scale
-    cc, ss, cs = cosine * cosine, sine * sine, cosine * sine
-    return (cc * xx + ss * yy - 2.0 * cs * xy, ss * xx + cc * yy + 2.0 * cs * xy, zz,
-            cs * (xx - yy) + (cc - ss) * xy, cosine * xz - sine * yz, sine * xz + cosine * yz)  # fmt: skip

@@ -68,13 +68,11 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
 
 def loops(formulation: Any, offered: dict[str, Any]) -> Loops:
     """Return the loops over reference neighbours, compiled with what is `offered`."""
-    collect, mapped, show = (
-        {part.__name__: bind(part, {}, offered)} for part in (deformation.collect, deformation.mapped, deformation.show)
-    )
-    deformed = bind(deformation.deformed, mapped | show, offered)
+    collect, mapped = deformation.collect, deformation.mapped
     return Loops(
-        bind(deformation.deform, collect | {"deformed": deformed}, offered, parallel=True),
-        bind(deformation.map_particles, collect | mapped, offered, parallel=True),
+        bind(deformation.deform, {}, offered, parallel=True,
+             parts=(collect, mapped, deformation.show, deformation.deformed)),
+        bind(deformation.map_particles, {}, offered, parallel=True, parts=(collect, mapped)),
         tuple(
             bind(reference.accumulate, {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.revolved)}, offered,
                  parallel=True) for coupled in (0, 1)

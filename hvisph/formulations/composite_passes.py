@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import prange
-from hvisph.core.tensors import from_plane, minus, no_axial, own_gradient, own_symmetric, own_vector, plus, put
+from hvisph.core.solid import from_plane
+from hvisph.core.tensors import minus, no_axial, own_gradient, own_symmetric, own_vector, plus, put
 from hvisph.integrators.particle import Shown
 
 CHUNK = 256

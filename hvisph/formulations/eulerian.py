@@ -15,7 +15,8 @@ import numpy as np
 
 from hvisph.core.binding import bind
 from hvisph.core.particles import Particles
-from hvisph.core.tensors import in_plane, plus_identity, put, times
+from hvisph.core.solid import in_plane
+from hvisph.core.tensors import plus_identity, put, times
 from hvisph.sph import artificial_stress
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import corrections, coupling, standard
@@ -152,8 +153,9 @@ class Eulerian:
                          rings=self.revolved, spins=self.spins)]  # fmt: skip
         parts = {"SHEPARD": int(self.correction.shepard), "GRADIENT": int(self.correction.gradient)}
         # each side's stress over rho_a rho_b, as published
-        ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients()),
-                 "BY_COMPONENT": int(self.correction.by_component)}  # fmt: skip
+        ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}
+        if self.correction.by_component:
+            ways["room"] = standard.room_by_component
         return [
             Pass(corrections.corrections, plain, parts | apart, into_rows=True),
             Pass(

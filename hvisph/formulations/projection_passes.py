@@ -14,21 +14,8 @@ import numpy as np
 from hvisph.core.exact import add_vector, add_whole
 from hvisph.core.growth import grown
 from hvisph.core.jit import prange
-from hvisph.core.tensors import (
-    divergence,
-    dot,
-    full_gradient,
-    in_plane,
-    minus,
-    no_vector,
-    own_full_symmetric,
-    own_gradient,
-    own_vector,
-    plus,
-    put,
-    put_full_symmetric,
-    times,
-)
+from hvisph.core.solid import full_gradient, in_plane, own_full_symmetric, put_full_symmetric
+from hvisph.core.tensors import divergence, dot, minus, no_vector, own_gradient, own_vector, plus, put, times
 from hvisph.integrators.sums import KINETIC, LENGTH, MOMENTUM, SIZE, SPEED2, SUPPORT
 
 CHUNK = 256

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.core.tensors import in_plane, plus_identity, put, times
+from hvisph.core.solid import in_plane
+from hvisph.core.tensors import plus_identity, put, times
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
-from hvisph.sph.laws import riemann, unlike
+from hvisph.sph.laws import riemann, riemann_row, unlike
 from hvisph.sph.laws.limiters import LIMITERS
 from hvisph.sph.laws.riemann import SLIPPERY
 from hvisph.sph.pairs import Pairs, Pass
@@ -103,7 +104,7 @@ class Riemann:
 
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         following = self.consistent and self.smoothing.variable
-        return riemann.row_layout(dim, reconstruct, self.consistent, self.parted, following, self.revolved,
+        return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, following, self.revolved,
                                   self.meets_unlike, self.faces, self.spins)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
@@ -116,14 +117,15 @@ class Riemann:
             "FACES": int(self.faces),
         }
         row = self.layout(dim)
-        flux = Pass(riemann.accumulate, riemann.read_by_all(row), ways | {
+        flux = Pass(riemann.accumulate, riemann_row.read_by_all(row), ways | {
             "limit": limiter[0], "share": limiter[1], "CONSISTENT": int(self.consistent),
             "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.consistent and self.smoothing.variable),
             "REVOLVED": int(self.revolved), "SPINS": int(self.spins),
-        }, density_rate=self.consistent, slips=self.parted, rings=self.revolved, spins=self.spins)  # fmt: skip
+        }, (riemann.conclude,), density_rate=self.consistent, slips=self.parted, rings=self.revolved,
+            spins=self.spins)  # fmt: skip
         if not (self._reconstructs or self.parted):
             return [flux]
-        first = [Pass(riemann.gradients, riemann.read_by_all(row), ways, into_rows=True)]
+        first = [Pass(riemann_row.gradients, riemann_row.read_by_all(row), ways, into_rows=True)]
         if self.meets_unlike:
             first.append(Pass(unlike.facing, row, {"FACES": int(self.faces)}, into_rows=True))
         return [*first, flux]

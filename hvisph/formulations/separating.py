@@ -16,7 +16,7 @@ from hvisph.core.tensors import SIZE
 from hvisph.sph import rates as sums_of_pairs
 from hvisph.sph.copies import Halo
 from hvisph.sph.kernels import Kernel
-from hvisph.sph.laws import riemann
+from hvisph.sph.laws import riemann, riemann_row
 from hvisph.sph.laws import unlike as unlike_spacings
 from hvisph.sph.laws.limiters import LIMITERS
 from hvisph.sph.pairs import Pairs, Pass
@@ -67,16 +67,16 @@ class SeparatingContact:
                  planes: tuple[Plane, ...], revolved: bool = False, unlike: bool = False,
                  h_over_dx: float = 1.4, spins: bool = False):  # fmt: skip
         dim = positions.shape[1]
-        layout = riemann.row_layout(dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike)
+        layout = riemann_row.row_layout(dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike)
         limiter = LIMITERS["minmod"]  # bound, never called
         ways = {"RECONSTRUCTION": 0, "PARTED": 1, "UNLIKE": int(unlike)}
-        seen = riemann.read_by_all(layout)
+        seen = riemann_row.read_by_all(layout)
         passes = [
-            Pass(riemann.gradients, seen, ways, into_rows=True),
+            Pass(riemann_row.gradients, seen, ways, into_rows=True),
             *([Pass(unlike_spacings.facing, layout, {}, into_rows=True)] if unlike else []),
             Pass(riemann.accumulate, seen, ways | {"ONLY_OTHER": 1, "limit": limiter[0], "share": limiter[1],
                                               "REVOLVED": int(revolved), "SPINS": int(spins)},
-                 slips=True, rings=revolved, spins=spins),
+                 (riemann.conclude,), slips=True, rings=revolved, spins=spins),
         ]  # fmt: skip
         further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)

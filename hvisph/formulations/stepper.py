@@ -125,12 +125,13 @@ class Stepper:
         }  # fmt: skip
         offered |= {of.py_func.__name__: fitted(of, self.table, self.models) for of in OF_MATERIALS}
         packer, options = self.formulation.pack(dim)
-        parts = {part.__name__: bind(part, {}, offered) for part in carrying.PARTS}
-        parts["pack"] = bind(packer, options, offered)
-        limits = self.formulation.limits()
-        parts["show_limits"] = bind(limits[0], limits[1], offered) if limits else parts["pack"]  # never called
-        carried = bind(single.carried, parts | {"LIMITED": int(limits is not None)}, offered)
-        return bind(single.update, {"carried": carried}, offered, parallel=True)
+        pack, limits = bind(packer, options, offered), self.formulation.limits()
+        shown = {
+            "pack": pack,
+            "LIMITED": int(limits is not None),
+            "show_limits": bind(*limits, offered) if limits else pack,
+        }  # never called without
+        return bind(single.update, shown, offered, parallel=True, parts=(*carrying.PARTS, single.carried))
 
     @property
     def rows(self) -> np.ndarray:

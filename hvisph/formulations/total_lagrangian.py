@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.tensors import in_plane, put
+from hvisph.core.solid import in_plane
+from hvisph.core.tensors import put
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import reference
 from hvisph.sph.laws.contact import Contact, Welded

@@ -9,23 +9,8 @@ from math import pi, sqrt
 
 from hvisph.core.growth import grown
 from hvisph.core.jit import compiled
-from hvisph.core.tensors import (
-    divergence,
-    dot,
-    double_dot,
-    full_gradient,
-    minus,
-    own_full_symmetric,
-    own_gradient,
-    own_vector,
-    plus,
-    put,
-    put_full_symmetric,
-    radial,
-    stretching,
-    times,
-    with_zz,
-)
+from hvisph.core.solid import full_gradient, own_full_symmetric, put_full_symmetric, stretching, with_zz
+from hvisph.core.tensors import divergence, dot, double_dot, minus, own_gradient, own_vector, plus, put, radial, times
 from hvisph.sph.viscosity import balsara_share, relaxed_share
 
 from .particle import Rates, State

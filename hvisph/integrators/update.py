@@ -23,18 +23,8 @@ from hvisph.core.jit import prange
 from hvisph.core.lanes import LANES, all_strict
 from hvisph.core.many import many
 from hvisph.core.masks import first_lanes, lane
-from hvisph.core.tensors import (
-    divergence,
-    dot,
-    in_space,
-    no_axial,
-    no_vector,
-    own_axial,
-    own_vector,
-    plus,
-    put,
-    times,
-)
+from hvisph.core.solid import in_space
+from hvisph.core.tensors import divergence, dot, no_axial, no_vector, own_axial, own_vector, plus, put, times
 from hvisph.sph.viscosity import shear_share
 
 from .particle import Limits, Shown, State

@@ -10,7 +10,8 @@ from __future__ import annotations
 from math import sqrt
 
 from ..core.jit import compiled
-from ..core.tensors import divergence, double_dot, plus_identity, stretching
+from ..core.solid import stretching
+from ..core.tensors import divergence, double_dot, plus_identity
 from .eos.ideal_gas import IdealGas
 from .eos.jwl import JonesWilkinsLee
 from .slots import DAMAGE_TAG, EOS_TAG, FAILED_FRICTION, STRENGTH_TAG, parameters

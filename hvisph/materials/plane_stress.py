@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from ..core.growth import grown
 from ..core.jit import compiled
-from ..core.tensors import with_zz
+from ..core.solid import with_zz
 from .response import respond
 from .state import equilibrium_state, longitudinal_speed, shear_modulus
 

@@ -25,21 +25,8 @@ from __future__ import annotations
 from math import inf, sqrt, tan
 
 from ..core.jit import called, compiled
-from ..core.tensors import (
-    curl,
-    determinant,
-    divergence,
-    double_dot,
-    matrix,
-    no_symmetric,
-    plus,
-    plus_identity,
-    rotation,
-    stretching,
-    times,
-    turned,
-    turned_in_plane,
-)
+from ..core.solid import curl, rotation, stretching, turned, turned_in_plane
+from ..core.tensors import determinant, divergence, double_dot, matrix, no_symmetric, plus, plus_identity, times
 from .damage import (
     CockcroftLatham,
     GradyKipp,

@@ -15,6 +15,9 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.jit import compiled, prange, specialise
+from hvisph.core.tensors import own_vector
+
+CHUNK = 1024
 
 
 @dataclass
@@ -57,19 +60,45 @@ def wrapped(x, inverse_edge, count):
     return np.uint64(np.int64(np.floor(x * inverse_edge))) & (count - np.uint64(1))
 
 
-def _find_cells(rows, inverse_edge, nx, ny, nz, cells):
-    for chunk in prange((cells.shape[0] + 1023) // 1024):
-        first = np.uint64(chunk) * np.uint64(1024)
-        for i in range(first, min(first + np.uint64(1024), np.uint64(cells.shape[0]))):
-            cell = wrapped(rows[i, 0], inverse_edge, nx)
-            if DIM > 1:
-                cell += nx * wrapped(rows[i, 1], inverse_edge, ny)
-            if DIM > 2:
-                cell += nx * ny * wrapped(rows[i, 2], inverse_edge, nz)
-            cells[i] = cell
+@compiled
+def cell_at(x, inverse_edge, nx, ny, nz):
+    """Return the coordinates of the cell of the place `x`, a vector, along all axes: 0 where there is but one."""
+    cx = wrapped(x[0], inverse_edge, nx)
+    cy = wrapped(x[1], inverse_edge, ny) if len(x) > 1 else np.uint64(0)
+    cz = wrapped(x[2], inverse_edge, nz) if len(x) > 2 else np.uint64(0)
+    return cx, cy, cz
 
 
-def _count_and_place(cells, starts, order):
+@compiled
+def number_of(cell, nx, ny):
+    """Return the number of the cell with these coordinates."""
+    return cell[0] + nx * (cell[1] + ny * cell[2])
+
+
+@compiled
+def beside(cell, shift, nx, ny, nz):
+    """Return the number of one of the 3, 9 or 27 cells around the one numbered `cell`, itself in their middle.
+
+    They are counted along x, then y, then z: `shift` is 0 to 3**dim - 1.
+    """
+    one, three = np.uint64(1), np.uint64(3)
+    x = ((cell & (nx - one)) + shift % three + nx - one) & (nx - one)
+    y = (((cell // nx) & (ny - one)) + (shift // three) % three + ny - one) & (ny - one)
+    z = (cell // (nx * ny) + shift // (three * three) + nz - one) & (nz - one)
+    return number_of((x, y, z), nx, ny)
+
+
+def find_cells(rows, inverse_edge, nx, ny, nz, cells):
+    """Find the number of the cell of each row: a template."""
+    count = np.uint64(cells.shape[0])
+    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
+        first = np.uint64(chunk) * np.uint64(CHUNK)
+        for i in range(first, min(first + np.uint64(CHUNK), count)):
+            cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
+
+
+def count_and_place(cells, starts, order):
+    """Count the rows of each cell, and put the rows in the order of their cells: a template."""
     n = np.uint64(cells.shape[0])
     one = np.uint64(1)
     starts[:] = 0
@@ -92,10 +121,10 @@ def _count_and_place(cells, starts, order):
 def _order_and_gather(rows, numbers, cells, starts, order, place, out, columns, h):
     """Put the rows of each cell into the order of their numbers, nearly as they come, and gather them."""
     n = np.uint64(order.shape[0])
-    for chunk in prange((order.shape[0] + 1023) // 1024):
+    for chunk in prange((n + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         one = np.uint64(1)
-        begin = np.uint64(chunk) * np.uint64(1024)
-        end = min(begin + np.uint64(1024), n)
+        begin = np.uint64(chunk) * np.uint64(CHUNK)
+        end = min(begin + np.uint64(CHUNK), n)
         # A chunk has the cells that begin in it. What it reads of one under another's hands is in the same cell.
         cell = np.uint64(cells[np.uint64(order[begin])])
         k = begin if np.uint64(starts[cell]) == begin else np.uint64(starts[cell + one])
@@ -148,7 +177,7 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
 @cache
 def _loops(dim: int) -> tuple[Any, Any, Any]:
     return (
-        specialise(_find_cells, parallel=True, DIM=dim),
-        specialise(_count_and_place, parallel=False),
+        specialise(find_cells, parallel=True, DIM=dim),
+        specialise(count_and_place, parallel=False),
         specialise(_order_and_gather, parallel=True, DIM=dim),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -35,6 +35,8 @@ class Pass:
         The layout of what it reads of each neighbour.
     options
         Constants and compiled functions bound into the law.
+    parts
+        Templates that the law calls by name, bound to the same.
     into_rows
         Whether the law writes into the particles' own rows, for a later pass to read, instead of rates.
     density_rate
@@ -50,6 +52,7 @@ class Pass:
     law: Any
     reads: RowLayout
     options: dict[str, Any]
+    parts: tuple[Callable[..., None], ...] = ()
     into_rows: bool = False
     density_rate: bool = False
     slips: bool = False
@@ -115,7 +118,8 @@ class Pairs:
         self._sweeps = []
         for one in passes:
             widths = {"WIDTH": one.reads.used, "WHOLE": layout.used}
-            law = bind(one.law, one.options, shared | self.slots | rates.slots(dim) | widths)
+            offered = shared | self.slots | rates.slots(dim) | widths
+            law = bind(one.law, one.options, offered, parts=one.parts)
             self._sweeps.append((traversal.loop(dim, self.slots["H"], law), one.into_rows))
 
     def _make_room(self, count: int) -> None:

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.jit import compiled, specialise
-from hvisph.sph.cells import Grid, _count_and_place, _find_cells
+from hvisph.core.tensors import dot, minus, own_vector
+from hvisph.sph.cells import Grid, beside, count_and_place, find_cells
 
 # Particles of the smallest piece that is a body: three a side, of which one may be inside.
 SMALLEST = {1: 3, 2: 9, 3: 27}
@@ -112,30 +113,18 @@ def joined(parent, i, j):
     return min(a, b)
 
 
-@compiled
-def beside(cell, nx, ny, nz, sx, sy, sz):
-    """Return the cell that lies so many steps from `cell` along each axis of the torus."""
-    one = np.uint64(1)
-    x, y, z = cell & (nx - one), (cell // nx) & (ny - one), cell // (nx * ny)
-    x = np.uint64(np.int64(x) + sx) & (nx - one)
-    y = np.uint64(np.int64(y) + sy) & (ny - one)
-    z = np.uint64(np.int64(z) + sz) & (nz - one)
-    return x + nx * (y + ny * z)
-
-
 def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent):
     """Connect each particle with one of its cell, and with one of each cell that is next along an axis."""
     for i in range(position.shape[0]):
+        x = own_vector(position, i, 0, DIM)
         for side in range(DIM + 1):
-            sx, sy, sz = (1 if side == 1 else 0), (1 if side == 2 else 0), (1 if side == 3 else 0)
-            cell = beside(np.uint64(cells[i]), nx, ny, nz, sx, sy, sz)
+            shift = (3**DIM - 1) // 2 + (3 ** (side - 1) if side > 0 else 0)
+            cell = beside(np.uint64(cells[i]), np.uint64(shift), nx, ny, nz)
             for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
                 j = np.int64(order[k])
                 if j != i and labels[j] == labels[i]:
-                    distance2 = 0.0
-                    for axis in range(DIM):
-                        distance2 += (position[i, axis] - position[j, axis]) ** 2
-                    if distance2 < link2:
+                    apart = minus(x, own_vector(position, j, 0, DIM))
+                    if dot(apart, apart) < link2:
                         joined(parent, i, j)
                         break
 
@@ -146,19 +135,16 @@ def _search(position, labels, cells, starts, order, nx, ny, nz, link2, left, par
         if left[i] == 0:
             continue
         own = root_of(parent, i)
-        for sz in range(-1 if DIM > 2 else 0, 2 if DIM > 2 else 1):
-            for sy in range(-1 if DIM > 1 else 0, 2 if DIM > 1 else 1):
-                for sx in range(-1, 2):
-                    cell = beside(np.uint64(cells[i]), nx, ny, nz, sx, sy, sz)
-                    for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
-                        j = np.int64(order[k])
-                        if labels[j] != labels[i] or root_of(parent, j) == own:
-                            continue
-                        distance2 = 0.0
-                        for axis in range(DIM):
-                            distance2 += (position[i, axis] - position[j, axis]) ** 2
-                        if distance2 < link2:
-                            own = joined(parent, i, j)
+        x = own_vector(position, i, 0, DIM)
+        for shift in range(np.uint64(3**DIM)):
+            cell = beside(np.uint64(cells[i]), shift, nx, ny, nz)
+            for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
+                j = np.int64(order[k])
+                if labels[j] != labels[i] or root_of(parent, j) == own:
+                    continue
+                apart = minus(x, own_vector(position, j, 0, DIM))
+                if dot(apart, apart) < link2:
+                    own = joined(parent, i, j)
 
 
 def _flatten(parent):
@@ -169,8 +155,8 @@ def _flatten(parent):
 @cache
 def _loops(dim: int) -> tuple[Any, ...]:
     return (
-        specialise(_find_cells, parallel=True, DIM=dim),
-        specialise(_count_and_place, parallel=False),
+        specialise(find_cells, parallel=True, DIM=dim),
+        specialise(count_and_place, parallel=False),
         specialise(_link_near, parallel=False, DIM=dim),
         specialise(_search, parallel=False, DIM=dim),
         specialise(_flatten, parallel=False),

@@ -12,7 +12,8 @@ import numpy as np
 
 from hvisph.core.fetching import fetch
 from hvisph.core.jit import prange, specialise
-from hvisph.sph.cells import Grid, wrapped
+from hvisph.core.tensors import own_vector
+from hvisph.sph.cells import Grid, beside, cell_at, number_of
 
 CHUNK = 1024
 # Rows are asked for so many particles before they are needed.
@@ -32,12 +33,7 @@ def _locate(rows, inverse_edge, nx, ny, nz, cells, extents):
         extent[0], extent[1] = np.inf, -np.inf
         for i in range(first, min(first + np.uint64(CHUNK), count)):
             fetch(rows, min(i + np.uint64(AHEAD), count - np.uint64(1)), np.uint64(0))
-            cell = wrapped(rows[i, 0], inverse_edge, nx)
-            if DIM > 1:
-                cell += nx * wrapped(rows[i, 1], inverse_edge, ny)
-            if DIM > 2:
-                cell += nx * ny * wrapped(rows[i, 2], inverse_edge, nz)
-            cells[i] = cell
+            cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
             for axis in range(np.uint64(DIM)):
                 extent[0, axis] = min(extent[0, axis], rows[i, axis])
                 extent[1, axis] = max(extent[1, axis], rows[i, axis])
@@ -64,28 +60,18 @@ def _tell(cells, meets, near, of_meets, of_near):
             of_meets[i], of_near[i] = meets[np.uint64(cells[i])], near[np.uint64(cells[i])] != 0
 
 
-def _beside(cx, cy, cz, shift, nx, ny, nz):
-    """Return the cell that lies `shift`, 0 to 3**DIM - 1, from the one at (cx, cy, cz): in the middle itself."""
-    one, three = np.uint64(1), np.uint64(3)
-    x = (cx + shift % three + nx - one) & (nx - one)
-    y = (cy + (shift // three) % three + ny - one) & (ny - one) if DIM > 1 else cy
-    z = (cz + shift // (three * three) + nz - one) & (nz - one) if DIM > 2 else cz
-    return x + nx * (y + ny * z)
-
-
 def _spread(nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
     """Find the occupied cells that have another body, or an Eulerian particle, in or beside them."""
     count = np.uint64(lowest.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first, one = np.uint64(chunk) * np.uint64(CHUNK), np.uint64(1)
+        first = np.uint64(chunk) * np.uint64(CHUNK)
         for cell in range(first, min(first + np.uint64(CHUNK), count)):
             if lowest[cell] == np.uint32(NO_BODY):
                 spatial_near[cell] = np.uint8(0)
                 continue
-            cx, cy, cz = cell & (nx - one), (cell // nx) & (ny - one), cell // (nx * ny)
             low, high, euler = lowest[cell], highest[cell], spatial[cell]
             for shift in range(np.uint64(3**DIM)):
-                at = beside(cx, cy, cz, shift, nx, ny, nz)
+                at = beside(cell, shift, nx, ny, nz)
                 low, high, euler = min(low, lowest[at]), max(high, highest[at]), euler | spatial[at]
             meets[cell] = low != high
             spatial_near[cell] = euler
@@ -95,14 +81,13 @@ def _widen(nx, ny, nz, lowest, near, wider):
     """Mark the occupied cells that are, or lie beside, one that is marked in `near`."""
     count = np.uint64(near.shape[0])
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first, one = np.uint64(chunk) * np.uint64(CHUNK), np.uint64(1)
+        first = np.uint64(chunk) * np.uint64(CHUNK)
         for cell in range(first, min(first + np.uint64(CHUNK), count)):
             if lowest[cell] == np.uint32(NO_BODY):
                 continue
-            cx, cy, cz = cell & (nx - one), (cell // nx) & (ny - one), cell // (nx * ny)
             beside_one = near[cell]
             for shift in range(np.uint64(3**DIM)):
-                beside_one |= near[beside(cx, cy, cz, shift, nx, ny, nz)]
+                beside_one |= near[beside(cell, shift, nx, ny, nz)]
             wider[cell] = beside_one
 
 
@@ -130,9 +115,8 @@ class Selection:
         self._locate = specialise(_locate, parallel=True, DIM=dim)
         self._mark = specialise(_mark, parallel=False)
         self._tell = specialise(_tell, parallel=True)
-        beside = specialise(_beside, DIM=dim)
-        self._spread = specialise(_spread, parallel=True, DIM=dim, beside=beside)
-        self._widen = specialise(_widen, parallel=True, DIM=dim, beside=beside)
+        self._spread = specialise(_spread, parallel=True, DIM=dim)
+        self._widen = specialise(_widen, parallel=True, DIM=dim)
 
     def fit(self, position: np.ndarray) -> None:
         """Make the grid anew around particles at `position` (n, dim) [m]."""

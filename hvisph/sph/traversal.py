@@ -22,8 +22,10 @@ from hvisph.core.errors import RunError
 from hvisph.core.jit import prange, specialise
 from hvisph.core.lanes import LANES
 from hvisph.core.nearby import NUMBERED, SIXTEEN, append_near, append_near_box
+from hvisph.core.solid import in_space
+from hvisph.core.tensors import own_vector
 from hvisph.sph import cells
-from hvisph.sph.cells import wrapped
+from hvisph.sph.cells import cell_at, number_of
 
 CHUNK = 256
 FAR = 1e30  # coordinate [m] of the row that pads lists: beyond every kernel, and massless
@@ -104,27 +106,22 @@ def visit(chunk, rows, columns, order, counts, grid, reach, constants, capacity,
     last = min(first + np.uint64(CHUNK), n_rows)
     needed, m, group, wanted, longest = zero, zero, first, False, 0.0
     for i in range(first, last):
-        x = rows[i, 0]
-        y = rows[i, 1] if DIM > 1 else 0.0
-        z = rows[i, 2] if DIM > 2 else 0.0
-        h = rows[i, H]
+        x = own_vector(rows, i, 0, DIM)
         if i == group:  # the first of a cell, or of those together in it
-            cx = wrapped(x, inverse_edge, nx)
-            cy = wrapped(y, inverse_edge, ny) if DIM > 1 else zero
-            cz = wrapped(z, inverse_edge, nz) if DIM > 2 else zero
-            end = min(np.uint64(starts[cx + nx * (cy + ny * cz) + one]), last)
+            place = cell_at(x, inverse_edge, nx, ny, nz)
+            end = min(np.uint64(starts[number_of(place, nx, ny) + one]), last)
             group, longest = enclose(columns, i, end, inverse_edge, box)
             wanted = True
         if np.uint64(order[i]) >= owned:
             continue
         if wanted:
             wanted = False
-            m, lacking = gather(columns, (cx, cy, cz), grid, box, longest, half_reach * ROUND_OFF, capacity,
+            m, lacking = gather(columns, place, grid, box, longest, half_reach * ROUND_OFF, capacity,
                                 (rough, exact, numbers))  # fmt: skip
             needed = max(needed, lacking)
-        n = zero
+        n, own = zero, (*in_space(x), rows[i, H])
         for k in range(zero, m, sixteen):
-            n = append_near(rough, exact, numbers, DIM, k, i, (x, y, z, h), box, half_reach, slack, near, n)
+            n = append_near(rough, exact, numbers, DIM, k, i, own, box, half_reach, slack, near, n)
         if not NUMBERED:
             for k in range(n):
                 near[k] = numbers[np.uint64(near[k])]

@@ -27,7 +27,8 @@ from __future__ import annotations
 from math import exp, sqrt
 
 from hvisph.core.jit import compiled
-from hvisph.core.tensors import curl, divergence, dot, double_dot, plus_identity, stretching
+from hvisph.core.solid import curl, stretching
+from hvisph.core.tensors import divergence, dot, double_dot, plus_identity
 
 SOFTENING = 0.01  # share of h^2 in the denominator of mu
 

@@ -32,13 +32,13 @@ from hvisph.core.jit import compiled, prange
 from hvisph.core.lanes import LANES
 from hvisph.core.many import many
 from hvisph.core.simd import neighbours
+from hvisph.core.solid import full_gradient, stretching, with_zz
 from hvisph.core.tensors import (
     adjugate,
     determinant,
     divergence,
     dot,
     double_dot,
-    full_gradient,
     identity,
     matrix,
     minus,
@@ -54,12 +54,10 @@ from hvisph.core.tensors import (
     product,
     put,
     spread,
-    stretching,
     times,
     totals,
     transposed,
     vector,
-    with_zz,
 )
 from hvisph.sph.viscosity import shear_share
 

@@ -34,6 +34,36 @@ def drawn(d, slope_a, slope_b, shared, half):
 
 
 @compiled
+def met(za, zb, du, t_a, dt, moves_u, moves_t):
+    """Return the contact velocity less the own one, and the traction, of a pair's normal Riemann problem.
+
+    Parameters
+    ----------
+    za, zb
+        Impedances.
+    du, t_a, dt
+        The neighbour's velocity less the own one; the own traction, and the neighbour's less that.
+    moves_u, moves_t
+        How far both sides move to each other, see `moved`.
+    """
+    inverse = 1.0 / (za + zb)
+    us = (za * moves_u[0] + zb * (du - moves_u[1]) + (dt - moves_t[0] - moves_t[1])) * inverse
+    t = t_a + (zb * moves_t[0] + za * (dt - moves_t[1]) + za * zb * (du - moves_u[0] - moves_u[1])) * inverse
+    return us, t
+
+
+@compiled
+def met_beside(za, zb, du, t_a, dt, moves_u, moves_t):
+    """Return the same of the tangential problem: of vectors, which both sides move to each other by shares."""
+    inverse = 1.0 / (za + zb + TINY)
+    us = plus(times((za * moves_u[0] + zb * (1.0 - moves_u[1])) * inverse, du),
+              times((1.0 - moves_t[0] - moves_t[1]) * inverse, dt))  # fmt: skip
+    t = plus(times((zb * moves_t[0] + za * (1.0 - moves_t[1])) * inverse, dt),
+             times(za * zb * (1.0 - moves_u[0] - moves_u[1]) * inverse, du))  # fmt: skip
+    return us, plus(t_a, t)
+
+
+@compiled
 def at_most(most, t):
     """Return the vector `t`, no longer than `most`."""
     t2 = dot(t, t)

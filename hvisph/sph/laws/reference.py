@@ -34,7 +34,6 @@ from hvisph.core.tensors import (
     own_gradient,
     own_vector,
     plus,
-    plus_radial,
     put,
     radial,
     scaled_apart,
@@ -46,7 +45,7 @@ from hvisph.core.tensors import (
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
-from .rings import ring_weight
+from .rings import between_rings, ring_weight
 
 CHUNK = 256
 # The rows of neighbours are asked for so many particles before they are needed.
@@ -146,8 +145,7 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
                     weight, real = ring_weight(b[RING0], inverse_ring0)
                     other = times(weight, other)
                     # of an image over the axis: the radial work of the two real rings
-                    apart = scaled_apart(du, real, 0.0)
-                    apart = plus_radial(apart, radial(u) - (2.0 * real - 1.0) * b[U + 1])
+                    apart = between_rings(du, radial(u), b[U + 1], real)
                     if PRINTED:
                         pair = times(weight, pair)
                     else:  # of the viscosity that of a mirror

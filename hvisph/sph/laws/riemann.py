@@ -71,7 +71,6 @@ from hvisph.core.tensors import (
     no_axial,
     no_gradient,
     no_symmetric,
-    no_symmetric_gradient,
     no_vector,
     on,
     on_rows,
@@ -97,18 +96,14 @@ from hvisph.core.tensors import (
     totals,
     vector,
 )
-from hvisph.sph.rows import RowLayout
 from hvisph.sph.shape_matrix import sound_inverse
 
 from .edges import at_edges
 from .interface import across, looking
 from .limiters import TINY
-from .pair_states import at_most, drawn, let_go, moved, pressed, slid
-from .rings import hoop_share, ring_weight
-from .unlike import ENTRIES, along_normal, depth, stretched
-
-# Where in the constants the tables of depths begin.
-DEPTH_TABLE = 2
+from .pair_states import at_most, drawn, let_go, met, met_beside, moved, pressed, slid
+from .rings import brake, hoop_share, ring_weight
+from .unlike import along_normal, stretched
 
 # Options of the law, off unless bound.
 RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = FACES = UNLIKE = ONLY_OTHER = REVOLVED = SPINS = 0
@@ -123,86 +118,6 @@ UNLIMITED = 1e300
 SLIPPERY = 1e-8
 
 
-def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
-               following: bool = False, revolved: bool = False, unlike: bool = False,
-               faces: bool = False, spins: bool = False) -> RowLayout:  # fmt: skip
-    """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
-
-    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, TWIST w, FILLS and ENDS N and O of its body,
-    FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop stress of a ring.
-    """
-    fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric")]
-    if parted:
-        fields.append(("body", "scalar"))
-    if faces:
-        fields.append(("face", "vector"))
-    fields += [("zn", "scalar"), ("zt", "scalar")]
-    if consistent:
-        fields += [("rho", "scalar"), ("shear", "scalar")]
-    if spins:
-        fields.append(("twist", "axial"))
-    if revolved:
-        fields.append(("ring", "radius"))
-    if reconstruct:
-        fields += [("gu", "gradient"), ("gt", "symmetric_gradient")]
-    if parted:
-        fields += [("fills", "vector"), ("ends", "vector")]
-    if unlike:
-        fields.append(("depth", "scalar"))
-    if consistent:
-        fields += [("bear", "scalar"), ("order", "scalar")]
-    fields.append(("m", "scalar"))  # the pairs never read it, nor whether h is free to follow
-    if following:
-        fields.append(("grows", "scalar"))
-    if revolved:
-        fields.append(("hoop", "scalar"))
-    return RowLayout(dim, tuple(fields))
-
-
-def read_by_all(layout: RowLayout) -> RowLayout:
-    """Return the first part of the row: the rest is read of neighbours in tension, where bodies meet, or never."""
-    names = [name for name, _ in layout.fields]
-    first = next(name for name in ("fills", "bear", "m") if name in names)
-    return RowLayout(layout.dim, layout.fields[: names.index(first)])
-
-
-def gradients(near, n, rows, i, constants, out):
-    """Write the renormalised gradients of velocity and stress into row `i`, and where bodies lie."""
-    x, u, s, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM), rows[i, H]
-    moment, of_u = spread(no_symmetric(DIM)), spread(no_gradient(DIM))
-    of_s = spread(no_symmetric_gradient(DIM))
-    fills, ends = spread(no_vector(DIM)), spread(no_vector(DIM))
-    for k in range(np.uint64(0), n, np.uint64(LANES)):
-        b = neighbours(rows, near, k, WIDTH)
-        dx = minus(vector(b, 0, DIM), x)
-        r = np.sqrt(dot(dx, dx))
-        ih = 2.0 / (h + b[H])
-        g = times(-b[V] * scale(ih) * slope(r * ih) / r, dx)
-        if PARTED:
-            other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
-            if FACES:
-                other = max(other, looking(own_vector(rows, i, FACE, DIM), vector(b, FACE, DIM), dx))
-            if not UNLIKE:
-                fills = plus(fills, times(other, g))
-            g = times(1.0 - other, g)
-            ends = minus(ends, g)
-        if RECONSTRUCTION:
-            moment = plus(moment, symmetric_outer(dx, g))
-            of_u = plus(of_u, outer(minus(vector(b, U, DIM), u), g))
-            of_s = plus(of_s, outer(minus(symmetric(b, T, DIM), s), g))
-    if PARTED:
-        lacking = totals(ends)
-        put(out, i, ENDS, lacking)
-        if UNLIKE:
-            out[i, DEPTH] = depth(lacking, h, constants[DEPTH_TABLE + (DIM - 1) * ENTRIES :])
-        else:
-            put(out, i, FILLS, totals(fills))
-    if RECONSTRUCTION:
-        inverse, _ = sound_inverse(matrix(totals(moment)))
-        put(out, i, GU, product(totals(of_u), inverse))
-        put(out, i, GT, product(totals(of_s), inverse))
-
-
 def accumulate(near, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
     x, u, s = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM)
@@ -213,10 +128,9 @@ def accumulate(near, n, rows, i, constants, out):
     if PARTED:
         fills, ends = own_vector(rows, i, FILLS, DIM), own_vector(rows, i, ENDS, DIM)
     a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
-    if SPINS:
-        made, across_bodies = spread(no_axial(DIM)), spread(no_symmetric(DIM))
-        if not ONLY_OTHER:
-            twist = own_axial(rows, i, TWIST, DIM)
+    made, across_bodies = spread(no_axial(DIM)), spread(no_symmetric(DIM))
+    if SPINS and not ONLY_OTHER:
+        twist = own_axial(rows, i, TWIST, DIM)
     nowhere = power = mu = number = own_number = widening = slip = fullness = all_lanes(0.0)
     inverse_ring = 1.0 / rows[i, RING] if REVOLVED else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
@@ -261,22 +175,19 @@ def accumulate(near, n, rows, i, constants, out):
         ta_n, dt_n = dot(ta, e), dot(step, e)
         du_t, dt_t = minus(jump, times(du_n, e)), minus(step, times(dt_n, e))
         # How far each side moves to the other: normal velocity and traction, shares of the tangential ones.
-        nu_a = nu_b = nt_a = nt_b = tu_a = tu_b = tt_a = tt_b = nowhere
+        moves = of_n = shares_u = shares_t = (nowhere, nowhere)
         if RECONSTRUCTION:
             pa, pb = on_rows(of_u, dx), on_rows(gradient(b, GU, DIM), dx)
             qa, qb = on(on_rows(of_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
-            nu_a, nu_b = moved(du_n, dot(pa, e), dot(pb, e), limit, half)
-            nt_a, nt_b = moved(dt_n, dot(qa, e), dot(qb, e), limit, half)
-            tu_a, tu_b = drawn(du_t, pa, pb, share, half)
-            tt_a, tt_b = drawn(dt_t, qa, qb, share, half)
+            moves = moved(du_n, dot(pa, e), dot(pb, e), limit, half)
+            of_n = moved(dt_n, dot(qa, e), dot(qb, e), limit, half)
+            shares_u, shares_t = drawn(du_t, pa, pb, share, half), drawn(dt_t, qa, qb, share, half)
         # The acoustic Riemann problem, with velocities less the own one.
-        apart = du_n - nu_a - nu_b
+        apart = du_n - moves[0] - moves[1]
         if CONSISTENT:
             closing = SHOCK_SLOPE * max(-apart, 0.0)
             za, zb = za + rows[i, RHO] * closing, zb + b[RHO] * closing
-        inverse = 1.0 / (za + zb)
-        us_n = (za * nu_a + zb * (du_n - nu_b) + (dt_n - nt_a - nt_b)) * inverse
-        t_n = ta_n + (zb * nt_a + za * (dt_n - nt_b) + za * zb * apart) * inverse
+        us_n, t_n = met(za, zb, du_n, ta_n, dt_n, moves, of_n)
         if CONSISTENT and anywhere(b[V] * t_n):  # none bears less than no tension
             cold = neighbours(rows, near, k, WHOLE)
             t_n = min(t_n, min(rows[i, BEAR], cold[BEAR]))
@@ -284,12 +195,7 @@ def accumulate(near, n, rows, i, constants, out):
                 t_n = let_go(t_n, volume * b[V], dx, inverse_r, min(rows[i, ORDER], cold[ORDER]))
         us_t = t_t = ta_t = minus(ta, times(ta_n, e))
         if DIM > 1:
-            z_b, inverse = b[ZT], 1.0 / (zt + b[ZT] + TINY)
-            us_t = plus(times((zt * tu_a + z_b * (1.0 - tu_b)) * inverse, du_t),
-                        times((1.0 - tt_a - tt_b) * inverse, dt_t))  # fmt: skip
-            t_t = plus(times((z_b * tt_a + zt * (1.0 - tt_b)) * inverse, dt_t),
-                       times(zt * z_b * (1.0 - tu_a - tu_b) * inverse, du_t))  # fmt: skip
-            t_t = plus(ta_t, t_t)
+            us_t, t_t = met_beside(zt, b[ZT], du_t, ta_t, dt_t, shares_u, shares_t)
             if CONSISTENT:
                 t_t = at_most(min(rows[i, SHEAR], b[SHEAR]), t_t)
         if meeting:
@@ -311,49 +217,55 @@ def accumulate(near, n, rows, i, constants, out):
                 ts = plus(ts, about(times(half, plus(twist, axial(b, TWIST, DIM))), e))
         power += worked * dot(ts, us)
         if REVOLVED:
-            power -= vg * mean * (1.0 - real) * (0.5 * radial(ts)) * (2.0 * radial(u) + radial(jump))
             fullness += (0.5 * weight) * vg * radial(e) * radial(dx)
-            ts = scaled_apart(ts, mean * real, mean)
-            # over the axis what closes is braked
-            brake = (1.0 - real) * (1.0 - mean) * radial(e) * min(apart, 0.0)
-            brake *= (1.0 - other) * zt * b[ZT] / (zt + b[ZT] + TINY)
-            power += (0.5 * vg) * brake * radial(jump)
-            ts = plus_radial(ts, brake)
+            power -= vg * mean * (1.0 - real) * (0.5 * radial(ts)) * (2.0 * radial(u) + radial(jump))
+            braked = (1.0 - other) * brake(e, apart, zt, b[ZT], mean, real)
+            power += (0.5 * vg) * braked * radial(jump)
+            ts = plus_radial(scaled_apart(ts, mean * real, mean), braked)
         a = plus(a, times(vg, ts))
         l = plus(l, outer(us, times(weight * vg, e)))
         if CONSISTENT or REVOLVED:
             moment = plus(moment, symmetric_outer(times((0.5 * weight) * vg * along, e), e))
         if CONSISTENT:
-            room = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if UNLIKE else 1.0
-            number += weight * g * room * us_n
+            space = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if UNLIKE else 1.0
+            number += weight * g * space * us_n
             if FOLLOWING:
                 q, receding = r / h, weight * du_n
                 number -= 0.5 * g * receding
                 own_number -= scale(1.0 / h) * slope(q) * receding
                 widening += weight * scale(1.0 / h) * (DIM * shape(q) + q * slope(q))
-    gradient_u, inverse_density = totals(l), volume / rows[i, M]
+    conclude(rows, i, out, totals(a), totals(l), totals(moment), total(power), largest(mu),
+             (total(number), total(own_number), total(widening)), (totals(made), totals(across_bodies)), total(slip),
+             total(fullness))  # fmt: skip
+
+
+def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, turning, slip, full):
+    """Write the rates of particle `i`, from what its pairs sum to: a part of `accumulate`."""
+    h, volume, inverse_density = rows[i, H], rows[i, V], rows[i, V] / rows[i, M]
     if CONSISTENT:
-        rate = volume * total(number)
+        number, own_number, widening = numbers
+        rate = volume * number
         if FOLLOWING:
-            widened = total(widening) + scale(1.0 / h) * DIM * shape(0.0)
-            rate = (rate + volume * total(own_number)) / (1.0 - rows[i, GROWS] * volume * h / DIM * widened)
-        fastest = largest(mu) * rows[i, RHO] / zn
-        gradient_u, rate = at_edges(gradient_u, rate, matrix(totals(moment)), fastest, rows[i, BEAR])
+            widened = widening + scale(1.0 / h) * DIM * shape(0.0)
+            rate = (rate + volume * own_number) / (1.0 - rows[i, GROWS] * volume * h / DIM * widened)
+        fastest = closing * rows[i, RHO] / rows[i, ZN]
+        gradient_u, rate = at_edges(gradient_u, rate, matrix(moment), fastest, rows[i, BEAR])
         out[i, R_DENSITY] = divergence(gradient_u) - rate
-    force, work = totals(a), total(power)
     if REVOLVED:
         if not (CONSISTENT or ONLY_OTHER):
-            gradient_u = product(gradient_u, sound_inverse(matrix(totals(moment)))[0])
-        full, own = total(fullness), 0.0 if ONLY_OTHER else 1.0
+            gradient_u = product(gradient_u, sound_inverse(matrix(moment))[0])
+        own, inverse_ring, radial_u = 0.0 if ONLY_OTHER else 1.0, 1.0 / rows[i, RING], rows[i, U + 1]
         taken = hoop_share(full) * inverse_ring
-        hoop = ((own - full) * radial(s) - own * rows[i, HOOP]) * (inverse_ring if ONLY_OTHER else taken)
-        force, work = plus_radial(force, hoop), work - hoop * radial(u)
-        out[i, R_HOOP] = radial(u) * taken
-    write_rates(out, i, times(inverse_density, force), inverse_density * work, largest(mu), gradient_u)
+        hoop = (own - full) * radial(own_symmetric(rows, i, T, DIM)) - own * rows[i, HOOP]
+        hoop = hoop * (inverse_ring if ONLY_OTHER else taken)
+        force, work = plus_radial(force, hoop), work - hoop * radial_u
+        out[i, R_HOOP] = radial_u * taken
+    write_rates(out, i, times(inverse_density, force), inverse_density * work, closing, gradient_u)
     if SPINS:
-        spin = times(-0.5, totals(made))
+        made, across_bodies = turning
+        spin = times(-0.5, made)
         if not ONLY_OTHER:
-            spin = minus(spin, on_rows(inertia(minus(totals(moment), totals(across_bodies))), twist))
+            spin = minus(spin, on_rows(inertia(minus(moment, across_bodies)), own_axial(rows, i, TWIST, DIM)))
         put(out, i, R_SPIN, times(inverse_density, spin))
     if PARTED:
-        out[i, R_SLIP] = inverse_density * total(slip)
+        out[i, R_SLIP] = inverse_density * slip

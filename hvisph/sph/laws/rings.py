@@ -39,6 +39,9 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import compiled
+from hvisph.core.tensors import plus_radial, radial, scaled_apart, times
+
+from .limiters import TINY
 
 EDGES = 4.0  # 1 over the fullness of an edge
 
@@ -55,6 +58,41 @@ def ring_weight(ring, inverse_ring):
         1 over the own radius [1/m].
     """
     return 0.5 + (0.5 * inverse_ring) * ring, max(np.copysign(1.0, ring), 0.0)
+
+
+@compiled
+def between_rings(du, own, its, real):
+    """Return the difference `du` of two velocities; of an image over the axis the radial one of its ring.
+
+    `own` and `its` are both radial velocities, that of the image its own.
+    """
+    return plus_radial(scaled_apart(du, real, 0.0), own - (2.0 * real - 1.0) * its)
+
+
+@compiled
+def pair_of_rings(force, dissipating, du, own, its, weight, real):
+    """Return force and difference of velocities of a pair, and over the axis what its dissipation closes by, doubled.
+
+    Parameters
+    ----------
+    force, dissipating, du
+        Force of the plane, the part of it that dissipates, and difference of velocities.
+    own, its
+        Radial velocities.
+    weight, real
+        See `ring_weight`.
+    """
+    apart = times(weight, between_rings(du, own, its, real))
+    mirrored = (1.0 - real) * (1.0 - weight)
+    force = scaled_apart(force, weight * real, weight)
+    force = plus_radial(force, (mirrored - (1.0 - real) * weight) * radial(dissipating))
+    return force, apart, mirrored * radial(du) - (1.0 - real) * radial(apart)
+
+
+@compiled
+def brake(e, apart, zt_a, zt_b, weight, real):
+    """Return the radial traction [Pa] by which shear impedances brake what closes, at `apart` [m/s], over the axis."""
+    return (1.0 - real) * (1.0 - weight) * radial(e) * min(apart, 0.0) * (zt_a * zt_b / (zt_a + zt_b + TINY))
 
 
 @compiled

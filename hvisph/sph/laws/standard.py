@@ -28,9 +28,9 @@ Corrected gradients (Young 2021 eqs. 1, 14 and section 3.2): with g_ab = A_a gra
 pass before this one wrote into each row (`sph.laws.corrections`), a's stress acts on g_ab, b's on -g_ba, and what
 belongs to the pair on their mean; L takes g_ab. Forces remain equal and opposite, since each side's correction goes
 with its own stress. A pair takes the plain gradient on both sides where either corrected one is more than C_f times as
-long as the plain one, or has less than 1/C_f of it along the pair; that refuses changed signs too. The printed rule
-(BY_COMPONENT) tests each component instead, and so depends on the frame; components along which the two stand side by
-side are not tested there: the plain gradient has none. Fall-backs are counted.
+long as the plain one, or has less than 1/C_f of it along the pair; that refuses changed signs too. The printed rule,
+`room_by_component`, tests each component instead, and so depends on the frame; components along which the two stand
+side by side are not tested there: the plain gradient has none. Fall-backs are counted.
 
 Angular momentum (SPINS): a particle's stress makes some where it does not share the axes of its neighbourhood,
 B = sum_b V_b |dW/dr| r e (x) e. Each counts what its own side of the pairs makes, s_a for each mass, and adds to its
@@ -76,7 +76,6 @@ from hvisph.core.tensors import (
     product,
     put,
     radial,
-    scaled_apart,
     spread,
     symmetric,
     symmetric_outer,
@@ -91,12 +90,12 @@ from hvisph.sph.rows import RowLayout
 from hvisph.sph.shape_matrix import sound_inverse
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
-from .rings import hoop_share, ring_weight, unlike_at_axis
+from .rings import hoop_share, pair_of_rings, ring_weight, unlike_at_axis
 
 # Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
-# viscosity, corrected gradients, their test by component, pairs beside Total Lagrangian particles, rings, rings beside
-# Total Lagrangian ones, exponent n of f.
-PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = BY_COMPONENT = COUPLED = REVOLVED = HYBRID = SPINS = 0
+# viscosity, corrected gradients, pairs beside Total Lagrangian particles, rings, rings beside Total Lagrangian ones,
+# angular momentum kept; exponent n of f.
+PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = COUPLED = REVOLVED = HYBRID = SPINS = 0
 EXPONENT = 4
 
 # A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
@@ -134,6 +133,32 @@ def margin(own, others, plain, factor, distance, level):
     low = min(own * plain, others * plain)
     high = max(own * plain, others * plain)
     return min(factor * square - high, factor * low - square) + max((level - abs(distance)) * HUGE, 0.0)
+
+
+@compiled
+def room(own, others, plain, dx, r, factor, level):
+    """Return a number below 0 where a corrected gradient is too unlike the `plain` one, in length or along the pair."""
+    along = margin(dot(own, dx), dot(others, dx), dot(plain, dx), factor, r, level)
+    longest = factor * factor * dot(plain, plain) - max(dot(own, own), dot(others, others))
+    return min(along, longest + max((level - r) * HUGE, 0.0))
+
+
+@compiled
+def room_by_component(own, others, plain, dx, r, factor, level):
+    """Return the same where any component is too unlike."""
+    least = margin(own[0], others[0], plain[0], factor, dx[0], level)
+    if len(dx) > 1:
+        least = min(least, margin(own[1], others[1], plain[1], factor, dx[1], level))
+    if len(dx) > 2:
+        least = min(least, margin(own[2], others[2], plain[2], factor, dx[2], level))
+    return least
+
+
+@compiled
+def turning_kept(l, moment):
+    """Return the velocity gradient `l` with the turning of the neighbourhood, B = `moment`, as it is."""
+    inverse, _ = sound_inverse(inertia(moment))
+    return plus(l, product(turning(on_rows(inverse, whirl(l))), minus(identity(l), matrix(moment))))
 
 
 def accumulate(near, n, rows, i, constants, out):
@@ -193,18 +218,7 @@ def accumulate(near, n, rows, i, constants, out):
             kernel = norm * hm * shape(q)
             own_g = plus(on_rows(own_matrix, g), times(kernel, own_shift))
             others = minus(on_rows(gradient(b, A, DIM), g), times(kernel, vector(b, B, DIM)))
-            level = share_of_r * r
-            if BY_COMPONENT:
-                room = margin(own_g[0], others[0], g[0], factor, dx[0], level)
-                if DIM > 1:
-                    room = min(room, margin(own_g[1], others[1], g[1], factor, dx[1], level))
-                if DIM > 2:
-                    room = min(room, margin(own_g[2], others[2], g[2], factor, dx[2], level))
-            else:
-                room = margin(dot(own_g, dx), dot(others, dx), dot(g, dx), factor, r, level)
-                longest = factor * factor * dot(g, g) - max(dot(own_g, own_g), dot(others, others))
-                room = min(room, longest + max((level - r) * HUGE, 0.0))
-            kept = is_not_negative(room)
+            kept = is_not_negative(room(own_g, others, g, dx, r, factor, share_of_r * r))
             left = 1.0 - kept
             plain += left
             g, o = plus(times(kept, own_g), times(left, g)), plus(times(kept, others), times(left, g))
@@ -237,17 +251,11 @@ def accumulate(near, n, rows, i, constants, out):
         force, apart = plus(plus(own, pair), other), du
         if SPINS:
             made = plus(made, times(m, torque(dx, plus(own, times(0.5, pair)) if ARTIFICIAL_STRESS else own)))
-            moment = minus(moment, symmetric_outer(times(vf * f, dx), dx))
         if REVOLVED:
             weight, real = ring_weight(b[RING], inverse_ring)
-            # of an image over the axis: the radial work of the two real rings, but of the viscosity that of a mirror
-            apart = scaled_apart(du, weight * real, 0.0)
-            apart = plus_radial(apart, weight * (radial(u) - (2.0 * real - 1.0) * b[U + 1]))
-            mirrored = (1.0 - real) * (1.0 - weight)
-            force = scaled_apart(force, weight * real, weight)
-            force = plus_radial(force, (mirrored - (1.0 - real) * weight) * radial(pair))
-            closing = mirrored * radial(du) - (1.0 - real) * radial(apart)
+            force, apart, closing = pair_of_rings(force, pair, du, radial(u), b[U + 1], weight, real)
             power += (0.5 * m) * (closing * radial(pair))
+        if SPINS or REVOLVED:
             moment = minus(moment, symmetric_outer(times(vf * f, dx), dx))
         a = plus(a, times(m, force))
         power += m * dot(apart, plus(own, times(0.5, pair)))
@@ -266,10 +274,7 @@ def accumulate(near, n, rows, i, constants, out):
         gradient_u = plus_last(gradient_u, unlike)
         out[i, R_HOOP] = around - unlike
     if SPINS:
-        fullness = totals(moment)
-        inverse, _ = sound_inverse(inertia(fullness))
-        spinning = turning(on_rows(inverse, whirl(gradient_u)))
-        gradient_u = plus(gradient_u, product(spinning, minus(identity(gradient_u), matrix(fullness))))
+        gradient_u = turning_kept(gradient_u, totals(moment))
         put(out, i, R_SPIN, totals(made))
     write_rates(out, i, force, -work, largest(mu_max), gradient_u)
     if MASS_FORM or DISSIPATION:

@@ -1,0 +1,123 @@
+"""The row of contact SPH (`sph.laws.riemann`), and the pass before its pairs that writes into it.
+
+Gradients of velocity and stress, renormalised, for the reconstruction, and where bodies lie, for those that meet
+(`sph.laws.interface`).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.core.lanes import LANES
+from hvisph.core.simd import neighbours
+from hvisph.core.tensors import (
+    dot,
+    matrix,
+    minus,
+    no_gradient,
+    no_symmetric,
+    no_symmetric_gradient,
+    no_vector,
+    outer,
+    own_symmetric,
+    own_vector,
+    plus,
+    product,
+    put,
+    spread,
+    symmetric,
+    symmetric_outer,
+    times,
+    totals,
+    vector,
+)
+from hvisph.sph.rows import RowLayout
+from hvisph.sph.shape_matrix import sound_inverse
+
+from .interface import looking
+from .unlike import ENTRIES, depth
+
+# Where in the constants the tables of depths begin.
+DEPTH_TABLE = 2
+# Options of the pass, off unless bound.
+RECONSTRUCTION = PARTED = FACES = UNLIKE = 0
+
+
+def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
+               following: bool = False, revolved: bool = False, unlike: bool = False,
+               faces: bool = False, spins: bool = False) -> RowLayout:  # fmt: skip
+    """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
+
+    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, TWIST w, FILLS and ENDS N and O of its body,
+    FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop stress of a ring.
+    """
+    fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric")]
+    if parted:
+        fields.append(("body", "scalar"))
+    if faces:
+        fields.append(("face", "vector"))
+    fields += [("zn", "scalar"), ("zt", "scalar")]
+    if consistent:
+        fields += [("rho", "scalar"), ("shear", "scalar")]
+    if spins:
+        fields.append(("twist", "axial"))
+    if revolved:
+        fields.append(("ring", "radius"))
+    if reconstruct:
+        fields += [("gu", "gradient"), ("gt", "symmetric_gradient")]
+    if parted:
+        fields += [("fills", "vector"), ("ends", "vector")]
+    if unlike:
+        fields.append(("depth", "scalar"))
+    if consistent:
+        fields += [("bear", "scalar"), ("order", "scalar")]
+    fields.append(("m", "scalar"))  # the pairs never read it, nor whether h is free to follow
+    if following:
+        fields.append(("grows", "scalar"))
+    if revolved:
+        fields.append(("hoop", "scalar"))
+    return RowLayout(dim, tuple(fields))
+
+
+def read_by_all(layout: RowLayout) -> RowLayout:
+    """Return the first part of the row: the rest is read of neighbours in tension, where bodies meet, or never."""
+    names = [name for name, _ in layout.fields]
+    first = next(name for name in ("fills", "bear", "m") if name in names)
+    return RowLayout(layout.dim, layout.fields[: names.index(first)])
+
+
+def gradients(near, n, rows, i, constants, out):
+    """Write the renormalised gradients of velocity and stress into row `i`, and where bodies lie."""
+    x, u, s, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM), rows[i, H]
+    moment, of_u = spread(no_symmetric(DIM)), spread(no_gradient(DIM))
+    of_s = spread(no_symmetric_gradient(DIM))
+    fills, ends = spread(no_vector(DIM)), spread(no_vector(DIM))
+    for k in range(np.uint64(0), n, np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        dx = minus(vector(b, 0, DIM), x)
+        r = np.sqrt(dot(dx, dx))
+        ih = 2.0 / (h + b[H])
+        g = times(-b[V] * scale(ih) * slope(r * ih) / r, dx)
+        if PARTED:
+            other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
+            if FACES:
+                other = max(other, looking(own_vector(rows, i, FACE, DIM), vector(b, FACE, DIM), dx))
+            if not UNLIKE:
+                fills = plus(fills, times(other, g))
+            g = times(1.0 - other, g)
+            ends = minus(ends, g)
+        if RECONSTRUCTION:
+            moment = plus(moment, symmetric_outer(dx, g))
+            of_u = plus(of_u, outer(minus(vector(b, U, DIM), u), g))
+            of_s = plus(of_s, outer(minus(symmetric(b, T, DIM), s), g))
+    if PARTED:
+        lacking = totals(ends)
+        put(out, i, ENDS, lacking)
+        if UNLIKE:
+            out[i, DEPTH] = depth(lacking, h, constants[DEPTH_TABLE + (DIM - 1) * ENTRIES :])
+        else:
+            put(out, i, FILLS, totals(fills))
+    if RECONSTRUCTION:
+        inverse, _ = sound_inverse(matrix(totals(moment)))
+        put(out, i, GU, product(totals(of_u), inverse))
+        put(out, i, GT, product(totals(of_s), inverse))
