@@ -26,11 +26,12 @@ from hvisph.integrators.scheme import LEAPFROG
 from hvisph.materials.eos import StiffenedGas
 from hvisph.materials.strength import VonMises
 from hvisph.materials.table import Material
+from hvisph.sph.laws.limiters import LIMITERS
 
 LAWS: dict[str, Formulation] = {
     "standard": Eulerian(),
     "artificial_stress": Eulerian(artificial_stress=GrayArtificialStress()),
-    "contact": Riemann(reconstruction="none"),
+    "contact": Riemann(reconstruction=LIMITERS["none"]),
     "contact_van_leer": Riemann(),
 }
 SIDES = {1: 20_000, 2: 134, 3: 46}

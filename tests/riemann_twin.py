@@ -131,9 +131,9 @@ def contact(pairs, grad_u, grad_s, a, b):
     for name, part in (("normal", along), ("tangential", np.eye(pairs.dim) - along)):
         ua, ub = part @ cloud.u[a], part @ cloud.u[b]
         ta, tb = part @ cloud.stress[a] @ e, part @ cloud.stress[b] @ e
-        if formulation.reconstruction != "none" and not parted:
+        if formulation.reconstruction.acts and not parted:
             for_u, for_t = ub - ua, tb - ta
-            limiter = formulation.reconstruction
+            limiter = formulation.reconstruction.name
             ua = ua + 0.5 * limited(limiter, for_u, 2 * part @ grad_u[a] @ x_ba - for_u)
             ub = ub - 0.5 * limited(limiter, for_u, 2 * part @ grad_u[b] @ x_ba - for_u)
             ta = ta + 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[a] @ x_ba) @ e - for_t)

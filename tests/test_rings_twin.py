@@ -8,12 +8,13 @@ from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.options import MonaghanViscosity
 from hvisph.formulations.riemann import Riemann
 from hvisph.sph import rates as places
+from hvisph.sph.laws.limiters import LIMITERS
 from hvisph.sph.symmetry import AXIS
 
 LAWS = {
     "standard": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), revolved=True),
     "density by mass": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), mass_form=True, revolved=True),
-    "contact": Riemann(reconstruction="none", consistent=False, revolved=True),
+    "contact": Riemann(reconstruction=LIMITERS["none"], consistent=False, revolved=True),
 }
 
 

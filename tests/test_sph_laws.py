@@ -13,16 +13,17 @@ from hvisph.formulations.options import GrayArtificialStress, MonaghanViscosity
 from hvisph.formulations.riemann import Riemann
 from hvisph.sph import artificial_stress
 from hvisph.sph.laws import unlike
+from hvisph.sph.laws.limiters import LIMITERS
 
 FORMULATIONS = {
     "standard": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1)),
     "artificial_stress": Eulerian(artificial_stress=GrayArtificialStress()),
-    "contact": Riemann(reconstruction="none", consistent=False),
-    "contact_van_leer": Riemann(reconstruction="van_leer", consistent=False),
-    "consistent": Riemann(reconstruction="minmod", held=False),
+    "contact": Riemann(reconstruction=LIMITERS["none"], consistent=False),
+    "contact_van_leer": Riemann(reconstruction=LIMITERS["van_leer"], consistent=False),
+    "consistent": Riemann(reconstruction=LIMITERS["minmod"], held=False),
     "separating": Riemann(parted=True, friction=0.3),
     "unlike": Riemann(parted=True, friction=0.3, unlike=True),
-    "following": Riemann(parted=True, reconstruction="none", smoothing=Smoothing(True)),
+    "following": Riemann(parted=True, reconstruction=LIMITERS["none"], smoothing=Smoothing(True)),
 }
 EVERY = pytest.mark.parametrize("formulation", FORMULATIONS.values(), ids=FORMULATIONS)
 DIMS = pytest.mark.parametrize("dim", [1, 2, 3])

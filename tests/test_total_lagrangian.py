@@ -235,7 +235,7 @@ def test_symmetry_plane_gives_the_half_of_the_whole():
 
 def test_removal_empties_lists_and_keeps_gradients_exact():
     x = np.stack(np.meshgrid(np.arange(8.0), np.arange(8.0)), -1).reshape(-1, 2)
-    lists = Reference(x, np.ones(64), np.zeros(64, int), np.arange(64), 64, CUBIC_SPLINE, 1.3, "mixed")
+    lists = Reference(x, np.ones(64), np.zeros(64, int), np.arange(64), 64, CUBIC_SPLINE, 1.3, True, True)
     gone = np.zeros(64, bool)
     gone[27] = True
     lists.remove(gone)
@@ -259,7 +259,7 @@ def test_kernels_of_a_lattice_are_tabled_and_those_of_others_kept_one_by_one(reg
     if not regular:
         x += 0.01 * np.random.default_rng(2).normal(size=x.shape)
         volume = np.random.default_rng(3).uniform(0.1, 0.12, 64)
-    lists = Reference(x, volume, np.zeros(64, int), np.arange(64), 64, CUBIC_SPLINE, 1.3 / 3.0, "mixed")
+    lists = Reference(x, volume, np.zeros(64, int), np.arange(64), 64, CUBIC_SPLINE, 1.3 / 3.0, True, True)
     true = lists.near < 64
     # of two volumes the distances 1, 1.4, 2, 2.2 within 2.6 spacings; or every entry
     assert len(lists.kernels) == 1 + (2 * 4 if regular else len(lists.near))

@@ -49,7 +49,7 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
     """
     dim, kernel = particles.dim, formulation.kernel
     options = {
-        "DIM": dim, "MIXED": int(formulation.correction == "mixed"), "PRINTED": int(formulation.printed_viscosity),
+        "DIM": dim, "MIXED": int(formulation.correction.shepard), "PRINTED": int(formulation.printed_viscosity),
         "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": read, "PLACES": 3 * dim,
         "ROW": formulation.row(dim)[0].used, "RATE": dim**2, "SHAPED": 2 * dim**2, "RATE_SHAPED": dim * (2 * dim + 1),
         "SUMS": 2 * dim * (dim + 1),

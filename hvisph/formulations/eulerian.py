@@ -111,7 +111,7 @@ class Eulerian:
         return self.correction.acts
 
     @property
-    def switch(self) -> str:
+    def switch(self) -> int:
         """Which share of the viscosity particles take."""
         return self.viscosity.switch
 

@@ -25,8 +25,8 @@ class Formulation(AnyFormulation, Protocol):
         """How its smoothing length follows the flow."""
 
     @property
-    def switch(self) -> str:
-        """Which share of the viscosity particles take, of those in `update`."""
+    def switch(self) -> int:
+        """Which share of the viscosity particles take, of those in `integrators.parts`."""
 
     @property
     def softens(self) -> bool:

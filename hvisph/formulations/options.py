@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
+from hvisph.integrators.parts import BALSARA, MORRIS_MONAGHAN, WHOLE
+
 
 @dataclass(frozen=True)
 class MonaghanViscosity:
@@ -20,7 +22,7 @@ class MonaghanViscosity:
     beta: float = 2.0
 
     # The share of it that a particle takes, what that adds to the state, and s_min and C1 of its law.
-    switch: ClassVar[str] = "none"
+    switch: ClassVar[int] = WHOLE
     fields: ClassVar[tuple[str, ...]] = ()
 
     @property
@@ -31,7 +33,7 @@ class MonaghanViscosity:
     @property
     def switched(self) -> bool:
         """Whether particles take shares of it."""
-        return self.switch != "none"
+        return self.switch != WHOLE
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,7 @@ class NoViscosity(MonaghanViscosity):
 class BalsaraViscosity(MonaghanViscosity):
     """BAL: a particle takes the share |div u|/(|div u| + |curl u|) (Balsara 1995)."""
 
-    switch: ClassVar[str] = "balsara"
+    switch: ClassVar[int] = BALSARA
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class MorrisMonaghanViscosity(MonaghanViscosity):
     share_minimum: float = 0.1
     share_decay: float = 0.2
 
-    switch: ClassVar[str] = "morris_monaghan"
+    switch: ClassVar[int] = MORRIS_MONAGHAN
     fields: ClassVar[tuple[str, ...]] = ("viscosity_share",)
 
     @property

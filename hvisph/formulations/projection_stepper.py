@@ -96,7 +96,7 @@ class ProjectionStepper:
         self.table, self.models = pack(materials)
         self.place = np.arange(count, dtype=np.uint32)
         self.rates = np.zeros((count, rates.width(dim)))
-        self.lengths = np.full(count, h)
+        self.lengths, self.h_max = np.full(count, h), h
         self.signals = np.array([m.longitudinal_sound_speed for m in materials])[particles.material]
         self._h_limits = formulation.smoothing.smallest * h, formulation.smoothing.largest * h
         self._eta2 = (0.1 * h) ** 2
@@ -239,15 +239,10 @@ class ProjectionStepper:
         if not self._stale():
             crossed = self._crossed
             apart = np.abs(carried["listed_at"] - particles["position"]).max(initial=0.0)
-            if not apart <= MARGIN * self._longest:
+            if not apart <= MARGIN * self.h_max:
                 raise ValueError("its neighbours were listed elsewhere")
             self._make_list(carried["listed_at"])
             self._crossed = crossed
-
-    @property
-    def _longest(self) -> float:
-        """Largest smoothing length of all processes [m]."""
-        return float(self.sums[column.LONGEST])
 
     def _carry(self, dt: float, complete: bool) -> None:
         particles = self.particles
@@ -258,12 +253,13 @@ class ProjectionStepper:
 
     def _sum_up(self) -> None:
         self.sums = self.totals.total()
+        self.h_max = float(self.sums[column.LONGEST])
 
     def _stale(self) -> bool:
         """Whether particles that the list does not pair may have met; growing lengths are not followed."""
-        return self.formulation.smoothing.variable or not 2.0 * self._crossed < MARGIN * self._longest
+        return self.formulation.smoothing.variable or not 2.0 * self._crossed < MARGIN * self.h_max
 
     def _make_list(self, positions: np.ndarray) -> None:
         """List the neighbours of particles at `positions` (n, dim) [m]."""
-        self._rows.make_list(positions, self.lengths, self._longest, self.particles.id)
+        self._rows.make_list(positions, self.lengths, self.h_max, self.particles.id)
         self._crossed = 0.0

@@ -29,6 +29,8 @@ class AnyStepper(Protocol):
     lengths, sums, totals
         Smoothing lengths (n,) [m]; sums over the completed state, columns as named in `integrators.sums`, and what
         makes them.
+    h_max
+        The largest smoothing length of all processes [m].
     has_energy
         Whether the scheme has an energy equation, so that total energy can be kept account of.
     settled
@@ -42,6 +44,7 @@ class AnyStepper(Protocol):
     signals: np.ndarray
     sums: np.ndarray
     totals: Sums
+    h_max: float
     has_energy: bool
     settled: bool
 

@@ -92,7 +92,8 @@ class ReferenceChanges:
         bodies = particles.body.astype(np.int64)
         bodies[self.alone] = self._bodies_in_all + np.flatnonzero(self.alone)
         volume, bodies = self.copies.extended(self.volume), self.copies.extended(bodies)
-        self.reference = Reference(extended, volume, bodies, numbers, count, kernel, self.h, formulation.correction)
+        ways = formulation.correction.shepard, formulation.correction.gradient
+        self.reference = Reference(extended, volume, bodies, numbers, count, kernel, self.h, *ways)
 
     def _ring_radius(self, position: np.ndarray) -> np.ndarray:
         """Return the radius [m] of rings at `position` (n, dim) [m], as the pass over single particles has it."""

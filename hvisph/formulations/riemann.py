@@ -14,9 +14,10 @@ import numpy as np
 from hvisph.core.particles import Particles
 from hvisph.core.solid import in_plane
 from hvisph.core.tensors import plus_identity, put, times
+from hvisph.integrators.parts import WHOLE
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import riemann, riemann_row, unlike
-from hvisph.sph.laws.limiters import LIMITERS
+from hvisph.sph.laws.limiters import LIMITERS, Limiter
 from hvisph.sph.laws.riemann import SLIPPERY
 from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.rows import RowLayout
@@ -36,7 +37,7 @@ class Riemann:
     kernel, h_over_dx, smoothing
         Kernel, smoothing length over spacing, and how it varies.
     reconstruction
-        ``none`` or a limiter: ``minmod``, ``van_leer``, ``van_albada``.
+        Its limiter, of `hvisph.sph.laws.limiters`, none among them.
     consistent
         Whether density, impedance, limits of the tractions and edges are those of the consistent form.
     held
@@ -60,7 +61,7 @@ class Riemann:
     kernel: Kernel = CUBIC_SPLINE
     h_over_dx: float = 1.4
     smoothing: Smoothing = field(default_factory=Smoothing)
-    reconstruction: str = "van_albada"
+    reconstruction: Limiter = LIMITERS["van_albada"]
     consistent: bool = True
     held: bool = True
     parted: bool = False
@@ -73,7 +74,7 @@ class Riemann:
 
     name = "riemann"
     corrects = repels = False
-    switch = "none"
+    switch = WHOLE
     softens = False
     stepper = Stepper
 
@@ -98,10 +99,6 @@ class Riemann:
         """Whether bodies of unlike spacings part."""
         return self.parted and self.unlike
 
-    @property
-    def _reconstructs(self) -> bool:
-        return self.reconstruction != "none"
-
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         following = self.consistent and self.smoothing.variable
         return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, following, self.revolved,
@@ -109,21 +106,20 @@ class Riemann:
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
-        limiter = LIMITERS["minmod" if not self._reconstructs else self.reconstruction]  # bound, perhaps not called
         ways = {
-            "RECONSTRUCTION": int(self._reconstructs),
+            "RECONSTRUCTION": int(self.reconstruction.acts),
             "PARTED": int(self.parted),
             "UNLIKE": int(self.meets_unlike),
             "FACES": int(self.faces),
         }
         row = self.layout(dim)
         flux = Pass(riemann.accumulate, riemann_row.read_by_all(row), ways | {
-            "limit": limiter[0], "share": limiter[1], "CONSISTENT": int(self.consistent),
+            "limit": self.reconstruction.limit, "share": self.reconstruction.share, "CONSISTENT": int(self.consistent),
             "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.consistent and self.smoothing.variable),
             "REVOLVED": int(self.revolved), "SPINS": int(self.spins),
         }, (riemann.conclude,), density_rate=self.consistent, slips=self.parted, rings=self.revolved,
             spins=self.spins)  # fmt: skip
-        if not (self._reconstructs or self.parted):
+        if not (self.reconstruction.acts or self.parted):
             return [flux]
         first = [Pass(riemann_row.gradients, riemann_row.read_by_all(row), ways, into_rows=True)]
         if self.meets_unlike:
@@ -144,7 +140,7 @@ class Riemann:
 
     def layout(self, dim: int) -> RowLayout:
         """Return the row of the contact law."""
-        return self._row(dim, self._reconstructs)
+        return self._row(dim, self.reconstruction.acts)
 
     def coefficients(self) -> np.ndarray:
         """Return 1 over the kernel's width, the friction, and depths where spacings are unlike."""

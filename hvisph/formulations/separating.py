@@ -18,7 +18,7 @@ from hvisph.sph.copies import Halo
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.laws import riemann, riemann_row
 from hvisph.sph.laws import unlike as unlike_spacings
-from hvisph.sph.laws.limiters import LIMITERS
+from hvisph.sph.laws.limiters import NO_RECONSTRUCTION
 from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.selection import Selection
@@ -68,14 +68,14 @@ class SeparatingContact:
                  h_over_dx: float = 1.4, spins: bool = False):  # fmt: skip
         dim = positions.shape[1]
         layout = riemann_row.row_layout(dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike)
-        limiter = LIMITERS["minmod"]  # bound, never called
+        limits = {"limit": NO_RECONSTRUCTION.limit, "share": NO_RECONSTRUCTION.share}
         ways = {"RECONSTRUCTION": 0, "PARTED": 1, "UNLIKE": int(unlike)}
         seen = riemann_row.read_by_all(layout)
         passes = [
             Pass(riemann_row.gradients, seen, ways, into_rows=True),
             *([Pass(unlike_spacings.facing, layout, {}, into_rows=True)] if unlike else []),
-            Pass(riemann.accumulate, seen, ways | {"ONLY_OTHER": 1, "limit": limiter[0], "share": limiter[1],
-                                              "REVOLVED": int(revolved), "SPINS": int(spins)},
+            Pass(riemann.accumulate, seen, ways | limits | {"ONLY_OTHER": 1, "REVOLVED": int(revolved),
+                                                            "SPINS": int(spins)},
                  (riemann.conclude,), slips=True, rings=revolved, spins=spins),
         ]  # fmt: skip
         further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()

@@ -117,7 +117,7 @@ class Stepper:
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
             "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
             "PLANE_STRESS": int(particles.kinematics.thins), "REVOLVED": int(particles.kinematics.revolved),
-            "SWITCH": carrying.SWITCHES[self.formulation.switch],
+            "SWITCH": self.formulation.switch,
             "SHEARS": int(self.formulation.softens),
             "SPINS": int("previous_spin" in particles.offsets), "AHEAD": self.stage_share,
             "NOTHING": response.NOTHING, "REMEMBERS": int("memory" in particles.offsets),

@@ -15,6 +15,7 @@ import numpy as np
 
 from hvisph.core.solid import in_plane
 from hvisph.core.tensors import put
+from hvisph.integrators.parts import WHOLE
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import reference
 from hvisph.sph.laws.contact import Contact, Welded
@@ -46,7 +47,7 @@ class TotalLagrangian:
     product
         Whether the pair stress of Eulerian particles is (sigma_a + sigma_b)/(rho_a rho_b).
     correction
-        ``none``, ``gradient`` or ``mixed``, of the reference kernel.
+        That of the reference kernel: none, of the gradient, or of both.
     spatial_correction
         That of the kernel in the current configuration.
     printed_viscosity
@@ -77,7 +78,7 @@ class TotalLagrangian:
     artificial_stress: GrayArtificialStress = field(default_factory=NoArtificialStress)
     stress_at_interface: bool = True
     product: bool = True
-    correction: str = "mixed"
+    correction: KernelCorrection = field(default_factory=KernelCorrection)
     spatial_correction: KernelCorrection = field(default_factory=NoCorrection)
     printed_viscosity: bool = False
     hourglass: float = 0.0
@@ -93,7 +94,7 @@ class TotalLagrangian:
     name = "total_lagrangian"
     fields: tuple[str, ...] = ("kernel_type", "reference_position")
     smoothing = Smoothing()
-    switch = "none"
+    switch = WHOLE
     stepper = CompositeStepper
 
     @property
@@ -155,7 +156,7 @@ class TotalLagrangian:
 
     def row(self, dim: int) -> tuple[RowLayout, int]:
         """Return the row of a particle, and how many of its slots neighbours read."""
-        ways = self.correction == "mixed", self.printed_viscosity, self.hourglass != 0.0
+        ways = self.correction.shepard, self.printed_viscosity, self.hourglass != 0.0
         return reference.row_layout(dim, *ways, self.revolved)
 
     def coefficients(self) -> np.ndarray:

@@ -19,7 +19,6 @@ from .particle import Rates, State
 ON_AXIS = 0.07
 # Which share of the viscosity a particle takes: all of it, or by a published switch.
 WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
-SWITCHES = {"none": WHOLE, "balsara": BALSARA, "morris_monaghan": MORRIS_MONAGHAN}
 
 
 def loaded(state, i):

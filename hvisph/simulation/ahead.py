@@ -35,10 +35,10 @@ def compiling_ahead(stepper: AnyStepper, limit: Callable[[], Any]) -> Iterator[N
     limit
         Finds the first step.
     """
-    h = getattr(stepper, "h_max", None)
+    h = stepper.h_max
 
     def forces() -> None:
-        vars(stepper)["h_max"] = h  # that of nothing computed is none
+        stepper.h_max = h  # that of nothing computed is none
         stepper.evaluate()
 
     rest = partial(diagnose, stepper.particles, stepper.table, stepper.models), limit

@@ -26,6 +26,7 @@ from hvisph.formulations.riemann import Riemann
 from hvisph.formulations.total_lagrangian import TotalLagrangian
 from hvisph.sph.kernels import KERNELS
 from hvisph.sph.laws.contact import Contact, Welded
+from hvisph.sph.laws.limiters import LIMITERS
 from hvisph.sph.laws.pressing import Pressing
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def formulation_of(case: Case) -> AnyFormulation:
         case "riemann":
             return Riemann(
                 **shared,
-                reconstruction=model.reconstruction,
+                reconstruction=LIMITERS[model.reconstruction],
                 consistent=model.form == "consistent",
                 held=model.tension == "held",
                 spins=turns and model.angular_momentum == "kept",
@@ -148,7 +149,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
     return TotalLagrangian(
         **shared,
         stress_at_interface=model.artificial_stress_at_interface == "both",
-        correction=model.correction,
+        correction=KernelCorrection(model.correction == "mixed", model.correction != "none"),
         spatial_correction=_correction(model.spatial_correction),
         printed_viscosity=model.viscosity_gradient == "reference",
         hourglass=model.hourglass,

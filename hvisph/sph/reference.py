@@ -162,8 +162,8 @@ class Reference:
         Number of particles that get a list.
     kernel, h
         Kernel, and its smoothing length [m].
-    correction
-        ``none``, ``gradient`` or ``mixed``.
+    shepard, gradient
+        Whether the kernel is divided by its own sum, and whether its gradient is exact for linear fields.
 
     Attributes
     ----------
@@ -178,7 +178,7 @@ class Reference:
     """
 
     def __init__(self, position: np.ndarray, volume: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int,
-                 kernel: Kernel, h: float, correction: str):  # fmt: skip
+                 kernel: Kernel, h: float, shepard: bool, gradient: bool):  # fmt: skip
         self.position, self.volume = np.ascontiguousarray(position), np.ascontiguousarray(volume)
         self.count, self.dim, self.h = count, position.shape[1], h
         dim = self.dim
@@ -196,8 +196,8 @@ class Reference:
         self.corrections = self.matrix.reshape(count, -1), self.vector, self.start_gradient.reshape(count, -1)
         self.sums = self.first_sums, self.zeroth_sums
         offered = {
-            "DIM": dim, "shape": kernel.shape, "slope": kernel.slope, "MIXED": int(correction == "mixed"),
-            "CORRECTED": int(correction != "none"), "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+            "DIM": dim, "shape": kernel.shape, "slope": kernel.slope, "MIXED": int(shepard),
+            "CORRECTED": int(gradient), "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }  # fmt: skip
         distances = np.zeros(len(self.near), np.int64)
         bind(_measure, {}, offered, parallel=True)(self.position, (self.starts, self.near), 1.0 / h, distances)

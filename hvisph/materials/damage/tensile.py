@@ -106,9 +106,3 @@ def spall_strength(rho, c, rate, row):
     if row[SPALL_YIELD] <= 0.0:
         return brittle
     return min(brittle, sqrt(2.0 * stiffness * row[SPALL_YIELD] * row[CRITICAL_STRAIN]))
-
-
-def fragment_size(rho: float, c: float, rate: float, model: GradySpall) -> tuple[float, float]:
-    """Return the sizes [m] of brittle and of ductile fragments at a rate of volume [1/s]."""
-    brittle = (sqrt(24.0) * model.toughness / (rho * c * rate)) ** (2.0 / 3.0)
-    return brittle, sqrt(8.0 * model.yield_stress * model.critical_strain / rho) / rate

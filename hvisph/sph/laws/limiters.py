@@ -10,6 +10,9 @@ where a is the square of one and b its product with the other.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 
 from hvisph.core.jit import compiled
@@ -57,8 +60,27 @@ def van_albada_share(a, b):
     return b * (a + b) / (a * a + b * b + TINY)
 
 
+@dataclass(frozen=True)
+class Limiter:
+    """Name and both forms of a limiter; of ``none``, without reconstruction, neither form is called."""
+
+    name: str
+    limit: Any
+    share: Any
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is a reconstruction."""
+        return self.name != "none"
+
+
 LIMITERS = {
-    "minmod": (minmod, minmod_share),
-    "van_leer": (van_leer, van_leer_share),
-    "van_albada": (van_albada, van_albada_share),
+    limiter.name: limiter
+    for limiter in (
+        Limiter("none", minmod, minmod_share),
+        Limiter("minmod", minmod, minmod_share),
+        Limiter("van_leer", van_leer, van_leer_share),
+        Limiter("van_albada", van_albada, van_albada_share),
+    )
 }
+NO_RECONSTRUCTION = LIMITERS["none"]
