@@ -12,15 +12,9 @@ from math import sqrt
 from ..core.jit import compiled
 from ..core.solid import stretching
 from ..core.tensors import divergence, double_dot, plus_identity
-from .eos.ideal_gas import IdealGas
-from .eos.jwl import JonesWilkinsLee
+from . import tags
 from .slots import DAMAGE_TAG, EOS_TAG, FAILED_FRICTION, STRENGTH_TAG, parameters
 from .state import flow_stress, least_pressure
-from .strength import JohnsonHolmquist, NoStrength, Rock
-
-_GAS, _PRODUCTS = IdealGas.tag, JonesWilkinsLee.tag
-_NO_STRENGTH = NoStrength.tag
-_ROCK, _JOHNSON_HOLMQUIST = Rock.tag, JohnsonHolmquist.tag
 
 # Stands for no limit [Pa].
 UNLIMITED = 1e300
@@ -33,14 +27,14 @@ def failed(table, models, m, damage):
     """Whether `damage` has left the material without stress but pressure."""
     if damage < 1.0 or table[m, FAILED_FRICTION] != 0.0:
         return False
-    return models[m, STRENGTH_TAG] != _ROCK and models[m, STRENGTH_TAG] != _JOHNSON_HOLMQUIST
+    return models[m, STRENGTH_TAG] != tags.ROCK and models[m, STRENGTH_TAG] != tags.JOHNSON_HOLMQUIST
 
 
 @compiled
 def bearable_tension(table, models, m, s, damage):
     """Return the largest normal traction [Pa] at the deviator `s`, six components [Pa]."""
     deviator = sqrt(double_dot(s, s))
-    if models[m, EOS_TAG] in (_GAS, _PRODUCTS):
+    if models[m, EOS_TAG] in (tags.IDEAL_GAS, tags.JWL):
         return deviator
     return deviator - least_pressure(models[m, DAMAGE_TAG], damage, parameters(table, m))
 
@@ -57,6 +51,6 @@ def bearable_shear(table, models, m, rho, e, p, plastic_strain, damage, l):
 @compiled
 def orderly(models, m, plastic_strain):
     """Return 1 of a solid that has not flowed, falling to 0 with plastic strain; 0 of a liquid."""
-    if models[m, STRENGTH_TAG] == _NO_STRENGTH:
+    if models[m, STRENGTH_TAG] == tags.NO_STRENGTH:
         return 0.0
     return max(1.0 - plastic_strain / DISORDER, 0.0)

@@ -27,19 +27,9 @@ from math import inf, sqrt, tan
 from ..core.jit import called, compiled
 from ..core.solid import curl, rotation, stretching, turned, turned_in_plane
 from ..core.tensors import determinant, divergence, double_dot, matrix, no_symmetric, plus, plus_identity, times
-from .damage import (
-    CockcroftLatham,
-    GradyKipp,
-    GradySpall,
-    JohnsonCookDamage,
-    JohnsonHolmquistDamage,
-    PrincipalStress,
-    grady_kipp,
-    johnson_holmquist,
-    tensile,
-)
+from . import tags
+from .damage import grady_kipp, johnson_holmquist, tensile
 from .damage import johnson_cook as damage_model
-from .eos import JonesWilkinsLee
 from .isentrope import temperature
 from .melting import melt_temperature
 from .present import FURTHER_DAMAGE, FURTHER_EOS, FURTHER_STRENGTH, POROUS
@@ -56,32 +46,8 @@ from .slots import (
     parameters,
 )
 from .state import borne, felt_damage, solid_pressure
-from .strength import (
-    ElasticStrength,
-    JohnsonCook,
-    JohnsonHolmquist,
-    NoStrength,
-    Rock,
-    SteinbergGuinan,
-    SteinbergLund,
-    conditions,
-    homologous_temperature,
-    yield_stress,
-)
+from .strength import conditions, homologous_temperature, yield_stress
 from .strength import johnson_holmquist as ceramic
-
-_NO_STRENGTH = NoStrength.tag
-_ELASTIC = ElasticStrength.tag
-_JOHNSON_COOK = JohnsonCook.tag
-_ROCK, _JOHNSON_HOLMQUIST = Rock.tag, JohnsonHolmquist.tag
-_STEINBERG_GUINAN, _STEINBERG_LUND = SteinbergGuinan.tag, SteinbergLund.tag
-_JOHNSON_COOK_DAMAGE = JohnsonCookDamage.tag
-_GRADY_KIPP = GradyKipp.tag
-_GRADY_SPALL = GradySpall.tag
-_PRINCIPAL_STRESS = PrincipalStress.tag
-_COCKCROFT_LATHAM = CockcroftLatham.tag
-_CRUSHING = JohnsonHolmquistDamage.tag
-_JWL = JonesWilkinsLee.tag
 
 # A deviator this close above the yield surface is on it: a return is not repeated for rounding.
 _ON_THE_SURFACE = 1.0 + 1e-13
@@ -150,29 +116,29 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     row = parameters(table, m)
     strength, damage_tag = models[m, STRENGTH_TAG], models[m, DAMAGE_TAG]
     first = memory[0]
-    if FURTHER_EOS and models[m, EOS_TAG] == _JWL:
+    if FURTHER_EOS and models[m, EOS_TAG] == tags.JWL:
         first += dt
     solid, c, first = solid_pressure(models[m, EOS_TAG], rho, e, first, row)
-    if FURTHER_DAMAGE and damage_tag == _CRUSHING:
+    if FURTHER_DAMAGE and damage_tag == tags.CRUSHING:
         solid += first
-    if POROUS and FURTHER_DAMAGE and row[DISTENSION] > 1.0 and damage_tag == _GRADY_KIPP:  # crushing breaks
+    if POROUS and FURTHER_DAMAGE and row[DISTENSION] > 1.0 and damage_tag == tags.GRADY_KIPP:  # crushing breaks
         damage = max(damage, (row[DISTENSION] - first) / (row[DISTENSION] - 1.0))
     if row[FAILS_IN_TENSION] > 0.0 and solid < row[PRESSURE_MINIMUM]:
         damage = 1.0
     limit = memory[1]
-    if FURTHER_DAMAGE and damage_tag == _GRADY_SPALL and damage < 1.0:
+    if FURTHER_DAMAGE and damage_tag == tags.GRADY_SPALL and damage < 1.0:
         damage, limit = _spalled(solid, rho, c, divergence(l), limit, row)
     memory = (first, limit, memory[2], memory[3], memory[4])
     felt = felt_damage(damage, row)
     p = borne(damage_tag, solid, felt, row)
     friction = row[FAILED_FRICTION]
-    owns = FURTHER_STRENGTH and strength in (_ROCK, _JOHNSON_HOLMQUIST)  # its own strength when broken
-    if strength == _NO_STRENGTH or (felt >= 1.0 and friction <= 0.0 and not owns):
+    owns = FURTHER_STRENGTH and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)  # its own strength when broken
+    if strength == tags.NO_STRENGTH or (felt >= 1.0 and friction <= 0.0 and not owns):
         if (
             FURTHER_DAMAGE
-            and strength == _NO_STRENGTH
+            and strength == tags.NO_STRENGTH
             and damage < 1.0
-            and damage_tag == _PRINCIPAL_STRESS
+            and damage_tag == tags.PRINCIPAL_STRESS
             and -solid >= row[tensile.TENSILE_STRENGTH]
         ):
             damage, p = 1.0, max(p, 0.0)
@@ -184,21 +150,21 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
     factor, offset = 1.0, 0.0
     strain_rate = homologous = t = melt = 0.0
-    fails = damage_tag == _JOHNSON_COOK_DAMAGE and damage < 1.0
-    if fails or strength >= _JOHNSON_COOK:
+    fails = damage_tag == tags.JOHNSON_COOK_DAMAGE and damage < 1.0
+    if fails or strength >= tags.JOHNSON_COOK:
         strain_rate = sqrt((2.0 / 3.0) * double_dot(d, d))
         if row[RATE_WEIGHT] > 0.0:
             strain_rate = _smoothed(strain_rate, memory[4], dt, row)
             memory = (first, limit, memory[2], memory[3], strain_rate)
         t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
         homologous = homologous_temperature(e, t, melt, row)
-        if strength >= _JOHNSON_COOK:
+        if strength >= tags.JOHNSON_COOK:
             factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, strain_rate, felt, row)
             shear *= share
-    if FURTHER_DAMAGE and damage_tag == _GRADY_KIPP and felt < 1.0 and not owns:
+    if FURTHER_DAMAGE and damage_tag == tags.GRADY_KIPP and felt < 1.0 and not owns:
         s = times(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
     shear *= filled
-    if damage_tag == _JOHNSON_COOK_DAMAGE:
+    if damage_tag == tags.JOHNSON_COOK_DAMAGE:
         filled *= damage_model.borne_share(damage, row)
     half = times(shear * dt, d)
     s = plus(rotated(plus(s, half), times(0.25 * dt, curl(l))), half)
@@ -207,9 +173,10 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     flow, increment = inf, 0.0
     rubble = felt >= 1.0 and not owns
     trial_squared = 1.5 * double_dot(s, s)
-    if strength == _JOHNSON_COOK and not (rubble or FURTHER_DAMAGE):  # below its least yield stress no power is needed
+    # below its least yield stress no power is needed
+    if strength == tags.JOHNSON_COOK and not (rubble or FURTHER_DAMAGE):
         flow = yield_stress(strength, 0.0, factor, offset, row) * filled
-    if strength != _ELASTIC and (flow == inf or trial_squared > flow * flow):
+    if strength != tags.ELASTIC_STRENGTH and (flow == inf or trial_squared > flow * flow):
         flow = yield_stress(strength, plastic_strain, factor, offset, row) * filled
     if rubble:  # friction, but no more than what it was made of bore
         flow = min(flow, friction * max(p, 0.0))
@@ -227,11 +194,11 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
         if fails:
             damage += increment / damage_model.fracture_strain(p, reached, strain_rate, homologous, row)
             damage = min(damage, 1.0)
-    if FURTHER_DAMAGE and damage_tag > _JOHNSON_COOK_DAMAGE and damage < 1.0:
+    if FURTHER_DAMAGE and damage_tag > tags.JOHNSON_COOK_DAMAGE and damage < 1.0:
         flowed = (increment, flow, strain_rate)
         s, damage, p, first = _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row)
         memory = (first, memory[1], memory[2], memory[3], memory[4])
-    if felt_damage(damage, row) >= 1.0 and not (FURTHER_DAMAGE and damage_tag == _CRUSHING):
+    if felt_damage(damage, row) >= 1.0 and not (FURTHER_DAMAGE and damage_tag == tags.CRUSHING):
         p = max(p, 0.0)
         if friction == 0.0 and not owns:
             s = no_symmetric(3)
@@ -254,23 +221,23 @@ def _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, 
     """
     first = memory[0]
     increment, flow, rate = flowed
-    if damage_tag == _CRUSHING:
+    if damage_tag == tags.CRUSHING:
         if increment > 0.0:
             damage = min(damage + increment / johnson_holmquist.fracture_strain(p, row), 1.0)
             after = ceramic.yield_stress(p, rate, damage, row)
             first = johnson_holmquist.bulking(rho, first, flow, after, row)
         return s, damage, p, first
     greatest, least = _principal(s)
-    if damage_tag == _COCKCROFT_LATHAM:
+    if damage_tag == tags.COCKCROFT_LATHAM:
         damage = min(damage + max(greatest - p, 0.0) * increment * row[tensile.INVERSE_WORK], 1.0)
-    elif damage_tag == _PRINCIPAL_STRESS:
+    elif damage_tag == tags.PRINCIPAL_STRESS:
         torn = greatest - solid >= row[tensile.TENSILE_STRENGTH]
         if torn or 0.5 * (greatest - least) >= row[tensile.SHEAR_STRENGTH]:
             damage = 1.0
-    elif damage_tag == _GRADY_KIPP:
+    elif damage_tag == tags.GRADY_KIPP:
         strain = (greatest - solid) * row[grady_kipp.INVERSE_YOUNG]
         damage = grady_kipp.grown(damage, strain, dt, memory[1], memory[2], memory[3], row)
-        if strength not in (_ROCK, _JOHNSON_HOLMQUIST):
+        if strength not in (tags.ROCK, tags.JOHNSON_HOLMQUIST):
             s = times(1.0 - damage, s)
         p = borne(damage_tag, solid, damage, row)
     return s, damage, p, first

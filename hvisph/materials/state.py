@@ -5,10 +5,10 @@ from __future__ import annotations
 from math import inf, nan, sqrt
 
 from ..core.jit import called, compiled
-from .damage import GradyKipp, JohnsonCookDamage, JohnsonHolmquistDamage
+from . import tags
 from .damage.johnson_cook import borne_share
 from .damage.pressure_cutoff import limited_pressure
-from .eos import JonesWilkinsLee, pressure_and_sound_speed
+from .eos import pressure_and_sound_speed
 from .eos.jwl import BURN_RATE
 from .isentrope import temperature
 from .melting import melt_temperature
@@ -26,25 +26,9 @@ from .slots import (
     STRENGTH_TAG,
     parameters,
 )
-from .strength import (
-    ElasticStrength,
-    JohnsonHolmquist,
-    NoStrength,
-    Rock,
-    SteinbergGuinan,
-    SteinbergLund,
-    conditions,
-    homologous_temperature,
-    yield_stress,
-)
+from .strength import conditions, homologous_temperature, yield_stress
 from .strength.johnson_holmquist import TENSION
 
-_NO_STRENGTH, _ELASTIC = NoStrength.tag, ElasticStrength.tag
-_ROCK, _JOHNSON_HOLMQUIST = Rock.tag, JohnsonHolmquist.tag
-_STEINBERG_GUINAN, _STEINBERG_LUND = SteinbergGuinan.tag, SteinbergLund.tag
-_GRADY_KIPP, _CRUSHING = GradyKipp.tag, JohnsonHolmquistDamage.tag
-_JOHNSON_COOK_DAMAGE = JohnsonCookDamage.tag
-_JWL = JonesWilkinsLee.tag
 # To find a density: halvings of a bracket, and how often it may be widened to hold one.
 _HALVINGS, _WIDENINGS = 40, 20
 
@@ -62,9 +46,9 @@ def borne(damage_tag, p, felt, row):
     if p < 0.0:
         if felt >= 1.0:
             return 0.0
-        if FURTHER_DAMAGE and damage_tag == _GRADY_KIPP:
+        if FURTHER_DAMAGE and damage_tag == tags.GRADY_KIPP:
             return (1.0 - felt) * p
-        if FURTHER_DAMAGE and damage_tag == _CRUSHING:
+        if FURTHER_DAMAGE and damage_tag == tags.CRUSHING:
             return max(p, -row[TENSION] * (1.0 - felt))
     return p
 
@@ -81,7 +65,7 @@ def solid_pressure(tag, rho, e, memory, row):
     if POROUS and row[DISTENSION] > 1.0:
         return loaded(tag, rho, e, memory, row)
     p, c = pressure_and_sound_speed(tag, rho, e, row)
-    if FURTHER_EOS and tag == _JWL and row[BURN_RATE] > 0.0:
+    if FURTHER_EOS and tag == tags.JWL and row[BURN_RATE] > 0.0:
         p *= min(max(memory * row[BURN_RATE], 0.0), 1.0)
     return p, c, memory
 
@@ -91,7 +75,7 @@ def remembered_state(table, models, m, rho, e, damage, memory):
     """Pressure [Pa] and bulk sound speed [m/s] of a particle with the first number of its memory."""
     row, damage_tag = parameters(table, m), models[m, DAMAGE_TAG]
     p, c, _ = solid_pressure(models[m, EOS_TAG], rho, e, memory, row)
-    if FURTHER_DAMAGE and damage_tag == _CRUSHING:
+    if FURTHER_DAMAGE and damage_tag == tags.CRUSHING:
         p += memory
     return borne(damage_tag, p, felt_damage(damage, row), row), c
 
@@ -150,7 +134,7 @@ def temperature_of(table, models, m, rho, e, p, memory):
 def shear_modulus(table, models, m, rho, e, p):
     """Shear modulus [Pa] of the current state; that at rest for all but Steinberg's strength."""
     strength = models[m, STRENGTH_TAG]
-    if not FURTHER_STRENGTH or (strength != _STEINBERG_GUINAN and strength != _STEINBERG_LUND):
+    if not FURTHER_STRENGTH or (strength != tags.STEINBERG_GUINAN and strength != tags.STEINBERG_LUND):
         return table[m, SHEAR_MODULUS]
     row = parameters(table, m)
     if POROUS and row[DISTENSION] > 1.0:
@@ -170,10 +154,10 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     row, strength = parameters(table, m), models[m, STRENGTH_TAG]
     felt = felt_damage(damage, row)
     shear = row[SHEAR_MODULUS]
-    owns = FURTHER_STRENGTH and strength in (_ROCK, _JOHNSON_HOLMQUIST)
-    broken = strength != _NO_STRENGTH and felt >= 1.0 and not owns
+    owns = FURTHER_STRENGTH and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)
+    broken = strength != tags.NO_STRENGTH and felt >= 1.0 and not owns
     friction = row[FAILED_FRICTION] * max(p, 0.0) if broken else inf
-    if strength in (_NO_STRENGTH, _ELASTIC):
+    if strength in (tags.NO_STRENGTH, tags.ELASTIC_STRENGTH):
         return friction, shear
     if POROUS and row[DISTENSION] > 1.0:
         rho = max(rho, row[RHO0])
@@ -181,10 +165,10 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     homologous = homologous_temperature(e, t, melt, row)
     factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, felt, row)
     flow = yield_stress(strength, plastic_strain, factor, offset, row)
-    if models[m, DAMAGE_TAG] == _JOHNSON_COOK_DAMAGE:
+    if models[m, DAMAGE_TAG] == tags.JOHNSON_COOK_DAMAGE:
         flow *= borne_share(damage, row)
     flow = min(flow, friction)
-    cracked = FURTHER_DAMAGE and models[m, DAMAGE_TAG] == _GRADY_KIPP and not owns
+    cracked = FURTHER_DAMAGE and models[m, DAMAGE_TAG] == tags.GRADY_KIPP and not owns
     return (flow * (1.0 - felt) if cracked and not broken else flow), shear * share
 
 

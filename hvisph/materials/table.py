@@ -12,9 +12,9 @@ import numpy as np
 
 from ..core.errors import CaseError
 from ..core.jit import narrowed, plain
-from . import isentrope, slots
+from . import isentrope, slots, tags
 from .damage import GradyKipp, GradySpall, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage
-from .eos import MODULES, IdealGas, JonesWilkinsLee
+from .eos import MODULES, JonesWilkinsLee
 from .melting import Lindemann, Simon
 from .porosity import Porosity
 from .slots import EquationOfState, Model
@@ -278,8 +278,8 @@ def fitted(function: Any, table: np.ndarray, models: np.ndarray) -> Any:
     most = models.max(axis=0, initial=0)
     return narrowed(
         function,
-        FURTHER_EOS=bool(most[slots.EOS_TAG] > IdealGas.tag),
-        FURTHER_STRENGTH=bool(most[slots.STRENGTH_TAG] > JohnsonCook.tag),
-        FURTHER_DAMAGE=bool(most[slots.DAMAGE_TAG] > JohnsonCookDamage.tag),
+        FURTHER_EOS=bool(most[slots.EOS_TAG] > tags.IDEAL_GAS),
+        FURTHER_STRENGTH=bool(most[slots.STRENGTH_TAG] > tags.JOHNSON_COOK),
+        FURTHER_DAMAGE=bool(most[slots.DAMAGE_TAG] > tags.JOHNSON_COOK_DAMAGE),
         POROUS=bool((table[:, slots.DISTENSION] > 1.0).any()),
     )

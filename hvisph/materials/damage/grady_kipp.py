@@ -27,7 +27,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 
 CRACK_SPEED_OVER_RADIUS = slots.DAMAGE[0]  # c_g/R [1/s]
 INVERSE_YOUNG = slots.DAMAGE[1]  # 1/E [1/Pa]
@@ -48,7 +48,7 @@ class GradyKipp:
 
     speed_share: ClassVar[float] = 0.4  # c_g over c_l
     name: ClassVar[str] = "grady_kipp"
-    tag: ClassVar[int] = 4
+    tag: ClassVar[int] = tags.GRADY_KIPP
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "weibull_k", "weibull_m")

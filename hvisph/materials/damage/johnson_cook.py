@@ -22,7 +22,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import PRESSURE_MINIMUM
 from .pressure_cutoff import require_tension
 
@@ -54,7 +54,7 @@ class JohnsonCookDamage:
     softening: float = 0.0  # D_c, share of the yield stress that is gone when it fails [-]
 
     name: ClassVar[str] = "johnson_cook"
-    tag: ClassVar[int] = 2
+    tag: ClassVar[int] = tags.JOHNSON_COOK_DAMAGE
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "reference_rate")

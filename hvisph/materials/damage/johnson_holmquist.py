@@ -17,7 +17,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..eos.polynomial import A1
 from ..slots import INVERSE_RHO0, SHEAR_MODULUS
 from ..strength.johnson_holmquist import INVERSE_HEL_PRESSURE, TENSION
@@ -36,7 +36,7 @@ class JohnsonHolmquistDamage:
     beta: float = 1.0  # share of the elastic energy that becomes bulking [-]
 
     name: ClassVar[str] = "johnson_holmquist"
-    tag: ClassVar[int] = 8
+    tag: ClassVar[int] = tags.CRUSHING
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "d1")

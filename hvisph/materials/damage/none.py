@@ -7,13 +7,15 @@ from typing import ClassVar
 
 import numpy as np
 
+from .. import tags
+
 
 @dataclass(frozen=True)
 class NoDamage:
     """A material that never fails; it has no parameters."""
 
     name: ClassVar[str] = "none"
-    tag: ClassVar[int] = 0
+    tag: ClassVar[int] = tags.NO_DAMAGE
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Leave tension without a limit."""

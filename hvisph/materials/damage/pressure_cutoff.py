@@ -15,6 +15,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
+from .. import tags
 from ..slots import FAILS_IN_TENSION, PRESSURE_MINIMUM
 
 
@@ -26,7 +27,7 @@ class PressureCutoff:
     fails: bool = False  # for good, at the first state below
 
     name: ClassVar[str] = "pressure_cutoff"
-    tag: ClassVar[int] = 1
+    tag: ClassVar[int] = tags.PRESSURE_CUTOFF
 
     def __post_init__(self) -> None:
         require_tension(self.pressure_minimum, self.name)

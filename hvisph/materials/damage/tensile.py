@@ -21,7 +21,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 
 TENSILE_STRENGTH, SHEAR_STRENGTH = slots.DAMAGE[0], slots.DAMAGE[1]
 INVERSE_WORK = slots.DAMAGE[0]
@@ -38,7 +38,7 @@ class PrincipalStress:
     shear_strength: float = inf  # tau_f [Pa]
 
     name: ClassVar[str] = "principal_stress"
-    tag: ClassVar[int] = 6
+    tag: ClassVar[int] = tags.PRINCIPAL_STRESS
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "tensile_strength")
@@ -57,7 +57,7 @@ class CockcroftLatham:
     critical_work: float  # W_cr [Pa = J/m^3]
 
     name: ClassVar[str] = "cockcroft_latham"
-    tag: ClassVar[int] = 7
+    tag: ClassVar[int] = tags.COCKCROFT_LATHAM
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "critical_work")
@@ -76,7 +76,7 @@ class GradySpall:
     critical_strain: float = 0.15  # eps_c [-]
 
     name: ClassVar[str] = "grady_spall"
-    tag: ClassVar[int] = 5
+    tag: ClassVar[int] = tags.GRADY_SPALL
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "toughness", "critical_strain")

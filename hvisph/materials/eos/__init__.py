@@ -6,6 +6,7 @@ from math import sqrt
 from types import ModuleType
 
 from ...core.jit import called, compiled
+from .. import tags
 from ..present import FURTHER_EOS
 from ..slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
 from . import (
@@ -57,26 +58,17 @@ MODULES: dict[str, ModuleType] = {
     "us_up_table": us_up_table,
 }
 
-_STIFFENED_GAS = StiffenedGas.tag
-_MIE_GRUENEISEN = MieGrueneisen.tag
-_IDEAL_GAS = IdealGas.tag
-_TILLOTSON = Tillotson.tag
-_POLYNOMIAL = Polynomial.tag
-_MURNAGHAN = Murnaghan.tag
-_JWL = JonesWilkinsLee.tag
-_US_UP_TABLE = UsUpTable.tag
-
 
 @called
 def _further(tag, rho, e, row):
     """Pressure [Pa] and square of the sound speed [m^2/s^2] of the models that are seldom in the same loop."""
-    if tag == _POLYNOMIAL:
+    if tag == tags.POLYNOMIAL:
         p, p_rho, p_e = polynomial.state(rho, e, row)
-    elif tag == _MURNAGHAN:
+    elif tag == tags.MURNAGHAN:
         p, p_rho, p_e = murnaghan.state(rho, e, row)
-    elif tag == _JWL:
+    elif tag == tags.JWL:
         p, p_rho, p_e = jwl.state(rho, e, row)
-    elif tag == _US_UP_TABLE:
+    elif tag == tags.US_UP_TABLE:
         p, p_rho, p_e = us_up_table.state(rho, e, row)
     else:
         p, p_rho, p_e = table.state(rho, e, row)
@@ -91,19 +83,19 @@ def pressure_and_sound_speed(tag, rho, e, row):
     ambient one, so that unstable states of deep tension still have a time step. Values that
     are not numbers pass through.
     """
-    if tag == _STIFFENED_GAS:
+    if tag == tags.STIFFENED_GAS:
         p = stiffened_gas.pressure(rho, e, row)
         c_squared = stiffened_gas.sound_speed_squared(rho, e, p, row)
-    elif tag == _MIE_GRUENEISEN:
+    elif tag == tags.MIE_GRUENEISEN:
         p = mie_gruneisen.pressure(rho, e, row)
         c_squared = mie_gruneisen.sound_speed_squared(rho, e, p, row)
-    elif tag == _IDEAL_GAS:
+    elif tag == tags.IDEAL_GAS:
         p = ideal_gas.pressure(rho, e, row)
         c_squared = ideal_gas.sound_speed_squared(rho, e, p, row)
-    elif FURTHER_EOS and tag == _TILLOTSON:
+    elif FURTHER_EOS and tag == tags.TILLOTSON:
         p, p_rho, p_e = tillotson.state(rho, e, row)
         c_squared = p_rho + p * p_e / (rho * rho)
-    elif FURTHER_EOS and tag >= _POLYNOMIAL:
+    elif FURTHER_EOS and tag >= tags.POLYNOMIAL:
         p, c_squared = _further(tag, rho, e, row)
     else:  # linear and elastic are one law
         p = linear.pressure(rho, e, row)

@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...core.errors import CaseError
-from .. import moduli, slots
+from .. import moduli, slots, tags
 from . import linear
 
 # The same law as the linear one, in the same slot.
@@ -30,7 +30,7 @@ class Elastic:
     poisson_ratio: float  # nu [-]
 
     name: ClassVar[str] = "elastic"
-    tag: ClassVar[int] = 1
+    tag: ClassVar[int] = tags.ELASTIC
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 
 GAMMA_MINUS_ONE = slots.EOS[0]
 
@@ -28,7 +28,7 @@ class IdealGas:
     ambient_energy: float  # specific internal energy that a body starts with [J/kg]
 
     name: ClassVar[str] = "ideal_gas"
-    tag: ClassVar[int] = 4
+    tag: ClassVar[int] = tags.IDEAL_GAS
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "ambient_energy")

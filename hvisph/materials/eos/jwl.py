@@ -20,7 +20,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...core.jit import compiled, plain
-from .. import slots
+from .. import slots, tags
 from ..slots import RHO0
 
 CAPITAL_A = slots.EOS[0]
@@ -47,7 +47,7 @@ class JonesWilkinsLee:
     burn_rate: float = 0.0  # D/(1.5 dx) [1/s]
 
     name: ClassVar[str] = "jwl"
-    tag: ClassVar[int] = 8
+    tag: ClassVar[int] = tags.JWL
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "capital_a", "r1", "r2", "omega", "energy_density", "reference_density")

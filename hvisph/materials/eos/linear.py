@@ -15,7 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import INVERSE_RHO0, RHO0
 
 BULK_MODULUS = slots.EOS[0]
@@ -28,7 +28,7 @@ class Linear:
     bulk_modulus: float  # K [Pa]
 
     name: ClassVar[str] = "linear"
-    tag: ClassVar[int] = 0
+    tag: ClassVar[int] = tags.LINEAR
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

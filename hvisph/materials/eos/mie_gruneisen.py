@@ -24,7 +24,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import INVERSE_RHO0, RHO0
 from . import expansion
 
@@ -52,7 +52,7 @@ class MieGrueneisen:
     linear_expansion: bool = False  # whether expansion is the printed line, without f
 
     name: ClassVar[str] = "mie_gruneisen"
-    tag: ClassVar[int] = 3
+    tag: ClassVar[int] = tags.MIE_GRUENEISEN
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

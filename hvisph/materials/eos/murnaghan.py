@@ -19,7 +19,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import INVERSE_RHO0, RHO0
 from . import expansion
 
@@ -38,7 +38,7 @@ class Murnaghan:
     gamma: float = 0.0  # Gamma, with Gamma rho constant [-]
 
     name: ClassVar[str] = "murnaghan"
-    tag: ClassVar[int] = 7
+    tag: ClassVar[int] = tags.MURNAGHAN
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

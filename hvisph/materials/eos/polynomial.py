@@ -18,7 +18,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import INVERSE_RHO0, RHO0
 from . import expansion
 
@@ -38,7 +38,7 @@ class Polynomial:
     t2: float = 0.0  # [Pa]
 
     name: ClassVar[str] = "polynomial"
-    tag: ClassVar[int] = 6
+    tag: ClassVar[int] = tags.POLYNOMIAL
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

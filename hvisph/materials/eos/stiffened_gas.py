@@ -18,7 +18,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import RHO0
 
 C0_SQUARED = slots.EOS[0]
@@ -33,7 +33,7 @@ class StiffenedGas:
     gamma0: float  # adiabatic exponent [-]
 
     name: ClassVar[str] = "stiffened_gas"
-    tag: ClassVar[int] = 2
+    tag: ClassVar[int] = tags.STIFFENED_GAS
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

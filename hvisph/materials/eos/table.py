@@ -21,7 +21,7 @@ import numpy as np
 from ...core.errors import CaseError
 from ...core.jit import compiled, plain
 from ...core.memory import number_at
-from .. import slots
+from .. import slots, tags
 from ..isentrope import LENGTH as CURVE_LENGTH
 from ..slots import ADDRESS, CURVE
 from .grid import Grid, monotone
@@ -50,7 +50,7 @@ class Table:
     room_temperature: float = 300.0  # [K]
 
     name: ClassVar[str] = "table"
-    tag: ClassVar[int] = 9
+    tag: ClassVar[int] = tags.TABLE
 
     def __post_init__(self) -> None:
         low, high = self.grid.density[0], self.grid.density[-1]

@@ -28,7 +28,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import INVERSE_RHO0, RHO0
 from . import expansion
 
@@ -66,7 +66,7 @@ class Tillotson:
     low_density: float = 0.0  # rho/rho0 below which cold material bears nothing
 
     name: ClassVar[str] = "tillotson"
-    tag: ClassVar[int] = 5
+    tag: ClassVar[int] = tags.TILLOTSON
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

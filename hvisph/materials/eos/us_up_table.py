@@ -25,7 +25,7 @@ import numpy as np
 from ...core.errors import CaseError
 from ...core.jit import compiled
 from ...core.memory import number_at
-from .. import slots
+from .. import slots, tags
 from ..isentrope import LENGTH as CURVE_LENGTH
 from ..slots import ADDRESS, CURVE, INVERSE_RHO0, RHO0
 from . import expansion
@@ -44,7 +44,7 @@ class UsUpTable:
     gamma0: float  # Grueneisen coefficient at the reference density [-]
 
     name: ClassVar[str] = "us_up_table"
-    tag: ClassVar[int] = 10
+    tag: ClassVar[int] = tags.US_UP_TABLE
     ambient_energy: ClassVar[float] = 0.0
 
     def __post_init__(self) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import inf
 
 from ...core.jit import called, compiled
+from .. import tags
 from ..present import FURTHER_STRENGTH
 from ..slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE, MELT_LAW, ROOM_TEMPERATURE, TOTAL_ENERGY, Model
 from . import (
@@ -36,15 +37,6 @@ REGISTRY: dict[str, type[Model]] = {
     )
 }
 
-_VON_MISES = VonMises.tag
-_LINEAR_HARDENING = LinearHardening.tag
-_JOHNSON_COOK = JohnsonCook.tag
-_STEINBERG_GUINAN = SteinbergGuinan.tag
-_STEINBERG_LUND = SteinbergLund.tag
-_ZERILLI_ARMSTRONG = ZerilliArmstrong.tag
-_COWPER_SYMONDS = CowperSymonds.tag
-_ROCK = Rock.tag
-
 
 @compiled
 def homologous_temperature(e, temperature, melt, row):
@@ -61,17 +53,17 @@ def homologous_temperature(e, temperature, melt, row):
 @called
 def _further(tag, rho, e, p, temperature, melt, rate, damage, row):
     """Return what `conditions` does, of the models that are seldom in the same loop."""
-    if tag in (_STEINBERG_GUINAN, _STEINBERG_LUND):
+    if tag in (tags.STEINBERG_GUINAN, tags.STEINBERG_LUND):
         share = steinberg.shear_share(rho, p, temperature, melt, row)
         thermal = 0.0
-        if tag == _STEINBERG_LUND:
+        if tag == tags.STEINBERG_LUND:
             thermal = share * steinberg.thermal_stress(rate, temperature, row)
         return share, thermal, share
-    if tag == _ZERILLI_ARMSTRONG:
+    if tag == tags.ZERILLI_ARMSTRONG:
         return zerilli_armstrong.heat(rate, temperature, melt, row)
-    if tag == _COWPER_SYMONDS:
+    if tag == tags.COWPER_SYMONDS:
         return cowper_symonds.rate_factor(rate, row), 0.0, 1.0
-    if tag == _ROCK:
+    if tag == tags.ROCK:
         return 0.0, rock.yield_stress(p, e, temperature, melt, damage, row), 1.0
     return 0.0, johnson_holmquist.yield_stress(p, rate, damage, row), 1.0
 
@@ -95,9 +87,9 @@ def conditions(tag, rho, e, p, temperature, melt, homologous, rate, damage, row)
     -------
     Factor [-], offset [Pa], and the shear modulus over that at rest [-].
     """
-    if tag == _JOHNSON_COOK:
+    if tag == tags.JOHNSON_COOK:
         return johnson_cook.rate_and_heat_factor(rate, homologous, row), 0.0, 1.0
-    if FURTHER_STRENGTH and tag > _JOHNSON_COOK:
+    if FURTHER_STRENGTH and tag > tags.JOHNSON_COOK:
         return _further(tag, rho, e, p, temperature, melt, rate, damage, row)
     return 1.0, 0.0, 1.0
 
@@ -105,11 +97,11 @@ def conditions(tag, rho, e, p, temperature, melt, homologous, rate, damage, row)
 @called
 def _further_yield(tag, plastic_strain, factor, offset, row):
     """Return what `yield_stress` does, of the models that are seldom in the same loop."""
-    if tag in (_STEINBERG_GUINAN, _STEINBERG_LUND):
+    if tag in (tags.STEINBERG_GUINAN, tags.STEINBERG_LUND):
         return steinberg.work_hardened(plastic_strain, row) * factor + offset
-    if tag == _ZERILLI_ARMSTRONG:
+    if tag == tags.ZERILLI_ARMSTRONG:
         return zerilli_armstrong.yield_stress(plastic_strain, factor, offset, row)
-    if tag == _COWPER_SYMONDS:
+    if tag == tags.COWPER_SYMONDS:
         return linear_hardening.yield_stress(plastic_strain, row) * factor
     return offset
 
@@ -117,11 +109,11 @@ def _further_yield(tag, plastic_strain, factor, offset, row):
 @compiled
 def yield_stress(tag, plastic_strain, factor, offset, row):
     """Yield stress [Pa] of a model that has one, with what `conditions` found."""
-    if tag == _VON_MISES:
+    if tag == tags.VON_MISES:
         return von_mises.yield_stress(row)
-    if tag == _LINEAR_HARDENING:
+    if tag == tags.LINEAR_HARDENING:
         return linear_hardening.yield_stress(plastic_strain, row)
-    if tag == _JOHNSON_COOK:
+    if tag == tags.JOHNSON_COOK:
         return johnson_cook.yield_stress(plastic_strain, factor, row)
     if FURTHER_STRENGTH:
         return _further_yield(tag, plastic_strain, factor, offset, row)

@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import SHEAR_MODULUS
 from .linear_hardening import HARDENING_MODULUS, YIELD_STRESS
 
@@ -33,7 +33,7 @@ class CowperSymonds:
     hardening_modulus: float = 0.0  # H [Pa]
 
     name: ClassVar[str] = "cowper_symonds"
-    tag: ClassVar[int] = 8
+    tag: ClassVar[int] = tags.COWPER_SYMONDS
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "shear_modulus", "reference_rate", "exponent")

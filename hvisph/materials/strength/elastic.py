@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .. import slots
+from .. import slots, tags
 from ..slots import SHEAR_MODULUS
 
 
@@ -18,7 +18,7 @@ class ElasticStrength:
     shear_modulus: float  # G [Pa]
 
     name: ClassVar[str] = "elastic"
-    tag: ClassVar[int] = 1
+    tag: ClassVar[int] = tags.ELASTIC_STRENGTH
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "shear_modulus")

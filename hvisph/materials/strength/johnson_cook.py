@@ -18,7 +18,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE, MELT_TEMPERATURE, ROOM_TEMPERATURE, SHEAR_MODULUS
 
 YIELD_STRESS = slots.STRENGTH[0]
@@ -45,7 +45,7 @@ class JohnsonCook:
     reference_rate: float = 1.0  # rate0 [1/s]
 
     name: ClassVar[str] = "johnson_cook"
-    tag: ClassVar[int] = 4
+    tag: ClassVar[int] = tags.JOHNSON_COOK
 
     def __post_init__(self) -> None:
         slots.require_positive(

@@ -21,7 +21,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import SHEAR_MODULUS
 
 HEL_STRESS, INTACT, INTACT_EXPONENT, RATE_COEFFICIENT = slots.STRENGTH[:4]
@@ -44,7 +44,7 @@ class JohnsonHolmquist:
     fractured_limit: float = np.inf  # SFMAX [-]
 
     name: ClassVar[str] = "johnson_holmquist"
-    tag: ClassVar[int] = 10
+    tag: ClassVar[int] = tags.JOHNSON_HOLMQUIST
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "shear_modulus", "hel_pressure", "intact", "intact_exponent", "fractured_exponent")

@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import SHEAR_MODULUS
 
 YIELD_STRESS = slots.STRENGTH[0]
@@ -30,7 +30,7 @@ class LinearHardening:
     hardening_modulus: float  # H [Pa]
 
     name: ClassVar[str] = "linear_hardening"
-    tag: ClassVar[int] = 3
+    tag: ClassVar[int] = tags.LINEAR_HARDENING
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "shear_modulus")

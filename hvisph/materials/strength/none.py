@@ -7,13 +7,15 @@ from typing import ClassVar
 
 import numpy as np
 
+from .. import tags
+
 
 @dataclass(frozen=True)
 class NoStrength:
     """A fluid; it has no parameters."""
 
     name: ClassVar[str] = "none"
-    tag: ClassVar[int] = 0
+    tag: ClassVar[int] = tags.NO_STRENGTH
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Leave the shear modulus at zero."""

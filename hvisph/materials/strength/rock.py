@@ -20,7 +20,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import MELT_TEMPERATURE, SHEAR_MODULUS
 
 COHESION, FRICTION, INVERSE_RANGE, BROKEN_FRICTION, INVERSE_MELT_ENERGY = slots.STRENGTH[:5]
@@ -41,7 +41,7 @@ class Rock:
     melt_temperature: float = inf  # T_m [K]
 
     name: ClassVar[str] = "rock"
-    tag: ClassVar[int] = 9
+    tag: ClassVar[int] = tags.ROCK
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "shear_modulus")

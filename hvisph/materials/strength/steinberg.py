@@ -23,7 +23,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..melting import Lindemann
 from ..slots import INVERSE_RHO0, SHEAR_MODULUS
 
@@ -55,7 +55,7 @@ class SteinbergGuinan:
     initial_strain: float = 0.0  # eps_i [-]
 
     name: ClassVar[str] = "steinberg_guinan"
-    tag: ClassVar[int] = 5
+    tag: ClassVar[int] = tags.STEINBERG_GUINAN
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "shear_modulus", "melt_temperature")
@@ -82,7 +82,7 @@ class SteinbergLund(SteinbergGuinan):
     drag: float = 0.0  # C2 [Pa s]
 
     name: ClassVar[str] = "steinberg_lund"
-    tag: ClassVar[int] = 6
+    tag: ClassVar[int] = tags.STEINBERG_LUND
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import SHEAR_MODULUS
 
 YIELD_STRESS = slots.STRENGTH[0]
@@ -22,7 +22,7 @@ class VonMises:
     yield_stress: float  # Y [Pa], in uniaxial stress
 
     name: ClassVar[str] = "von_mises"
-    tag: ClassVar[int] = 2
+    tag: ClassVar[int] = tags.VON_MISES
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "shear_modulus")

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...core.errors import CaseError
 from ...core.jit import compiled
-from .. import slots
+from .. import slots, tags
 from ..slots import MELT_TEMPERATURE, SHEAR_MODULUS
 
 C0, C1, HARDENING, C3, C4, EXPONENT, BODY_CENTRED = slots.STRENGTH[:7]
@@ -40,7 +40,7 @@ class ZerilliArmstrong:
     melt_temperature: float = inf  # [K]
 
     name: ClassVar[str] = "zerilli_armstrong"
-    tag: ClassVar[int] = 7
+    tag: ClassVar[int] = tags.ZERILLI_ARMSTRONG
 
     def __post_init__(self) -> None:
         slots.require_positive(self, "shear_modulus", "exponent")
