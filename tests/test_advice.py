@@ -81,6 +81,23 @@ def test_solids_without_damage_are_named_where_tension_follows():
     assert tears(quiet, regime(quiet)) == ""
 
 
+def test_bodies_that_never_meet_are_named():
+    (text,) = advice(row_of([METAL, METAL], speed=0.0))
+    assert "none has a velocity" in text
+    (text,) = advice(row_of([METAL, METAL], speed=-3100.0))
+    assert text.startswith("bodies.body_0.velocity")
+    assert "towards +x" in text
+    explosive = {"density": 1630.0, "eos": {"type": "jwl", "a": 371.2e9, "b": 3.231e9, "r1": 4.15, "r2": 0.95,
+                                            "omega": 0.3, "energy_density": 7e9}}  # fmt: skip
+    assert not any("velocity" in text for text in advice(row_of([explosive, METAL], speed=0.0)))
+
+
+def test_a_liquid_beside_what_stays_elastic_is_named():
+    soft = METAL | {"strength": {"type": "none"}}
+    assert regime(row_of([METAL, soft], speed=1.0)).words.endswith("of all but body_1, without strength")
+    assert regime(row_of([METAL, METAL], speed=1.0)).words.endswith("below the strength")
+
+
 def test_few_particles_across():
     (text,) = sparse({"plate": 3, "core": 12})
     assert text.startswith("bodies.plate: 3 particles across")

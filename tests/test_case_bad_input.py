@@ -51,6 +51,7 @@ def test_the_good_case_loads(tmp_path):
 BAD = [
     ("resolution:", "resolutoin:", ["resolutoin: unknown key", "did you mean 'resolution'?"], 3),
     ("diameter: 10 mm", "diametre: 10 mm", ["bodies.projectile.shape.diametre", "'diameter'"], 7),
+    ("type: disc", "type: circle", ["bodies.projectile.shape.type: unknown 'circle'; here it is 'disc'"], 7),
     ("diameter: 10 mm", "radius: 5 mm", ["bodies.projectile.shape.radius", "give 'diameter', twice the radius"], 7),
     (
         "aluminium-howell-ball",

@@ -87,6 +87,8 @@ def test_tables_fit_a_screen():
     assert max(len(line) for block in blocks for line in block.splitlines()) <= SCREEN
     assert all(block.splitlines()[1].split()[0] == "a" for block in blocks)
     assert [cell for block in blocks for cell in block.splitlines()[1].split()[1:]] == [str(k) for k in range(30)]
+    apart = [["layer", "a" * 60, "b" * 65, "c" * 60], ["hole", "1", "2", "3"]]  # no two columns beside each other
+    assert len(table(apart).split("\n\n")) == 3
 
 
 def test_what_commands_print_fits_a_screen(tmp_path):

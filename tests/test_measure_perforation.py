@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, snapshot
 
+from hvisph.core.errors import OutputError
 from hvisph.core.measures import LAYER_CATALOGUE
 from hvisph.measures.layers import layer_measures, perforated
 from hvisph.measures.measure import measure_snapshot
@@ -196,6 +197,16 @@ def test_roles_by_default():
     assert roles_of(start, start, (None, "other", None)) == ("layer", "other", "projectile")
     assert roles_of(start, start, ("projectile", None, None)) == ("projectile", "layer", "layer")
     assert roles_of(None, start) == ("projectile", "layer", "layer")
+
+
+def test_a_run_without_a_projectile_has_a_scene_and_says_so():
+    start, now = holed(2, 30 * MM, 300.0, (True, True))
+    start.metadata["shot"] = now.metadata["shot"] = {"roles": ["other"] * 3}
+    scene = Scene.of(now, start)
+    assert (scene.layers, len(scene.shot_groups), scene.width) == ((), 0, 0.0)
+    assert scene.axis.tolist() == [0.0]
+    with pytest.raises(OutputError, match="role: projectile"):
+        measure_snapshot(now, start)
 
 
 def test_time_of_perforation_is_found_by_halving():

@@ -91,6 +91,24 @@ OTHER_WORDS = {
     "end_time": ("end", ""),
     "dt": ("step", ""),
 }
+# What other codes call a model or a shape, and ours.
+OTHER_TYPES = {
+    "drucker_prager": "rock",
+    "mohr_coulomb": "rock",
+    "lundborg": "rock",
+    "jh2": "johnson_holmquist",
+    "jh_2": "johnson_holmquist",
+    "gruneisen": "mie_gruneisen",
+    "shock": "mie_gruneisen",
+    "sesame": "table",
+    "bilinear": "linear_hardening",
+    "plastic_kinematic": "cowper_symonds",
+    "hydro": "none",
+    "circle": "disc",
+    "rod": "cylinder",
+    "plate": "box",
+    "tlsph": "total_lagrangian",
+}
 
 
 def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple[Path, str]:
@@ -115,6 +133,9 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
         return path, _untagged(spot, value)
     if kind == "union_tag_invalid":
         tag = str(detail["ctx"]["tag"])
+        ours = OTHER_TYPES.get(tag.lower().replace("-", "_"), "")
+        if spot and ours in spot.models:
+            return (*path, "type"), f"unknown '{_short(tag)}'; here it is '{ours}'"
         return (*path, "type"), f"unknown '{_short(tag)}'{nearest(tag, list(spot.models) if spot else [])}"
     if kind == "literal_error":
         return path, f"unknown {_shown(value)}{nearest(str(value), spot.choices if spot else ())}"

@@ -87,6 +87,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     for body in taken.bodies:
         model = case.bodies[body.name]
         velocity = ", ".join(f"{v:g}" for v in model.velocity) + (" m/s" if si else "")
+        velocity += "".join(f" + {field.type}" for field in model.initial_velocity)
         across = f"{about}{body.particles}, {body.across} {'along' if case.dim == 1 else 'across'}"
         rows.append((body.name, model.material.name or "own", _shape(model, number), velocity, across))
     lines = [
@@ -95,7 +96,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
         f"dx = {number(case.resolution, 'm')}, h = {number(case.smoothing_length, 'm')}",
         "",
         table(rows),
-        *(paragraph(f"{body.name}: {_filling(body, case)}", indent=2, hanging=4) for body in taken.bodies),
+        *(paragraph(f"{body.name}: {_filling(body, case, number)}", indent=2, hanging=4) for body in taken.bodies),
         "",
     ]
     facts = [("particles", f"{about}{taken.particles}")]
@@ -161,8 +162,8 @@ def _fitted(case: Case, number: Any, unit: str) -> list[tuple[str, str]]:
     return facts
 
 
-def _filling(body: Any, case: Case) -> str:
-    """Return mass and volume of a body, and what was adjusted to make them exact."""
+def _filling(body: Any, case: Case, number: Any) -> str:
+    """Return place, mass and volume of a body, and what was adjusted to make them exact."""
     if case.units == "si":
         depth = {1: "/m^2", 2: "/m", 3: ""}[case.drawn]
         millimetres = {1: "mm", 2: "mm^2", 3: "mm^3"}[case.drawn]
@@ -170,6 +171,8 @@ def _filling(body: Any, case: Case) -> str:
         words = f"mass {1e3 * body.mass:.5g} g{depth}, volume of the shape {volume}"
     else:
         words = f"mass {body.mass:.5g}, volume of the shape {body.volume:.5g}"
+    if body.along:
+        words = f"x from {' to '.join(number(end, 'm') for end in body.along)}, {words}"
     error = body.exactness - 1
     words += "" if abs(error) < 1e-6 else f"; its particles weigh {100 * error:+.2g} % of it"
     return f"{words}; {body.note}" if body.note else words

@@ -96,7 +96,8 @@ def tables(rows: Sequence[Sequence[str]], kept: int = 1, indent: int = 2) -> str
     least = indent + sum(width + GAP for width in widths[:kept])
     room = SCREEN - least
     blocks = _blocks(widths, kept, room)
-    while len(blocks) > 1 and len(narrower := _blocks(widths, kept, room - 1)) == len(blocks):
+    widest = max(widths[kept:], default=0)
+    while room > widest and len(narrower := _blocks(widths, kept, room - 1)) == len(blocks):
         blocks, room = narrower, room - 1  # about as wide as each other
     chosen = [[*range(kept), *block] for block in blocks]
     if len(chosen) == 1:  # or the one column is wider than a screen by itself

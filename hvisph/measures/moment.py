@@ -26,6 +26,7 @@ from hvisph.measures.plug import FEWEST, plug_and_lip
 from hvisph.measures.pressure import centre_pressure_peak, centre_tension_peak
 from hvisph.measures.residue import residue
 from hvisph.measures.result import MASS_UNITS, Result, meaningless
+from hvisph.measures.roles import PROJECTILE
 from hvisph.measures.scene import Scene
 from hvisph.measures.spall import pull_back
 from hvisph.measures.voids import void_fraction
@@ -160,7 +161,8 @@ def measure_snapshot(
     """
     scene = Scene.of(now, begun or start)
     if not scene.is_projectile.any():
-        raise OutputError(f"{source or 'the snapshot'}: there is no particle of the projectile")
+        remedy = "" if PROJECTILE in scene.shot.roles else "; give a body `role: projectile`"
+        raise OutputError(f"{source or 'the snapshot'}: there is no particle of the projectile{remedy}")
     layers, one_bar = layer_measures(scene), bar(scene)
     results = {
         "perforated": perforated(layers),

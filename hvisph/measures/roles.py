@@ -71,6 +71,13 @@ def members(snapshot: Snapshot, roles: Sequence[str], role: str) -> np.ndarray:
     return np.isin(snapshot.body, [body for body, own in enumerate(roles) if own == role])
 
 
+def line_of(start: Snapshot, roles: Sequence[str]) -> np.ndarray:
+    """Return where the shot line lies, lateral coordinates (dim - 1,) [m]: through the projectile, or the origin."""
+    chosen = members(start, roles, PROJECTILE)
+    lateral = start.fields["position"].reshape(start.count, -1)[:, 1:]
+    return np.asarray(lateral[chosen].mean(axis=0)) if chosen.any() else np.zeros(lateral.shape[1])
+
+
 def _mean(snapshot: Snapshot, field: str, body: int) -> np.ndarray:
     chosen = snapshot.body == body
     values = snapshot.fields[field].reshape(snapshot.count, -1)[chosen]

@@ -21,7 +21,7 @@ from hvisph.measures.begun import Begun, Rim
 from hvisph.measures.fragments import Fragments, Groups
 from hvisph.measures.groups import LINK, connected_groups, main_body
 from hvisph.measures.plates import RIM, Plate, plate_of
-from hvisph.measures.roles import PROJECTILE, members
+from hvisph.measures.roles import PROJECTILE, line_of, members
 from hvisph.measures.shot import Shot, own_spacings, shot_of, spacing_of
 from hvisph.output.snapshot import Snapshot
 
@@ -154,8 +154,7 @@ class Scene:
         if "axis" in self.now.metadata:
             return np.atleast_1d(np.asarray(self.now.metadata["axis"], dtype=float))
         if self.start is not None:
-            lateral = self.start.fields["position"].reshape(self.start.count, -1)[:, 1:]
-            return np.asarray(lateral[members(self.start, self.shot.roles, PROJECTILE)].mean(axis=0))
+            return line_of(self.start, self.shot.roles)
         return np.zeros(self.now.dimensions - 1)
 
     @property
@@ -231,11 +230,13 @@ class Scene:
 
     @cached_property
     def width(self) -> float:
-        """Width across the shot line that the projectile has, at the start where it is known [m]."""
+        """Width across the shot line that the projectile has, at the start where it is known [m]; 0 without one."""
         if "width" in self.now.metadata:
             return float(self.now.metadata["width"])
         source = self.start or self.now
         position = source.fields["position"][members(source, self.shot.roles, PROJECTILE)]
+        if not len(position):
+            return 0.0
         if source.dimensions == 1:
             return float(np.ptp(position) + self.spacing)
         return float(np.ptp(position[:, 1]) + self.spacing)
@@ -280,6 +281,9 @@ class Scene:
     def shot_groups(self) -> Fragments:
         """Connected groups of the projectile, all its bodies together."""
         bodies = [body for body, role in enumerate(self.shot.roles) if role == PROJECTILE]
+        if not bodies:
+            none = np.zeros(0, dtype=np.int64)
+            return Fragments.of(self.now, Groups.of(none, none), -1)
         return self.fragments(*bodies)
 
     @property

@@ -16,7 +16,7 @@ from hvisph.core.derived import changed
 from hvisph.core.errors import OutputError
 from hvisph.measures.groups import ALIKE
 from hvisph.measures.plates import ALIGNED, Plate, outline, plate_of
-from hvisph.measures.roles import LAYER, PROJECTILE, mean_of, members, roles_of, shot_direction
+from hvisph.measures.roles import LAYER, PROJECTILE, line_of, mean_of, members, roles_of, shot_direction
 from hvisph.measures.ways import with_openings
 from hvisph.measures.whole import Mirror, Whole, whole_of
 from hvisph.output.snapshot import Snapshot
@@ -129,11 +129,12 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     complete = whole.complete(start)
     frame = _frame(complete, roles)
     seen = _turned(complete, frame)
-    axis = seen.fields["position"].reshape(seen.count, -1)[members(seen, roles, PROJECTILE), 1:].mean(axis=0)
     speed, energy = _impact(seen, roles)
     mass = seen.fields.get("mass")
     masses = [] if mass is None else np.bincount(seen.body, mass, len(roles)).tolist()
-    return Shot(roles, whole, _rows(frame), _plates(seen, roles, axis, spacing), speed, tuple(masses), energy)
+    return Shot(
+        roles, whole, _rows(frame), _plates(seen, roles, line_of(seen, roles), spacing), speed, tuple(masses), energy
+    )
 
 
 def _outlined(shot: Shot, start: Snapshot) -> Shot:

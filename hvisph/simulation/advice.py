@@ -54,11 +54,14 @@ class Regime:
         Impact pressure, acoustic: a shock's is higher [Pa].
     strength
         Least yield stress of the bodies that have one [Pa]; None without one, infinite where all are elastic.
+    liquids
+        Those of the two that have none.
     """
 
     velocity: float
     pressure: float
     strength: float | None
+    liquids: tuple[str, ...] = ()
 
     @property
     def words(self) -> str:
@@ -69,7 +72,8 @@ class Regime:
             return "shock in materials without strength"
         over = self.pressure / self.strength if self.strength > 0.0 else math.inf
         if over < ELASTIC:
-            return "elastic: the impact pressure is below the strength"
+            but = f" of all but {', '.join(self.liquids)}, without strength" if self.liquids else ""
+            return f"elastic: the impact pressure is below the strength{but}"
         if over < SHOCK:
             return f"ballistic: the impact pressure is about {over:.2g} times the strength, plastic flow decides"
         return f"shock: the impact pressure is about {over:.0f} times the strength"
@@ -87,7 +91,9 @@ def regime(case: Case) -> Regime:
     if first.porosity is not None or second.porosity is not None:  # pores crush far below the speed of sound
         pressure = min(pressure, impact_pressure(first, second, velocity))
     known = [y for y in (_strength(material, pressure) for material in materials) if y is not None]
-    return Regime(velocity, pressure, min(known, default=None))
+    liquids = () if met is None else tuple(name for name, one in zip(names, (first, second), strict=True)
+                                           if one.strength.name == "none")  # fmt: skip
+    return Regime(velocity, pressure, min(known, default=None), liquids)
 
 
 def against_wall(case: Case) -> float:
@@ -109,6 +115,7 @@ def advice(case: Case) -> list[str]:
 
     kind = regime(case)
     return [
+        *_still(case, kind),
         *beyond_measured(case),
         *_slow(case, kind),
         *_punching(case, kind),
@@ -170,10 +177,29 @@ def _strength(material: Material, pressure: float) -> float | None:
     return math.inf if name == "elastic" else flow_at(material, None, 0.0, 1.0, pressure)
 
 
+def _still(case: Case, kind: Regime) -> Iterator[str]:
+    """Cases in which nothing happens: a velocity was forgotten, or has the wrong sign."""
+    bodies = case.bodies.values()
+    driven = any(body.initial_velocity or body.internal_energy or body.temperature for body in bodies)
+    driven = driven or any(body.material.eos.type in ("jwl", "ideal_gas") for body in bodies)
+    if kind.velocity > 0.0 or driven or case.initial_loads:
+        return
+    moving = [name for name, body in case.bodies.items() if any(body.velocity)]
+    if not moving:
+        yield "bodies: none has a velocity, and nothing else sets them in motion: nothing will happen"
+    elif len(case.bodies) > 1 and all(plane.axis != "x" for plane in case.symmetry):
+        first = case.bodies[moving[0]]
+        row = "; in a row the first body stands at x < 0 and meets the next flying towards +x"
+        yield (
+            f"bodies.{moving[0]}.velocity: no two bodies approach each other: nothing will be struck"
+            f"{row if first.position is None else ''}"
+        )
+
+
 def _slow(case: Case, kind: Regime) -> Iterator[str]:
     """Bodies that swing, bend or spin: kernels in the current configuration damp that away."""
     model: Any = case.formulation
-    if model.type not in ("riemann", "eulerian") or kind.strength is None:
+    if model.type not in ("riemann", "eulerian") or kind.strength is None or any(_still(case, kind)):
         return
     materials = _materials(case)
     fastest = max(math.dist(body.velocity, (0.0,) * case.dim) for body in case.bodies.values())

@@ -112,8 +112,9 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     planes = tuple(Plane("xyz".index(plane.axis), plane.at, sides[plane.keep]) for plane in case.symmetry)
     if particles.kinematics.revolved:
         planes = (*planes, AXIS)
+    unit = {1: " kg/m^2", 2: " kg/m", 3: " kg"}[case.drawn] if case.units == "si" else ""
     notes = tuple(
-        f"{body.name}: mass {particles['mass'][particles.body == number].sum():.6g}; {body.filling.note}"
+        f"{body.name}: mass {particles['mass'][particles.body == number].sum():.6g}{unit}; {body.filling.note}"
         for number, body in enumerate(placed)
         if body.filling.note
     )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
+    from hvisph.casefile.material_library import Library, Notes
 
 MARGIN = 0.9  # of the ends of the range that a material is known to hold in, since the estimate is a flat impact's
 APART = 0.3  # of the estimate: a difference that is worth a remark
@@ -59,16 +60,34 @@ def beyond_measured(case: Case) -> list[str]:
         if body.material.name not in library.files:
             continue
         notes = library.notes(body.material.name)
-        remedy = f"; see '{notes.beyond}'" if notes.beyond else ""
+        better = _better(library, notes, speed)
+        remedy = f"; see '{better}'" if better else ""
         here = f"about {speed:.0f} m/s come here{remedy}"
         known = f"bodies.{name}.material: '{body.material.name}' meets measured shock speeds to 2 %"
         if notes.shocks is None:
-            said += [f"{known} at no particle velocity, and {here}"] if notes.beyond else []
+            said += [f"{known} at no particle velocity, and {here}"] if better else []
             continue
         low, high = notes.shocks
-        if not MARGIN * low <= speed <= high / MARGIN:
+        if not _holds(notes, speed):
             said.append(f"{known} behind shocks of {low:g} to {high:g} m/s of particle velocity, and {here}")
     return said
+
+
+def _better(library: Library, notes: Notes, speed: float) -> str:
+    """Return the first of the materials named one by another whose shocks are as measured; empty where none is."""
+    seen: list[str] = []
+    while notes.beyond and notes.beyond not in seen:
+        seen.append(notes.beyond)
+        notes = library.notes(seen[-1])
+        if _holds(notes, speed):
+            return seen[-1]
+    return ""
+
+
+def _holds(notes: Notes, speed: float) -> bool:
+    """Whether a material's shocks are as measured at a particle velocity [m/s]; where none is told, among its points."""
+    speeds = notes.shocks or [up for points, _ in notes.measured for up, _ in points]
+    return bool(speeds) and MARGIN * min(speeds) <= speed <= max(speeds) / MARGIN
 
 
 def beside(case: Case, highest: float) -> tuple[dict[str, float | None], list[str]]:

@@ -57,7 +57,7 @@ class SnapshotWriter:
             "units": case.units, "code_version": __version__, "case": text,
         }  # fmt: skip
         self.metadata["shot"] = {
-            "roles": [body.role for body in case.bodies.values()],
+            "roles": _roles(case),
             "planes": [{"axis": "xyz"[plane.axis], "at": plane.at} for plane in setup.planes],
         }
         if case.witness is not None:
@@ -242,3 +242,11 @@ def _impedance(start: Snapshot, number: int) -> float:
     """Return density times bulk sound speed [Pa s/m] of a particle at the start."""
     row = int(np.flatnonzero(start.id == number)[0])
     return float(start.fields["density"][row] * start.fields["sound_speed"][row])
+
+
+def _roles(case: Case) -> list[str | None]:
+    """Return the roles that a case gives: where nothing flies, an explosive that none is given drives the others."""
+    bodies = case.bodies.values()
+    flies = any(any(body.velocity) or body.initial_velocity for body in bodies)
+    drives = [not flies and body.material.eos.type == "jwl" for body in bodies]
+    return [body.role or ("other" if driving else None) for body, driving in zip(bodies, drives, strict=True)]
