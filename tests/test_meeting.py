@@ -88,3 +88,12 @@ def test_of_core_and_jacket_that_strike_at_once_the_stiffer_counts():
     met = meeting(case)
     assert (met.first, met.second, met.velocity) == ("core", "plate", 800.0)
     assert "ballistic" in regime(case).words or "shock" in regime(case).words
+
+
+@pytest.mark.parametrize(("diameter", "meets"), [(4e-3, False), (6e-3, False), (7e-3, True)])
+def test_what_fits_a_tube_does_not_strike_it(diameter, meets):
+    plug = {"material": METAL, "shape": {"type": "cylinder", "diameter": diameter, "length": 4e-3},
+            "velocity": [300.0, 0.0], "position": [-1e-2, 0.0]}  # fmt: skip
+    tube = {"material": METAL, "shape": {"type": "tube", "inner_diameter": 6e-3, "outer_diameter": 1e-2,
+                                         "length": 1e-2}, "position": [0.0, 0.0]}  # fmt: skip
+    assert (meeting(case_of("axisymmetric", plug=plug, tube=tube)) is not None) == meets

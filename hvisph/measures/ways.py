@@ -22,7 +22,7 @@ WIDER = 3.0  # [dx] by which a new way's half width is more than that at the sta
 CELL = {2: 0.5, 3: 1.0}  # [dx]
 SHIFT = 0.37  # [cells]; keeps the particles of a lattice off the borders of cells
 MOST_CELLS = 40_000_000
-LINED_UP = 1.0  # [dx] across the shot line: nearer is in the way
+LINED_UP = 0.75  # [dx] across the shot line: nearer is in the way, and what fits a hole is a spacing off
 
 
 @dataclass(frozen=True)

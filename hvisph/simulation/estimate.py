@@ -282,9 +282,9 @@ def _density(name: str, model: Any) -> float:
 def _uncounted(case: Case) -> list[BodyEstimate]:
     parts = []
     for name, body in case.bodies.items():
-        shape, dx = _filled_shape(body, case), body.resolution or case.resolution
-        kept, across = _rough(body, case), shape_of(body.shape, case.drawn).extent()[min(1, case.dim - 1)] / dx
-        volume = kept * dx**case.dim if case.drawn == case.dim else shape_of(body.shape, case.drawn).volume
+        shape, dx = shape_of(body.shape, case.drawn), body.resolution or case.resolution
+        kept, across = _rough(body, case), shape.extent()[min(1, case.dim - 1)] / dx
+        volume = kept * dx**case.dim if case.drawn == case.dim else shape.volume
         parts.append(BodyEstimate(name, round(kept), round(across), _density(name, body) * volume, volume))
     return parts
 

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 # Lower and upper corner, (dim,) each [m].
 Box = tuple[np.ndarray, np.ndarray]
 MOST_PAIRS = 2000  # of bodies that are looked at
+ROUND = ("sphere", "cylinder", "cone", "ogive", "frustum", "dome", "rounded_cylinder", "tube")  # about x
 TOUCHING = 1e-6  # of the larger box: what rounding leaves between faces that touch
 
 
@@ -47,7 +48,9 @@ def meeting(case: Case) -> Meeting | None:
     for count, (a, b) in enumerate(combinations(range(len(names)), 2)):
         if count >= MOST_PAIRS:
             break
-        met = _met(boxes[a], boxes[b], velocities[a] - velocities[b])
+        closing = velocities[a] - velocities[b]
+        threads = not closing[1:].any() and _threads(case, boxes, names, a, b)
+        met = None if threads else _met(boxes[a], boxes[b], closing)
         if met is not None:
             pressure = met[1] * impedance[a] * impedance[b] / max(impedance[a] + impedance[b], 1e-300)
             found.append((met[0], -pressure, a, b, met[1]))
@@ -57,6 +60,23 @@ def meeting(case: Case) -> Meeting | None:
     if np.linalg.norm(velocities[b]) > np.linalg.norm(velocities[a]):
         a, b = b, a
     return Meeting(names[a], names[b], speed)
+
+
+def _threads(case: Case, boxes: list[Box], names: list[str], a: int, b: int) -> bool:
+    """Whether one of two bodies fits the hole of the other, a straight tube along x: a plug in a barrel."""
+    for tube, other in ((a, b), (b, a)):
+        body: Any = case.bodies[names[tube]]
+        if body.shape.type != "tube" or body.shape.axis != "x" or body.rotation is not None:
+            continue
+        low, high = boxes[other]
+        middle = 0.5 * (boxes[tube][0] + boxes[tube][1])[1:]
+        far = np.maximum(np.abs(low[1:] - middle), np.abs(high[1:] - middle))
+        inner: Any = case.bodies[names[other]]
+        round_one = inner.shape.type in ROUND and getattr(inner.shape, "axis", "x") == "x" and inner.rotation is None
+        reach = far.max() if round_one else float(np.sqrt((far**2).sum()))
+        if reach <= 0.5 * body.shape.inner_diameter * (1.0 + TOUCHING):
+            return True
+    return False
 
 
 def _velocity(body: Body, dim: int) -> np.ndarray:

@@ -85,7 +85,7 @@ def _better(library: Library, notes: Notes, speed: float) -> str:
 
 
 def _holds(notes: Notes, speed: float) -> bool:
-    """Whether a material's shocks are as measured at a particle velocity [m/s]; where none is told, among its points."""
+    """Whether shocks are as measured at a particle velocity [m/s]; where no range is told, among the points."""
     speeds = notes.shocks or [up for points, _ in notes.measured for up, _ in points]
     return bool(speeds) and MARGIN * min(speeds) <= speed <= max(speeds) / MARGIN
 
