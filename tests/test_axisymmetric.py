@@ -6,10 +6,10 @@ from small_runs import METAL, assert_same_results, final
 
 import hvisph
 from hvisph.case.axisymmetric import axisymmetric_warnings
-from hvisph.case.body_checks import spacing_warnings
 from hvisph.case.formulations.viscosity import NoArtificialStress
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
+from hvisph.integrators.parts import hoop_signal
 from hvisph.simulation.build import build
 from hvisph.simulation.run import run
 
@@ -149,17 +149,30 @@ def test_only_what_flat_faces_bound_is_graded():
         shot(bodies={"ball": ball})
 
 
-def test_rings_graded_along_x_are_warned_of_on_the_axis():
-    """They blow up there in long runs; along the radius, and off the axis, nothing is said."""
-    said = {}
-    for name, fine, shape in (
-        ("along x", [4e-3, None], {"type": "cylinder", "diameter": 12e-3, "length": 8e-3}),
-        ("radial", [None, 4e-3], {"type": "cylinder", "diameter": 12e-3, "length": 8e-3}),
-        ("tube", [4e-3, None], {"type": "tube", "outer_diameter": 12e-3, "inner_diameter": 8e-3, "length": 8e-3}),
-    ):
-        rod = {"material": METAL, "shape": shape, "grading": {"fine": fine, "coarsest": 1e-3}}
-        said[name] = any("do not hold on the axis" in one for one in spacing_warnings(shot(bodies={"rod": rod})))
-    assert said == {"along x": True, "radial": False, "tube": False}
+def test_rings_graded_along_x_stay_still_on_the_axis(tmp_path):
+    """An elastic rod strikes a wall: nothing swings where the rings at the axis are much nearer to it than h.
+
+    With the step of the fine rings alone 13 % of the energy had been taken out of particles after 60 us, peaks 241 GPa.
+    """
+    elastic = {**METAL, "strength": METAL["strength"] | {"yield_stress": 1e12}}
+    rod = {"material": elastic, "shape": {"type": "cylinder", "diameter": 10e-3, "length": 40e-3},
+           "position": [-20e-3, 0.0], "velocity": [220.0, 0.0],
+           "grading": {"fine": [4e-3, None], "coarsest": 4e-3, "face": "rear"}}  # fmt: skip
+    case = shot(bodies={"rod": rod, "bead": BEAD | {"position": [-80e-3, 0.0, 0.0]}}, resolution=1e-3,
+                symmetry=[{"axis": "x", "keep": "below"}], time={"end": 60e-6},
+                output={"every": 60e-6})  # fmt: skip
+    ran = run(case, tmp_path / "rod", threads=1)
+    last = final(tmp_path / "rod")
+    assert ran.summary["failure"] is None
+    least = last.fields["internal_energy"][last.body == 0].min()
+    assert least > -1e-2 * 0.5 * 220.0**2, "rounding and limits of the scheme, no swinging"
+    assert np.abs(last.fields["pressure"][last.body == 0]).max() < 8e9  # 4.1 in the flat impact of the wave
+
+
+def test_the_step_of_a_ring_follows_its_radius():
+    assert hoop_signal(2.4, 1.0) == pytest.approx(1.0, abs=0.01)  # as the first row stands: the signal of all others
+    assert 0.3 * 9.6 / hoop_signal(9.6, 1.0) == pytest.approx(0.63, rel=0.2)  # c dt/r of what stays still, and a margin
+    assert 0.3 * 9.6 / hoop_signal(9.6, 1.0) < 0.63
 
 
 def test_rings_in_shear_have_less_of_the_viscosity_but_at_the_axis():

@@ -7,7 +7,9 @@ import pytest
 from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, snapshot
 
 from hvisph.core.errors import OutputError
-from hvisph.measures.lengths import crater_diameter, extension, penetration
+from hvisph.geometry.graded import Grading, fill_graded
+from hvisph.geometry.shapes import Box
+from hvisph.measures.lengths import crater_diameter, extension, length_of, penetration
 from hvisph.measures.scene import Scene, axis_of, reference
 
 
@@ -198,3 +200,19 @@ def test_position_that_is_not_finite_is_named():
     end.fields["position"][17, 0] = np.nan
     with pytest.raises(OutputError, match="particle 17"):
         penetration(Scene(end))
+
+
+@pytest.mark.parametrize(
+    ("fine", "face"),
+    [((8 * MM, None), "rear"), ((8 * MM, None), "front"), ((8 * MM, 4 * MM), "middle"), ((None, 4 * MM), "middle")],
+)
+def test_a_graded_projectile_is_as_long_as_its_shape(fine, face):
+    """Its outermost layers are thicker than dx, by up to the coarsest spacing: half of that is a length's error."""
+    dx, size = 0.5 * MM, (40 * MM, 20 * MM)
+    filling = fill_graded(Box(size), dx, Grading(fine, 2 * MM, face=face))
+    rod = snapshot(filling.positions, dx=dx, names=("rod",), h_over_dx=1.2)
+    rod.fields["smoothing_length"] = 1.2 * filling.spacing
+    assert length_of(Scene(rod, rod), filling.positions[:, 0]) == pytest.approx(size[0], abs=0.05 * dx)
+    even = snapshot(box((0, 0), size, dx), dx=dx, names=("rod",), h_over_dx=1.2)
+    even.fields["smoothing_length"][:] = 1.2 * dx
+    assert length_of(Scene(even, even), even.fields["position"][:, 0]) == pytest.approx(size[0], rel=1e-12)

@@ -28,7 +28,7 @@ from hvisph.core.tensors import divergence, dot, no_axial, no_vector, own_axial,
 from hvisph.sph.viscosity import shear_share
 
 from .particle import Limits, Shown, State
-from .parts import MORRIS_MONAGHAN, ring_radius
+from .parts import MORRIS_MONAGHAN, hoop_signal, ring_radius
 from .sums import COUNTED, HEATING, INTERNAL, KINETIC, LENGTH, MOMENTUM, PLASTIC, SIZE, SLIPPING, SPEED2, SUPPORT
 
 CHUNK = 256
@@ -145,7 +145,7 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
         rows[s, SHARE] = share
         # a small share lets no step grow: the shock that raises it may be a step away
         signal += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
-    signals[s] = signal
+    signals[s] = max(signal, c_l * hoop_signal(ahead.h, ring)) if REVOLVED else signal
     fastest, longest, size = most
     return max(fastest, speed2), max(longest, ahead.h), size + (kinetic + abs(internal) if here else 0.0)
 

@@ -19,6 +19,7 @@ import numpy as np
 
 from hvisph.core.measures import CATALOGUE
 from hvisph.measures.layers import LayerMeasures
+from hvisph.measures.lengths import end_layers, length_of
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.roles import PROJECTILE, members
 from hvisph.measures.scene import Scene
@@ -56,7 +57,7 @@ def bar(scene: Scene) -> Bar:
     rows = members(scene.start, scene.shot.roles, PROJECTILE)
     before = scene.start.fields["position"][rows]
     first = _section(before[:, 1:], scene.start.fields["mass"][rows])
-    length = float(np.ptp(before[:, 0])) + scene.spacing
+    length = length_of(scene, before[:, 0])
     volume = float((scene.start.fields["mass"][rows] / scene.start.fields["density"][rows]).sum())
     width = volume / length if scene.space == 2 else float(np.sqrt(4.0 * volume / length / np.pi))
     main = scene.projectile
@@ -70,7 +71,7 @@ def bar(scene: Scene) -> Bar:
     power = 1.0 if scene.space == 2 else 2.0
     spread = min((width / foot) ** power, 1.0) if foot > 0.0 else 1.0  # a tip may be one particle
     surface = float(x.max()) + 0.5 * scene.spacing * spread
-    final = surface - float(x.min()) + 0.5 * scene.spacing
+    final = surface - float(x.min()) + 0.5 * end_layers(scene)[0]
     distance, profile = [0.0], [foot]
     number = np.floor((surface - x) / scene.spacing).astype(int)
     for k in np.unique(number):
@@ -97,7 +98,7 @@ def penetration_ratio(scene: Scene, layers: tuple[LayerMeasures, ...]) -> Result
     if depth.value is None:
         return meaningless("", depth.reason)
     rows = members(scene.start, scene.shot.roles, PROJECTILE)
-    length = float(np.ptp(scene.start.fields["position"][rows, 0])) + scene.spacing
+    length = length_of(scene, scene.start.fields["position"][rows, 0])
     return Result(depth.value / length, "", (depth.uncertainty or 0.0) / length)
 
 

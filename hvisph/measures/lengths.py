@@ -12,12 +12,15 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.measures.result import Result, meaningless
+from hvisph.measures.roles import PROJECTILE, members
 from hvisph.measures.scene import Scene
+from hvisph.measures.shot import own_spacings
 
 CRATER_BIN = 0.25e-3  # [m], along the plate's thickness
 AXIS_STRIP = 1.0e-3  # [m], half-width of the strip about the shot line
 LIP_PARTICLES = {2: 5, 3: 40}  # front-most attached particles: of each side in 2D, all round in 3D
 LIP_REACH = 2.5  # in projectile widths: how far from the shot line a lip may be
+SAME = 1e-6  # [dx]; particles of a layer are no farther apart along x
 CRATER_NAMES = ("crater_diameter", "crater_diameter_minimum", "crater_lip_to_lip")
 
 
@@ -78,6 +81,31 @@ def extension(scene: Scene) -> Result:
     rear, front = rear[filled], front[filled]
     scatter = np.hypot(_standard_error(rear), _standard_error(front))
     return _length(scene, np.median(front) - np.median(rear), scatter)
+
+
+def length_of(scene: Scene, x: np.ndarray) -> float:
+    """Return the length [m] of a projectile that has particles at `x`, to the faces of its first and last layer."""
+    return float(np.ptp(x)) + 0.5 * sum(end_layers(scene))
+
+
+def end_layers(scene: Scene) -> tuple[float, float]:
+    """Return how thick the projectile's first and last layer along x are at the start [m]: dx unless it is graded."""
+    spacing, start = scene.spacing, scene.start
+    if start is None:
+        return spacing, spacing
+    rows = np.flatnonzero(members(start, scene.shot.roles, PROJECTILE))
+    if np.ndim(own_spacings(start, rows, spacing)) == 0:
+        return spacing, spacing
+    x = np.sort(start.fields["position"].reshape(start.count, -1)[rows, 0])
+    gaps = np.diff(x)[np.diff(x) > SAME * spacing]
+    if len(gaps) < 2 or gaps.min() < 0.5 * spacing:  # no layers
+        return spacing, spacing
+    return _layer(*gaps[:2]), _layer(*gaps[:-3:-1])
+
+
+def _layer(gap: float, following: float) -> float:
+    """Return the thickness of an outermost layer from its distance to the next one and from that to the one after."""
+    return float(2.0 * gap * gap / (gap + following))
 
 
 def penetration(scene: Scene) -> Result:

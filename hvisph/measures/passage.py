@@ -13,6 +13,7 @@ import numpy as np
 
 from hvisph.core.measures import LAYER_CATALOGUE
 from hvisph.measures.layers import LayerMeasures, state_of
+from hvisph.measures.lengths import length_of
 from hvisph.measures.loads import is_struck, mean_pressure
 from hvisph.measures.perforation import YES, is_behind
 from hvisph.measures.result import Result, meaningless
@@ -136,7 +137,7 @@ def _projectile(scene: Scene) -> dict[str, Result]:
     largest = scene.shot_groups[0]
     share = largest.mass / (scene.shot_mass or float(mass.sum()))
     axial = scene.now.fields["velocity"][:, 0]
-    length = float(np.ptp(scene.position[largest.particles, 0])) + scene.spacing
+    length = length_of(scene, scene.position[largest.particles, 0])
     broken = f"the projectile's largest piece holds {100.0 * share:.2g} % of its mass"
     state = {
         "passage_velocity": Result(float(mass @ axial / mass.sum()), "m/s"),

@@ -8,6 +8,7 @@ from hvisph.core.measures import PROJECTILE_CATALOGUE
 from hvisph.measures.behind import held_back, in_pieces
 from hvisph.measures.cloud import unit_of
 from hvisph.measures.layers import LayerMeasures
+from hvisph.measures.lengths import length_of
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.scene import Scene
 
@@ -30,12 +31,12 @@ def residue(scene: Scene, layers: tuple[LayerMeasures, ...]) -> dict[str, Result
         "erosion": meaningless("m", "a single snapshot does not tell the length at the start"),
         "depth": meaningless("m", "there is no layer whose start is known"),
     }
-    length = _length(scene, _extent(scene.position[largest.particles, 0]) + scene.spacing)
+    length = _length(scene, length_of(scene, scene.position[largest.particles, 0]))
     results["length"] = meaningless("m", broken or "not told in 1D") if broken or dim == 1 else length
     if scene.start is not None and dim > 1:
         before = scene.start.fields["position"][np.isin(scene.start.body, _bodies(scene)), 0]
         if not broken:
-            results["erosion"] = _length(scene, float(np.ptp(before)) + scene.spacing - (length.value or 0.0))
+            results["erosion"] = _length(scene, length_of(scene, before) - (length.value or 0.0))
         else:
             results["erosion"] = meaningless("m", broken)
     if scene.shot.plates and dim > 1:
@@ -75,10 +76,6 @@ def _residual(scene: Scene, layers: tuple[LayerMeasures, ...], broken: str, whol
 def _mean(velocity: np.ndarray, mass: np.ndarray, rows: np.ndarray) -> Result:
     spread = float(velocity[rows].std() / np.sqrt(len(rows)))
     return Result(float(np.average(velocity[rows], weights=mass[rows])), "m/s", spread)
-
-
-def _extent(x: np.ndarray) -> float:
-    return float(np.ptp(x))
 
 
 def _bodies(scene: Scene) -> list[int]:

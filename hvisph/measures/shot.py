@@ -146,7 +146,7 @@ def _outlined(shot: Shot, start: Snapshot) -> Shot:
 
 
 def _whole(source: Snapshot, projectile: np.ndarray, spacing: float, planes: list[Mirror] | None) -> Whole:
-    if source.metadata.get("kinematics") == "axisymmetric":
+    if source.revolved:
         return Whole((Mirror(1, 0.0),), revolution=True)
     return whole_of(source, projectile, spacing, planes)
 

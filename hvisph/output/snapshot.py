@@ -51,6 +51,11 @@ class Snapshot:
         return len(self.id)
 
     @property
+    def revolved(self) -> bool:
+        """Whether particles are rings about the axis x, and y their radius."""
+        return self.metadata.get("kinematics") == "axisymmetric"
+
+    @property
     def present(self) -> list[int]:
         """Numbers of the bodies that have particles, in order."""
         return [int(body) for body in np.flatnonzero(np.bincount(self.body))]

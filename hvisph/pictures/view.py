@@ -180,11 +180,11 @@ def _projected(moment: Moment, look: Look) -> tuple[np.ndarray, np.ndarray]:
     """Return places (m, 3) of all discs, and the particle that each is of."""
     position = moment.snapshot.fields["position"].reshape(moment.snapshot.count, -1)
     yaw, pitch = VIEWS[look.view] if isinstance(look.view, str) else look.view
-    axisymmetric = moment.snapshot.metadata.get("kinematics") == "axisymmetric"
-    if axisymmetric and look.view != "side":
+    rings = moment.snapshot.revolved
+    if rings and look.view != "side":
         place, owner = revolved(position, _spacing(moment.snapshot), 270.0 if look.mirrored else 180.0)
     else:
-        planes = (1,) if axisymmetric else moment.planes
+        planes = (1,) if rings else moment.planes
         place, owner = copies(position, planes if look.mirrored else ())
     return turned(place, yaw, pitch), owner
 
@@ -195,9 +195,10 @@ def _panel(axes: Axes, moment: Moment, place: np.ndarray, owner: np.ndarray, loo
     unit, factor = lengths(moment.snapshot)
     left, right, bottom, top = (end * factor for end in extent)
     axes.imshow(image, origin="lower", extent=(left, right, bottom, top), interpolation="none")
-    turned_view = look.view not in ("side",)
-    axes.set_xlabel(f"{'across' if turned_view else 'x'}{unit}")
-    axes.set_ylabel(f"{'up' if turned_view else 'y'}{unit}")
+    side = "r" if moment.snapshot.revolved else "y"
+    across, up = ("x", side) if look.view == "side" else ("across", "up")
+    axes.set_xlabel(f"{across}{unit}")
+    axes.set_ylabel(f"{up}{unit}")
     axes.set_title(moment.name, fontsize=9)
 
 

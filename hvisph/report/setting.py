@@ -50,8 +50,7 @@ def picture(told: Run) -> str:
     planes = [(axis, 0.0) for axis in symmetry_axes(first.metadata.get("case"))]
     gauges = {} if told.case is None else {name: gauge.at for name, gauge in told.case.gauges.items()}
     title = str(first.metadata.get("title", "")) or told.name
-    revolved = first.metadata.get("kinematics") == "axisymmetric"
-    setup = Setup(title, drawn, planes, gauges, (), not told.unitless, revolved)
+    setup = Setup(title, drawn, planes, gauges, (), not told.unitless, first.revolved)
     return embedded_image(setup_figure(setup), PICTURE_DPI)
 
 
