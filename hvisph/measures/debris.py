@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -152,7 +152,8 @@ def debris(scene: Scene) -> tuple[BodyFragments, ...]:
     for body in scene.now.present:
         fragments = scene.fragments(body)
         roles = _roles(scene, body, fragments)
-        own = fragments.turned(scene.shot.back) if scene.shot.turned else fragments
+        elsewhere = scene.shot.turned or scene.shot.drift
+        own = replace(fragments, back=scene.shot.told(scene.now.time)) if elsewhere else fragments
         name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
         pieces.append(BodyFragments(name, own, roles))
     return tuple(pieces)

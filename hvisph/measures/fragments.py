@@ -105,6 +105,8 @@ class Fragments(Sequence[Fragment]):
         Index of the body, and what it has broken into.
     masses, centres, velocities, extents
         Of each of them, as in `Fragment`.
+    back
+        Makes the centre and the velocity of one, in the axes of a shot, those of the case.
     """
 
     body: int
@@ -113,7 +115,7 @@ class Fragments(Sequence[Fragment]):
     centres: np.ndarray
     velocities: np.ndarray
     extents: np.ndarray
-    back: Callable[[np.ndarray], np.ndarray] | None = None
+    back: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
 
     @classmethod
     def of(cls, snapshot: Snapshot, groups: Groups, body: int) -> Fragments:
@@ -137,10 +139,6 @@ class Fragments(Sequence[Fragment]):
         extent = np.maximum.reduceat(position, starts) - np.minimum.reduceat(position, starts)
         return cls(body, groups, mass, centre, mean, extent)
 
-    def turned(self, back: Callable[[np.ndarray], np.ndarray]) -> Fragments:
-        """Return the same with centres and velocities as `back` turns each of them (dim,)."""
-        return replace(self, back=back)
-
     def __len__(self) -> int:
         return len(self.groups)
 
@@ -154,7 +152,7 @@ class Fragments(Sequence[Fragment]):
         k = range(len(self))[number]
         centre, velocity = self.centres[k], self.velocities[k]
         if self.back is not None:
-            centre, velocity = self.back(centre), self.back(velocity)
+            centre, velocity = self.back(centre, velocity)
         return Fragment(self.body, int(self.groups.counts[k]), float(self.masses[k]), centre, velocity,
                         self.extents[k], self.groups.particles(k))  # fmt: skip
 

@@ -6,7 +6,7 @@ each can be measured alone.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from hvisph.core.derived import changed
 from hvisph.core.errors import OutputError
 from hvisph.measures.groups import ALIKE
 from hvisph.measures.plates import ALIGNED, Plate, outline, plate_of
-from hvisph.measures.roles import LAYER, PROJECTILE, line_of, mean_of, members, roles_of, shot_direction
+from hvisph.measures.roles import LAYER, PROJECTILE, STILL, line_of, mean_of, members, roles_of, shot_direction
 from hvisph.measures.ways import with_openings
 from hvisph.measures.whole import Mirror, Whole, whole_of
 from hvisph.output.snapshot import Snapshot
@@ -42,6 +42,8 @@ class Shot:
         Mass of every body at the start, of the whole [kg; kg/m in 2D, kg/m^2 in 1D].
     energy
         Kinetic energy of the whole at the start, seen from the layers [J; per metre in 2D].
+    drift
+        Velocity of the layers at the start (dim,), in the case's axes [m/s]; empty where they rest, or one flies apart.
     """
 
     roles: tuple[str, ...]
@@ -51,6 +53,7 @@ class Shot:
     speed: float | None = None
     masses: tuple[float, ...] = ()
     energy: float | None = None
+    drift: tuple[float, ...] = ()
 
     @property
     def turned(self) -> bool:
@@ -58,13 +61,18 @@ class Shot:
         return bool(self.frame) and not np.array_equal(self.frame, np.eye(len(self.frame)))
 
     def seen(self, snapshot: Snapshot) -> Snapshot:
-        """Return the whole model in the axes of the shot; the snapshot itself where there is nothing to do."""
-        snapshot = self.whole.complete(snapshot)
+        """Return the whole model in the axes of the shot, as seen from its layers; itself where nothing is to do."""
+        snapshot = _left_behind(self.whole.complete(snapshot), self.drift)
         return _turned(snapshot, np.array(self.frame)) if self.turned else snapshot
 
     def back(self, vectors: np.ndarray) -> np.ndarray:
         """Return vectors (.., dim) of the shot's axes in those of the case."""
         return vectors @ np.array(self.frame) if self.turned else vectors
+
+    def told(self, time: float) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+        """Return what makes a place and a velocity (dim,) at `time` [s] the case's."""
+        drift = np.array(self.drift or (0.0,))
+        return lambda place, velocity: (self.back(place) + time * drift, self.back(velocity) + drift)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for the metadata of snapshots."""
@@ -76,6 +84,7 @@ class Shot:
             "speed": self.speed,
             "masses": list(self.masses),
             "energy": self.energy,
+            "drift": list(self.drift),
         }
 
     @classmethod
@@ -96,6 +105,7 @@ class Shot:
                 None if plain["speed"] is None else float(plain["speed"]),
                 tuple(map(float, plain["masses"])),
                 None if plain["energy"] is None else float(plain["energy"]),
+                tuple(map(float, plain.get("drift", ()))),
             )
         except (KeyError, TypeError, ValueError) as error:
             raise OutputError(f"the snapshot's metadata on the shot are damaged ({error!r})") from error
@@ -114,8 +124,12 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     source = now if start is None else start
     if "shot" in source.metadata and "plates" in source.metadata["shot"]:
         shot = Shot.from_dict(source.metadata["shot"])
+        if start is None or start.dimensions < 2:
+            return shot
+        if "drift" not in source.metadata["shot"]:  # of a version that did not store it
+            shot = replace(shot, drift=_drift(shot.whole.complete(start), shot.roles))
         told = all({"edges", "open"} <= plate.keys() for plate in source.metadata["shot"]["plates"])
-        return shot if told or start is None or start.dimensions < 2 else _outlined(shot, start)
+        return shot if told else _outlined(shot, start)
     given = source.metadata.get("shot", {})
     planes = given.get("planes")
     if planes is not None:
@@ -132,9 +146,8 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     speed, energy = _impact(seen, roles)
     mass = seen.fields.get("mass")
     masses = [] if mass is None else np.bincount(seen.body, mass, len(roles)).tolist()
-    return Shot(
-        roles, whole, _rows(frame), _plates(seen, roles, line_of(seen, roles), spacing), speed, tuple(masses), energy
-    )
+    plates = _plates(seen, roles, line_of(seen, roles), spacing)
+    return Shot(roles, whole, _rows(frame), plates, speed, tuple(masses), energy, _drift(complete, roles))
 
 
 def _outlined(shot: Shot, start: Snapshot) -> Shot:
@@ -235,6 +248,30 @@ def _turned(snapshot: Snapshot, frame: np.ndarray) -> Snapshot:
         return values.reshape(snapshot.count, -1) @ frame.T if name in ("position", "velocity") else values
 
     return replace(snapshot, fields=changed(snapshot.fields, turned))
+
+
+def _drift(start: Snapshot, roles: tuple[str, ...]) -> tuple[float, ...]:
+    """Return the velocity that all layers of a shot have at the start (dim,) [m/s]; empty where they have none."""
+    if start.dimensions == 1 or not {"velocity", "mass"} <= start.fields.keys():
+        return ()
+    velocity = start.fields["velocity"][members(start, roles, LAYER)]
+    size = float(np.abs(start.fields["velocity"]).max(initial=0.0))
+    mean = mean_of(start, "velocity", roles, LAYER)
+    if not len(velocity) or not np.abs(mean).max() > STILL * size or np.abs(velocity - mean).max() > STILL * size:
+        return ()
+    return tuple(mean.tolist())
+
+
+def _left_behind(snapshot: Snapshot, drift: tuple[float, ...]) -> Snapshot:
+    """Return a snapshot as seen by who goes along with a `drift` [m/s] since the start; itself without one."""
+    if not drift:
+        return snapshot
+    gone = {"position": snapshot.time * np.array(drift), "velocity": np.array(drift)}
+
+    def left(name: str, values: np.ndarray) -> np.ndarray:
+        return values - gone[name] if name in gone else values
+
+    return replace(snapshot, fields=changed(snapshot.fields, left))
 
 
 def _impact(seen: Snapshot, roles: tuple[str, ...]) -> tuple[float | None, float | None]:
