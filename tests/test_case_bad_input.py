@@ -66,6 +66,7 @@ BAD = [
     ("0.1 mm", "yes", ["resolution:", "not a length"], 3),
     ("0.1 mm", "true", ["resolution:", "true/false"], 3),
     ("0.1 mm", "1e-12", ["resolution:", "particles", "coarser"], 3),
+    ("    material", "\tmaterial", ["the line is indented by a tab; YAML wants spaces"], 6),
     ("0.1 mm", "1 mm", ["bodies.target.shape", "0.002 m thick", "2h = 0.0028 m", "h = 0.0014 m"], 11),
     ("plane_strain", "plain_strain", ["kinematics: unknown 'plain_strain'", "'plane_strain'"], 2),
     ("plane_strain", "three_d", ["bodies.projectile.shape.type", "disc has no meaning in 3D", "sphere"], 7),

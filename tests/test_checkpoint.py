@@ -121,7 +121,7 @@ def test_a_run_extended_at_an_output_is_the_longer_run(tmp_path):
     run(with_limits(case, end=4e-7), tmp_path / "short", threads=1)
     hvisph.resume(tmp_path / "short", end="1 us", threads=1)
     assert_same_results(tmp_path / "long", tmp_path / "short")
-    with pytest.raises(CaseError, match=r"time\.end: the run is at 9\.\d+e-07 already"):
+    with pytest.raises(CaseError, match=r"time\.end: the run is at 9\.\d+e-07 s already"):
         hvisph.resume(tmp_path / "short", end=5e-7)
 
 

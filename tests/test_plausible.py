@@ -95,3 +95,16 @@ def test_files_of_tables_stand_beside_the_case(tmp_path):
         f"  bar: {{material: {{density: 7850, eos: {eos}}}, shape: {{type: interval, length: 9 mm}}}}\n"
     )
     assert load_case(tmp_path / "case.yaml").bodies["bar"].material.eos.file == str(tmp_path / "steel.csv")
+
+
+def test_a_point_of_a_hugoniot_far_from_the_others_is_named():
+    def of(*points):
+        material = {"density": 1400, "eos": {"type": "mie_gruneisen", "us_up": list(points), "gamma": 1.0}}
+        texts = warnings_of(load_case("quickstart", [f"bodies.target.material={material}"]))
+        return [text for text in texts if "us_up" in text]
+
+    points = [[500, 2600], [1000, 3400], [2000, 5000], [3000, 6500]]
+    assert of(*points) == []
+    (text,) = of(*points[:2], [2, 5.0], points[3])
+    assert "[2, 5] m/s" in text
+    assert "unit" in text

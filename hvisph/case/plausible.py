@@ -42,6 +42,7 @@ YIELD = Range(2e-5, 0.2)  # Y over rho c0^2
 HARDENING = Range(0.0, 1.5)
 SOFTENING = Range(0.3, 4.0)
 MELTING = Range(150.0, 4600.0, "K")
+SCATTER = 0.1  # of a measured shock speed, by which the line through points may miss it
 HEL = 0.05  # share by which P_HEL may miss what a JH-2 set implies
 HEAT = Range(50.0, 6000.0, "J/(kg K)")
 # Ends of a run over the time that the slowest crossing takes, by sound or by flight.
@@ -78,6 +79,16 @@ def of_material(material: Material) -> Iterator[str]:
         _, s1, s2, s3 = eos.hugoniot
         if s2 == 0.0 and s3 == 0.0:
             yield from _one("eos.s1", s1, SLOPE)
+        off = [
+            (abs(left) / us, up, us)
+            for left, (up, us) in zip(eos.residuals if eos.us_up else (), eos.us_up, strict=True)
+        ]
+        if off and max(off)[0] > SCATTER:
+            share, up, us = max(off)
+            yield (
+                f"eos.us_up: at [{up:g}, {us:g}] m/s the line through all points is {100.0 * share:.2g} % off; points "
+                f"scatter by a few; was a unit left out?"
+            )
         if eos.gamma:
             yield from _one("eos.gamma", eos.gamma, GAMMA)
     stiffness = material.density * speed**2 if speed else 0.0

@@ -80,9 +80,18 @@ def parse(text: str, name: str) -> Document:
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         reason = " ".join(filter(None, (error.context, error.problem)))
+        if mark is not None and "\t" in _indent(text, mark.line):
+            reason = "the line is indented by a tab; YAML wants spaces"
         raise CaseError(f"is no YAML: {reason}", file=name, line=mark.line + 1 if mark else None) from None
     except yaml.YAMLError as error:
         raise CaseError(f"is no YAML: {str(error).splitlines()[0]}", file=name) from None
+
+
+def _indent(text: str, line: int) -> str:
+    """Return what a line begins with before its first word."""
+    lines = text.splitlines()
+    whole = lines[line] if line < len(lines) else ""
+    return whole[: len(whole) - len(whole.lstrip())]
 
 
 def dump(value: Any, width: int = 100) -> str:

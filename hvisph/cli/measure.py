@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
 HEADING = 14  # of a column's name, which is broken where it is longer
 
+# Share of a time that is asked for by which the nearest snapshot may miss it without a word.
+FAR = 0.1
+
 
 def measure(
     source: Annotated[
@@ -78,6 +81,8 @@ def measure(
     moment = _moment(at)
     measured = measure_source(source, "all" if plot is not None else moment, names=_names(field or []),
                               units=_units(units), witness=_plane(plane))  # fmt: skip
+    if isinstance(moment, float) and abs(measured.time - moment) > FAR * max(abs(moment), measured.time):
+        say(f"note: there is no snapshot near --at {at}; this is the nearest", err=True)
     _written(measured, csv, plot, fragments)
     if witness is not None:
         from hvisph.pictures.witness import witness_picture

@@ -231,7 +231,9 @@ def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
             f"{f' and {len(changes) - 5} more' if len(changes) > 5 else ''}; put it back, or begin a new run"
         )
     if case.time.end < reached and case.time.end != end:
-        raise CaseError(f"the run is at {reached:.6g} already, beyond {case.time.end:.6g}", where="time.end")
+        unit = " s" if case.units == "si" else ""
+        message = f"the run is at {reached:.6g}{unit} already, beyond {case.time.end:.6g}{unit}"
+        raise CaseError(message, where="time.end")
 
 
 def _differences(before: Any, now: Any, path: str) -> list[tuple[str, Any, Any]]:

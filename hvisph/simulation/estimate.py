@@ -201,9 +201,12 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
     if processes > 1:
         several = f" on this machine, which has {beside} of {processes} processes,"
         fewer = "take more machines; "
+    name, extent = max(((name, max(body.shape.extent(), default=0.0)) for name, body in case.bodies.items()),
+                       key=lambda one: one[1])  # fmt: skip
+    largest = f" (the largest, bodies.{name}, measures {extent:.4g}{' m' if case.units == 'si' else ''})"
     raise CaseError(
-        f"about {count:.2g} particles need{several} about {needed / 1e9:.3g} GB of memory, and {free / 1e9:.3g} GB "
-        f"are free; {fewer}the finest resolution that fits is about {fits}",
+        f"about {count:.2g} particles{largest} need{several} about {needed / 1e9:.3g} GB of memory, "
+        f"and {free / 1e9:.3g} GB are free; {fewer}the finest resolution that fits is about {fits}",
         where="resolution",
     )
 
