@@ -91,7 +91,7 @@ class CompositeStepper(CompositeState):
     def _set_up(self) -> None:
         """Build all that follows from state and reference positions, of all particles."""
         particles, formulation = self.particles, self.formulation
-        self._moduli = np.array([(_young_modulus(one), 1.0 / one.first_yield) for one in self.materials])
+        self._moduli = np.array([(one.young_modulus, 1.0 / one.first_yield) for one in self.materials])
         bodies = particles.body.astype(float)
         lowest, highest = self.most(np.array([(-bodies).max(initial=-np.inf), bodies.max(initial=-np.inf)]))
         self._one_body, self._bodies_in_all = bool(highest == -lowest), int(highest) + 1
@@ -302,9 +302,3 @@ def order_of(particles: Particles, edge: float) -> np.ndarray:
     """Return the order of cells of an `edge` [m], body by body, and within a cell by number (n,)."""
     cells = np.floor(particles["position"] / edge).astype(np.int64)
     return np.lexsort((particles.id, *cells.T, particles.body))
-
-
-def _young_modulus(material: Material) -> float:
-    """Return E [Pa] from bulk and shear modulus, 0 without strength."""
-    bulk, shear = material.density * material.bulk_sound_speed**2, material.shear_modulus
-    return 9.0 * bulk * shear / (3.0 * bulk + shear) if shear > 0.0 else 0.0

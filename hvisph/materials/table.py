@@ -12,7 +12,7 @@ import numpy as np
 
 from ..core.errors import CaseError
 from ..core.jit import narrowed, plain
-from . import isentrope, slots, tags
+from . import isentrope, moduli, slots, tags
 from .damage import GradyKipp, GradySpall, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage
 from .eos import MODULES, JonesWilkinsLee
 from .melting import Lindemann, Simon
@@ -84,6 +84,11 @@ class Material:
     def shear_modulus(self) -> float:
         """G [Pa], zero without strength."""
         return float(getattr(self.strength, "shear_modulus", 0.0))
+
+    @property
+    def young_modulus(self) -> float:
+        """E [Pa] at rest, zero without strength."""
+        return moduli.young_modulus(self.density * self.bulk_sound_speed**2, self.shear_modulus)
 
     @property
     def first_yield(self) -> float:

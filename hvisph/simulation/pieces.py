@@ -28,12 +28,12 @@ def tell_pieces(setup: Setup, steps: int) -> None:
     position = share.gathered(particles["position"])
     reach = stepper.formulation.kernel.reach
     if share.world.size == 1:
-        found = parted(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
+        told_apart = parted(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
     else:
         whole = None
         if share.world.first:
             whole = np.zeros(len(tags), np.uint32)
             whole[tags[:, 0]] = parted(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
-        found = share.dealt(whole)
-    if share.most(float((found != pieces).any()))[0]:
-        stepper.part(found)
+        told_apart = share.dealt(whole)
+    if share.most(float((told_apart != pieces).any()))[0]:
+        stepper.part(told_apart)

@@ -50,11 +50,11 @@ def beyond_measured(case: Case) -> list[str]:
     from hvisph.casefile.material_library import library_of
     from hvisph.simulation.meeting import meeting
 
-    found, met = plane_shock(case)[0], meeting(case)
-    if found is None or met is None:
+    matched, met = plane_shock(case)[0], meeting(case)
+    if matched is None or met is None:
         return []
     library, said = library_of(), []
-    behind = {met.first: met.velocity - found.interface_velocity, met.second: found.interface_velocity}
+    behind = {met.first: met.velocity - matched.interface_velocity, met.second: matched.interface_velocity}
     for name, speed in behind.items():
         body = case.bodies[name]
         if body.material.name not in library.files:

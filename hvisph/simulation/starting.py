@@ -35,9 +35,8 @@ def with_cracks(material: Material, volume: float) -> Material:
     """Return a material whose cracks, if it has any, grow through particles of a volume [m^3]."""
     if not isinstance(material.damage, GradyKipp):
         return material
-    bulk, shear = material.density * material.bulk_sound_speed**2, material.shear_modulus
-    young = 9.0 * bulk * shear / (3.0 * bulk + shear)
     speed = GradyKipp.speed_share * material.longitudinal_sound_speed
+    young = material.young_modulus
     damage = replace(material.damage, crack_speed=speed, young_modulus=young, particle_volume=volume)
     return replace(material, damage=damage)
 

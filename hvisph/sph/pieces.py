@@ -39,7 +39,7 @@ def parted(position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.n
     bodies, pieces, numbers
         Body, piece so far and permanent number of each particle (n,).
     """
-    free, found, fresh = int(pieces.max(initial=0)) + 1, pieces, []
+    free, numbered, fresh = int(pieces.max(initial=0)) + 1, pieces, []
     for body in np.unique(bodies):
         rows = np.flatnonzero(bodies == body)
         link = reach * float(lengths[rows].max())
@@ -56,10 +56,10 @@ def parted(position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.n
         new = np.flatnonzero(~keeps & (sizes >= SMALLEST[position.shape[1]]))
         fresh += [(int(body), int(least[one]), rows[group == one]) for one in new]
     if fresh:
-        found = pieces.copy()
+        numbered = pieces.copy()
         for number, (_, _, rows) in enumerate(sorted(fresh, key=lambda one: one[:2]), free):
-            found[rows] = number
-    return found
+            numbered[rows] = number
+    return numbered
 
 
 def connected(position: np.ndarray, labels: np.ndarray, link: float) -> np.ndarray:

@@ -245,13 +245,14 @@ def _kinds(distances: np.ndarray, volume: np.ndarray,
     if len(several) <= MOST_VOLUMES:
         keys = distances * len(several) + which[near]
         keys[distances == 0] = 0
-        found = np.zeros(1, np.int64)
+        different = np.zeros(1, np.int64)
         for first in range(0, len(keys), PORTION):
-            found = np.union1d(found, keys[first : first + PORTION])
-            if len(found) > MOST_CODES:
+            different = np.union1d(different, keys[first : first + PORTION])
+            if len(different) > MOST_CODES:
                 break
         else:
-            return np.searchsorted(found, keys).astype(np.uint32), found // len(several), several[found % len(several)]
+            codes = np.searchsorted(different, keys).astype(np.uint32)
+            return codes, different // len(several), several[different % len(several)]
     codes = np.arange(1, len(near) + 1, dtype=np.uint32)
     codes[distances == 0] = 0
     return codes, np.append(0, distances), np.append(0.0, volume[near])

@@ -36,7 +36,7 @@ def derived(model: Any) -> dict[str, tuple[float, str]]:
     }
     if g > 0.0:
         numbers["shear sound speed"] = (float(np.sqrt(g / rho)), "m/s")
-        numbers["Young's modulus"] = (9.0 * bulk * g / (3.0 * bulk + g), "Pa")
+        numbers["Young's modulus"] = (material.young_modulus, "Pa")
         numbers["Poisson's ratio"] = ((3.0 * bulk - 2.0 * g) / (2.0 * (3.0 * bulk + g)), "")
     y = next((getattr(model.strength, key) for key in ("yield_stress", "a") if hasattr(model.strength, key)), 0.0)
     if model.strength.type == "johnson_holmquist":

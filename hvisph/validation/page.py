@@ -201,13 +201,13 @@ def _key(row: Compared) -> tuple[str, str, float | None, str]:
 
 def _by_speed(one: Experiments) -> dict[str, str]:
     """Return metal and band of impact velocity of every shot of a set whose groups name metal and source, in order."""
-    found = []
+    shots = []
     for shot, values in one.shots.items():
         speed = next((value for path, value in values.items() if path.endswith("velocity.0")), None)
         if GROUP in values and speed is not None:
             band = bisect_right(SPEEDS, abs(float(str(speed).split()[0])))
-            found.append((str(values[GROUP]).rpartition(",")[0], band, shot))
-    return {shot: f"{metal}, {BANDS[band]}" for metal, band, shot in sorted(found)}
+            shots.append((str(values[GROUP]).rpartition(",")[0], band, shot))
+    return {shot: f"{metal}, {BANDS[band]}" for metal, band, shot in sorted(shots)}
 
 
 def _bias(result: SetResult, groups: Mapping[str, str], title: str) -> Iterator[str]:

@@ -46,12 +46,12 @@ def folders(experiments: Experiments, form: Form, across: float | None = None, o
     """
     where = (out or FOLDER) / f"{experiments.name}-{experiments.particles(form, across):g}"
     if there:
-        found = {name: SweepFolder(where / name) for name in experiments.sweeps(form, across)}
-        if not any(folder.exists for folder in found.values()):
+        folders = {name: SweepFolder(where / name) for name in experiments.sweeps(form, across)}
+        if not any(folder.exists for folder in folders.values()):
             number = experiments.particles(form, across)
             raise CaseError(f"nothing of {experiments.name} with {number:g} particles across was begun in {where}: "
                             f"compute it without --table, or name its folder by --out", where="--table")  # fmt: skip
-        return {name: folder for name, folder in found.items() if folder.exists}
+        return {name: folder for name, folder in folders.items() if folder.exists}
     return {name: begin(sweep, where / name) for name, sweep in experiments.sweeps(form, across).items()}
 
 
