@@ -21,7 +21,16 @@ from hvisph.sph.symmetry import Plane
 
 KINDS = ("shepard", "gradient", "mixed")
 DIMS = pytest.mark.parametrize("dim", [1, 2, 3])
-KIND = pytest.mark.parametrize("kind", KINDS)
+
+
+def kinds_and_dims(*kinds):
+    """Every kind in 2D, the mixed one in all dimensions; the others compile loops of their own for one text."""
+    return pytest.mark.parametrize(("kind", "dim"), [
+        pytest.param(kind, dim, marks=[pytest.mark.slow] * (kind != "mixed" and dim != 2)) for kind in kinds for dim in (1, 2, 3)
+    ])  # fmt: skip
+
+
+KIND_AND_DIM = kinds_and_dims(*KINDS)
 
 
 def corrected(kind="mixed", factor=7.5, by_component=False):
@@ -126,8 +135,7 @@ def fallbacks(pairs, count):
     return pairs.sorted[pairs.place[:count], pairs.slots["FALLBACKS"]]
 
 
-@DIMS
-@KIND
+@KIND_AND_DIM
 @pytest.mark.parametrize(
     ("factor", "by_component"), [(7.5, False), (7.5, True), (math.inf, False)], ids=["limited", "printed", "unlimited"]
 )
@@ -144,8 +152,7 @@ def test_compiled_rates_are_those_of_the_formulas(kind, factor, by_component, di
     assert fallen[5] == fallen[6] == 1
 
 
-@DIMS
-@KIND
+@KIND_AND_DIM
 @pytest.mark.parametrize("factor", [1.5, 7.5, math.inf])
 def test_momentum_and_energy_balance(kind, factor, dim):
     cloud = with_stragglers(random_cloud(dim, seed=3))
@@ -157,8 +164,7 @@ def test_momentum_and_energy_balance(kind, factor, dim):
     assert abs(work.sum() + power.sum()) < 1e-13 * (np.abs(work) + np.abs(power)).sum()
 
 
-@DIMS
-@pytest.mark.parametrize("kind", ["gradient", "mixed"])
+@kinds_and_dims("gradient", "mixed")
 def test_the_gradient_of_a_linear_field_is_exact_up_to_free_surfaces(kind, dim):
     cloud = random_cloud(dim, seed=7)
     slope = np.random.default_rng(2).normal(size=(dim, dim))
@@ -171,8 +177,7 @@ def test_the_gradient_of_a_linear_field_is_exact_up_to_free_surfaces(kind, dim):
     assert np.abs(plain - slope.ravel()).max() > 0.3 * np.abs(slope).max()
 
 
-@DIMS
-@pytest.mark.parametrize("kind", ["shepard", "mixed"])
+@kinds_and_dims("shepard", "mixed")
 def test_the_corrected_kernel_sums_to_one(kind, dim):
     """sum_b V_b W~_ab = 1 at every place, so its gradient there, the particle's own share included, is 0."""
     cloud = random_cloud(dim, seed=1)

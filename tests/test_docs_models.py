@@ -55,9 +55,12 @@ def cases(tmp_path, remembering):
     for name, (_, kind, *_) in PAGES.items():
         path = tmp_path / f"{name}.yaml"
         path.write_text(models.case_text(name, kind))
-        case = load_case(path, ["time.max_steps=20", "resolution=0.2 mm"])
+        # the default, but that lengths of a gas do not follow its density: that would be another loop
+        settings = ["time.max_steps=20", "formulation={type: riemann, smoothing_length: {type: fixed}}"]
+        case = load_case(path, settings, "0.2 mm")
         material = next(iter(case.bodies.values())).material
-        if material_of(material, 1e5).remembers == remembering:
+        burns = getattr(material.eos, "detonation", None) is not None
+        if (burns or material_of(material, 1e5).remembers) == remembering:
             yield name, case
 
 

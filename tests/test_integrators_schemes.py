@@ -73,10 +73,10 @@ def test_a_smooth_wave_converges_to_second_order_in_time(scheme):
         assert np.log2(ratio) == pytest.approx(2.0, abs=0.1)  # higher orders of steps up to a third of dx/c
 
 
-@pytest.mark.parametrize(
-    "formulation", [Eulerian(artificial_stress=GrayArtificialStress()), Riemann()], ids=["standard", "contact"]
-)
-@EVERY
+# of standard SPH by the other schemes: `test_cadence`, whose loops are compiled anyway
+@pytest.mark.parametrize(("scheme", "formulation"), [
+    (SCHEMES["leapfrog"], Eulerian(artificial_stress=GrayArtificialStress())), *((one, Riemann()) for one in SCHEMES.values()),
+], ids=["standard-leapfrog", *(f"contact-{name}" for name in SCHEMES)])  # fmt: skip
 def test_energy_and_momentum_keep_at_any_step(scheme, formulation):
     x, u = colliding_blocks()
     made = stepper(x, u, formulation, PLASTIC, scheme)

@@ -101,10 +101,14 @@ def test_free_surface_in_two_dimensions(tmp_path):
     assert np.isfinite(history["gauge.felt.deviator_zz"]).all()
 
 
+ALONE = [("riemann", 1), ("total_lagrangian", 1), ("total_lagrangian", 3), ("adaptive", 1), ("adaptive", 3)]
+
+
 @pytest.mark.parametrize(
-    ("formulation", "dim"),  # cases of projection have two dimensions or three
-    [(name, dim) for name in FORMULATIONS for dim in (1, 2, 3) if (name, dim) != ("projection", 1)],
-)
+    ("formulation", "dim"),  # cases of projection have two dimensions or three; some would compile loops for this alone
+    [pytest.param(name, dim, marks=[pytest.mark.slow] * ((name, dim) in ALONE))
+     for name in FORMULATIONS for dim in (1, 2, 3) if (name, dim) != ("projection", 1)],
+)  # fmt: skip
 def test_every_formulation_and_dimension(tmp_path, formulation, dim):
     """Riding gauges hold the very numbers of the snapshot; a fixed one lies among those of its neighbours."""
     beside = [0.0] * (dim - 1)

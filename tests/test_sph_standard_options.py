@@ -108,14 +108,17 @@ def test_against_sums_written_out(dim, product, mass_form, alpha_rho):
     np.testing.assert_allclose(rates[:, dim], power, rtol=1e-9, atol=1e-11 * np.abs(power).max())
     if alpha_rho or mass_form:
         np.testing.assert_allclose(rates[:, -1], chi, rtol=1e-9, atol=1e-11 * np.abs(chi).max())
+    assert_balanced(particles, rates, dim)
 
 
 @pytest.mark.parametrize("product", [False, True])
 def test_balances_pair_by_pair(product):
-    dim = 2
-    particles, rates = rates_of(
-        dim, product=product, dissipation=DensityDissipation(0.6), artificial_stress=GrayArtificialStress(0.3, 3)
-    )
+    stress = GrayArtificialStress(0.3, 3)
+    made = rates_of(2, product=product, dissipation=DensityDissipation(0.6), artificial_stress=stress)
+    assert_balanced(*made, 2)
+
+
+def assert_balanced(particles, rates, dim):
     m, u = particles["mass"], particles["velocity"]
     forces = m[:, None] * rates[:, :dim]
     assert np.abs(forces.sum(axis=0)).max() < 1e-12 * np.abs(forces).sum()
@@ -144,9 +147,11 @@ def test_dissipation_heats_both_sides_of_a_jump_of_pressure():
     assert rates[9, -1] < 0.0 < rates[10, -1]
 
 
-@pytest.mark.parametrize(("dim", "form"), [(1, "volume"), (2, "volume"), (3, "volume"), (2, "mass")])
+@pytest.mark.parametrize(("dim", "form"), [
+    (2, "volume"), (2, "mass"), *(pytest.param(dim, "volume", marks=pytest.mark.slow) for dim in (1, 3)),
+])  # fmt: skip
 def test_runs_with_dissipation_keep_energy_and_momentum(tmp_path, dim, form):
-    """Metal on a liquid: a jump of density 2.8, an energy equation, every dimension."""
+    """Metal on a liquid: a jump of density 2.8, an energy equation."""
     peaks = {}
     for alpha in (0.01, 0.5):  # the same loops
         formulation = {
