@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hvisph.cli.guard import FAILED, INTERRUPTED
-from hvisph.cli.options import CaseArgument, SetOption
+from hvisph.cli.options import CaseArgument, ResolutionOption, SetOption
 from hvisph.cli.say import say
 from hvisph.cli.sweep_options import How, Running, shared
 
@@ -93,6 +93,7 @@ def limit(
         str, typer.Option("--event", metavar="MEASURE", help="What begins to happen: a measure above --above.")
     ] = "perforated",
     above: Annotated[float, typer.Option("--above", help="Where it has happened [SI].")] = 0.5,
+    resolution: ResolutionOption = None,
     settings: SetOption = None,
 ) -> None:
     """Find where something begins to happen, such as the ballistic limit, by bisection with all workers."""
@@ -100,7 +101,8 @@ def limit(
     width = until if until is not None else _sixteenth(*bounds)
     varied = {"type": "bisect", "path": vary, "between": list(bounds), "until": width,
               "event": {"measure": measure, "above": above}}  # fmt: skip
-    _study(how, "limit", case, settings, varied)
+    fixed = [*(settings or ()), *([f"resolution={resolution}"] if resolution else ())]
+    _study(how, "limit", case, fixed, varied)
 
 
 def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, Any]) -> None:

@@ -168,7 +168,9 @@ def _limit(verdict: dict[str, Any]) -> str:
     where = "".join(f"{path} = {value}: " for path, value in verdict["for"].items())
     if verdict["undecided"]:
         shots = ", ".join(map(str, verdict["undecided"]))
-        return f"{where}shots {shots} do not tell yet on which side they are: a later time.end is needed"
+        told = "shots {} do not tell yet on which side they are" if len(verdict["undecided"]) > 1 else (
+            "shot {} does not tell yet on which side it is")  # fmt: skip
+        return f"{where}{told.format(shots)}: a later time.end is needed"
     if verdict["below"] is None or verdict["above"] is None:
         side = "every" if verdict["below"] is None else "no"
         return f"{where}{side} shot went through: no limit between the values that were tried"

@@ -41,8 +41,8 @@ LISTED = {"total_lagrangian": {1: 30, 2: 30, 3: 40}, "adaptive": {1: 30, 2: 30, 
 INTERPRETER = 250_000_000  # [bytes]
 # What the first of several processes holds of the whole when it hands it out or writes it [bytes a particle].
 BEGINNING = 600
-# Share of a body's length by which particles that touch may place it off its face.
-PLACED = 5e-3
+# Share of a spacing by which particles that touch may place a body off its face.
+PLACED = 0.25
 # Share of the impact velocity that the signals of a run gain over those at rest, on the mean of steps:
 # 0.7 to 1.0 in the bundled cases.
 COMPRESSION = 0.8
@@ -265,16 +265,15 @@ def _counted(body: PlacedBody, case: Case) -> BodyEstimate:
     low, high = float((ends - 0.5 * body.spacing).min()), float((ends + 0.5 * body.spacing).max())
     if body.surface is not None and all(plane.axis != "x" for plane in case.symmetry):
         low, high = (float(corner[0]) for corner in body.surface.bounds())
-    along = _at_zero(low, high)
+    along = _at_zero(low, high, PLACED * body.filling.finest)
     return BodyEstimate(body.name, len(body.positions), across, mass, body.asked, exactness, body.filling.note, along)
 
 
-def _at_zero(low: float, high: float) -> tuple[float, float]:
-    """Return both ends, one of them 0 where it is less than `PLACED` of the length off, as touching bodies are."""
-    length = high - low
-    if abs(high) < PLACED * length:
-        return -length, 0.0
-    return (0.0, length) if abs(low) < PLACED * length else (low, high)
+def _at_zero(low: float, high: float, off: float) -> tuple[float, float]:
+    """Return both ends, one of them 0 where it is less than `off` from there [m]."""
+    if abs(high) < off:
+        return low - high, 0.0
+    return (0.0, high - low) if abs(low) < off else (low, high)
 
 
 def _density(name: str, model: Any) -> float:
