@@ -425,3 +425,18 @@ def test_moments_of_the_last_tenth():
     assert lately([0.0, 8.9, 9.2, 9.6], 10.0) == [2, 3]
     assert len(lately(np.linspace(0, 9.9, 100).tolist(), 10.0)) <= 4
     assert lately([], 10.0) == []
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_a_plate_that_has_bent_away_has_no_hole_in_its_place(dim):
+    """A dished sheet leaves the slab that it was: what that cuts is the bend, not the hole."""
+    start, now = holed(dim, 30 * MM, 300.0, (True, True))
+    flat = layer_measures(Scene.of(now, start))[0].results
+    assert flat["hole_diameter"].value == pytest.approx(flat["hole_diameter_clear"].value, rel=0.05)
+    radius = np.sqrt((now.fields["position"][:, 1:] ** 2).sum(axis=1))
+    sheet = now.body == 1
+    now.fields["position"][sheet, 0] += 5 * MM * np.clip(2.0 - radius[sheet] / (5 * MM), 0.0, 1.0)
+    bent = layer_measures(Scene.of(now, start))[0].results
+    assert bent["hole_diameter"].value is None
+    assert "bent out of its place" in bent["hole_diameter"].reason
+    assert bent["hole_diameter_clear"].value == pytest.approx(flat["hole_diameter_clear"].value, rel=0.05)

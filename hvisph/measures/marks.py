@@ -19,6 +19,8 @@ HOLE = ("hole_diameter", "hole_diameter_least", "hole_diameter_greatest", "hole_
         "hole_diameter_rear", "hole_diameter_clear", "hole_area")  # fmt: skip
 CRATER = ("crater_depth", "crater_diameter", "bulge")
 SPALL = ("spall_mass", "spall_thickness", "spall_velocity")
+# A hole in the slices of the original thickness over what one sees through, from which on the layer may have bent away.
+WIDER = 1.5
 UNITS = {"hole_area": "m^2", "spall_velocity": "m/s", "mean_pressure": "Pa"}
 
 
@@ -49,6 +51,9 @@ def _hole(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -> 
     means = np.array([one.diameters.mean() for one in through])
     scatter = float(means.std(ddof=1)) if len(means) > 1 else 0.0
     clear = opening(across, np.zeros(across.shape[1]), scene.spacing)
+    if _bent_away(plate, depth, across, clear, float(means.mean()), scene.spacing):
+        bent = "the layer has bent out of its place at the hole, whose width is `hole_diameter_clear`"
+        return _none(scene, HOLE, bent) | {"hole_diameter_clear": _clear(scene, clear)}
     area = meaningless("m^2", "a hole has an area in 3D only")
     if scene.now.dimensions == 3:
         size = float(np.mean([one.area for one in through]))
@@ -62,6 +67,15 @@ def _hole(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -> 
         "hole_diameter_clear": _clear(scene, clear),
         "hole_area": area,
     }
+
+
+def _bent_away(plate: Plate, depth: np.ndarray, across: np.ndarray, clear: Opening | None, mean: float,
+               spacing: float) -> bool:  # fmt: skip
+    """Whether slices of the original thickness cut the layer where it begins to bend, and not at its hole."""
+    if clear is None or not mean > WIDER * clear.diameters.mean() > 0.0:
+        return False
+    edge = depth[np.sqrt((across**2).sum(axis=1)) < clear.radii.max() + 2.0 * spacing]
+    return bool(len(edge) and ((edge < -0.5 * spacing) | (edge > plate.thickness + 0.5 * spacing)).all())
 
 
 def _clear(scene: Scene, clear: Opening | None) -> Result:
