@@ -83,6 +83,7 @@ def test_a_shot_that_has_not_been_computed_leaves_all_open():
     rows = [row("a", 10.0, 10.0), row("b", 10.0, None, reason="waiting")]
     (found,) = verdicts(rows, {"length": Asked(mean=0.1)})
     assert (found.shots, found.mean, found.passed) == ((2, 1), 0.0, None)
+    assert verdicts([row("a", 10.0, 12.0), rows[1]], {"length": Asked(worst=0.1)})[0].passed is False
 
 
 def test_verdicts_count_what_is_undecided_as_wrong():

@@ -58,7 +58,7 @@ KNOWN = {
         "a sphere through a plate at 6.2 km/s", {"crater_diameter": 0.069, "cloud_ratio": 0.110}, 40, (6180.0, 6180.0)
     ),
     "shield": Experience(
-        "27 Whipple shields", {"perforated": 0.778}, 4, (2600.0, 7400.0), " the bumper", verdicts=True
+        "27 Whipple shields", {"perforated": 0.741}, 4, (2600.0, 7400.0), " the bumper", verdicts=True
     ),
     "crater": Experience("craters at 7 km/s, by the equation", {"crater_depth": 0.051}, 16, (7000.0, 7000.0)),
 }

@@ -110,7 +110,7 @@ class Verdict:
     of_curve
         Of verdicts: share that the limit curve has right of the same shots; None where it knows none.
     passed
-        Whether all is as asked; None where nothing is, or where shots have not been computed yet.
+        Whether all is as asked; None where nothing is, or where shots have not been computed yet and none has failed.
     """
 
     quantity: str
@@ -159,9 +159,11 @@ def _verdict(name: str, rows: Sequence[Compared], asked: Asked | None) -> Verdic
     scatter = sqrt(sum((off - bias) ** 2 for off in offs) / (len(offs) - 1)) if len(offs) > 1 else None
     worst, shot = max((abs(off), row.measured.shot) for off, row in known)
     passed = None
-    if asked is not None and not pending:
-        passed = len(known) == len(rows) and _at_most(mean, asked.mean) and _at_most(worst, asked.worst)
-        passed = passed and all(_inside(row, asked) for _, row in known)
+    if asked is not None:  # what is still to come may mend a mean, and no shot that has failed
+        passed = (
+            len(known) == len(rows) and _at_most(worst, asked.worst) and all(_inside(row, asked) for _, row in known)
+        )
+        passed = None if passed and pending else passed and _at_most(mean, asked.mean)
     return Verdict(name, unit, shots, mean, worst, shot, bias, scatter, passed=passed)
 
 

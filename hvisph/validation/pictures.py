@@ -62,6 +62,5 @@ def _residual(result: SetResult, path: Path, words: Mapping[str, str]) -> Path |
     for shot, points in result.curves.items() if limits else ():
         own = [row.measured for row in result.rows if row.measured.shot == shot]
         recalled = [(one.at, one.value) for one in own if one.quantity == "residual_velocity" and one.at is not None]
-        known = [(speed, rest) for speed, rest in points if rest is not None]
-        panels.append(Panel(shot, known, recalled, limit=limits.get(shot)))
+        panels.append(Panel(shot, points, recalled, limit=limits.get(shot)))
     return residual_picture(panels, path) if panels else None

@@ -13,14 +13,20 @@ from hvisph.validation.value import Judge, Key, Shot, Value
 WIDEST = 0.1  # of the limit: half the width of a bracket that tells it
 
 
-def _speeds(shots: Sequence[Shot]) -> dict[str, list[tuple[float, bool, float | None]]]:
-    """Return by shot velocities [m/s], whether they went through, and residual velocities, in the order of velocity."""
-    speeds: dict[str, list[tuple[float, bool, float | None]]] = {}
+def _speeds(shots: Sequence[Shot]) -> dict[str, list[tuple[float, bool, float]]]:
+    """Return by shot velocities [m/s], whether they went through, and residual velocities, in the order of velocity.
+
+    What is left of a projectile that stays is 0; of a long one that is still within its hole what it moves with.
+    """
+    speeds: dict[str, list[tuple[float, bool, float]]] = {}
     for shot in shots:
         through = shot.measure("perforated").value
         if through is not None:
             speed = max(body.velocity[0] for body in shot.ran.case.bodies.values())
-            rest = shot.measure("residual_velocity").value if through else None
+            rest = 0.0
+            if through > 0.5:
+                left = shot.measure("residual_velocity").value
+                rest = float(shot.ran.mean_velocity(0)[0]) if left is None else left
             speeds.setdefault(shot.name, []).append((float(speed), through > 0.5, rest))
     return {name: sorted(points, key=lambda one: one[0]) for name, points in speeds.items()}
 
@@ -39,9 +45,7 @@ def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
             values[name] = {("ballistic_limit", None): Value(None, None, reason)}
             continue
         values[name] = {("ballistic_limit", None): Value(middle, half)}
-        told = [(speed, rest) for speed, through, rest in points if through and rest is not None]
-        if not told:
-            continue
+        told = [(speed, rest) for speed, through, rest in points if through]
         speed, rest = np.array(told, dtype=float).T
         wanted = {one.at for shot in shots if shot.name == name for one in shot.measured if one.at is not None}
         for at in wanted:
