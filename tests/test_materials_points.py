@@ -429,6 +429,23 @@ def test_iron_meets_measured_shocks_across_its_change_of_phase():
     assert split < 0.985 * alpha  # a slower second wave begins where the change of phase does
 
 
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("Steel", "there are stainless-steel-304, steel-1006, steel-4340"),
+        ("titanium", "there are titanium-ti-6al-4v"),
+        ("alumnium-6061-t6", "did you mean 'aluminium-6061-t6'?"),
+        ("Comp-B", "no explosives"),
+        ("gold", "`hvisph materials` lists"),  # and not lead
+    ],
+)
+def test_names_that_are_none_are_answered_with_their_kin(name, said):
+    with pytest.raises(CaseError) as caught:
+        library_of().name_of(name)
+    assert said in str(caught.value)
+    assert library_of().name_of("Aluminum 6061-T6") == "aluminium-6061-t6"
+
+
 def test_a_shock_outside_of_what_a_material_meets_is_warned_of():
     from hvisph.simulation.shock import beyond_measured
 

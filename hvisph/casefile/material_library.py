@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal
@@ -22,7 +23,7 @@ from hvisph.casefile.merge import laid_over
 from hvisph.casefile.problems import raise_all, translate
 from hvisph.casefile.reading import read_yaml
 from hvisph.casefile.yaml_text import Document
-from hvisph.core.errors import CaseError, nearest
+from hvisph.core.errors import CaseError
 
 _FOLDER = Path(__file__).resolve().parents[1] / "case" / "library"
 _ENDINGS = (".yaml", ".yml")
@@ -44,6 +45,12 @@ class Source(StrictModel):
     of: tuple[str, ...] = Field(description="What it says: `density`, `eos`, `strength.a` and so on")
     text: str = Field(description="Author, year, report, and where it was read")
     confidence: Confidence = Field(default="opened", description="Whether the source was opened to check the number")
+
+
+# What names of explosives begin with, in letters and digits alone.
+EXPLOSIVES = ("tnt", "c4", "comp", "pbx", "hmx", "rdx", "petn", "octol", "anfo", "lx1", "semtex", "explosive")
+# How like a name is that was probably meant: a slip of a letter or two, and no other substance.
+CLOSE = 0.8
 
 
 class MeasuredLine(StrictModel):
@@ -133,7 +140,20 @@ class Library:
             if wanted in {_letters(candidate), *map(_letters, self.notes(candidate).aliases)}:
                 return candidate
         shown = name if len(name) <= 64 else f"{name[:64]}..."
-        raise CaseError(f"unknown '{shown}'{nearest(name[:64], names)}")
+        raise CaseError(f"unknown '{shown}'{self._like(name[:64], wanted)}")
+
+    def _like(self, name: str, wanted: str) -> str:
+        """Return what to say of a name that is none: who is called so in part, or what it is close to."""
+        if wanted.startswith(EXPLOSIVES):
+            return "; the library has no explosives: write one out, with eos {type: jwl} (docs/models/eos-jwl.md)"
+        names = self.names()
+        kin = [one for one in names if len(wanted) > 2 and wanted in _letters(one)]
+        if kin:
+            return f"; there are {', '.join(kin)}" if len(kin) > 1 else f"; did you mean '{kin[0]}'?"
+        close = get_close_matches(name.lower(), names, n=1, cutoff=CLOSE)
+        if close:
+            return f"; did you mean '{close[0]}'?"
+        return "; `hvisph materials` lists the library's, and a case may write one out"
 
     def _document(self, name: str) -> Document:
         if name not in self.documents:
@@ -176,7 +196,7 @@ class Library:
 
 
 def _letters(name: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", name.lower())
+    return re.sub(r"[^a-z0-9]", "", name.lower()).replace("aluminum", "aluminium")
 
 
 def _files(path: Path) -> list[Path]:
