@@ -8,14 +8,12 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.jit import plain
-from hvisph.materials import state
 from hvisph.materials.melting import melt_temperature
 from hvisph.materials.slots import values
-from hvisph.materials.table import pack
 from hvisph.pictures.panels import Panel, panels_picture
 from hvisph.simulation.material_point import drive, flow_at, knows_heat
 from hvisph.simulation.materials import material_of
-from hvisph.study.material_sheet import hugoniot
+from hvisph.study.material_sheet import hugoniot, pressed
 
 RATES = (1.0, 1e3, 1e5)
 
@@ -55,15 +53,8 @@ def _strength(model: Any) -> list[Panel]:
         strains.curves.append((f"{rate:g} 1/s", -record.strain, record["von_mises_stress"] * 1e-6))
     if model.strength.type == "elastic":
         return [strains]
-    if model.strength.type in ("rock", "johnson_holmquist", "steinberg_guinan", "steinberg_lund"):
-        other = Panel("pressure [GPa]", "yield stress [MPa]")
-        table, models = pack([material])
-        flow = plain(state.flow_stress)
-        p = np.linspace(0.0, 10e9, 60)
-        for damage in (0.0, 1.0) if model.strength.type in ("rock", "johnson_holmquist") else (0.0,):
-            y = [flow(table, models, 0, material.density, 0.0, one, 0.05, damage, 1e3)[0] for one in p]
-            other.curves.append(("whole" if damage == 0.0 else "broken", p * 1e-9, np.array(y) * 1e-6))
-        return [strains, other]
+    if curves := pressed(material):
+        return [strains, Panel("pressure [GPa]", "yield stress [MPa]", curves)]
     if knows_heat(material):
         warm = Panel("temperature [K]", "yield stress at a strain of 0.05 [MPa]")
         t = np.linspace(250.0, 1400.0, 60)

@@ -34,7 +34,7 @@ def tabulated(material, heat_capacity=900.0):
     """A table of another equation of state: p and e of density and temperature, as a laboratory would give it."""
     rho = np.concatenate([np.geomspace(1.0, 1000.0, 20), np.linspace(1200.0, 9000.0, 196), np.geomspace(9500, 3e4, 12)])
     heat = np.concatenate([[0.0], np.geomspace(50.0, 2e5, 120)])
-    curve = material.whole_row[slots.CURVE : isentrope.HEATS : 2]
+    curve = material.whole_row[slots.CURVE : isentrope.HEATS : isentrope.WIDTH]
     axis = material.density * np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
     energy = np.interp(rho, axis, curve)[:, None] + heat_capacity * heat
     pressure = np.array([[material.pressure(r, e) for e in of_r] for r, of_r in zip(rho, energy, strict=True)])

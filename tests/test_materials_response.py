@@ -8,6 +8,7 @@ import pytest
 from hvisph.core.errors import CaseError
 from hvisph.core.jit import plain
 from hvisph.materials import damage, slots, strength
+from hvisph.materials.bearing import bearable_shear
 from hvisph.materials.damage import (
     CockcroftLatham,
     GradyKipp,
@@ -319,3 +320,59 @@ def test_combinations_without_meaning_are_refused():
         replace(JC, melt_temperature=200.0)
     with pytest.raises(CaseError, match="pressure_minimum"):
         PressureCutoff(1e8)
+
+
+def cold_metals():
+    from hvisph.casefile.material_library import library_of
+    from hvisph.simulation.materials import material_of
+
+    return [
+        material(JC, DAMAGES[2]),
+        *(material_of(library_of().load(n)) for n in ("aluminium-6061-t6", "copper-ofhc")),
+    ]
+
+
+@pytest.mark.parametrize("made", cold_metals(), ids=lambda made: made.name)
+def test_cold_metal_below_its_least_yield_stress_is_not_asked_for_its_temperature(made):
+    """Same bits as with all of it computed; no state below the energy is warmer than what the stress stands for."""
+    table, models = pack([made])
+    asked = table.copy()
+    asked[0, slots.SURE_ENERGY] = -np.inf
+    limit, sure = table[0, slots.SURE_ENERGY], table[0, slots.SURE_STRESS]
+    rng, elastic = np.random.default_rng(5), 0
+    for _ in range(300):
+        rho, e = made.density * rng.uniform(0.8, 1.3), limit * rng.uniform(-0.2, 1.1)
+        if e < limit:
+            warm = (made.temperature(rho, e) - table[0, slots.ROOM_TEMPERATURE]) * table[0, slots.INVERSE_MELT_RANGE]
+            assert made.strength.yield_stress * (1.0 - max(warm, 0.0) ** made.strength.thermal_exponent) >= sure
+        s = sure * rng.uniform(-0.6, 0.6, 6)
+        state = (1e-9, rho, e, (s[0], s[1], -s[0] - s[1], *s[3:]), rng.uniform(0.0, 0.3), rng.uniform(0.0, 0.9))
+        gradient = tuple(1e5 * rng.standard_normal(9))
+        respond_ = plain(respond)
+        short, whole = (respond_(given, models, 0, *state, gradient) for given in (table, asked))
+        assert short == whole
+        elastic += e < limit and short[1] == state[4]
+    assert elastic > 50
+
+
+def test_johnson_cook_hardens_by_a_series_as_by_a_power():
+    row = pack([material(JC)])[0][0]
+    harder, power = plain(strength.hardening), plain(strength.yield_stress)
+    for share in (1e-9, 1e-3, 0.02, 0.04, 0.05, 3.0):
+        flow, after = (0.7 * power(JC.tag, 0.2 * (1.0 + grown), 0.9, 0.0, row) for grown in (0.0, share))
+        assert harder(JC.tag, 0.2 * share, 0.2, flow, 0.9, 0.0, 0.7, row) == pytest.approx(
+            after - flow, rel=3e-7, abs=3e-7
+        )
+
+
+def test_a_particle_that_flows_bears_the_shear_of_its_yield_surface():
+    """Its deviator, on the surface up to the secant's second order, in place of the yield stress computed anew."""
+    made = cold_metals()[1]
+    table, models = pack([made])
+    gradient = tuple(3e5 * np.array([1.0, 0.4, 0.0, 0.2, -1.1, 0.0, 0.0, 0.0, 0.1]))
+    s, strain, damage, p, _ = plain(respond)(table, models, 0, 2e-8, 2750.0, 1e5, (2e8, -1e8, -1e8, 5e7, 0.0, 0.0), 0.1, 0.2, gradient)  # fmt: skip
+    assert strain > 0.1
+    found = [plain(bearable_shear)(table, models, 0, 2750.0, 1e5, p, s, strain, flowed, damage, gradient)
+             for flowed in (True, False)]  # fmt: skip
+    assert found[0] == pytest.approx(found[1], rel=1e-4)
+    assert plain(bearable_shear)(table, models, 0, 2750.0, 1e5, p, s, strain, True, 1.0, gradient) == 0.0

@@ -108,3 +108,37 @@ def test_a_point_of_a_hugoniot_far_from_the_others_is_named():
     (text,) = of(*points[:2], [2, 5.0], points[3])
     assert "[2, 5] m/s" in text
     assert "unit" in text
+
+
+def varied(**changes):
+    return case_of({"base": "aluminium-6061-t6", **changes})
+
+
+def case_of(material, **body):
+    return load_case({"kinematics": "uniaxial_strain", "resolution": "0.1 mm", "time": {"end": "1 us"}, "bodies": {
+        "bar": {"material": material, "shape": {"type": "interval", "length": "4 mm"}, **body}}})  # fmt: skip
+
+
+def test_a_heat_capacity_that_is_not_used_is_told():
+    unused = [text for text in warnings_of(varied(strength={"heat_capacity": 500})) if "heat_capacity" in text]
+    assert len(unused) == 1
+    assert "897" in unused[0]
+    used = varied(temperature={"heat_capacity": 500})
+    assert [text for text in warnings_of(used) if "heat_capacity" in text] == []
+
+
+def test_a_body_that_starts_above_its_melting_point_is_told():
+    cold, molten = (warnings_of(case_of("aluminium-6061-t6", temperature=t)) for t in (900.0, 930.0))
+    assert len(molten) == len(cold) + 1
+    assert "925 K" in molten[0]
+
+
+def test_a_variant_leaves_out_what_it_stands_for():
+    """Points in place of the base's coefficients, one heat capacity in place of a curve; and by --set."""
+    points = [[500.0, 6100.0], [1000.0, 6800.0]]
+    made = varied(eos={"us_up": points}, temperature={"heat_capacity": 900.0}).bodies["bar"].material
+    assert made.eos.hugoniot[:2] == pytest.approx((5400.0, 1.4))
+    assert (made.eos.gamma, made.temperature.heat_capacity, made.temperature.heat_capacities) == (1.97, 900.0, ())
+    back = load_case({"base": "quickstart"}, ["bodies.target.material=al6061", "bodies.target.material.eos.us_up=[[500, 6100], [1000, 6800]]",
+                                    "bodies.target.material.eos.s1=1.5", "bodies.target.material.eos.sound_speed=5300"])  # fmt: skip
+    assert back.bodies["target"].material.eos.hugoniot[:2] == (5300.0, 1.5)

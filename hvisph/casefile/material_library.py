@@ -196,7 +196,9 @@ class Library:
 
 
 def _letters(name: str) -> str:
-    return re.sub(r"[^a-z0-9]", "", name.lower()).replace("aluminum", "aluminium")
+    """Return letters and digits of a name, so that AL 6061-T6, AA6061-T6 and aluminum-6061-t6 are one."""
+    plain = re.sub(r"[^a-z0-9]", "", name.lower()).replace("aluminum", "aluminium")
+    return re.sub(r"^(al|aa)(?=\d)", "aluminium", plain)
 
 
 def _files(path: Path) -> list[Path]:

@@ -1,7 +1,7 @@
 """Changing a case before it is validated: a base with a small override, and single settings.
 
 In both, mappings merge key by key, anything else is replaced, null takes a key away (so that its
-default holds again), and another `type` replaces a whole block. A null that has nothing to take away
+default holds again), another `type` replaces a whole block, and a key that stands for others takes their place. A null that has nothing to take away
 and stands where no key can is kept, so that validation names it.
 """
 
@@ -18,6 +18,11 @@ from hvisph.casefile.yaml_text import MOST_DEEP, Document, Place, parse
 from hvisph.core.errors import CaseError
 
 LONGEST_OVERRIDE = 10_000
+# Keys that stand for one another: giving one takes those of the other side from what it is laid over.
+INSTEAD = (
+    ({"us_up"}, {"sound_speed", "s1", "s2", "s3"}),
+    ({"heat_capacity"}, {"heat_capacities", "heat_of_melting", "melting_point"}),
+)
 
 
 def merged(base: Document, changes: Document) -> Document:
@@ -31,7 +36,7 @@ def _merge(old: Any, new: Any, path: Path, places: dict[Path, Place], new_places
     if not isinstance(old, dict) or not isinstance(new, dict) or _other_type(old, new):
         _replace_places(path, places, new_places)
         return _without_null(new, path) if isinstance(new, dict) else new
-    result = dict(old)
+    result = _making_way(old, new)
     for key, item in new.items():
         below = (*path, key)
         if item is None and (key in result or _has_default(below)):
@@ -47,6 +52,17 @@ def _merge(old: Any, new: Any, path: Path, places: dict[Path, Place], new_places
 
 def _other_type(old: dict[str, Any], new: dict[str, Any]) -> bool:
     return new.get("type") is not None and old.get("type") != new["type"]
+
+
+def _making_way(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+    """Return a copy of `old` without what keys of `new` stand for, see `INSTEAD`."""
+    given = {key for key, item in new.items() if item is not None}
+    gone: set[str] = set()
+    for one, other in INSTEAD:
+        for side, replaced in ((one, other), (other, one)):
+            if given & side and not given & replaced:
+                gone |= replaced
+    return {key: item for key, item in old.items() if key not in gone}
 
 
 def _without_null(value: dict[str, Any], path: Path) -> dict[str, Any]:
@@ -188,7 +204,7 @@ class _Setting:
         if not rest and key == "type" and value.get("type") != new:
             self.mark(path)
             return {"type": new}
-        return value | {key: self.apply(value.get(key), below, rest, new)}
+        return _making_way(value, {key: new}) | {key: self.apply(value.get(key), below, rest, new)}
 
     def mark(self, path: Path) -> None:
         _replace_places(path, self.places, {path: self.place})

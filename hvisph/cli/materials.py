@@ -57,7 +57,7 @@ def materials(
     if plot is not None:
         from hvisph.study.material_sheet import picture
 
-        say(f"wrote {picture(models, plot, known.notes(names[0]).hugoniot)}", err=True)
+        say(f"wrote {picture(models, plot, known.notes(names[0]))}", err=True)
 
 
 def _sheet(known: Any, name: str, model: Any) -> str:
@@ -105,8 +105,13 @@ def _sheet(known: Any, name: str, model: Any) -> str:
             lines += ["", paragraph(words)]
     if notes.shocks:
         low, high = notes.shocks
-        other = f"; beyond: {notes.beyond}" if notes.beyond else ""
-        lines += ["", paragraph(f"for shocks of {low:g} to {high:g} m/s of particle velocity{other}")]
+        other = f"; beyond take {notes.beyond}" if notes.beyond else ""
+        lines += [
+            "",
+            paragraph(f"within 2 % of measured shocks from {low:g} to {high:g} m/s of particle velocity{other}"),
+        ]
+    elif notes.beyond:
+        lines += ["", paragraph(f"within 2 % of measured shocks nowhere; for shocks take {notes.beyond}")]
     return "\n".join(lines)
 
 

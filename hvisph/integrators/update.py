@@ -136,7 +136,8 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
         signal = show_limits(rows, s, coefficients, signal, ahead.rho, c, Limits(
             thickness * bearable_tension(table, models, m, ahead.s, ahead.damage),
             thickness * bearable_shear(
-                table, models, m, ahead.rho, ahead.e, p, ahead.plastic_strain, ahead.damage, l),
+                table, models, m, ahead.rho, ahead.e, p, ahead.s, ahead.plastic_strain,
+                ahead.plastic_strain > now.plastic_strain, ahead.damage, l),
             failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
             1.0 if h_low < ahead.h < h_high else 0.0))  # fmt: skip
     if SWITCH:

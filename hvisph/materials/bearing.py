@@ -13,7 +13,8 @@ from ..core.jit import compiled
 from ..core.solid import stretching
 from ..core.tensors import divergence, double_dot, plus_identity
 from . import tags
-from .slots import DAMAGE_TAG, EOS_TAG, FAILED_FRICTION, STRENGTH_TAG, parameters
+from .damage.johnson_cook import SOFTENING
+from .slots import DAMAGE_TAG, DISTENSION, EOS_TAG, FAILED_FRICTION, STRENGTH_TAG, parameters
 from .state import flow_stress, least_pressure
 
 # Stands for no limit [Pa].
@@ -40,8 +41,15 @@ def bearable_tension(table, models, m, s, damage):
 
 
 @compiled
-def bearable_shear(table, models, m, rho, e, p, plastic_strain, damage, l):
-    """Return the largest shear traction [Pa] of the state at the full velocity gradient `l` [1/s]."""
+def bearable_shear(table, models, m, rho, e, p, s, plastic_strain, flowed, damage, l):
+    """Return the largest shear traction [Pa] of the state at the full velocity gradient `l` [1/s].
+
+    `flowed` says that its plastic strain has just grown: sound Johnson-Cook metal is on its yield surface then.
+    """
+    if flowed and damage < 1.0 and models[m, STRENGTH_TAG] == tags.JOHNSON_COOK and not table[m, DISTENSION] > 1.0:
+        harm = models[m, DAMAGE_TAG]
+        if harm < tags.JOHNSON_COOK_DAMAGE or (harm == tags.JOHNSON_COOK_DAMAGE and table[m, SOFTENING] == 0.0):
+            return sqrt(0.5 * double_dot(s, s))
     d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
     rate = sqrt((2.0 / 3.0) * double_dot(d, d))
     flow = flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate)[0]

@@ -14,8 +14,8 @@ of the density alone; it is no function of T and rho apart, or T would not be th
 
 h is found from c_p(T) measured without pressure, less what goes into the expansion: at every T the density is the one
 that has no pressure with the measured heat. With a heat of melting T stays at the melting point until it is taken up:
-right for what is released; under pressure, where metals melt later, that rest comes too early. tau is tabulated at
-`HEAT_POINTS` even steps of h, straight on outside.
+right for what is released; under pressure, where metals melt later, that rest comes too early. tau/T_room is tabulated
+at `HEAT_POINTS` even steps of h, straight on outside; 1/theta stands beside T_s, so that nothing is divided.
 
 `total_energy` takes all energy as heat,
 T = T_room + max(e, 0)/c_v, as Young 2021 does: a shock then counts the cold work of compression as heat,
@@ -45,9 +45,10 @@ from .slots import (
 
 POINTS = 511  # one of them is rho0 itself
 LOWEST, HIGHEST = 0.5, 3.0  # of rho0
-CURVE_LENGTH = 2 * POINTS  # numbers in the row: e_s and T_s of each density in turn
+WIDTH = 3  # numbers in the row for each density in turn: e_s, T_s, T_room/T_s
+CURVE_LENGTH = WIDTH * POINTS
 HEAT_POINTS = 512
-HEATS = CURVE + CURVE_LENGTH  # behind them in the row: tau of each heat
+HEATS = CURVE + CURVE_LENGTH  # behind them in the row: tau/T_room of each heat
 LENGTH = CURVE_LENGTH + HEAT_POINTS
 _PER_SHARE = (POINTS - 1) / (HIGHEST - LOWEST)
 _STEPS = 4  # Runge-Kutta steps between two points
@@ -66,23 +67,24 @@ def temperature(rho, e, row):
     place = min(max((rho * row[INVERSE_RHO0] - LOWEST) * _PER_SHARE, 0.0), POINTS - 1.001)
     k = int(place)
     share = place - k
-    at = CURVE + 2 * k
+    at = CURVE + WIDTH * k
     address = row[ADDRESS]
-    cold, next_cold = number_at(address, at), number_at(address, at + 2)
-    of_isentrope, after = number_at(address, at + 1), number_at(address, at + 3)
+    cold, next_cold = number_at(address, at), number_at(address, at + WIDTH)
+    of_isentrope, after = number_at(address, at + 1), number_at(address, at + WIDTH + 1)
     heat = e - (cold + share * (next_cold - cold))
     at_rest = of_isentrope + share * (after - of_isentrope)
     if row[HEAT_PER] > 0.0:
-        theta = at_rest / room
-        place = (heat / theta - row[HEAT_START]) * row[HEAT_PER]
+        per_theta, next_per_theta = number_at(address, at + 2), number_at(address, at + WIDTH + 2)
+        heat *= per_theta + share * (next_per_theta - per_theta)
+        place = (heat - row[HEAT_START]) * row[HEAT_PER]
         k = int(min(max(place, 0.0), HEAT_POINTS - 2.0))
         tau, next_tau = number_at(address, HEATS + k), number_at(address, HEATS + k + 1)
-        return max(theta * (tau + (place - k) * (next_tau - tau)), _LEAST)
+        return max(at_rest * (tau + (place - k) * (next_tau - tau)), _LEAST)
     return max(at_rest + heat * inverse, _LEAST)
 
 
 def tabulated(pressure: Callable[[float, float], float], rho0: float, e0: float, room: float) -> np.ndarray:
-    """Return e_s [J/kg] and T_s [K] of the isentrope through (rho0, e0, room), interleaved, of shape (LENGTH,).
+    """Return e_s [J/kg], T_s [K] and room/T_s of the isentrope through (rho0, e0, room), of shape (POINTS, WIDTH).
 
     Parameters
     ----------
@@ -91,7 +93,7 @@ def tabulated(pressure: Callable[[float, float], float], rho0: float, e0: float,
     rho0, e0, room
         Density [kg/m^3], energy [J/kg] and temperature [K] of the state at rest.
     """
-    points = np.empty((POINTS, 2))
+    points = np.empty((POINTS, WIDTH))
     densities = rho0 * np.linspace(LOWEST, HIGHEST, POINTS)
     middle = int(np.searchsorted(densities, rho0))
     for places in (range(middle, POINTS), range(middle - 1, -1, -1)):
@@ -102,8 +104,24 @@ def tabulated(pressure: Callable[[float, float], float], rho0: float, e0: float,
                 with np.errstate(over="ignore", invalid="ignore"):  # far beyond what extreme numbers allow
                     e, t = _stepped(pressure, rho, h, e, t)
                 rho += h
-            points[k] = e, t if densities[k] > rho0 else room
-    return points.ravel()
+            points[k, :2] = e, t if densities[k] > rho0 else room
+    points[:, 2] = room / points[:, 1]
+    return points
+
+
+def energies(rho: np.ndarray, temperature: float, row: np.ndarray) -> np.ndarray:
+    """Return the energies [J/kg] at densities [kg/m^3], all at one temperature [K], of a whole row of the table."""
+    room, per = row[ROOM_TEMPERATURE], row[HEAT_PER]
+    if row[TOTAL_ENERGY] > 0.0:
+        return np.full(np.shape(rho), (temperature - room) / row[INVERSE_HEAT_CAPACITY])
+    known = row[CURVE:HEATS].reshape(POINTS, WIDTH)
+    share, shares = rho * row[INVERSE_RHO0], np.linspace(LOWEST, HIGHEST, POINTS)
+    cold, at_rest, per_theta = (np.interp(share, shares, known[:, k]) for k in range(WIDTH))
+    if per == 0.0:
+        return cold + (temperature - at_rest) / row[INVERSE_HEAT_CAPACITY]
+    tau, wanted = row[HEATS : HEATS + HEAT_POINTS], temperature / at_rest
+    k = np.clip(np.searchsorted(tau, wanted) - 1, 0, HEAT_POINTS - 2)
+    return cold + (row[HEAT_START] + (k + (wanted - tau[k]) / (tau[k + 1] - tau[k])) / per) / per_theta
 
 
 def _stepped(
@@ -131,7 +149,7 @@ def heat_table(
     pressure: Callable[[float, float], float],
     at_rest: tuple[float, float, float],
 ) -> tuple[float, float, np.ndarray]:
-    """Return `HEAT_START` [J/kg], `HEAT_PER` [kg/J] and tau [K] at `HEAT_POINTS` even steps of h.
+    """Return `HEAT_START` [J/kg], `HEAT_PER` [kg/J] and tau/T_room at `HEAT_POINTS` even steps of h.
 
     Parameters
     ----------
@@ -158,10 +176,10 @@ def heat_table(
     densities = rho0 * np.linspace(LOWEST, HIGHEST, POINTS)
     taken = _without_pressure(pressure, rho0, e0 + heat)
     known = np.isfinite(taken)
-    theta = np.interp(taken[known], densities, curve[1::2]) / room
-    of = (e0 + heat[known] - np.interp(taken[known], densities, curve[::2])) / theta
+    theta = np.interp(taken[known], densities, curve[:, 1]) / room
+    of = (e0 + heat[known] - np.interp(taken[known], densities, curve[:, 0])) / theta
     evenly = np.linspace(of[0], of[-1], HEAT_POINTS)
-    return float(of[0]), (HEAT_POINTS - 1) / float(of[-1] - of[0]), np.interp(evenly, of, t[known] / theta)
+    return float(of[0]), (HEAT_POINTS - 1) / float(of[-1] - of[0]), np.interp(evenly, of, t[known] / theta) / room
 
 
 def _without_pressure(pressure: Callable[[float, float], float], rho0: float, energies: np.ndarray) -> np.ndarray:

@@ -133,7 +133,7 @@ def outside_range(
 
 def _stable(material: Material) -> tuple[float, float]:
     """Return the densities [kg/m^3] about rho0 between which the cold sound speed is above its floor."""
-    curve = material.whole_row[slots.CURVE : isentrope.HEATS : 2]
+    curve = material.whole_row[slots.CURVE : isentrope.HEATS : isentrope.WIDTH]
     densities = material.density * np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
     middle = int(np.searchsorted(densities, material.density))
     floor = slots.FLOOR_SHARE * material.bulk_sound_speed**2

@@ -30,8 +30,6 @@ from ..core.tensors import determinant, divergence, double_dot, matrix, no_symme
 from . import tags
 from .damage import grady_kipp, johnson_holmquist, tensile
 from .damage import johnson_cook as damage_model
-from .isentrope import temperature
-from .melting import melt_temperature
 from .present import FURTHER_DAMAGE, FURTHER_EOS, FURTHER_STRENGTH, POROUS
 from .slots import (
     DAMAGE_TAG,
@@ -43,10 +41,12 @@ from .slots import (
     RATE_WEIGHT,
     SHEAR_MODULUS,
     STRENGTH_TAG,
+    SURE_ENERGY,
+    SURE_STRESS,
     parameters,
 )
-from .state import borne, felt_damage, solid_pressure
-from .strength import conditions, homologous_temperature, yield_stress
+from .state import borne, circumstances, felt_damage, solid_pressure
+from .strength import hardening, yield_stress
 from .strength import johnson_holmquist as ceramic
 
 # A deviator this close above the yield surface is on it: a return is not repeated for rounding.
@@ -148,19 +148,17 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     if POROUS and row[DISTENSION] > 1.0:  # the solid's state; its stress acts on its share of a section
         rho, filled = rho * first, 1.0 / first
     d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
-    factor, offset = 1.0, 0.0
-    strain_rate = homologous = t = melt = 0.0
+    homologous, factor, offset = 0.0, 1.0, 0.0
     fails = damage_tag == tags.JOHNSON_COOK_DAMAGE and damage < 1.0
-    if fails or strength >= tags.JOHNSON_COOK:
-        strain_rate = sqrt((2.0 / 3.0) * double_dot(d, d))
-        if row[RATE_WEIGHT] > 0.0:
-            strain_rate = _smoothed(strain_rate, memory[4], dt, row)
-            memory = (first, limit, memory[2], memory[3], strain_rate)
-        t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
-        homologous = homologous_temperature(e, t, melt, row)
-        if strength >= tags.JOHNSON_COOK:
-            factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, strain_rate, felt, row)
-            shear *= share
+    heated = fails or strength >= tags.JOHNSON_COOK
+    strain_rate = sqrt((2.0 / 3.0) * double_dot(d, d)) if heated else 0.0
+    smooths = heated and row[RATE_WEIGHT] > 0.0
+    if smooths:
+        strain_rate = _smoothed(strain_rate, memory[4], dt, row)
+        memory = (first, limit, memory[2], memory[3], strain_rate)
+    if FURTHER_STRENGTH and heated:  # the modulus may vary
+        homologous, factor, offset, share = circumstances(strength, rho, e, p, strain_rate, felt, row)
+        shear *= share
     if FURTHER_DAMAGE and damage_tag == tags.GRADY_KIPP and felt < 1.0 and not owns:
         s = times(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
     shear *= filled
@@ -173,8 +171,14 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     flow, increment = inf, 0.0
     rubble = felt >= 1.0 and not owns
     trial_squared = 1.5 * double_dot(s, s)
-    # below its least yield stress no power is needed
-    if strength == tags.JOHNSON_COOK and not (rubble or FURTHER_DAMAGE):
+    simple = strength == tags.JOHNSON_COOK and not (rubble or smooths or FURTHER_DAMAGE)
+    if simple and not FURTHER_STRENGTH and e < row[SURE_ENERGY]:
+        sure = row[SURE_STRESS] * filled
+        if trial_squared <= sure * sure:  # elastic at any rate: neither temperature nor logarithm are needed
+            return s, plastic_strain, damage, p, c, memory
+    if heated and not FURTHER_STRENGTH:
+        homologous, factor, offset, _ = circumstances(strength, rho, e, p, strain_rate, felt, row)
+    if simple:  # below its least yield stress no power is needed
         flow = yield_stress(strength, 0.0, factor, offset, row) * filled
     if strength != tags.ELASTIC_STRENGTH and (flow == inf or trial_squared > flow * flow):
         flow = yield_stress(strength, plastic_strain, factor, offset, row) * filled
@@ -184,10 +188,10 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
         trial = sqrt(trial_squared)
         excess = trial - flow
         increment = excess / (3.0 * shear)
-        hardening = 0.0
+        hardened = 0.0
         if not rubble:
-            hardening = yield_stress(strength, plastic_strain + increment, factor, offset, row) * filled - flow
-        increment *= excess / (excess + hardening)
+            hardened = hardening(strength, increment, plastic_strain, flow, factor, offset, filled, row)
+        increment *= excess / (excess + hardened)
         reached = trial - 3.0 * shear * increment
         s = times(reached / trial, s)
         plastic_strain += increment

@@ -44,8 +44,10 @@ RATE_WEIGHT = 18  # share of a step's strain rate in the smoothed one; 0 where t
 
 HEAT_START = 19  # heat at which the table of the heat capacity begins [J/kg], see `isentrope`
 HEAT_PER = 20  # its points per J/kg; 0 where the heat capacity is constant
+SURE_ENERGY = 21  # energy below which a Johnson-Cook metal is cold enough, at any density, to bear [J/kg]
+SURE_STRESS = 22  # this, at any rate and strain [Pa]
 
-_COMMON = 21
+_COMMON = 23
 _EOS, _STRENGTH, _DAMAGE = 12, 14, 8  # columns of each model's block
 EOS = tuple(range(_COMMON, _COMMON + _EOS))
 STRENGTH = tuple(range(EOS[-1] + 1, EOS[-1] + 1 + _STRENGTH))
@@ -83,7 +85,7 @@ def parameters(table, m):
         table[m, 36], table[m, 37], table[m, 38], table[m, 39], table[m, 40], table[m, 41],
         table[m, 42], table[m, 43], table[m, 44], table[m, 45], table[m, 46], table[m, 47],
         table[m, 48], table[m, 49], table[m, 50], table[m, 51], table[m, 52], table[m, 53],
-        table[m, 54], row_address(table, m),
+        table[m, 54], table[m, 55], table[m, 56], row_address(table, m),
     )  # fmt: skip
 
 

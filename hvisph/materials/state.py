@@ -144,6 +144,15 @@ def shear_modulus(table, models, m, rho, e, p):
 
 
 @compiled
+def circumstances(strength, rho, e, p, rate, felt, row):
+    """Homologous temperature, then factor, offset and share of the shear modulus of `conditions`."""
+    t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
+    homologous = homologous_temperature(e, t, melt, row)
+    factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, felt, row)
+    return homologous, factor, offset, share
+
+
+@compiled
 def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     """Yield stress [Pa] of the current state at the equivalent strain rate `rate` [1/s], and shear modulus [Pa].
 
@@ -161,9 +170,7 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
         return friction, shear
     if POROUS and row[DISTENSION] > 1.0:
         rho = max(rho, row[RHO0])
-    t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
-    homologous = homologous_temperature(e, t, melt, row)
-    factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, felt, row)
+    _, factor, offset, share = circumstances(strength, rho, e, p, rate, felt, row)
     flow = yield_stress(strength, plastic_strain, factor, offset, row)
     if models[m, DAMAGE_TAG] == tags.JOHNSON_COOK_DAMAGE:
         flow *= borne_share(damage, row)

@@ -21,6 +21,7 @@ from .slots import EquationOfState, Model
 from .strength import JohnsonCook, NoStrength
 
 ROOM_TEMPERATURE = 300.0  # [K], where a material does not say
+_COLD = 0.25  # homologous temperature up to which a Johnson-Cook metal is looked at without its temperature
 
 
 @dataclass(frozen=True)
@@ -148,18 +149,7 @@ class Material:
 
     def energy_at(self, rho: float, temperature: float) -> float:
         """Return the energy [J/kg] at a density and a temperature, of a material that has a heat capacity."""
-        row = self.whole_row
-        room, per = float(row[slots.ROOM_TEMPERATURE]), float(row[slots.HEAT_PER])
-        if self.total_energy:
-            return (temperature - room) / float(row[slots.INVERSE_HEAT_CAPACITY])
-        densities = self.density * np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
-        cold, at_rest = (np.interp(rho, densities, row[isentrope.CURVE + k : isentrope.HEATS : 2]) for k in (0, 1))
-        if per == 0.0:
-            return float(cold + (temperature - at_rest) / row[slots.INVERSE_HEAT_CAPACITY])
-        tau, theta = row[isentrope.HEATS : isentrope.HEATS + isentrope.HEAT_POINTS], at_rest / room
-        k = min(max(int(np.searchsorted(tau, temperature / theta)) - 1, 0), len(tau) - 2)
-        place = k + (temperature / theta - tau[k]) / (tau[k + 1] - tau[k])
-        return float(cold + theta * (row[slots.HEAT_START] + place / per))
+        return float(isentrope.energies(np.array(rho), temperature, self.whole_row))
 
     def row(self) -> np.ndarray:
         """Return the slots of the material's row of the table."""
@@ -201,7 +191,7 @@ class Material:
         """The material's row of the table: slots, isentrope, and the grid of a tabulated equation of state."""
         row = self._without_isentrope.copy()
         curve = _isentrope(cast("Hashable", self.eos), self.density, float(row[slots.ROOM_TEMPERATURE]))
-        row[slots.CURVE : slots.CURVE + isentrope.CURVE_LENGTH] = curve
+        row[slots.CURVE : slots.CURVE + isentrope.CURVE_LENGTH] = curve.ravel()
         if self.heat_capacities:
             at_rest = (self.density, self.eos.ambient_energy, float(row[slots.ROOM_TEMPERATURE]))
             start, per, tau = isentrope.heat_table(
@@ -209,6 +199,13 @@ class Material:
             )
             row[slots.HEAT_START], row[slots.HEAT_PER] = start, per
             row[isentrope.HEATS : isentrope.HEATS + isentrope.HEAT_POINTS] = tau
+        if isinstance(self.strength, JohnsonCook) and self.melting is None:
+            warm = row[slots.ROOM_TEMPERATURE] + _COLD / row[slots.INVERSE_MELT_RANGE]
+            densities = self.density * np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
+            row[slots.SURE_ENERGY] = isentrope.energies(densities, warm, row).min()
+            row[slots.SURE_STRESS] = self.strength.yield_stress * (
+                1.0 - (1.1 * _COLD) ** self.strength.thermal_exponent
+            )
         return row
 
     def _state(self) -> Callable[[float, float], tuple[float, float, float]]:

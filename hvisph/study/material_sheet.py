@@ -11,9 +11,12 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import HvisphError
+from hvisph.core.jit import plain
 from hvisph.exact.hugoniot import shock
 from hvisph.exact.shock_train import last_waves
 from hvisph.materials.limits import range_of
+from hvisph.materials.state import flow_stress
+from hvisph.materials.table import Material, pack
 from hvisph.pictures.panels import Panel, panels_picture
 from hvisph.simulation.material_point import drive, flow_at, knows_heat
 from hvisph.simulation.materials import material_of
@@ -101,8 +104,8 @@ def binned(beside: Sequence[tuple[float, float, float]]) -> tuple[float, float, 
     return float(bins[worst].mean()), float(places[worst]), scatter
 
 
-def picture(models: Sequence[Any], path: str | os.PathLike[str], points: Sequence[tuple[float, float]] = ()) -> Path:
-    """Draw Hugoniot, strength against strain, rate and temperature of materials, and store it.
+def picture(models: Sequence[Any], path: str | os.PathLike[str], notes: Any = None) -> Path:
+    """Draw Hugoniot, release, strength against strain, rate, temperature and pressure of materials, and store it.
 
     Parameters
     ----------
@@ -110,8 +113,8 @@ def picture(models: Sequence[Any], path: str | os.PathLike[str], points: Sequenc
         Materials of cases.
     path
         The picture.
-    points
-        Measured points [up, Us] of the first [m/s].
+    notes
+        What the library says of the first: measured points and published fits to them are drawn.
     """
     up = "particle velocity [km/s]"
     speeds, pressures = Panel(up, "shock speed [km/s]"), Panel(up, "pressure [GPa]")
@@ -119,6 +122,7 @@ def picture(models: Sequence[Any], path: str | os.PathLike[str], points: Sequenc
     releases = Panel("density [kg/m^3]", "pressure [GPa] behind shocks and released")
     strains = Panel("strain, uniaxial stress, adiabatic", "von Mises stress [MPa]")
     warm = Panel("temperature at the start [K]", "yield stress at a strain of 0.05 [MPa]")
+    squeezed = Panel("pressure [GPa]", "yield stress at a strain of 0.05 [MPa]")
     for model in models:
         material, label = material_of(model), model.name or "material"
         rows = np.array(hugoniot(model, np.linspace(100.0, SHOCKS[-1], 40).tolist()), dtype=float)
@@ -135,10 +139,29 @@ def picture(models: Sequence[Any], path: str | os.PathLike[str], points: Sequenc
                 strains.curves.append((f"{label}, {rate:g} 1/s", record.strain, record["von_mises_stress"] * 1e-6))
             if knows_heat(material):
                 warm.curves += _softened(label, material)
-    if points:
-        speeds.points = np.array(points) * 1e-3
-    panels = [speeds, pressures, heats, releases, strains, warm]
+            squeezed.curves += [(f"{label}, {words}", p, y) for words, p, y in pressed(material)]
+    for line in notes.lines if notes else ():
+        u, measured = np.array(line.points).T * 1e-3
+        speeds.curves.append(("fit to measured points", u, measured))
+    if notes and notes.hugoniot:
+        speeds.points = np.array(notes.hugoniot) * 1e-3
+    panels = [speeds, pressures, heats, releases, strains, warm, squeezed]
     return panels_picture(panels, path, title=", ".join(model.name for model in models))
+
+
+def pressed(material: Material) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Return the flow stress [MPa] over the pressure [GPa], whole and broken, of a strength that knows pressure."""
+    kind = material.strength.name
+    if kind not in ("rock", "johnson_holmquist", "steinberg_guinan", "steinberg_lund"):
+        return []
+    (table, models), flow, p = pack([material]), plain(flow_stress), np.linspace(0.0, 10e9, 60)
+    curves = []
+    for words, damage in (
+        (("whole", 0.0), ("broken", 1.0)) if kind in ("rock", "johnson_holmquist") else (("whole", 0.0),)
+    ):
+        y = [flow(table, models, 0, material.density, 0.0, one, 0.05, damage, 1e3)[0] for one in p]
+        curves.append((words, p * 1e-9, np.array(y) * 1e-6))
+    return curves
 
 
 def _released(label: str, model: Any, rows: np.ndarray) -> list[tuple[str, np.ndarray, np.ndarray]]:

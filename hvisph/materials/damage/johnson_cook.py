@@ -93,7 +93,7 @@ def fracture_strain(p, von_mises_stress, strain_rate, homologous, row):
     if row[D2] != 0.0:
         strain += row[D2] * exp(min(max(row[D3] * triaxiality, -_EXPONENT_LIMIT), _EXPONENT_LIMIT))
     ratio = strain_rate * row[INVERSE_REFERENCE_RATE]
-    if ratio > 1.0:
+    if ratio > 1.0 and row[D4] != 0.0:
         strain *= 1.0 + row[D4] * log(ratio)
     strain *= 1.0 + row[D5] * homologous
     return max(strain, FRACTURE_STRAIN_FLOOR)

@@ -118,3 +118,11 @@ def yield_stress(tag, plastic_strain, factor, offset, row):
     if FURTHER_STRENGTH:
         return _further_yield(tag, plastic_strain, factor, offset, row)
     return offset
+
+
+@compiled
+def hardening(tag, increment, plastic_strain, flow, factor, offset, filled, row):
+    """Growth of the yield stress [Pa] from `flow` with an increment of the plastic strain, on the share `filled`."""
+    if tag == tags.JOHNSON_COOK:
+        return johnson_cook.hardening(increment, plastic_strain, flow, factor * filled, row)
+    return yield_stress(tag, plastic_strain + increment, factor, offset, row) * filled - flow

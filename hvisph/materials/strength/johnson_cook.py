@@ -28,6 +28,9 @@ RATE_COEFFICIENT = slots.STRENGTH[3]
 INVERSE_REFERENCE_RATE = slots.STRENGTH[4]
 THERMAL_EXPONENT = slots.STRENGTH[5]
 
+# Increment over plastic strain up to which a series takes the place of a power.
+_SMALL_SHARE = 0.04
+
 
 @dataclass(frozen=True)
 class JohnsonCook:
@@ -93,3 +96,16 @@ def yield_stress(plastic_strain, factor, row):
     if plastic_strain > 0.0:
         hardened += row[HARDENING_COEFFICIENT] * plastic_strain ** row[HARDENING_EXPONENT]
     return hardened * factor
+
+
+@compiled
+def hardening(increment, plastic_strain, flow, factor, row):
+    """Growth of the yield stress [Pa] from `flow` with an increment of the plastic strain, see `yield_stress`.
+
+    Where the increment is a small share r of the strain, four terms of (1 + r)^n - 1, to 1e-8, in place of a power.
+    """
+    if increment > _SMALL_SHARE * plastic_strain:
+        return yield_stress(plastic_strain + increment, factor, row) - flow
+    r, n = increment / plastic_strain, row[HARDENING_EXPONENT]
+    grown = 1.0 + 0.5 * (n - 1.0) * r * (1.0 + (1.0 / 3.0) * (n - 2.0) * r * (1.0 + 0.25 * (n - 3.0) * r))
+    return n * r * grown * (flow - row[YIELD_STRESS] * factor)
