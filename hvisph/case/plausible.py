@@ -65,8 +65,8 @@ def implausible(case: Surroundings) -> list[str]:
         law = body.material.melting or body.material.strength
         melts = getattr(law, "melt_temperature", getattr(law, "temperature", None))
         if body.temperature is not None and melts is not None and body.temperature >= melts:
-            doubts.append(f"bodies.{name}.temperature: {body.temperature:g} K is above the melting point of its strength, "
-                          f"{melts:g} K: the body starts without strength")  # fmt: skip
+            doubts.append(f"bodies.{name}.temperature: {body.temperature:g} K is above the melting point of its "
+                          f"strength, {melts:g} K: the body starts without strength")  # fmt: skip
     return [*doubts, *_end(case), *_pressure(case)]
 
 
@@ -111,8 +111,8 @@ def of_material(material: Material) -> Iterator[str]:
             yield from _one(f"strength.{key}", value, usual)
     points = getattr(material.temperature, "heat_capacities", ())
     if points and value is not None and not 0.9 <= value / points[0][1] <= 1.1:  # the heat capacity came last
-        yield (f"strength.heat_capacity: {value:g} J/(kg K) is not used: temperature.heat_capacities, which begins with "
-               f"{points[0][1]:g}, counts; give temperature.heat_capacity")  # fmt: skip
+        yield (f"strength.heat_capacity: {value:g} J/(kg K) is not used: temperature.heat_capacities, which begins "
+               f"with {points[0][1]:g}, counts; give temperature.heat_capacity")  # fmt: skip
 
 
 def _ceramic(material: Material) -> Iterator[str]:

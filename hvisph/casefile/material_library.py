@@ -11,6 +11,7 @@ import re
 from collections.abc import Sequence
 from difflib import get_close_matches
 from functools import lru_cache
+from math import exp
 from pathlib import Path
 from typing import Any, Literal
 
@@ -54,12 +55,13 @@ CLOSE = 0.8
 
 
 class MeasuredLine(StrictModel):
-    """A published fit to measured shocks, Us = c0 + s up + q up^2, where the points themselves are not at hand."""
+    """A published fit to measured shocks whose points are not at hand, Us = c0 + s up + q up^2 + b up exp(-d up)."""
 
     source: str = Field(description="Whose fit it is, of which points, and where it was read")
     c0: PositiveVelocity = Field(description="c0 [m/s]")
     s: PositiveNumber = Field(description="s [-]")
     q: Number = Field(default=0.0, description="q [s/m]")
+    bump: tuple[Number, Number] = Field(default=(0.0, 0.0), description="b [-] and d [s/m], of liquids")
     up: tuple[PositiveVelocity, PositiveVelocity] = Field(
         default=(250.0, 4000.0), description="Particle velocities over which the material is held against it [m/s]"
     )
@@ -69,7 +71,8 @@ class MeasuredLine(StrictModel):
         """Points [up, Us] on it, evenly from end to end [m/s]."""
         low, high = self.up
         evenly = [low + (high - low) * k / (ON_A_LINE - 1) for k in range(ON_A_LINE)]
-        return [(u, self.c0 + u * (self.s + self.q * u)) for u in evenly]
+        b, d = self.bump
+        return [(u, self.c0 + u * (self.s + self.q * u + b * exp(-d * u))) for u in evenly]
 
 
 class Notes(StrictModel):

@@ -1,8 +1,9 @@
 """Changing a case before it is validated: a base with a small override, and single settings.
 
 In both, mappings merge key by key, anything else is replaced, null takes a key away (so that its
-default holds again), another `type` replaces a whole block, and a key that stands for others takes their place. A null that has nothing to take away
-and stands where no key can is kept, so that validation names it.
+default holds again), another `type` replaces a whole block, and a key that stands for others takes
+their place. A null that has nothing to take away and stands where no key can is kept, so that
+validation names it.
 """
 
 from __future__ import annotations
