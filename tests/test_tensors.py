@@ -116,6 +116,18 @@ def test_what_turns(dim):
     assert_close(t.inertia(symmetric_of(s)), gradient_of(inertia))
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_what_lies_beside_a_line(dim):
+    a, b, _, _, _ = drawn(dim)
+    e = a / np.linalg.norm(a)
+    found, seen = t.beside(tuple(b), b @ e, tuple(e)), t.facing_aside(tuple(b), tuple(e))
+    back = t.aside(found, tuple(e))
+    assert len(found) == {2: 1, 3: 3}[dim]
+    assert_close(back, b - (b @ e) * e)
+    assert_close(t.dot(found, found), b @ b - (b @ e) ** 2)
+    assert_close(t.dot(seen, found), t.dot(found, found))
+
+
 @DIMS
 def test_ranks_are_as_long_as_rows_say(dim):
     for rank, sizes in t.SIZE.items():

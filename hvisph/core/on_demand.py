@@ -19,6 +19,8 @@ from numba.core.registry import cpu_target
 
 # How numba begins the names of what a function finds its exceptions by, and of the parts of loops that threads share.
 _ENVIRONMENT, _SHARED_PART = "_ZN08NumbaEnv", "__numba_parfor_gufunc"
+# Vectors that no register is left for wait on the stack, each in one line of the cache if that is aligned so [bytes].
+STACK = 64
 # The flag of what may be reordered, see `core.lanes`.
 _REORDERED = "reassoc"
 
@@ -27,6 +29,14 @@ class Library(JITCodeLibrary):
     """Code that is optimised and becomes machine code when an address in it is asked for."""
 
     _handed_over = False
+
+    def add_ir_module(self, ir_module: Any) -> None:
+        """Add a module whose functions align their stack."""
+        for function in ir_module.functions:
+            if not function.is_declaration:
+                function.attributes.add("nounwind")  # llvmlite writes none where this set is empty
+                function.attributes.alignstack = STACK
+        super().add_ir_module(ir_module)
 
     def _optimize_functions(self, ll_module: Any) -> None:
         ll_module.data_layout = self._codegen._data_layout

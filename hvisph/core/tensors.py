@@ -251,6 +251,32 @@ def mean_diagonal(l):
     return total_of(l[k] for k in _TRACE[len(l)]) * (1.0 / len(_TRACE[len(l)]))
 
 
+# Beside a line
+
+
+@operation
+def beside(v, along, e):
+    """Return what of the vector `v`, `along` of which is along the unit vector `e`, lies beside `e`.
+
+    In the plane that is one number: the component along `e` turned by a right angle.
+    """
+    if len(v) == 2:
+        return (e[0] * v[1] - e[1] * v[0],)
+    return tuple(p - along * q for p, q in zip(v, e, strict=True))
+
+
+@operation
+def facing_aside(v, e):
+    """Return of the vector `v` what its products with what lies beside `e` ask for: in space all of it."""
+    return (e[0] * v[1] - e[1] * v[0],) if len(v) == 2 else v
+
+
+@operation
+def aside(t, e):
+    """Return as a vector what lies beside the unit vector `e`, see `beside`."""
+    return (-t[0] * e[1], t[0] * e[0]) if len(e) == 2 else t
+
+
 # What turns
 
 

@@ -50,7 +50,7 @@ class Halo:
     world
         The processes.
     dim, used
-        Number of dimensions, and length of a row.
+        Number of dimensions, and length of a sorted row.
     planes
         Axis, place [m] and side of each plane of symmetry: what has passed one meets images from twice as far.
     """
@@ -69,7 +69,7 @@ class Halo:
 
     def append(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return rows and numbers followed by those of other processes within `reach` [m]."""
-        world, dim, used, own = self._world, self._dim, self._used, len(rows)
+        world, dim, own, used = self._world, self._dim, len(rows), min(self._used, rows.shape[1])
         about = np.empty(2 * dim + 1)
         self._find_box(rows, about[:-1])
         about[-1] = self._beyond(rows, reach)

@@ -87,7 +87,7 @@ class Pairs:
     Attributes
     ----------
     rows, numbers
-        Packed rows (n, width) of the stage, and their permanent numbers (n,) uint64, each once.
+        Packed rows (n, packed) of the stage, and their permanent numbers (n,) uint64, each once.
     halo, images
         Copies that are appended to them: rows of other processes, images at the planes.
     """
@@ -100,7 +100,7 @@ class Pairs:
         self._further = max(one.further(dim) for one in passes)
         self.count = len(positions)
         self.slots = layout.slots()
-        self.rows = np.zeros((self.count, layout.used))  # close together; sorted, each in whole cache lines
+        self.rows = np.zeros((self.count, layout.packed))  # close together; sorted, each in whole cache lines
         self.numbers = np.arange(self.count, dtype=np.uint64)
         self.halo: Halo | None = None
         self.images = ImageCopies(planes, layout) if planes else None
@@ -189,7 +189,7 @@ class Pairs:
         if self._room > 2 * self.count:  # many have gone to other processes
             self._room = 0
         self._make_room(self.count)
-        self.sorted[: self.count, : self.layout.used] = rows
+        self.sorted[: self.count, : rows.shape[1]] = rows
         self.place[: self.count] = np.arange(self.count, dtype=np.uint32)
 
     def _run(self, sweep: Any, out: np.ndarray, meant: int) -> None:

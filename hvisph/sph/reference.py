@@ -21,6 +21,8 @@ F0_a = 1 - sum_b (X_b - X_a) (x) V0_b g_ab is what the gradients leave of a map 
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from hvisph.core.binding import bind
@@ -54,11 +56,32 @@ FINEST = 2.0**-40
 MOST_VOLUMES, MOST_CODES, PORTION = 64, 2048, 65536
 
 
-def _collect(near, n, rows, i, constants, out):
-    """Write the list of neighbours into row `i` of `out`, its length first."""
-    out[i, 0] = n
-    for k in range(n):
-        out[i, k + np.uint64(1)] = near[k]
+def _count(near, n, rows, i, constants, out):
+    """Count the neighbours of sorted particle `i`: the law of a traversal."""
+    lengths, order, members = out
+    s, found = members[order[i]], np.uint64(0)
+    if s < np.uint32(lengths.shape[0]):
+        for k in range(n):
+            found += np.uint64(near[k] != np.uint32(order.shape[0]))
+        lengths[s] = found
+
+
+def _enter(near, n, rows, i, constants, out):
+    """Enter the neighbours of sorted particle `i` in rising order: the law of a traversal."""
+    listed, starts, order, members = out
+    s, one = np.uint64(members[order[i]]), np.uint64(1)
+    if s + one < np.uint64(starts.shape[0]):
+        begin = end = np.uint64(starts[s])
+        for k in range(n):
+            if near[k] != np.uint32(order.shape[0]):
+                number, at = order[near[k]], end
+                while at > begin and listed[at - one] > number:
+                    listed[at] = listed[at - one]
+                    at -= one
+                listed[at] = number
+                end += one
+        for k in range(begin, end):
+            listed[k] = members[listed[k]]
 
 
 def _measure(position, lists, ih, distances):
@@ -182,14 +205,7 @@ class Reference:
         self.position, self.volume = np.ascontiguousarray(position), np.ascontiguousarray(volume)
         self.count, self.dim, self.h = count, position.shape[1], h
         dim = self.dim
-        lists = _lists(self.position, body, numbers, count, kernel.reach * h * RIM)
-        lengths = np.array([len(one) for one in lists], np.uint64)
-        padded = (lengths + np.uint64(7)) // np.uint64(8) * np.uint64(8)
-        self.starts = np.zeros(count + 1, np.uint64)
-        np.cumsum(padded, out=self.starts[1:])
-        self.near = np.full(int(self.starts[-1]), len(position), np.uint32)
-        for first, one in zip(self.starts[:-1].astype(np.int64), lists, strict=True):
-            self.near[first : first + len(one)] = one
+        self.starts, self.near = _lists(self.position, body, numbers, count, kernel.reach * h * RIM)
         self.matrix, self.vector = np.zeros((count, dim, dim)), np.zeros((count, dim))
         self.start_gradient = np.zeros((count, dim, dim))
         self.first_sums, self.zeroth_sums = np.zeros((count, dim)), np.zeros(count)
@@ -258,35 +274,44 @@ def _kinds(distances: np.ndarray, volume: np.ndarray,
     return codes, np.append(0, distances), np.append(0.0, volume[near])
 
 
-def _lists(position: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int, reach: float) -> list[np.ndarray]:
-    """Return of the first `count` particles those within `reach` [m] in the same body, in the order of `numbers`."""
-    dim = position.shape[1]
-    lists: list[np.ndarray] = [np.zeros(0, np.uint32)] * count
-    collect = specialise(_collect)
-    sweep = traversal.loop(dim, dim, collect)
-    for one in np.unique(body):
-        members = np.flatnonzero(body == one)
-        members = members[np.argsort(numbers[members])]
-        n = len(members)
-        rows, sorted_rows = np.zeros((n, 8)), np.zeros((n + 1, 8))
+def _lists(position: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int, reach: float
+           ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """List for the first `count` particles those within `reach` [m] in the same body, in the order of `numbers`.
+
+    Returns
+    -------
+    Where each list starts in the second array, and its end last; all lists, filled up to whole vectors of eight.
+    """
+    starts, lengths = np.zeros(count + 1, np.uint64), np.zeros(count, np.uint64)
+    bodies = [np.flatnonzero(body == one) for one in np.unique(body)]
+    swept = [_Swept(position, members[np.argsort(numbers[members])].astype(np.uint32), reach) for members in bodies]
+    for one in swept:
+        one.run(_count, (lengths, one.order, one.members))
+    np.cumsum((lengths + np.uint64(7)) // np.uint64(8) * np.uint64(8), out=starts[1:])
+    near = np.full(int(starts[-1]), len(position), np.uint32)
+    for one in swept:
+        one.run(_enter, (near, starts, one.order, one.members))
+    return starts, near
+
+
+class _Swept:
+    """Particles of a body in cells, for laws of the traversal; `members` are their indices, in the order listed."""
+
+    def __init__(self, position: np.ndarray, members: np.ndarray, reach: float):
+        (n, self._dim), self._reach, self.members = (len(members), position.shape[1]), reach, members
+        dim = self._dim
+        rows, self._rows = np.zeros((n, dim + 1)), np.zeros((n + 1, dim + 1))
         rows[:, :dim], rows[:, dim] = position[members], 1.0
-        sorted_rows[n, :dim], sorted_rows[n, dim] = traversal.FAR, 1.0
-        columns = np.zeros((dim + 1, n + 8))
-        order, place, cell = (np.zeros(n, np.uint32) for _ in range(3))
-        grid = cells.Grid.around(rows[:, :dim], reach)
-        cells.sort(grid, rows, np.arange(n, dtype=np.uint64), dim, cell, order, place, sorted_rows[:n], columns, dim)
-        found_by: list[np.ndarray] = []
+        self._rows[n, :dim], self._rows[n, dim] = traversal.FAR, 1.0
+        self._columns = np.zeros((dim + 1, n + 8))
+        self.order, place, cell = (np.zeros(n, np.uint32) for _ in range(3))
+        self._grid = cells.Grid.around(rows[:, :dim], reach)
+        cells.sort(self._grid, rows, np.arange(n, dtype=np.uint64), dim, cell, self.order, place, self._rows[:n],
+                   self._columns, dim)  # fmt: skip
+        self._capacity = 64 * 4 ** (dim - 1)
 
-        def room(capacity: int, n: int = n, found_by: list[np.ndarray] = found_by) -> np.ndarray:
-            found_by[:] = [np.zeros((n, capacity + 17), np.uint32)]
-            return found_by[0]
-
-        traversal.complete_sweep(sweep, sorted_rows, columns, order, (n, n), grid, reach, np.zeros(1),
-                                 64 * 4 ** (dim - 1), room)  # fmt: skip
-        out = found_by[0]
-        for k in range(n):
-            i = members[order[k]]
-            if i < count:
-                near = out[k, 1 : 1 + out[k, 0]]
-                lists[i] = members[np.sort(order[near[near < n]])].astype(np.uint32)
-    return lists
+    def run(self, law: Any, out: Any) -> None:
+        """Run a law over all particles."""
+        n, sweep = len(self.members), traversal.loop(self._dim, self._dim, specialise(law))
+        given = sweep, self._rows, self._columns, self.order, (n, n), self._grid, self._reach, np.zeros(1)
+        self._capacity = traversal.complete_sweep(*given, self._capacity, lambda capacity: out)

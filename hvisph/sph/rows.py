@@ -37,7 +37,7 @@ def _components(rank: str, dim: int) -> list[str]:
 
 
 def aligned_zeros(count: int, width: int) -> np.ndarray:
-    """Return zeros (count, width) that start on a cache line: a row of eight slots then lies in one."""
+    """Return zeros (count, width) that start on a cache line: a row of eight slots lies in one, of twelve in two."""
     raw = np.zeros(count * width + 7)
     start = -(raw.ctypes.data // 8) % 8
     return raw[start : start + count * width].reshape(count, width)
@@ -54,32 +54,40 @@ class RowLayout:
     fields
         Pairs of name and rank (``scalar``, ``radius``, ``vector``, ``axial``, ``symmetric``, ``gradient``,
         ``symmetric_gradient``); the first is the position.
+    made
+        Likewise, what a pass writes for the next one to read. It stands behind the fields, in sorted rows alone.
     """
 
     dim: int
     fields: tuple[tuple[str, str], ...]
+    made: tuple[tuple[str, str], ...] = ()
 
     def slots(self) -> dict[str, int]:
         """Return the first slot of each field, by its name in capitals."""
         slots, place = {}, 0
-        for name, rank in self.fields:
+        for name, rank in (*self.fields, *self.made):
             slots[name.upper()] = place
             place += len(_components(rank, self.dim))
         return slots
 
     @cached_property
-    def used(self) -> int:
-        """Number of slots in use."""
+    def packed(self) -> int:
+        """Number of slots that a particle packs."""
         return sum(len(_components(rank, self.dim)) for _, rank in self.fields)
 
     @cached_property
+    def used(self) -> int:
+        """Number of slots in use."""
+        return self.packed + sum(len(_components(rank, self.dim)) for _, rank in self.made)
+
+    @cached_property
     def width(self) -> int:
-        """Length of a row: `used`, rounded up to whole vectors of eight."""
-        return -(-self.used // 8) * 8
+        """Length of a row: `used`, rounded up to whole halves of a cache line."""
+        return -(-self.used // 4) * 4
 
     def mirror_signs(self, axis: int) -> np.ndarray:
         """Return the sign (width,) of each slot under reflection along `axis`."""
-        names = [c for _, rank in self.fields for c in _components(rank, self.dim)]
+        names = [c for _, rank in (*self.fields, *self.made) for c in _components(rank, self.dim)]
         signs = np.ones(self.width)
         signs[: len(names)] = [(-1.0) ** c.count(_AXES[axis]) for c in names]
         return signs

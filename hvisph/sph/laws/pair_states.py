@@ -46,21 +46,17 @@ def met(za, zb, du, t_a, dt, moves_u, moves_t):
     moves_u, moves_t
         How far both sides move to each other, see `moved`.
     """
-    inverse = 1.0 / (za + zb)
-    us = (za * moves_u[0] + zb * (du - moves_u[1]) + (dt - moves_t[0] - moves_t[1])) * inverse
-    t = t_a + (zb * moves_t[0] + za * (dt - moves_t[1]) + za * zb * (du - moves_u[0] - moves_u[1])) * inverse
-    return us, t
+    change = (zb * (du - moves_u[0] - moves_u[1]) + (dt - moves_t[0] - moves_t[1])) / (za + zb)
+    return moves_u[0] + change, t_a + moves_t[0] + za * change
 
 
 @compiled
 def met_beside(za, zb, du, t_a, dt, moves_u, moves_t):
     """Return the same of the tangential problem: of vectors, which both sides move to each other by shares."""
     inverse = 1.0 / (za + zb + TINY)
-    us = plus(times((za * moves_u[0] + zb * (1.0 - moves_u[1])) * inverse, du),
-              times((1.0 - moves_t[0] - moves_t[1]) * inverse, dt))  # fmt: skip
-    t = plus(times((zb * moves_t[0] + za * (1.0 - moves_t[1])) * inverse, dt),
-             times(za * zb * (1.0 - moves_u[0] - moves_u[1]) * inverse, du))  # fmt: skip
-    return us, plus(t_a, t)
+    change = plus(times(inverse * zb * (1.0 - moves_u[0] - moves_u[1]), du),
+                  times(inverse * (1.0 - moves_t[0] - moves_t[1]), dt))  # fmt: skip
+    return plus(times(moves_u[0], du), change), plus(t_a, plus(times(moves_t[0], dt), times(za, change)))
 
 
 @compiled

@@ -61,9 +61,12 @@ from hvisph.core.lanes import LANES, all_lanes, anywhere, larger_lanes, largest,
 from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     about,
+    aside,
     axial,
+    beside,
     divergence,
     dot,
+    facing_aside,
     gradient,
     inertia,
     matrix,
@@ -141,7 +144,7 @@ def accumulate(near, n, rows, i, constants, out):
         g, e = -2.0 * scale(ih) * slope(r * ih), times(inverse_r, dx)
         za, zb = zn, b[ZN]
         # Bodies seldom meet: most vectors of neighbours skip what is for them alone.
-        jump, along = minus(vector(b, U, DIM), u), r
+        jump, lever = minus(vector(b, U, DIM), u), dx
         du_n = dot(jump, e)
         approach, half, weight, other, gate = -du_n, all_lanes(0.5), all_lanes(1.0), nowhere, nowhere
         meeting = False
@@ -158,7 +161,7 @@ def accumulate(near, n, rows, i, constants, out):
                 cold = neighbours(rows, near, k, WHOLE)
                 e, cosine, gate = across(e, other, fills, vector(cold, FILLS, DIM), ends, vector(cold, ENDS, DIM))
                 g, half, weight = g * cosine, 0.5 - 0.5 * other, 1.0 + other * (gate - 1.0)
-                du_n, along = dot(jump, e), dot(dx, e)
+                du_n, lever = dot(jump, e), times(dot(dx, e), e)
                 if UNLIKE:
                     ik = along_normal(rows[i, DEPTH], h, cold[DEPTH], b[H])
                     q, s_n, _ = stretched(dx, e, ik, ih)
@@ -173,7 +176,8 @@ def accumulate(near, n, rows, i, constants, out):
         ta = on(s, e)
         step = minus(on(symmetric(b, T, DIM), e), ta)
         ta_n, dt_n = dot(ta, e), dot(step, e)
-        du_t, dt_t = minus(jump, times(du_n, e)), minus(step, times(dt_n, e))
+        if DIM > 1:
+            du_t, dt_t, ta_t = beside(jump, du_n, e), beside(step, dt_n, e), beside(ta, ta_n, e)
         # How far each side moves to the other: normal velocity and traction, shares of the tangential ones.
         moves = of_n = shares_u = shares_t = (nowhere, nowhere)
         if RECONSTRUCTION:
@@ -181,11 +185,13 @@ def accumulate(near, n, rows, i, constants, out):
             qa, qb = on(on_rows(of_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
             moves = moved(du_n, dot(pa, e), dot(pb, e), limit, half)
             of_n = moved(dt_n, dot(qa, e), dot(qb, e), limit, half)
-            shares_u, shares_t = drawn(du_t, pa, pb, share, half), drawn(dt_t, qa, qb, share, half)
+            if DIM > 1:
+                shares_u = drawn(du_t, facing_aside(pa, e), facing_aside(pb, e), share, half)
+                shares_t = drawn(dt_t, facing_aside(qa, e), facing_aside(qb, e), share, half)
         # The acoustic Riemann problem, with velocities less the own one.
         apart = du_n - moves[0] - moves[1]
         if CONSISTENT:
-            closing = SHOCK_SLOPE * max(-apart, 0.0)
+            closing = -SHOCK_SLOPE * min(apart, 0.0)
             za, zb = za + rows[i, RHO] * closing, zb + b[RHO] * closing
         us_n, t_n = met(za, zb, du_n, ta_n, dt_n, moves, of_n)
         if CONSISTENT and anywhere(b[V] * t_n):  # none bears less than no tension
@@ -193,11 +199,11 @@ def accumulate(near, n, rows, i, constants, out):
             t_n = min(t_n, min(rows[i, BEAR], cold[BEAR]))
             if HELD:
                 t_n = let_go(t_n, volume * b[V], dx, inverse_r, min(rows[i, ORDER], cold[ORDER]))
-        us_t = t_t = ta_t = minus(ta, times(ta_n, e))
         if DIM > 1:
             us_t, t_t = met_beside(zt, b[ZT], du_t, ta_t, dt_t, shares_u, shares_t)
             if CONSISTENT:
-                t_t = at_most(min(rows[i, SHEAR], b[SHEAR]), t_t)
+                most = min(rows[i, SHEAR], b[SHEAR])
+                t_t = (max(min(t_t[0], most), -most),) if DIM == 2 else at_most(most, t_t)
         if meeting:
             t_n, us_n, parting = pressed(t_n, us_n, du_n, ta_n, dt_n, za, zb, other, gate)
             power += worked * (t_n * parting)
@@ -206,11 +212,10 @@ def accumulate(near, n, rows, i, constants, out):
                 t_t, us_t, heat = slid(t_t, us_t, du_t, ta_t, dt_t, (zt, zn), (b[ZT], b[ZN]), most, other)
                 power, slip = power + worked * heat, slip + worked * heat
             if SPINS:
-                share_of_both = times((0.5 * other) * weight * vg * along, e)
-                across_bodies = plus(across_bodies, symmetric_outer(share_of_both, e))
+                across_bodies = plus(across_bodies, symmetric_outer(lever, times(other * weight * vg, e)))
         us, ts = times(us_n, e), times(t_n, e)
         if DIM > 1:
-            us, ts = plus(us, us_t), plus(ts, t_t)
+            us, ts = plus(us, aside(us_t, e)), plus(ts, aside(t_t, e))
         if SPINS:
             made = plus(made, times(vg, torque(dx, ts)))
             if not ONLY_OTHER:
@@ -223,9 +228,10 @@ def accumulate(near, n, rows, i, constants, out):
             power += (0.5 * vg) * braked * radial(jump)
             ts = plus_radial(scaled_apart(ts, mean * real, mean), braked)
         a = plus(a, times(vg, ts))
-        l = plus(l, outer(us, times(weight * vg, e)))
+        of_gradient = times(weight * vg, e)
+        l = plus(l, outer(us, of_gradient))
         if CONSISTENT or REVOLVED:
-            moment = plus(moment, symmetric_outer(times((0.5 * weight) * vg * along, e), e))
+            moment = plus(moment, symmetric_outer(lever, of_gradient))
         if CONSISTENT:
             space = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if UNLIKE else 1.0
             number += weight * g * space * us_n
@@ -234,9 +240,9 @@ def accumulate(near, n, rows, i, constants, out):
                 number -= 0.5 * g * receding
                 own_number -= scale(1.0 / h) * slope(q) * receding
                 widening += weight * scale(1.0 / h) * (DIM * shape(q) + q * slope(q))
-    conclude(rows, i, out, totals(a), totals(l), totals(moment), total(power), largest(mu),
-             (total(number), total(own_number), total(widening)), (totals(made), totals(across_bodies)), total(slip),
-             total(fullness))  # fmt: skip
+    conclude(rows, i, out, totals(a), totals(l), times(0.5, totals(moment)), total(power), largest(mu),
+             (total(number), total(own_number), total(widening)), (totals(made), times(0.5, totals(across_bodies))),
+             total(slip), total(fullness))  # fmt: skip
 
 
 def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, turning, slip, full):

@@ -63,27 +63,27 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
         fields.append(("twist", "axial"))
     if revolved:
         fields.append(("ring", "radius"))
-    if reconstruct:
-        fields += [("gu", "gradient"), ("gt", "symmetric_gradient")]
-    if parted:
-        fields += [("fills", "vector"), ("ends", "vector")]
-    if unlike:
-        fields.append(("depth", "scalar"))
     if consistent:
         fields += [("bear", "scalar"), ("order", "scalar")]
-    fields.append(("m", "scalar"))  # the pairs never read it, nor whether h is free to follow
+    fields.append(("m", "scalar"))  # pairs read neither this nor what follows
     if following:
         fields.append(("grows", "scalar"))
     if revolved:
         fields.append(("hoop", "scalar"))
-    return RowLayout(dim, tuple(fields))
+    made = [("gu", "gradient"), ("gt", "symmetric_gradient")] if reconstruct else []
+    if parted:
+        made += [("fills", "vector"), ("ends", "vector")]
+    if unlike:
+        made.append(("depth", "scalar"))
+    return RowLayout(dim, tuple(fields), tuple(made))
 
 
 def read_by_all(layout: RowLayout) -> RowLayout:
-    """Return the first part of the row: the rest is read of neighbours in tension, where bodies meet, or never."""
-    names = [name for name, _ in layout.fields]
-    first = next(name for name in ("fills", "bear", "m") if name in names)
-    return RowLayout(layout.dim, layout.fields[: names.index(first)])
+    """Return the first part of the row: the rest is read where bodies meet."""
+    names = [name for name, _ in layout.made]
+    return RowLayout(
+        layout.dim, layout.fields, layout.made[: names.index("fills")] if "fills" in names else layout.made
+    )
 
 
 def gradients(near, n, rows, i, constants, out):
