@@ -238,9 +238,9 @@ def _punching(case: Case, kind: Regime) -> Iterator[str]:
     across = max(widths, default=0.0) / case.resolution
     if across < BAND:
         yield (
-            "resolution: a blunt projectile shears out a plug along a band that 80 particles across it resolve; limits "
-            "come out half to three quarters too high with 20 to 40 (docs/validation.md); compare with a shot that was "
-            "fired"
+            "resolution: a blunt projectile shears out a plug along a band that 80 particles across it resolve; a "
+            "limit came out 8 % too high with 60 and by more than 12 % with 40 (docs/validation.md); compare with a "
+            "shot that was fired"
         )
     for name, damage in failing.items():
         if getattr(damage, "softening", 0.0) == 0.0:
