@@ -43,8 +43,9 @@ def test_a_sound_case_needs_no_advice():
         (row_of([METAL, METAL], speed=12e3, formulation={"type": "eulerian"}), "density_form"),
         (row_of([METAL, METAL], speed=3100.0, formulation={"type": "total_lagrangian"}), "reference kernels"),
         (row_of([SPRING], speed=1.0, time={"end": 1e-3}), "total_lagrangian"),
-        (row_of([GAS, GAS], speed=100.0, formulation={"type": "eulerian", "density_form": "mass"}), "smoothing_length"),
-        (row_of([GAS, GAS], speed=9.0, formulation={"type": "eulerian", "smoothing_length": {"type": "variable"}}), "density"),
+        (row_of([GAS, GAS], speed=100.0, formulation={"type": "eulerian"}), "smoothing_length"),
+        (row_of([GAS, GAS], speed=9.0, formulation={"type": "eulerian", "density_form": "volume",
+                                                    "smoothing_length": {"type": "variable"}}), "density"),
         (row_of([METAL, METAL], formulation={"type": "eulerian", "contact": {"type": "repulsive"}}), "contact"),
     ],
     ids=["printed", "volume", "reference", "slow", "gas", "dense gas", "loaded"],
@@ -182,6 +183,17 @@ def test_solids_without_a_strength_are_named_where_it_is_felt():
     assert "bodies.body_1.material" in text
     assert named(20e3) == []  # 29 GPa acoustic
     assert [text for text in advice(row_of(["water", "aluminium-6061-t6"], speed=300.0)) if "no strength" in text] == []
+
+
+def test_gases_alone_keep_density_to_their_spacing():
+    """Behind Noh's planar shock 3.94 of 4 are found, and 4.79 with the form of solids; given is given."""
+    for dim in (1, 2, 3):
+        assert row_of([GAS, GAS], dim, formulation={"type": "eulerian"}).formulation.density_form == "mass"
+    about = row_of([GAS], kinematics="axisymmetric", formulation={"type": "eulerian"})
+    assert about.formulation.density_form == "mass"
+    for materials, further in (([GAS, METAL], {}), ([METAL, METAL], {}), ([GAS, GAS], {"density_form": "volume"}),
+                               ([GAS, GAS], {"contact": {"type": "repulsive"}}), ([GAS], {"correction": {"type": "mixed"}})):  # fmt: skip
+        assert row_of(materials, formulation={"type": "eulerian", **further}).formulation.density_form == "volume"
 
 
 def test_detonation_products_are_followed_like_gases():

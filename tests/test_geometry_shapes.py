@@ -297,6 +297,23 @@ class TestMeshes:
         with pytest.raises(CaseError, match="there is no file"):
             load_mesh(folder / "none.stl")
 
+    def test_parts_are_solid_or_cavities_and_what_lies_twice_is_refused(self, folder):
+        """Its signed volume would count twice what a ray finds outside: a density twice too high."""
+
+        def both(size, at, turned=False):
+            first, second = self.trimesh.creation.box((4, 4, 4)), self.trimesh.creation.box((size,) * 3)
+            second.apply_translation((at, 0, 0))
+            if turned:
+                second.invert()
+            self.trimesh.util.concatenate([first, second]).export(folder / "both.stl")
+            return load_mesh(folder / "both.stl")
+
+        assert both(2, 6).volume == pytest.approx(64 + 8)
+        assert both(2, 0, turned=True).volume == pytest.approx(64 - 8)  # a cavity
+        for size, at, turned in ((3, 1, False), (2, 0, False), (2, 6, True)):  # across, within, inside out
+            with pytest.raises(CaseError, match="overlap, or one of them is inside out, as near"):
+                both(size, at, turned)
+
 
 @pytest.mark.parametrize(
     "make",

@@ -22,6 +22,8 @@ from hvisph.geometry.shapes.shape import Shape, grid
 AT_ONCE = 1_000_000
 # Points on the surface from which distances are taken, at most.
 MOST_SAMPLES = 100_000
+# Rays each way that look for what lies within a surface twice, and how close faces of its size touch.
+RAYS, TOUCHING = 150, 1e-7
 # How much farther than the nearest of them one may be that is taken for it: a search deep inside would look at all.
 SLACK = 0.1
 
@@ -64,7 +66,7 @@ class Mesh(Shape):
         """Tell which `points` (n, 3) [m] lie inside: booleans of shape (n,)."""
         points = np.asarray(points, dtype=float)
         inside = np.zeros(len(points), bool)
-        for chosen, ray, x in self._crossings(points[:, 1:]):
+        for chosen, ray, x, _ in self._crossings(points[:, 1:]):
             ahead = ray[x > points[chosen[ray], 0]]
             inside[chosen] = np.bincount(ahead, minlength=len(chosen)) % 2 == 1
         return inside
@@ -73,14 +75,34 @@ class Mesh(Shape):
         """Tell which nodes of a lattice lie inside, from one ray for each of its rows along x: (nodes,)."""
         rows = grid(axes[1:])
         behind = np.zeros((len(axes[0]) + 1, len(rows)), np.int32)
-        for chosen, ray, x in self._crossings(rows):
+        for chosen, ray, x, _ in self._crossings(rows):
             np.add.at(behind, (np.searchsorted(axes[0], x), chosen[ray]), 1)
         # a node is inside where an odd number of crossings lies ahead of it
         ahead = np.cumsum(behind[::-1], axis=0)[::-1][1:]
         return np.asarray(ahead % 2 == 1).ravel()
 
-    def _crossings(self, rays: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Yield crossings of rays along x through (y, z): numbers of some rays, crossing ones among them, their x."""
+    def doubtful(self) -> np.ndarray | None:
+        """Return a place (3,) [m] that the surface has within it twice, or turned inside out; None if there is none."""
+        low, high = self.bounds()
+        size = float((high - low).max())
+        steps = (np.arange(RAYS) + 0.4142) / RAYS
+        rows = grid([low[k] + steps * (high[k] - low[k]) for k in (1, 2)])
+        for chosen, ray, x, enters in self._crossings(rows):
+            # faces that touch are left before they are entered
+            order = np.lexsort((x + np.where(enters, TOUCHING, -TOUCHING) * size, ray))
+            ray, x, enters = ray[order], x[order], enters[order]
+            within = np.cumsum(np.where(enters, 1, -1))  # each ray begins and ends outside
+            wrong = np.flatnonzero((within < 0) | (within > 1))
+            if len(wrong):
+                k = wrong[0]
+                return np.array([0.5 * (x[k] + x[min(k + 1, len(x) - 1)]), *rows[chosen[ray[k]]]])
+        return None
+
+    def _crossings(self, rays: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+        """Yield crossings of rays along x through (y, z).
+
+        They are numbers of some rays, crossing ones among them, their x, and whether they enter there.
+        """
         bins = self._bins
         cell = bins.of(rays)
         candidates = np.flatnonzero(bins.counts[cell] > 0)
@@ -93,8 +115,8 @@ class Mesh(Shape):
             yield chosen, *self._crossed(rays[chosen], cell[chosen])
             start = stop
 
-    def _crossed(self, rays: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return which rays cross a triangle, one entry a crossing, and at which x."""
+    def _crossed(self, rays: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return which rays cross a triangle, one entry a crossing, at which x, and whether they enter there."""
         bins = self._bins
         many = bins.counts[cell]
         ray = np.repeat(np.arange(len(rays)), many)
@@ -105,7 +127,8 @@ class Mesh(Shape):
         hit = (sides[0] == sides[1]) & (sides[1] == sides[2])
         p, t = p[hit], t[hit]
         normal = np.cross(t[:, 1] - t[:, 0], t[:, 2] - t[:, 0])
-        return ray[hit], t[:, 0, 0] - ((p - t[:, 0, 1:]) * normal[:, 1:]).sum(axis=1) / normal[:, 0]
+        x = t[:, 0, 0] - ((p - t[:, 0, 1:]) * normal[:, 1:]).sum(axis=1) / normal[:, 0]
+        return ray[hit], x, normal[:, 0] < 0
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, 3) [m] to points spread over the surface: (n,) [m].
@@ -201,7 +224,7 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> Mesh:
     Raises
     ------
     CaseError
-        When there is no such file, it cannot be read, or the surface is open: where it is open.
+        When there is no such file, it cannot be read, or the surface is open or within itself: where it is.
     """
     if not Path(path).is_file():
         raise CaseError(f"there is no file '{path}'", where="file")
@@ -220,7 +243,16 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> Mesh:
         raise CaseError(_open(path, loaded), where="file")
     if loaded.volume < 0:
         loaded.invert()
-    return Mesh(np.asarray(loaded.triangles, float) * scale, float(loaded.volume) * scale**3, Path(path).name)
+    solid = Mesh(np.asarray(loaded.triangles, float) * scale, float(loaded.volume) * scale**3, Path(path).name)
+    twice = solid.doubtful()
+    if twice is not None:
+        at = ", ".join(f"{c:.4g}" for c in twice / scale)
+        raise CaseError(
+            f"parts of the surface in '{path}' overlap, or one of them is inside out, as near ({at}): neither volume nor "
+            "inside is certain; unite them in the CAD program, or give each as a mesh of its own in a `union`",
+            where="file",
+        )
+    return solid
 
 
 def _open(path: str | Path, mesh: Any) -> str:
