@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_SHOWN = 60_000  # particles of a view; more would not be told apart
+UNDER = 34  # [points] from the axes to the names under them
 TURN, RAISE = np.radians(-35.0), np.radians(22.0)  # from where a view is seen
 
 
@@ -122,6 +123,7 @@ def setup_figure(setup: Setup) -> Figure:
 def _section(axes: Axes, setup: Setup) -> None:
     """Draw the plane through the shot line: x and y, or in 1D x alone; of rings both halves."""
     from matplotlib.collections import EllipseCollection
+    from matplotlib.transforms import ScaledTranslation
 
     unit = setup.factor
     everything = np.concatenate([body.positions for body in setup.bodies]) * unit
@@ -176,7 +178,8 @@ def _section(axes: Axes, setup: Setup) -> None:
     axes.set_ylabel("" if setup.dim == 1 else f"{across} [mm]" if setup.si else across)
     counted = f"{len(everything)} {'rings' if setup.revolved else 'particles'}"
     axes.set_title(f"section, {counted} in all" if setup.solid else counted, fontsize=9)
-    axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.1), ncols=2, frameon=False)
+    below = axes.transAxes + ScaledTranslation(0.0, -UNDER / 72, axes.figure.dpi_scale_trans)  # a bar's picture is flat
+    axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2, frameon=False)
 
 
 def _velocities(axes: Axes, setup: Setup, span: float) -> None:
