@@ -52,8 +52,8 @@ class EulerianFormulation(KernelOptions):
     density_form: Literal["volume", "mass"] = Field(
         default="volume",
         description="Rate of density: rho_a sum m_b/rho_b u_ab . grad W, which neighbours of another density leave "
-        "alone, or sum m_b u_ab . grad W, which keeps to the particles' spacing through strong shocks; where all bodies "
-        "are ideal gases `mass` unless given",
+        "alone, or sum m_b u_ab . grad W, which keeps to the particles' spacing through strong shocks; where all "
+        "bodies are ideal gases `mass` unless given",
     )
     correction: Correction = Field(
         default=NoCorrection(),

@@ -248,8 +248,8 @@ def load_mesh(path: str | Path, scale: float = 1.0) -> Mesh:
     if twice is not None:
         at = ", ".join(f"{c:.4g}" for c in twice / scale)
         raise CaseError(
-            f"parts of the surface in '{path}' overlap, or one of them is inside out, as near ({at}): neither volume nor "
-            "inside is certain; unite them in the CAD program, or give each as a mesh of its own in a `union`",
+            f"parts of the surface in '{path}' overlap, or one of them is inside out, as near ({at}): neither volume "
+            "nor inside is certain; unite them in the CAD program, or give each as a mesh of its own in a `union`",
             where="file",
         )
     return solid
