@@ -68,17 +68,25 @@ def test_turning_strains_nothing(dim):
 
 
 def spun(formulation, integrator, steps):
-    """Return by how much the angular momentum of a disordered disc that spins changes, over what it is."""
+    """Return by how much the angular momentum of a disordered disc that spins changes, over what it is.
+
+    Far away another rests: with it the disc has the loops of bodies that meet.
+    """
+
+    def disc(at, diameter):
+        shape = {"type": "disc", "diameter": diameter}
+        return {"material": ELASTIC, "position": [at, 0.0], "shape": shape, "mass": "nominal"}
+
     case = {
         "kinematics": "plane_strain", "resolution": 1e-3, "formulation": formulation,
-        "bodies": {"disc": {"material": ELASTIC, "position": [0.0, 0.0], "shape": {"type": "disc", "diameter": 16e-3}}},
-        "time": {"end": 1.0, "integrator": integrator},
+        "bodies": {"disc": disc(0.0, 16e-3), "far": disc(60e-3, 4e-3)}, "time": {"end": 1.0, "integrator": integrator},
     }  # fmt: skip
     setup = build(load_case(case))
     particles = setup.particles
-    particles["position"] += 2e-5 * np.random.default_rng(0).normal(size=particles["position"].shape)
-    x = particles["position"].copy()
-    particles["velocity"] = 2e4 * np.column_stack([-x[:, 1], x[:, 0]])  # the rim at 160 m/s
+    spins = particles.body == 0
+    particles["position"][spins] += 2e-5 * np.random.default_rng(0).normal(size=(spins.sum(), 2))
+    x = particles["position"][spins]
+    particles["velocity"][spins] = 2e4 * np.column_stack([-x[:, 1], x[:, 0]])  # the rim at 160 m/s
 
     def momentum():
         return torque(particles["position"], particles["mass"][:, None] * particles["velocity"])[0]
@@ -91,16 +99,25 @@ def spun(formulation, integrator, steps):
     return abs(momentum() / before - 1.0)
 
 
-@pytest.mark.parametrize("integrator", ["leapfrog", pytest.param("predictor_corrector", marks=pytest.mark.slow)])
-@pytest.mark.parametrize("kind", ["riemann", "eulerian"])
-def test_a_disc_keeps_its_spin(kind, integrator):
+# What the disc loses in 160 steps where its angular momentum is left free.
+FREE = {"riemann": 4.5e-4, "eulerian": 1.4e-2}
+
+
+@pytest.mark.parametrize("kind", FREE)
+def test_a_disc_keeps_its_spin(kind):
     """What is left is a step's worth of torque, and no more of it the longer it spins."""
-    kept, free = (
-        [spun({"type": kind, "angular_momentum": name}, integrator, steps) for steps in (40, 160)]
-        for name in ("kept", "free")
-    )
-    assert max(kept) < 0.05 * free[1]
+    kept = [spun({"type": kind, "angular_momentum": "kept"}, "leapfrog", steps) for steps in (40, 160)]
+    assert max(kept) < 0.05 * FREE[kind]
     assert kept[1] < 3.0 * kept[0]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("integrator", ["leapfrog", "predictor_corrector"])
+@pytest.mark.parametrize("kind", FREE)
+def test_a_disc_left_free_loses_its_spin(kind, integrator):
+    kept, free = (spun({"type": kind, "angular_momentum": name}, integrator, 160) for name in ("kept", "free"))
+    assert kept < 0.05 * free
+    assert free == pytest.approx(FREE[kind], rel=0.5)  # another noise, another integrator: as much, not the same
 
 
 def test_what_is_printed_or_corrected_leaves_it_free():

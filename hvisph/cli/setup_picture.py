@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from hvisph.core.kinematics import KINEMATICS
 
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
 
-def draw_setup(case: Any, path: str) -> Path:
+
+def draw_setup(case: Case, path: str) -> Path:
     """Draw the set-up of `case` into the file `path`."""
     from hvisph.pictures.setup import DrawnBody, Setup, setup_picture
     from hvisph.simulation.bodies import placed_bodies
