@@ -27,6 +27,16 @@ FORMULATIONS = {
 }
 EVERY = pytest.mark.parametrize("formulation", FORMULATIONS.values(), ids=FORMULATIONS)
 DIMS = pytest.mark.parametrize("dim", [1, 2, 3])
+# Loops of their own for a text that others of the same dimensions have as well.
+ALONE = {("artificial_stress", 1), ("contact", 1), ("separating", 1), ("separating", 3)}
+
+
+def every_in(*dims):
+    """Every formulation in so many dimensions."""
+    return pytest.mark.parametrize(("formulation", "dim"), [
+        pytest.param(formulation, dim, id=f"{name}-{dim}", marks=[pytest.mark.slow] * ((name, dim) in ALONE))
+        for name, formulation in FORMULATIONS.items() for dim in dims
+    ])  # fmt: skip
 
 
 def turn(dim):
@@ -41,16 +51,14 @@ def assert_same(found, wanted, tolerance):
     assert np.all(np.abs(found - wanted) <= tolerance * scale)
 
 
-@DIMS
-@EVERY
+@every_in(1, 2, 3)
 def test_compiled_rates_are_those_of_the_formulas(formulation, dim):
     cloud = random_cloud(dim)
     # sums of up to 80 terms in another order, the largest ten times the sum
     assert_same(compiled_rates(cloud, formulation), twin_rates(cloud, formulation), 1e-12)
 
 
-@DIMS
-@EVERY
+@every_in(1, 2, 3)
 def test_momentum_and_energy_balance(formulation, dim):
     cloud = random_cloud(dim, seed=3)
     rates = compiled_rates(cloud, formulation)
@@ -61,8 +69,7 @@ def test_momentum_and_energy_balance(formulation, dim):
     assert abs(work.sum() + power.sum()) < 1e-13 * (np.abs(work) + np.abs(power)).sum()
 
 
-@DIMS
-@EVERY
+@every_in(1, 2, 3)
 def test_rates_do_not_know_the_observers_velocity(formulation, dim):
     cloud = random_cloud(dim)
     moving = replace(cloud, u=cloud.u + 7000.0)
@@ -70,8 +77,7 @@ def test_rates_do_not_know_the_observers_velocity(formulation, dim):
     assert_same(compiled_rates(moving, formulation), compiled_rates(cloud, formulation), 1e-11)
 
 
-@pytest.mark.parametrize("dim", [2, 3])
-@EVERY
+@every_in(2, 3)
 def test_rates_turn_with_the_body(formulation, dim):
     cloud, q = random_cloud(dim), turn(dim)
     here, there = compiled_rates(cloud, formulation), compiled_rates(cloud.turned(q), formulation)
