@@ -4,7 +4,7 @@ import numpy as np
 
 from hvisph.sph.laws.edges import SOUND, SOUND_MEAN
 from hvisph.sph.laws.interface import LOOKS, MIXED_UP, OPEN, SHUT
-from hvisph.sph.laws.pair_states import HOLDING, NO_SHEAR
+from hvisph.sph.laws.pair_states import HARD, HOLDING, NO_SHEAR
 from hvisph.sph.laws.riemann import SHOCK_SLOPE
 from hvisph.sph.laws.unlike import FAINTEST, LEAST, depths
 
@@ -140,7 +140,7 @@ def contact(pairs, grad_u, grad_s, a, b):
             tb = tb - 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[b] @ x_ba) @ e - for_t)
         sides[name] = ua, ub, ta, tb
     u_own, u_its, traction = np.zeros(pairs.dim), np.zeros(pairs.dim), np.zeros(pairs.dim)
-    slipped = 0.0
+    slipped = exchanged = 0.0
     for name, (ua, ub, ta, tb) in sides.items():
         speed = cloud.c_l if name == "normal" else cloud.c_t
         za, zb = cloud.rho[a] * speed[a], cloud.rho[b] * speed[b]
@@ -157,6 +157,10 @@ def contact(pairs, grad_u, grad_s, a, b):
                 nearer = pairs.volume[a] * pairs.volume[b] / r ** (2 * pairs.dim)
                 order = min(cloud.order[a], cloud.order[b])
                 pull -= max(pull, 0.0) * order * min(HOLDING * max(nearer - 1.0, 0.0), 1.0)
+            if not parted:
+                stiffness = (za + zb) ** 2 / (cloud.rho[a] + cloud.rho[b])
+                counted = min((HARD * min(pull, 0.0) / stiffness) ** 2, 1.0 if formulation.smoothing.variable else 0.5)
+                exchanged = counted * (0.5 * (cloud.u[a] + cloud.u[b]) - common) @ e
             if parted:
                 pull = gate * min(pull, 0.0)
             t, push = pull * e, -pull
@@ -173,7 +177,7 @@ def contact(pairs, grad_u, grad_s, a, b):
         slipped = 0.5 * t @ (its - own)  # of the last, tangential part
     if pairs.dim == 1:
         slipped = 0.0
-    return u_own, traction, e, slope, gate, 0.5 * traction @ (u_its - u_own), slipped, x_ba
+    return u_own, traction, e, slope, gate, 0.5 * traction @ (u_its - u_own), slipped, x_ba, exchanged
 
 
 def at_edges(gradient, rate, moment, closing, dim, bear):
@@ -200,7 +204,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         unit = kernel.norm(dim) / h**dim
         omega = 1.0 - volume[a] * unit * kernel.shape.py_func(0.0) * cloud.grows[a]
         for b in pairs.near[a]:
-            u_star, t_star, e, slope, gate, heat, slipped, x_ba = contact(pairs, grad_u, grad_s, a, b)
+            u_star, t_star, e, slope, gate, heat, slipped, x_ba, exchanged = contact(pairs, grad_u, grad_s, a, b)
             r = np.linalg.norm(x_ba)
             if formulation.spins:
                 share, acting = 2.0 * volume[a] * volume[b] * slope / cloud.m[a], np.zeros(dim)
@@ -221,7 +225,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
                 crowd = (cloud.h[b] / h) ** dim
             strain = weight * 2.0 * slope * np.outer(u_star - cloud.u[a], e)
             gradient += volume[b] * strain
-            rate += volume[a] * crowd * np.trace(strain)
+            rate += volume[a] * (crowd * np.trace(strain) + 2.0 * slope * exchanged)
             moment += weight * volume[b] * slope * (x_ba @ e) * np.outer(e, e)
             if following:
                 receding = weight * (cloud.u[b] - cloud.u[a]) @ e

@@ -11,8 +11,9 @@ from hvisph.case.model import StrictModel
 from hvisph.case.units import PositiveTime, Quantity
 
 # Courant number unless given, by formulation and for those without an entry. The criterion of standard SPH holds the
-# signal of its viscosity, 1.2 alpha c, already; measured in docs/performance.md.
-COURANT_OF, COURANT = {"eulerian": 0.6, "riemann": 0.4}, 0.3
+# signal of its viscosity, 1.2 alpha c, already; contact SPH at 0.35 leaves its dissipation room in disordered lattices
+# (docs/theory/integration.md). Measured in docs/performance.md.
+COURANT_OF, COURANT = {"eulerian": 0.6, "riemann": 0.35}, 0.3
 
 
 def default_courant(data: dict[str, Any]) -> float | None:
@@ -36,7 +37,7 @@ class Time(StrictModel):
     cfl: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = Field(
         default=COURANT,
         description="Courant number of the adaptive step [-], above 0 and at most 1; unless given 0.6 with `eulerian`, "
-        "0.4 with `riemann`, 0.3 with others and for rings",
+        "0.35 with `riemann`, 0.3 with others and for rings",
     )
     step: PositiveTime | None = Field(
         default=None,

@@ -16,6 +16,8 @@ from .limiters import TINY
 
 # How soon tension leaves pairs closer than their volumes allow.
 HOLDING = 12.0
+# Root of the share of its exchange that a pair loses, over p/(2 rho c^2): half of it at 0.07 rho c^2.
+HARD = 20.0
 # What has less than this is taken to bear none.
 NO_SHEAR = 1e-4
 
@@ -46,7 +48,8 @@ def met(za, zb, du, t_a, dt, moves_u, moves_t):
     moves_u, moves_t
         How far both sides move to each other, see `moved`.
     """
-    change = (zb * (du - moves_u[0] - moves_u[1]) + (dt - moves_t[0] - moves_t[1])) / (za + zb)
+    inverse = 1.0 / (za + zb)
+    change = inverse * (zb * (du - moves_u[0] - moves_u[1]) + (dt - moves_t[0] - moves_t[1]))
     return moves_u[0] + change, t_a + moves_t[0] + za * change
 
 
@@ -57,6 +60,24 @@ def met_beside(za, zb, du, t_a, dt, moves_u, moves_t):
     change = plus(times(inverse * zb * (1.0 - moves_u[0] - moves_u[1]), du),
                   times(inverse * (1.0 - moves_t[0] - moves_t[1]), dt))  # fmt: skip
     return plus(times(moves_u[0], du), change), plus(t_a, plus(times(moves_t[0], dt), times(za, change)))
+
+
+@compiled
+def counted(us, du, t, za, zb, densities, most):
+    """Return what of the exchange, `us` less the mean velocity, density goes without: `most` where a pair presses hard.
+
+    Parameters
+    ----------
+    us, du, t
+        Contact velocity and the neighbour's, both less the own one; normal traction.
+    za, zb, densities
+        Impedances, and the sum of both densities.
+    most
+        Largest share.
+    """
+    inverse = 1.0 / (za + zb)
+    pressing = HARD * densities * inverse * inverse * min(t, 0.0)
+    return min(pressing * pressing, most) * (us - 0.5 * du)
 
 
 @compiled

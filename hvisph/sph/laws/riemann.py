@@ -21,8 +21,13 @@ The printed form ends there, density following tr L. With CONSISTENT
     t*_n <= what both sides bear in tension,  |t*_t| <= what both bear in shear            (`materials.bearing`)
 
 and gradients are corrected at edges (`sph.laws.edges`). With the own volume the rate is that of the number density
-sum W and of an exchange between both sides: mass, momentum and energy hold across a front. Where h follows density
-(FOLLOWING) the number is that of the kernel at the own h, whose change divides by Omega_a = 1 + V_a h_a/d sum dW/dh.
+sum W and of an exchange between both sides: mass, momentum and energy hold across a front. The exchange, which keeps
+density even, loses half in pairs of one body that press hard, where it parts density from the number for good,
+
+    u*  <-  u* + s ((u_a + u_b)/2 - u*)  in the density's rate,      s = min((10 t*_n / rho c^2)^2, 1/2),  t*_n < 0
+
+and all, 1 for 1/2, where h follows density (FOLLOWING). There the number is that of the kernel at the own h, whose
+change divides by Omega_a = 1 + V_a h_a/d sum dW/dh.
 
 Tension makes a lattice of particles unstable, for disorder raises sum W. HELD keeps it where o_ab says that the
 bodies have not flowed: tension leaves pairs that are closer than their volumes allow,
@@ -104,7 +109,7 @@ from hvisph.sph.shape_matrix import sound_inverse
 from .edges import at_edges
 from .interface import across, looking
 from .limiters import TINY
-from .pair_states import at_most, drawn, let_go, met, met_beside, moved, pressed, slid
+from .pair_states import at_most, counted, drawn, let_go, met, met_beside, moved, pressed, slid
 from .rings import brake, hoop_share, ring_weight
 from .unlike import along_normal, stretched
 
@@ -234,7 +239,8 @@ def accumulate(near, n, rows, i, constants, out):
             moment = plus(moment, symmetric_outer(lever, of_gradient))
         if CONSISTENT:
             space = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if UNLIKE else 1.0
-            number += weight * g * space * us_n
+            evening = counted(us_n, du_n, t_n, za, zb, rows[i, RHO] + b[RHO], 1.0 if FOLLOWING else 0.5)
+            number += weight * g * space * (us_n - (1.0 - other) * evening)
             if FOLLOWING:
                 q, receding = r / h, weight * du_n
                 number -= 0.5 * g * receding
