@@ -56,10 +56,14 @@ class Range:
     @property
     def words(self) -> str:
         """Density and temperature in words, in SI."""
+        return self.said()
+
+    def said(self, unitless: bool = False) -> str:
+        """Return density and temperature in words, in SI or without units."""
         cold = " where it is cold" if self.vapour_energy < inf else ""
         parts = [f"above {self.least_density:.4g}{cold}"] if self.least_density > 0.0 else []
         parts += [f"below {self.greatest_density:.4g}"] if self.greatest_density < inf else []
-        density = [f"density {' and '.join(parts)} kg/m^3"] if parts else []
+        density = [f"density {' and '.join(parts)}{'' if unitless else ' kg/m^3'}"] if parts else []
         heat = [f"temperature above {COLDEST:g} K"] if self.knows_heat else []
         return ", ".join([*density, *heat]) or "energy above zero"
 

@@ -115,18 +115,18 @@ def _remarks(case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, 
             if moment.time < now.time:
                 yield moment
 
-    holds = [_holds(body) for body in case.bodies.values()]
+    holds = [_holds(body, case.units == "none") for body in case.bodies.values()]
     return [*remarks(now, start, list(case.bodies), whole, case.resolution, holds, moments()), *unread]
 
 
-def _holds(body: Any) -> Holds:
+def _holds(body: Any, unitless: bool) -> Holds:
     material = material_of(body.material, body.internal_energy)
     holds = range_of(material)
     damage: Any = body.material.damage
     limited = [getattr(damage, key, None) for key in ("spall_strength", "pressure_cutoff")]
     knows_none = damage.type in ("none", "johnson_cook", "cockcroft_latham") and limited == [None, None]
     bears = holds.tension if knows_none else None
-    return Holds(partial(outside_range, material), holds.words, bears)
+    return Holds(partial(outside_range, material), holds.said(unitless), bears)
 
 
 def _correlations(case: Case) -> list[dict[str, Any]]:
