@@ -9,6 +9,7 @@ from measure_bodies import MM, ball, box, snapshot
 from hvisph.core.errors import OutputError
 from hvisph.core.measures import LAYER_CATALOGUE
 from hvisph.measures.layers import layer_measures, perforated
+from hvisph.measures.marks import _front_surface
 from hvisph.measures.measure import measure_snapshot
 from hvisph.measures.passage import Moment, moment_of, with_history
 from hvisph.measures.result import Result, meaningless
@@ -440,3 +441,11 @@ def test_a_plate_that_has_bent_away_has_no_hole_in_its_place(dim):
     assert bent["hole_diameter"].value is None
     assert "bent out of its place" in bent["hole_diameter"].reason
     assert bent["hole_diameter_clear"].value == pytest.approx(flat["hole_diameter_clear"].value, rel=0.05)
+
+
+def test_the_struck_face_is_that_of_whole_cells():
+    """Where the rim begins within a cell, one column of it tells nothing: its particles may have moved inwards."""
+    depth = np.array([0.0, 1.0, 0.0, 1.0, 0.7]) * MM
+    across = np.array([[0.2], [0.2], [1.1], [1.1], [0.9]]) * MM
+    inner = across[:, 0] < 1.0 * MM
+    assert _front_surface(depth, across, inner, 0.8 * MM).tolist() == [0.0, 0.0]

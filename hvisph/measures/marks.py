@@ -89,7 +89,7 @@ def _crater(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -
     inner = ~plate.beyond(across, RIM)
     if not inner.any():
         return _none(scene, CRATER, "nothing of the layer is left within its rim")
-    surface = _front_surface(depth[inner], across[inner], 2.0 * scene.spacing) - 0.5 * scene.spacing
+    surface = _front_surface(depth, across, inner, 2.0 * scene.spacing) - 0.5 * scene.spacing
     deepest = max(float(surface.max()), 0.0)
     bulge = max(float(depth[inner].max()) + 0.5 * scene.spacing - plate.thickness, 0.0)
     results = {"crater_depth": _length(scene, deepest), "bulge": _length(scene, bulge)}
@@ -102,15 +102,15 @@ def _crater(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -
     return results
 
 
-def _front_surface(depth: np.ndarray, across: np.ndarray, cell: float) -> np.ndarray:
-    """Return the least depth in each cell of the plane that holds particles [m]."""
+def _front_surface(depth: np.ndarray, across: np.ndarray, inner: np.ndarray, cell: float) -> np.ndarray:
+    """Return the least depth in each cell of the plane that holds `inner` particles, of all that are there [m]."""
     place = np.floor(across / cell + 1e-9).astype(np.int64)
     place -= place.min(axis=0)
     key = np.ravel_multi_index(tuple(place.T), tuple(place.max(axis=0) + 1))
     _, group = np.unique(key, return_inverse=True)
     least = np.full(int(group.max()) + 1, np.inf)
     np.minimum.at(least, group, depth)
-    return least
+    return least[np.unique(group[inner])]
 
 
 def _spall(scene: Scene, plate: Plate, hole: Perforation) -> dict[str, Result]:
