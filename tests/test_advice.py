@@ -99,6 +99,18 @@ def test_a_liquid_beside_what_stays_elastic_is_named():
     assert regime(row_of([METAL, METAL], speed=1.0)).words.endswith("below the strength")
 
 
+def test_rods_that_erode_at_few_particles_are_named():
+    def rod(length, dx, speed=1500.0):
+        bodies = {"rod": {"material": METAL, "shape": {"type": "cylinder", "diameter": 5e-3, "length": length},
+                          "velocity": [speed, 0.0]},
+                  "block": {"material": METAL, "shape": {"type": "cylinder", "diameter": 5e-2, "length": 4e-2}}}  # fmt: skip
+        case = {"kinematics": "axisymmetric", "resolution": dx, "bodies": bodies, "time": {"end": 1e-6}}
+        return [text for text in advice(load_case(case)) if "erodes" in text]
+
+    assert len(rod(25e-3, 0.5e-3)) == 1
+    assert rod(5e-3, 0.5e-3) == rod(25e-3, 0.2e-3) == rod(25e-3, 0.5e-3, 6000.0) == []
+
+
 def test_few_particles_across():
     (text,) = sparse({"plate": 3, "core": 12})
     assert text.startswith("bodies.plate: 3 particles across")

@@ -51,6 +51,11 @@ def test_the_good_case_loads(tmp_path):
 BAD = [
     ("resolution:", "resolutoin:", ["resolutoin: unknown key", "did you mean 'resolution'?"], 3),
     ("diameter: 10 mm", "diametre: 10 mm", ["bodies.projectile.shape.diametre", "'diameter'"], 7),
+    ("resolution: 0.1 mm", "resolution: 0.1 mm\ncfl: 0.2", ["cfl: unknown key here; it stands at time.cfl"], 4),
+    ("    velocity", "    damage: {type: none}\n    velocity", ["it stands at bodies.NAME.material.damage"], 8),
+    ("output: {every: 1 us}", "output: 1 us", ["output: expected a mapping", "write it like {every: 1 us}"], 17),
+    ("plane_strain", "3D", ["kinematics: unknown '3D'; write three_d"], 2),
+    ("material: aluminium-howell-ball", "material: {name: steel-4340}", ["missing", "or {base: NAME}"], 6),
     ("type: disc", "type: circle", ["bodies.projectile.shape.type: unknown 'circle'; here it is 'disc'"], 7),
     ("diameter: 10 mm", "radius: 5 mm", ["bodies.projectile.shape.radius", "give 'diameter', twice the radius"], 7),
     (

@@ -6,7 +6,7 @@ Error messages, overrides, the schema and the manual all ask here, so none keeps
 from __future__ import annotations
 
 import types
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Union, get_args, get_origin
 
@@ -133,6 +133,23 @@ def keys_of(spot: Spot, value: Any = None) -> list[str]:
     for model in _preferred(spot, kind):
         names += [name for name in model.model_fields if name not in names]
     return names
+
+
+def inner_of(spot: Spot) -> Spot:
+    """Return what stands in each entry of a list or of named blocks, or the spot itself."""
+    return spot if spot.item is None else spot_of(spot.item)
+
+
+def places(model: type[BaseModel], above: str = "", parents: tuple[Any, ...] = ()
+           ) -> Iterator[tuple[str, str, FieldInfo, Spot]]:  # fmt: skip
+    """Yield every key below `model`: its path, the path of what is below, its field and what may stand there."""
+    for name, info in model.model_fields.items():
+        path, spot = f"{above}.{name}" if above else name, spot_of(info.annotation, info)
+        below = f"{path}.NAME" if spot.named else path
+        yield path, below, info, spot
+        for alternative in inner_of(spot).models.values():
+            if alternative not in parents:
+                yield from places(alternative, below, (*parents, alternative))
 
 
 def _preferred(spot: Spot, kind: Any) -> list[type[BaseModel]]:

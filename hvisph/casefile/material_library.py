@@ -153,7 +153,8 @@ class Library:
         kin = [one for one in names if len(wanted) > 2 and wanted in _letters(one)]
         if kin:
             return f"; there are {', '.join(kin)}" if len(kin) > 1 else f"; did you mean '{kin[0]}'?"
-        close = get_close_matches(name.lower(), names, n=1, cutoff=CLOSE)
+        families = {re.split(r"[-0-9]", one)[0] for one in names}
+        close = get_close_matches(name.lower(), [*names, *families], n=1, cutoff=CLOSE)
         if close:
             return f"; did you mean '{close[0]}'?"
         return "; `hvisph materials` lists the library's, and a case may write one out"

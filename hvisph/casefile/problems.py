@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
 from hvisph.case.model import PROBLEMS, Path
 from hvisph.case.units import kind_of
-from hvisph.casefile.describe import Spot, keys_of, walk
+from hvisph.casefile.describe import Spot, keys_of, places, walk
 from hvisph.casefile.yaml_text import Place
 from hvisph.core.errors import CaseError, nearest
 
 MOST_SHOWN = 20
+# How like an allowed key a key is that is a slip of it, and in how many places one may stand that is told of.
+SLIP, MOST_PLACES = 0.75, 3
 
 
 class CaseErrors(CaseError):  # noqa: N818 - a collection, not a kind
@@ -89,7 +92,30 @@ OTHER_WORDS = {
     "dx": ("resolution", ""),
     "spacing": ("resolution", ""),
     "end_time": ("end", ""),
+    "duration": ("end", ""),
+    "interval": ("every", ""),
+    "place": ("at", ""),
+    "position": ("at", ""),
     "dt": ("step", ""),
+}
+UNLIKE = ("model_type", "model_attributes_type", "dict_type", "tuple_type", "list_type")
+# How what is given as a text or a number alone is written out.
+WRITTEN_OUT = {
+    "time": "{end: 10 us}",
+    "output": "{every: 1 us}",
+    "symmetry": "[{axis: y}]",
+    "gauges": "{NAME: {type: material, at: [0, 0]}}",
+    "clamped": "[{box: {min: [0, null]}, bodies: [NAME]}]",
+    "witness": "{x: 100 mm}",
+}
+# Dimensions, and ours.
+OTHER_VALUES = {
+    "1d": "uniaxial_strain",
+    "2d": "plane_strain or axisymmetric",
+    "3d": "three_d",
+    "axial": "axisymmetric",
+    "2d_axisymmetric": "axisymmetric",
+    "rz": "axisymmetric",
 }
 # What other codes call a model or a shape, and ours.
 OTHER_TYPES = {
@@ -124,11 +150,13 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
         key, remark = OTHER_WORDS.get(str(path[-1]), ("", ""))
         if key in allowed:
             return path, f"unknown key; give '{key}'{remark}"
-        return path, f"unknown key{nearest(str(path[-1]), allowed)}"
+        return path, f"unknown key{_elsewhere(root, path, allowed) or nearest(str(path[-1]), allowed)}"
     spot = walk(root, path, data)
     if kind == "missing":
         about = spot.info.description if spot and spot.info and spot.info.description else ""
-        return path, f"missing{': ' + about if about else ''}"
+        named = "name" in (value if isinstance(value, dict) else {}) and path[-1] in ("density", "eos")
+        library = "; a material of the library is its name alone, or {base: NAME}" if named else ""
+        return path, f"missing{': ' + about if about else ''}{library}"
     if kind == "union_tag_not_found":
         return path, _untagged(spot, value)
     if kind == "union_tag_invalid":
@@ -137,13 +165,27 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
         if spot and ours in spot.models:
             return (*path, "type"), f"unknown '{_short(tag)}'; here it is '{ours}'"
         return (*path, "type"), f"unknown '{_short(tag)}'{nearest(tag, list(spot.models) if spot else [])}"
+    if kind == "literal_error" and path[-1] == "kinematics" and (other := OTHER_VALUES.get(str(value).lower())):
+        return path, f"unknown {_shown(value)}; write {other}"
     if kind == "literal_error":
         return path, f"unknown {_shown(value)}{nearest(str(value), spot.choices if spot else ())}"
     if kind == "value_error":
         return path, str(detail["ctx"]["error"])
     if kind == "model_attributes_type" and spot and spot.tagged:
         return path, _untagged(spot, value)
-    return path, _plain(kind, detail, value)
+    written = next((WRITTEN_OUT.get(part) for part in reversed(path) if isinstance(part, str)), None)
+    return path, _plain(kind, detail, value) + (f"; write it like {written}" if written and kind in UNLIKE else "")
+
+
+def _elsewhere(root: type[BaseModel], path: Path, allowed: Sequence[str]) -> str:
+    """Return where below `root` a key stands that is unknown at `path`; empty where it is a slip, or stands in many."""
+    key = str(path[-1])
+    if get_close_matches(key, allowed, n=1, cutoff=SLIP):
+        return ""
+    found = {one for one, *_ in places(root) if one.split(".")[-1] == key}
+    found = {one for one in found if one.split(".")[0] == path[0]} or found
+    told = " or ".join(sorted(found, key=lambda one: (one.count("."), one)))
+    return f" here; it stands at {told}" if 0 < len(found) <= MOST_PLACES else ""
 
 
 def _meaningless(spot: Spot, value: Any, key: str) -> str:

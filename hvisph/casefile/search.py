@@ -8,11 +8,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
 
 from hvisph.case.case import Case
 from hvisph.casefile.data import bundled_cases
-from hvisph.casefile.describe import spot_of
+from hvisph.casefile.describe import inner_of, places
 from hvisph.casefile.material_library import Library
 from hvisph.core.measures import CATALOGUE
 
@@ -105,7 +104,7 @@ def _score(one: Entry, word: str) -> int:
 def _entries(commands: Sequence[tuple[str, str]]) -> Iterator[Entry]:
     yield from (Entry("command", f"hvisph {name}", text) for name, text in commands)
     seen: set[tuple[str, str, str]] = set()
-    for entry in _keys(Case, "", ()):
+    for entry in _keys():
         mark = (entry.kind, entry.name, entry.text)
         if mark not in seen:
             seen.add(mark)
@@ -120,19 +119,12 @@ def _entries(commands: Sequence[tuple[str, str]]) -> Iterator[Entry]:
         yield Entry("page", f"docs/{page}", ": ".join([title, ", ".join(headings)]) if headings else title)
 
 
-def _keys(model: Any, above: str, parents: tuple[Any, ...]) -> Iterator[Entry]:
-    for name, info in model.model_fields.items():
-        path = f"{above}.{name}" if above else name
-        spot = spot_of(info.annotation, info)
-        if name != "type":
+def _keys() -> Iterator[Entry]:
+    for path, below, info, spot in places(Case):
+        if not path.endswith("type"):
             yield Entry("key", path, info.description or "")
-        for choice in spot.choices if name != "type" else ():
-            yield Entry("value", f"{path}: {choice}", info.description or "")
-        inner = spot_of(spot.item) if spot.item is not None else spot
-        below = f"{path}.NAME" if spot.named else path
-        for tag, alternative in inner.models.items():
+            yield from (Entry("value", f"{path}: {choice}", info.description or "") for choice in spot.choices)
+        for tag, alternative in inner_of(spot).models.items():
             if tag:
                 first = (alternative.__doc__ or "").strip().splitlines()[0]
                 yield Entry("value", f"{below}.type: {tag}", first)
-            if alternative not in parents:
-                yield from _keys(alternative, below, (*parents, alternative))
