@@ -46,10 +46,11 @@ def bearable_shear(table, models, m, rho, e, p, s, plastic_strain, flowed, damag
 
     `flowed` says that its plastic strain has just grown: sound Johnson-Cook metal is on its yield surface then.
     """
-    if flowed and damage < 1.0 and models[m, STRENGTH_TAG] == tags.JOHNSON_COOK and not table[m, DISTENSION] > 1.0:
-        harm = models[m, DAMAGE_TAG]
-        if harm < tags.JOHNSON_COOK_DAMAGE or (harm == tags.JOHNSON_COOK_DAMAGE and table[m, SOFTENING] == 0.0):
-            return sqrt(0.5 * double_dot(s, s))
+    harm = models[m, DAMAGE_TAG]
+    plain = harm < tags.JOHNSON_COOK_DAMAGE or (harm == tags.JOHNSON_COOK_DAMAGE and table[m, SOFTENING] == 0.0)
+    plain = plain and models[m, STRENGTH_TAG] == tags.JOHNSON_COOK and not table[m, DISTENSION] > 1.0
+    if plain and flowed and damage < 1.0:
+        return sqrt(0.5 * double_dot(s, s))
     d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
     rate = sqrt((2.0 / 3.0) * double_dot(d, d))
     flow = flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate)[0]

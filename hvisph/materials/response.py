@@ -172,15 +172,14 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     rubble = felt >= 1.0 and not owns
     trial_squared = 1.5 * double_dot(s, s)
     simple = strength == tags.JOHNSON_COOK and not (rubble or smooths or FURTHER_DAMAGE)
-    if simple and not FURTHER_STRENGTH and e < row[SURE_ENERGY]:
-        sure = row[SURE_STRESS] * filled
-        if trial_squared <= sure * sure:  # elastic at any rate: neither temperature nor logarithm are needed
-            return s, plastic_strain, damage, p, c, memory
-    if heated and not FURTHER_STRENGTH:
+    # Elastic at any rate: neither temperature nor logarithm are needed. No return here: lanes could not follow it.
+    sure = row[SURE_STRESS] * filled
+    elastic = simple and not FURTHER_STRENGTH and e < row[SURE_ENERGY] and trial_squared <= sure * sure
+    if heated and not FURTHER_STRENGTH and not elastic:
         homologous, factor, offset, _ = circumstances(strength, rho, e, p, strain_rate, felt, row)
-    if simple:  # below its least yield stress no power is needed
+    if simple and not elastic:  # below its least yield stress no power is needed
         flow = yield_stress(strength, 0.0, factor, offset, row) * filled
-    if strength != tags.ELASTIC_STRENGTH and (flow == inf or trial_squared > flow * flow):
+    if strength != tags.ELASTIC_STRENGTH and not elastic and (flow == inf or trial_squared > flow * flow):
         flow = yield_stress(strength, plastic_strain, factor, offset, row) * filled
     if rubble:  # friction, but no more than what it was made of bore
         flow = min(flow, friction * max(p, 0.0))
