@@ -148,7 +148,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     if POROUS and row[DISTENSION] > 1.0:  # the solid's state; its stress acts on its share of a section
         rho, filled = rho * first, 1.0 / first
     d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
-    homologous, factor, offset = 0.0, 1.0, 0.0
+    homologous, logged, factor, offset = 0.0, 0.0, 1.0, 0.0
     fails = damage_tag == tags.JOHNSON_COOK_DAMAGE and damage < 1.0
     heated = fails or strength >= tags.JOHNSON_COOK
     strain_rate = sqrt((2.0 / 3.0) * double_dot(d, d)) if heated else 0.0
@@ -157,7 +157,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
         strain_rate = _smoothed(strain_rate, memory[4], dt, row)
         memory = (first, limit, memory[2], memory[3], strain_rate)
     if FURTHER_STRENGTH and heated:  # the modulus may vary
-        homologous, factor, offset, share = circumstances(strength, rho, e, p, strain_rate, felt, row)
+        homologous, logged, factor, offset, share = circumstances(strength, rho, e, p, strain_rate, felt, row)
         shear *= share
     if FURTHER_DAMAGE and damage_tag == tags.GRADY_KIPP and felt < 1.0 and not owns:
         s = times(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
@@ -176,7 +176,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     sure = row[SURE_STRESS] * filled
     elastic = simple and not FURTHER_STRENGTH and e < row[SURE_ENERGY] and trial_squared <= sure * sure
     if heated and not FURTHER_STRENGTH and not elastic:
-        homologous, factor, offset, _ = circumstances(strength, rho, e, p, strain_rate, felt, row)
+        homologous, logged, factor, offset, _ = circumstances(strength, rho, e, p, strain_rate, felt, row)
     if simple and not elastic:  # below its least yield stress no power is needed
         flow = yield_stress(strength, 0.0, factor, offset, row) * filled
     if strength != tags.ELASTIC_STRENGTH and not elastic and (flow == inf or trial_squared > flow * flow):
@@ -195,7 +195,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
         s = times(reached / trial, s)
         plastic_strain += increment
         if fails:
-            damage += increment / damage_model.fracture_strain(p, reached, strain_rate, homologous, row)
+            damage += increment / damage_model.fracture_strain(p, reached, logged, homologous, row)
             damage = min(damage, 1.0)
     if FURTHER_DAMAGE and damage_tag > tags.JOHNSON_COOK_DAMAGE and damage < 1.0:
         flowed = (increment, flow, strain_rate)

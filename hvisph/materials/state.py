@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, nan, sqrt
+from math import inf, log, nan, sqrt
 
 from ..core.jit import called, compiled
 from . import tags
@@ -29,6 +29,8 @@ from .slots import (
 from .strength import conditions, homologous_temperature, yield_stress
 from .strength.johnson_holmquist import TENSION
 
+# What stands for a strain rate of nothing in a logarithm [1/s].
+_LEAST_RATE = 1e-300
 # To find a density: halvings of a bracket, and how often it may be widened to hold one.
 _HALVINGS, _WIDENINGS = 40, 20
 
@@ -140,16 +142,18 @@ def shear_modulus(table, models, m, rho, e, p):
     if POROUS and row[DISTENSION] > 1.0:
         rho = max(rho, row[RHO0])
     melt = melt_temperature(rho, p, row)
-    return row[SHEAR_MODULUS] * conditions(strength, rho, e, p, temperature(rho, e, row), melt, 0.0, 0.0, 0.0, row)[2]
+    return row[SHEAR_MODULUS] * conditions(
+        strength, rho, e, p, temperature(rho, e, row), melt, 0.0, 0.0, 0.0, 0.0, row)[2]  # fmt: skip
 
 
 @compiled
 def circumstances(strength, rho, e, p, rate, felt, row):
-    """Homologous temperature, then factor, offset and share of the shear modulus of `conditions`."""
+    """Homologous temperature, logarithm of the rate, then factor, offset and share of the modulus of `conditions`."""
     t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
     homologous = homologous_temperature(e, t, melt, row)
-    factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, felt, row)
-    return homologous, factor, offset, share
+    logged = log(max(rate, _LEAST_RATE))
+    factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, logged, felt, row)
+    return homologous, logged, factor, offset, share
 
 
 @compiled
@@ -170,7 +174,7 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
         return friction, shear
     if POROUS and row[DISTENSION] > 1.0:
         rho = max(rho, row[RHO0])
-    _, factor, offset, share = circumstances(strength, rho, e, p, rate, felt, row)
+    _, _, factor, offset, share = circumstances(strength, rho, e, p, rate, felt, row)
     flow = yield_stress(strength, plastic_strain, factor, offset, row)
     if models[m, DAMAGE_TAG] == tags.JOHNSON_COOK_DAMAGE:
         flow *= borne_share(damage, row)

@@ -31,7 +31,7 @@ D2 = slots.DAMAGE[1]
 D3 = slots.DAMAGE[2]
 D4 = slots.DAMAGE[3]
 D5 = slots.DAMAGE[4]
-INVERSE_REFERENCE_RATE = slots.DAMAGE[5]
+LOG_REFERENCE_RATE = slots.DAMAGE[5]
 SOFTENING = slots.DAMAGE[6]
 
 FRACTURE_STRAIN_FLOOR = 1e-4
@@ -70,7 +70,7 @@ class JohnsonCookDamage:
         row[D3] = self.d3
         row[D4] = self.d4
         row[D5] = self.d5
-        row[INVERSE_REFERENCE_RATE] = 1.0 / self.reference_rate
+        row[LOG_REFERENCE_RATE] = log(self.reference_rate)
         row[SOFTENING] = self.softening
 
 
@@ -81,8 +81,8 @@ def borne_share(harm, row):
 
 
 @compiled
-def fracture_strain(p, von_mises_stress, strain_rate, homologous, row):
-    """Equivalent plastic strain at which the material fails in the given state."""
+def fracture_strain(p, von_mises_stress, logged, homologous, row):
+    """Equivalent plastic strain at which the material fails in the given state, `logged` the logarithm of its rate."""
     if von_mises_stress * TRIAXIALITY_LIMIT <= -p:
         triaxiality = TRIAXIALITY_LIMIT
     elif von_mises_stress * _COMPRESSION_LIMIT <= p:
@@ -92,8 +92,8 @@ def fracture_strain(p, von_mises_stress, strain_rate, homologous, row):
     strain = row[D1]
     if row[D2] != 0.0:
         strain += row[D2] * exp(min(max(row[D3] * triaxiality, -_EXPONENT_LIMIT), _EXPONENT_LIMIT))
-    ratio = strain_rate * row[INVERSE_REFERENCE_RATE]
-    if ratio > 1.0 and row[D4] != 0.0:
-        strain *= 1.0 + row[D4] * log(ratio)
+    beyond = logged - row[LOG_REFERENCE_RATE]
+    if beyond > 0.0:
+        strain *= 1.0 + row[D4] * beyond
     strain *= 1.0 + row[D5] * homologous
     return max(strain, FRACTURE_STRAIN_FLOOR)

@@ -69,7 +69,7 @@ def _further(tag, rho, e, p, temperature, melt, rate, damage, row):
 
 
 @compiled
-def conditions(tag, rho, e, p, temperature, melt, homologous, rate, damage, row):
+def conditions(tag, rho, e, p, temperature, melt, homologous, rate, logged, damage, row):
     """Return what a return leaves of the yield stress: Y = hardened(eps_p) factor + offset.
 
     Parameters
@@ -78,8 +78,8 @@ def conditions(tag, rho, e, p, temperature, melt, homologous, rate, damage, row)
         Of the strength model.
     rho, e, p, temperature, melt, homologous
         State: density, energy, pressure, temperature, melting and homologous temperature.
-    rate, damage
-        Equivalent strain rate [1/s] and damage.
+    rate, logged, damage
+        Equivalent strain rate [1/s], its natural logarithm, and damage.
     row
         The material's parameters.
 
@@ -88,7 +88,7 @@ def conditions(tag, rho, e, p, temperature, melt, homologous, rate, damage, row)
     Factor [-], offset [Pa], and the shear modulus over that at rest [-].
     """
     if tag == tags.JOHNSON_COOK:
-        return johnson_cook.rate_and_heat_factor(rate, homologous, row), 0.0, 1.0
+        return johnson_cook.rate_and_heat_factor(logged, homologous, row), 0.0, 1.0
     if FURTHER_STRENGTH and tag > tags.JOHNSON_COOK:
         return _further(tag, rho, e, p, temperature, melt, rate, damage, row)
     return 1.0, 0.0, 1.0

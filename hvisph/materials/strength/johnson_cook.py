@@ -25,7 +25,7 @@ YIELD_STRESS = slots.STRENGTH[0]
 HARDENING_COEFFICIENT = slots.STRENGTH[1]
 HARDENING_EXPONENT = slots.STRENGTH[2]
 RATE_COEFFICIENT = slots.STRENGTH[3]
-INVERSE_REFERENCE_RATE = slots.STRENGTH[4]
+LOG_REFERENCE_RATE = slots.STRENGTH[4]
 THERMAL_EXPONENT = slots.STRENGTH[5]
 
 # Increment over plastic strain up to which a series takes the place of a power.
@@ -72,17 +72,17 @@ class JohnsonCook:
         row[HARDENING_COEFFICIENT] = self.hardening_coefficient
         row[HARDENING_EXPONENT] = self.hardening_exponent
         row[RATE_COEFFICIENT] = self.rate_coefficient
-        row[INVERSE_REFERENCE_RATE] = 1.0 / self.reference_rate
+        row[LOG_REFERENCE_RATE] = log(self.reference_rate)
         row[THERMAL_EXPONENT] = self.thermal_exponent
 
 
 @compiled
-def rate_and_heat_factor(strain_rate, homologous, row):
-    """Return (1 + C ln rate*) (1 - T*^m), the part of the yield stress that a return does not change."""
+def rate_and_heat_factor(logged, homologous, row):
+    """Return (1 + C ln rate*) (1 - T*^m), what a return leaves of the yield stress, from the logarithm of the rate."""
     factor = 1.0
-    ratio = strain_rate * row[INVERSE_REFERENCE_RATE]
-    if ratio > 1.0:
-        factor += row[RATE_COEFFICIENT] * log(ratio)
+    beyond = logged - row[LOG_REFERENCE_RATE]
+    if beyond > 0.0:
+        factor += row[RATE_COEFFICIENT] * beyond
     if homologous > 0.0:
         m = row[THERMAL_EXPONENT]
         factor *= 1.0 - (homologous if m == 1.0 else homologous**m)  # a power costs more than all else here
