@@ -53,7 +53,9 @@ def flow(strength, strain, p=0.0, eta=1.0, t=300.0, rate=1.0, damage=0.0, e=0.0)
     material = Material("x", 1000.0, EOS, strength, heat_capacity=900.0)
     row = slots.values(material.whole_row)
     melt = plain(melting.melt_temperature)(1000.0 * eta, p, row)
-    factor, offset, share = plain(conditions)(strength.tag, 1000.0 * eta, e, p, t, melt, 0.0, rate, np.log(max(rate, 1e-300)), damage, row)
+    logged = np.log(max(rate, 1e-300))
+    state = (1000.0 * eta, e, p, t, melt, 0.0, rate, logged, damage)
+    factor, offset, share = plain(conditions)(strength.tag, *state, row)
     return share * strength.shear_modulus, plain(yield_stress)(strength.tag, strain, factor, offset, row), melt
 
 
