@@ -111,6 +111,11 @@ def test_rods_that_erode_at_few_particles_are_named():
     assert rod(5e-3, 0.5e-3) == rod(25e-3, 0.2e-3) == rod(25e-3, 0.5e-3, 6000.0) == []
 
 
+def test_steps_longer_than_verified_are_named():
+    (text,) = advice(row_of([METAL, METAL], speed=3100.0, time={"end": 1e-6, "cfl": 0.9}))
+    assert text.startswith("time.cfl: 0.9")
+
+
 def test_few_particles_across():
     (text,) = sparse({"plate": 3, "core": 12})
     assert text.startswith("bodies.plate: 3 particles across")

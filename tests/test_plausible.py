@@ -142,3 +142,8 @@ def test_a_variant_leaves_out_what_it_stands_for():
     back = load_case({"base": "quickstart"}, ["bodies.target.material=al6061", "bodies.target.material.eos.us_up=[[500, 6100], [1000, 6800]]",
                                     "bodies.target.material.eos.s1=1.5", "bodies.target.material.eos.sound_speed=5300"])  # fmt: skip
     assert back.bodies["target"].material.eos.hugoniot[:2] == (5300.0, 1.5)
+
+
+def test_output_beyond_the_end_is_named():
+    (text,) = warnings_of(load_case("quickstart", ["output.every=10"]))
+    assert text.startswith("output.every: 10 s")

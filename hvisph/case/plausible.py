@@ -67,7 +67,7 @@ def implausible(case: Surroundings) -> list[str]:
         if body.temperature is not None and melts is not None and body.temperature >= melts:
             doubts.append(f"bodies.{name}.temperature: {body.temperature:g} K is above the melting point of its "
                           f"strength, {melts:g} K: the body starts without strength")  # fmt: skip
-    return [*doubts, *_end(case), *_pressure(case)]
+    return [*doubts, *_end(case), *_output(case), *_pressure(case)]
 
 
 def of_material(material: Material) -> Iterator[str]:
@@ -205,6 +205,15 @@ def _end(case: Surroundings) -> Iterator[str]:
         f"time.end: {case.time.end:g} s is {share:.2g} times what sound or flight takes across a body, "
         f"{longest:.3g} s{remedy}"
     )
+
+
+def _output(case: Surroundings) -> Iterator[str]:
+    every = case.output.every
+    if every is not None and every > case.time.end:
+        yield (
+            f"output.every: {every:g} s is beyond the end, {case.time.end:g} s: the first and the last state alone are "
+            "written; was a unit left out?"
+        )
 
 
 def _pressure(case: Surroundings) -> Iterator[str]:

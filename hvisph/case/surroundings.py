@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, Protocol
 
 from hvisph.case.bodies import Body
+from hvisph.case.output import Output
 from hvisph.case.regions import BoxRegion, InitialLoad, SymmetryPlane
 from hvisph.case.time import Time
 
@@ -56,3 +57,7 @@ class Surroundings(Protocol):
     @property
     def time(self) -> Time:
         """Duration and time stepping."""
+
+    @property
+    def output(self) -> Output:
+        """What is written, and how often."""
