@@ -315,7 +315,7 @@ def _spalling(case: Case, kind: Regime) -> Iterator[str]:
 
 
 def _hasty(case: Case) -> Iterator[str]:
-    """Steps longer than contact SPH was verified with."""
+    """Yield what is to be said of steps longer than contact SPH was verified with."""
     if case.formulation.type == "riemann" and case.time.step is None and case.time.cfl > LONGEST_STEP:
         yield (
             f"time.cfl: {case.time.cfl:g} is beyond the {LONGEST_STEP:g} that 'riemann' was verified with; from 0.5 on "
