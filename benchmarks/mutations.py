@@ -139,7 +139,7 @@ MUTATIONS = [
     Mutation("Us-up table: the first piece for all", "materials/eos/us_up_table.py",
              "at = PIECE + 3 * (int(row[PIECES]) - 1)", "at = PIECE", "test_materials_points.py"),
     Mutation("heat capacity: one scale for all densities", "materials/isentrope.py",
-             "theta = at_rest / room", "theta = 1.0", "test_materials_points.py"),
+             "heat *= per_theta + share * (next_per_theta - per_theta)", "heat *= 1.0", "test_materials_points.py"),
     Mutation("pieces: the smallest keeps the number", "sph/pieces.py",
              "np.lexsort((least, -sizes, of))", "np.lexsort((least, sizes, of))", "test_pieces.py -k keeps"),
     Mutation("pieces: cells along one axis alone", "sph/pieces.py",

@@ -148,12 +148,11 @@ def accumulate(near, n, rows, i, constants, out):
         ih, inverse_r = 2.0 / (h + b[H]), 1.0 / r
         g, e = -2.0 * scale(ih) * slope(r * ih), times(inverse_r, dx)
         za, zb = zn, b[ZN]
-        # Bodies seldom meet: most vectors of neighbours skip what is for them alone.
         jump, lever = minus(vector(b, U, DIM), u), dx
         du_n = dot(jump, e)
         approach, half, weight, other, gate = -du_n, all_lanes(0.5), all_lanes(1.0), nowhere, nowhere
         meeting = False
-        if PARTED:
+        if PARTED:  # bodies seldom meet: most vectors of neighbours skip what is for them alone
             other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
             if FACES:
                 other = max(other, looking(own_vector(rows, i, FACE, DIM), vector(b, FACE, DIM), dx))
@@ -177,8 +176,7 @@ def accumulate(near, n, rows, i, constants, out):
         if REVOLVED:
             mean, real = ring_weight(b[RING], inverse_ring)
             worked = vg * (mean * real)
-        # Own traction, its step to the neighbour's, and the jump of velocity, normal and tangential.
-        ta = on(s, e)
+        ta = on(s, e)  # own traction, its step to the neighbour's, and the jump of velocity, normal and tangential
         step = minus(on(symmetric(b, T, DIM), e), ta)
         ta_n, dt_n = dot(ta, e), dot(step, e)
         if DIM > 1:
@@ -193,8 +191,7 @@ def accumulate(near, n, rows, i, constants, out):
             if DIM > 1:
                 shares_u = drawn(du_t, facing_aside(pa, e), facing_aside(pb, e), share, half)
                 shares_t = drawn(dt_t, facing_aside(qa, e), facing_aside(qb, e), share, half)
-        # The acoustic Riemann problem, with velocities less the own one.
-        apart = du_n - moves[0] - moves[1]
+        apart = du_n - moves[0] - moves[1]  # the acoustic Riemann problem, with velocities less the own one
         if CONSISTENT:
             closing = -SHOCK_SLOPE * min(apart, 0.0)
             za, zb = za + rows[i, RHO] * closing, zb + b[RHO] * closing
