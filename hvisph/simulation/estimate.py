@@ -33,10 +33,10 @@ MOST_FILLED = 2_000_000
 # Largest memory of runs of 30,000 and 300,000 particles (`benchmarks/robustness.py --only memory` tries it with
 # larger ones), with snapshots inside steps, checkpoints and measures: by formulation and dimensions [bytes a particle],
 # what lists of neighbours take [bytes a neighbour], and the interpreter with compiled loops.
-MEMORY = {"eulerian": {1: 570, 2: 690, 3: 930}, "riemann": {1: 600, 2: 940, 3: 1430},
+MEMORY = {"eulerian": {1: 570, 2: 660, 3: 930}, "riemann": {1: 540, 2: 830, 3: 1140},
           "total_lagrangian": {1: 700, 2: 1070, 3: 1600}, "adaptive": {1: 700, 2: 1080, 3: 1600},
           "projection": {1: 600, 2: 640, 3: 640}}  # fmt: skip
-LISTED = {"total_lagrangian": {1: 30, 2: 30, 3: 40}, "adaptive": {1: 30, 2: 30, 3: 40},
+LISTED = {"total_lagrangian": {1: 30, 2: 30, 3: 15}, "adaptive": {1: 30, 2: 30, 3: 15},
           "projection": {1: 20, 2: 18, 3: 21}}  # fmt: skip
 INTERPRETER = 250_000_000  # [bytes]
 # What the first of several processes holds of the whole when it hands it out or writes it [bytes a particle].
