@@ -257,8 +257,8 @@ def test_coupled_damage_takes_its_share_of_the_yield_stress(friction, left):
 def test_fracture_strain_follows_triaxiality_rate_and_heat(p, expected):
     row = material(JC, JohnsonCookDamage(0.1, 0.5, -2.0, 0.02, 1.5)).row()
     function = damage.johnson_cook.fracture_strain.py_func
-    assert function(p, 1.0, 0.5, 0.0, row) == pytest.approx(expected)
-    assert function(p, 1.0, 1e4, 0.4, row) == pytest.approx(expected * (1 + 0.02 * np.log(1e4)) * 1.6)
+    assert function(p, 1.0, np.log(0.5), 0.0, row) == pytest.approx(expected)
+    assert function(p, 1.0, np.log(1e4), 0.4, row) == pytest.approx(expected * (1 + 0.02 * np.log(1e4)) * 1.6)
     assert function(-9.0, 1.0, 0.0, 0.0, row) == function(-1.5, 1.0, 0.0, 0.0, row)  # held at 1.5
     assert np.isfinite(function(1e10, 0.0, 0.0, 0.0, row))
 
