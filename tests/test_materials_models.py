@@ -1,5 +1,7 @@
 """Strength, failure and melting at check points computed by an independent route; flaws; the material point."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -21,7 +23,7 @@ from hvisph.materials.damage import (
 )
 from hvisph.materials.eos import JonesWilkinsLee, MieGrueneisen, Polynomial
 from hvisph.materials.porosity import Porosity
-from hvisph.materials.state import flow_stress, temperature_of
+from hvisph.materials.state import flow_stress, shear_modulus, temperature_of
 from hvisph.materials.strength import (
     CowperSymonds,
     ElasticStrength,
@@ -451,6 +453,31 @@ def test_uniaxial_paths_are_second_order():
     metal = Material("x", 2700.0, EOS, VonMises(27e9, 0.3e9))
     ends = [drive(metal, "cycle", 1e3, 0.05, n)["internal_energy"][-1] for n in (100, 800, 6400)]
     assert np.log2(abs(ends[0] - ends[2]) / abs(ends[1] - ends[2])) / 3.0 > 1.6
+
+
+@pytest.mark.parametrize("name", ["granite", "silicon-carbide", "basalt-mie-gruneisen"])
+def test_waves_of_rock_drawn_apart_are_no_faster_than_of_whole_rock(name):
+    material = material_of(load_material(name))
+    table, models = pack([material])
+    rho0, row = material.density, np.uint64(0)
+
+    def shear_speed_of(rho):
+        return np.sqrt(shear_modulus(table, models, row, rho, 0.0, 0.0) / rho)
+
+    whole = shear_speed_of(rho0)
+    assert whole == pytest.approx(np.sqrt(material.strength.shear_modulus / rho0), rel=1e-12)
+    for filled in (0.9, 0.1, 0.01):
+        assert shear_speed_of(filled * rho0) == pytest.approx(whole, rel=1e-12)
+    assert shear_speed_of(1.1 * rho0) < whole  # pressed: the modulus stays
+
+
+def test_pores_beyond_those_of_the_start_leave_waves_no_faster():
+    table, models = pack([replace(material_of(load_material("granite")), porosity=Porosity(1.25, 0.05e9, 1e9))])
+    start, row = table[0, slots.RHO0] / 1.25, np.uint64(0)
+    first, *others = (
+        shear_modulus(table, models, row, filled * start, 0.0, 0.0) / (filled * start) for filled in (1.0, 0.5, 0.01)
+    )
+    assert others == pytest.approx([first, first], rel=1e-12)
 
 
 @pytest.mark.parametrize(("name", "tension"), [("silicon-carbide", True), ("aluminium-6061-t6", False)])

@@ -493,10 +493,13 @@ def test_basalt_meets_measured_shocks_with_its_strength():
 
 
 def test_shocks_in_water_meet_ihed():
-    """The fit of a universal liquid, U = c + s u + q u exp(-d u), as ImpactsWiki's impedance-match-app lists it."""
+    """The fit of a universal liquid, U = c + s u + q u exp(-d u), as ImpactsWiki's impedance-match-app lists it.
+
+    Its points are on the fit; the chords of so bent a line stay within 0.5 %.
+    """
     points = [(1e3 * u, 1e3 * (1.336 + 1.3385 * u + 1.236 * u * np.exp(-0.354 * u))) for u in np.linspace(0.5, 6.0, 12)]
     for _, measured, ours in beside_measured(library_of().load("water"), points):
-        assert ours == pytest.approx(measured, rel=0.025)
+        assert ours == pytest.approx(measured, rel=0.005)
 
 
 @pytest.mark.parametrize("name", ["pmma", "ice-mie-gruneisen"])
@@ -525,7 +528,7 @@ def test_strength_makes_a_shock_faster_by_what_it_bears():
     plain_, firm = (np.array(beside_measured(aluminium, points, firm))[:, 2] for firm in (False, True))
     assert (firm > plain_).all()
     assert firm[1] - plain_[1] < firm[0] - plain_[0]
-    fluid = library_of().load("water")
+    fluid = library_of().load("teflon")
     for up, _, ours in beside_measured(fluid, points):
         assert ours == pytest.approx(shock(material_of(fluid), up).shock_speed, rel=1e-4)
 

@@ -26,7 +26,7 @@ from .slots import (
     STRENGTH_TAG,
     parameters,
 )
-from .strength import conditions, homologous_temperature, yield_stress
+from .strength import conditions, homologous_temperature, shear_share, yield_stress
 from .strength.johnson_holmquist import TENSION
 
 # What stands for a strain rate of nothing in a logarithm [1/s].
@@ -133,17 +133,22 @@ def temperature_of(table, models, m, rho, e, p, memory):
 
 
 @compiled
+def _of_the_solid(rho, row):
+    """Density [kg/m^3] of the solid between pores: that at rest or denser, less where more than the pores opened."""
+    return min(rho * row[DISTENSION], max(rho, row[RHO0]))
+
+
+@compiled
 def shear_modulus(table, models, m, rho, e, p):
-    """Shear modulus [Pa] of the current state; that at rest for all but Steinberg's strength."""
+    """Shear modulus [Pa] of the current state."""
     strength = models[m, STRENGTH_TAG]
-    if not FURTHER_STRENGTH or (strength != tags.STEINBERG_GUINAN and strength != tags.STEINBERG_LUND):
+    if not FURTHER_STRENGTH or strength <= tags.JOHNSON_COOK:
         return table[m, SHEAR_MODULUS]
     row = parameters(table, m)
     if POROUS and row[DISTENSION] > 1.0:
-        rho = max(rho, row[RHO0])
+        rho = _of_the_solid(rho, row)
     melt = melt_temperature(rho, p, row)
-    return row[SHEAR_MODULUS] * conditions(
-        strength, rho, e, p, temperature(rho, e, row), melt, 0.0, 0.0, 0.0, 0.0, row)[2]  # fmt: skip
+    return row[SHEAR_MODULUS] * shear_share(strength, rho, p, temperature(rho, e, row), melt, row)
 
 
 @compiled
@@ -173,7 +178,7 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     if strength in (tags.NO_STRENGTH, tags.ELASTIC_STRENGTH):
         return friction, shear
     if POROUS and row[DISTENSION] > 1.0:
-        rho = max(rho, row[RHO0])
+        rho = _of_the_solid(rho, row)
     _, _, factor, offset, share = circumstances(strength, rho, e, p, rate, felt, row)
     flow = yield_stress(strength, plastic_strain, factor, offset, row)
     if models[m, DAMAGE_TAG] == tags.JOHNSON_COOK_DAMAGE:

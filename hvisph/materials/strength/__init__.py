@@ -7,7 +7,15 @@ from math import inf
 from ...core.jit import called, compiled
 from .. import tags
 from ..present import FURTHER_STRENGTH
-from ..slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE, MELT_LAW, ROOM_TEMPERATURE, TOTAL_ENERGY, Model
+from ..slots import (
+    INVERSE_HEAT_CAPACITY,
+    INVERSE_MELT_RANGE,
+    INVERSE_RHO0,
+    MELT_LAW,
+    ROOM_TEMPERATURE,
+    TOTAL_ENERGY,
+    Model,
+)
 from . import (
     cowper_symonds,
     johnson_cook,
@@ -50,11 +58,21 @@ def homologous_temperature(e, temperature, melt, row):
     return min(max((temperature - row[ROOM_TEMPERATURE]) / (melt - row[ROOM_TEMPERATURE]), 0.0), 1.0)
 
 
+@compiled
+def shear_share(tag, rho, p, temperature, melt, row):
+    """Shear modulus over that at rest. Rock and ceramic that have been drawn apart bear it on what they fill."""
+    if tag in (tags.STEINBERG_GUINAN, tags.STEINBERG_LUND):
+        return steinberg.shear_share(rho, p, temperature, melt, row)
+    if tag in (tags.ROCK, tags.JOHNSON_HOLMQUIST):
+        return min(rho * row[INVERSE_RHO0], 1.0)
+    return 1.0
+
+
 @called
 def _further(tag, rho, e, p, temperature, melt, rate, damage, row):
     """Return what `conditions` does, of the models that are seldom in the same loop."""
+    share = shear_share(tag, rho, p, temperature, melt, row)
     if tag in (tags.STEINBERG_GUINAN, tags.STEINBERG_LUND):
-        share = steinberg.shear_share(rho, p, temperature, melt, row)
         thermal = 0.0
         if tag == tags.STEINBERG_LUND:
             thermal = share * steinberg.thermal_stress(rate, temperature, row)
@@ -62,10 +80,10 @@ def _further(tag, rho, e, p, temperature, melt, rate, damage, row):
     if tag == tags.ZERILLI_ARMSTRONG:
         return zerilli_armstrong.heat(rate, temperature, melt, row)
     if tag == tags.COWPER_SYMONDS:
-        return cowper_symonds.rate_factor(rate, row), 0.0, 1.0
+        return cowper_symonds.rate_factor(rate, row), 0.0, share
     if tag == tags.ROCK:
-        return 0.0, rock.yield_stress(p, e, temperature, melt, damage, row), 1.0
-    return 0.0, johnson_holmquist.yield_stress(p, rate, damage, row), 1.0
+        return 0.0, rock.yield_stress(p, e, temperature, melt, damage, row), share
+    return 0.0, johnson_holmquist.yield_stress(p, rate, damage, row), share
 
 
 @compiled

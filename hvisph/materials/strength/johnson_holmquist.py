@@ -5,7 +5,8 @@
     fractured    q_f = min(s_H B (max(p, 0)/P_HEL)^M f, SFMAX s_H)
     Y = q_i - D (q_i - q_f)
 
-Goes with the damage `johnson_holmquist` and a `polynomial` equation of state. A set of parameters checks itself:
+Goes with the damage `johnson_holmquist` and a `polynomial` equation of state. Drawn apart, rho < rho0, it has
+the shear modulus of what it fills, G rho/rho0. A set of parameters checks itself:
 where K1 mu + K2 mu^2 + K3 mu^3 + (4/3) G mu/(1 + mu) = HEL, the pressure must be P_HEL.
 
 Johnson & Holmquist 1994, AIP Conf. Proc. 309, 981.

@@ -5,7 +5,8 @@
     Y = [(1 - D) Y_i + D Y_b] h
     heat      h = 1 - e/e_melt, or tanh(xi (T_m/T - 1)), xi = 1.2, or 1
 
-Without the limit Y_M it is Drucker-Prager's straight line Y0 + mu_i p.
+Without the limit Y_M it is Drucker-Prager's straight line Y0 + mu_i p. What has been drawn apart, rho < rho0, has the
+shear modulus of what it fills, G rho/rho0: its waves are no faster than those of whole rock.
 
 Lundborg 1968, Int. J. Rock Mech. Min. Sci. 5, 427; Collins, Melosh & Ivanov 2004, Meteorit. Planet. Sci. 39, 217.
 """
