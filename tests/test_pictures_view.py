@@ -132,3 +132,22 @@ def test_what_cannot_be_drawn_is_said(folder, options, said, tmp_path):
     result = CliRunner().invoke(app, ["plot", str(folder), *options, "-o", str(tmp_path / "p.png")])
     assert result.exit_code == 2
     assert said in result.output
+
+
+@pytest.mark.parametrize("turn", [0.0, 2.0, 30.0, -45.0, 70.0, -70.0])
+def test_an_oblique_plate_is_seen_from_where_it_is_struck(turn):
+    """The eye stands before the struck face of a half of the model; a plate across the shot shows what flies behind it."""
+    from hvisph.pictures.camera import facing_the_struck_side, turned
+
+    grid = np.stack(np.meshgrid([0.0, 1.0], np.arange(-14.0, 15.0), np.arange(10.0), indexing="ij"), -1).reshape(-1, 3)
+    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    plate = grid @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+    position = np.concatenate([plate, [[-5.0, 0.0, 1.0], [-5.0, 0.0, 2.0]]])
+    velocity = np.zeros_like(position)
+    velocity[-2:] = [2000.0, 0.0, 30.0]
+    seen_from = facing_the_struck_side(position, velocity, np.ones(len(position)), (2,))
+    if abs(turn) < 5.0:
+        assert seen_from is None
+        return
+    assert turned(np.array([[-c, -s, 0.0]]), *seen_from)[0, 2] > 0.2
+    assert facing_the_struck_side(position, 0.0 * velocity, np.ones(len(position)), (2,)) is None

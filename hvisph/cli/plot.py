@@ -18,7 +18,12 @@ RangeOption = Annotated[
 ]
 LogOption = Annotated[bool, typer.Option("--log", help="Colours follow the logarithm.")]
 ViewOption = Annotated[
-    str | None, typer.Option("--view", metavar="VIEW", help="side, front, 3d, or yaw,pitch [degrees]; 3d for 3D.")
+    str | None,
+    typer.Option(
+        "--view",
+        metavar="VIEW",
+        help="side, front, 3d, or yaw,pitch [degrees]; 3D turned, to the struck face of an oblique plate.",
+    ),
 ]
 MirrorOption = Annotated[bool, typer.Option("--mirror/--no-mirror", help="Show images at symmetry planes.")]
 ZoomOption = Annotated[
@@ -100,10 +105,10 @@ def _look(field: str, ends: str | None, log: bool, view: str | None, mirror: boo
           moments: list[Any]) -> Any:  # fmt: skip
     from hvisph.core.errors import CaseError, nearest
     from hvisph.pictures.camera import VIEWS
-    from hvisph.pictures.view import Look
+    from hvisph.pictures.view import Look, usual_view
 
-    turned: Any = view or ("3d" if moments[0].snapshot.dimensions == 3 else "side")
-    if turned not in VIEWS:
+    turned: Any = view or usual_view(moments[0])
+    if view and view not in VIEWS:
         numbers = _numbers(turned, "--view") if turned[:1] in "-+.0123456789" else ()
         if len(numbers) != 2:
             raise CaseError(f"'{turned}' is no view{nearest(turned, list(VIEWS))}", where="--view")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -74,9 +74,8 @@ def sparkline(values: Sequence[float]) -> str:
 
 
 def _draw(folder: Path, picture: Path) -> None:
-    from hvisph.pictures.view import Look, view_picture
+    from hvisph.pictures.view import Look, usual_view, view_picture
     from hvisph.study.shown import shown_moments
 
     moments = shown_moments(folder, None, False)
-    look: Mapping[str, Any] = {"view": "3d" if moments[0].snapshot.dimensions == 3 else "side"}
-    view_picture(moments, picture, Look(**look))
+    view_picture(moments, picture, Look(view=usual_view(moments[0])))

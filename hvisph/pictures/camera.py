@@ -16,6 +16,9 @@ import numpy as np
 VIEWS = {"side": (0.0, 0.0), "front": (-90.0, 0.0), "3d": (-30.0, 20.0)}  # yaw, pitch [degrees]
 RADIUS = 0.75  # of a disc, in spacings: on a lattice they close the squares between four of them
 SHADES = (0.55, 1.0)  # of a disc's rim and middle in 3D
+# Of a plate: what still stands is slower than a tenth of the fastest, its thickness less than 0.7 of its width, and it
+# is oblique where its normal is more than 5 degrees off the shot.
+STANDS, FLAT, OBLIQUE = 0.1, 0.7, np.cos(np.radians(5.0))
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,34 @@ def turned(position: np.ndarray, yaw: float, pitch: float) -> np.ndarray:
     cy, sy, cp, sp = (f(np.radians(a)) for a in (yaw, pitch) for f in (np.cos, np.sin))
     axes = np.array([[cy, 0.0, sy], [sp * sy, cp, -sp * cy], [-cp * sy, sp, cp * cy]])
     return x @ axes.T
+
+
+def facing_the_struck_side(position: np.ndarray, velocity: np.ndarray, mass: np.ndarray,
+                           planes: Sequence[int]) -> tuple[float, float] | None:  # fmt: skip
+    """Return the yaw and pitch [degrees] from which an oblique plate shows its struck face, None for all else.
+
+    Parameters
+    ----------
+    position, velocity
+        Shape (n, 3); `mass` (n,).
+    planes
+        Axes of the mirrors.
+    """
+    kept = [axis for axis in range(3) if axis not in planes]
+    shot = np.zeros(3)
+    shot[kept] = (mass[:, None] * velocity).sum(axis=0)[kept]
+    speed = np.sqrt((velocity**2).sum(axis=1))
+    standing = position[speed <= STANDS * speed.max()]
+    if not shot.any() or len(standing) < 4:
+        return None
+    away = standing - standing.mean(axis=0) * np.isin(range(3), kept)
+    widths, axes = np.linalg.eigh(away.T @ away)
+    normal = axes[:, 0] * -np.sign(axes[:, 0] @ shot)
+    if widths[0] > FLAT**2 * widths[1] or -(normal @ shot) > OBLIQUE * np.linalg.norm(shot):
+        return None
+    yaw, pitch = VIEWS["3d"]
+    return max(((sy * yaw, sp * pitch) for sy in (1.0, -1.0) for sp in (1.0, -1.0)),
+               key=lambda angles: float(turned(normal[None], *angles)[0, 2]) + 1e-9 * angles[1])  # fmt: skip
 
 
 def copies(position: np.ndarray, planes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:

@@ -15,7 +15,16 @@ import numpy as np
 from hvisph.core.errors import CaseError, nearest
 from hvisph.core.fields import CATALOGUE, component_names
 from hvisph.output.snapshot import Snapshot
-from hvisph.pictures.camera import RADIUS, SHADES, VIEWS, copies, revolved, seen, turned
+from hvisph.pictures.camera import (
+    RADIUS,
+    SHADES,
+    VIEWS,
+    copies,
+    facing_the_struck_side,
+    revolved,
+    seen,
+    turned,
+)
 from hvisph.pictures.plots import BODY_COLOURS, appearance, field_range, lengths, store
 
 if TYPE_CHECKING:
@@ -74,6 +83,17 @@ class Moment:
     snapshot: Snapshot
     planes: tuple[int, ...] = ()
     name: str = ""
+
+
+def usual_view(moment: Moment) -> str | tuple[float, float]:
+    """Return how a moment is seen unless told otherwise: turned in 3D, an oblique plate from where it is struck."""
+    state = moment.snapshot
+    if state.dimensions < 3:
+        return "side"
+    if not {"velocity", "mass"} <= set(state.fields):
+        return "3d"
+    position, velocity = (state.fields[name].reshape(state.count, 3) for name in ("position", "velocity"))
+    return facing_the_struck_side(position, velocity, state.fields["mass"], moment.planes) or "3d"
 
 
 def view_picture(moments: Sequence[Moment], path: str | os.PathLike[str], look: Look) -> Path:

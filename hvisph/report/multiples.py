@@ -12,7 +12,7 @@ from hvisph.core.errors import OutputError
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.pictures.inline import embedded_pixels
-from hvisph.pictures.view import Look, Moment, field_of, thumbnail
+from hvisph.pictures.view import Look, Moment, field_of, thumbnail, usual_view
 
 MOST, WIDTH = 60, 220  # pictures, pixels across
 SHARE = 0.995  # of the particles are not faster than the scale's end
@@ -44,7 +44,5 @@ def _last(folder: Path) -> Snapshot | None:
 def _picture(folder: Path, fastest: float) -> str:
     state = _last(folder)
     assert state is not None
-    look = Look(view="3d" if state.dimensions == 3 else "side")
-    return embedded_pixels(
-        thumbnail(Moment(state, symmetry_axes(state.metadata.get("case"))), look, (0.0, fastest), WIDTH)
-    )
+    moment = Moment(state, symmetry_axes(state.metadata.get("case")))
+    return embedded_pixels(thumbnail(moment, Look(view=usual_view(moment)), (0.0, fastest), WIDTH))

@@ -17,7 +17,7 @@ from hvisph.measures.measure import measure
 from hvisph.measures.table import rows
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot, read_summary
 from hvisph.output.snapshot import Snapshot
-from hvisph.pictures.view import Look, draw
+from hvisph.pictures.view import Look, draw, usual_view
 from hvisph.study.shown import moment_of
 
 
@@ -46,8 +46,8 @@ class State(Snapshot):
 
     def plot(self, field: str = "speed", **look: Any) -> Any:
         """Return a matplotlib figure of all particles; options as of `hvisph.pictures.view.Look`."""
-        look.setdefault("view", "3d" if self.dimensions == 3 else "side")
-        return draw([moment_of(self)], Look(field, **look))
+        moment = moment_of(self)
+        return draw([moment], Look(field, **{"view": usual_view(moment)} | look))
 
     def __repr__(self) -> str:
         return f"<state at t = {self.time:.6g} s, step {self.step}: {self.count} particles in {self.dimensions}D>"
