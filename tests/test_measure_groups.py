@@ -122,6 +122,21 @@ def test_large_hole_is_filled_and_open_bay_is_not():
     assert void_fraction(Scene(snapshot(plate[~bay]))).value < 0.01
 
 
+@pytest.mark.parametrize("bore", [0.4, 3.0])
+def test_the_bore_of_a_ring_is_no_void(bore):
+    """At the start, squeezed, and with a void beside it, which a ring whose start is not known has in its bore."""
+    disc = ball([0, 0], 10 * MM, 0.1 * MM)
+    ring = disc[np.linalg.norm(disc, axis=1) > bore * MM]
+    start = snapshot(ring)
+    assert void_fraction(Scene(start, start)).value < 0.012
+    assert void_fraction(Scene(start)).value > 0.4 * (bore / 5.0) ** 2
+    assert void_fraction(Scene(snapshot(ring * [1.0, 0.85]), start)).value < 0.012
+    kept = np.linalg.norm(ring - [-4.0 * MM, 0.0], axis=1) > 0.5 * MM
+    part = snapshot(ring[kept])
+    part.id = np.flatnonzero(kept)
+    assert void_fraction(Scene(part, start)).value == pytest.approx((0.4 / 5) ** 2 / (1 - (bore / 5) ** 2), abs=0.004)
+
+
 def test_voids_do_not_depend_on_order_or_place():
     dx = 0.1 * MM
     disc = ball([0, 0], 6 * MM, dx)
