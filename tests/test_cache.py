@@ -27,6 +27,7 @@ import hashlib
 import json
 import numpy as np
 from hvisph.core.binding import bind
+from hvisph.core.chunks import each
 from hvisph.core.jit import heard_compiling, specialise
 from hvisph.sph import rates
 from hvisph.sph.kernels import CUBIC_SPLINE
@@ -39,10 +40,10 @@ lists = (np.arange(n + 1, dtype=np.uint64) * 8, random.integers(0, n, 8 * n).ast
          np.arange(8 * n, dtype=np.uint32), random.random((8 * n, 2)))
 options = {"MIXED": 1, "HOURGLASS": 1, "PRINTED": 0, "COUPLED": 0, "REVOLVED": 0, "BY_PAIRS": 0, "slope": CUBIC_SPLINE.slope,
            "scale": specialise(scale, DIM=2, NORM=CUBIC_SPLINE.norm(2)), "DIM": 2, "WIDTH": width}
-loop = bind(reference.accumulate, {}, options | layout.slots() | rates.slots(2), parallel=True)
+loop = each(bind(reference.accumulate, {}, options | layout.slots() | rates.slots(2)))
 found = np.zeros((n, rates.width(2)))
 with heard_compiling(heard.append):
-    loop(random.random((n + 1, layout.width)), np.ones(n, np.uint8), 1, random.random(n), lists,
+    loop(n, random.random((n + 1, layout.width)), np.ones(n, np.uint8), 1, random.random(n), lists,
          (random.random((n, 2)), random.random(n)), (1.0, 2.0), 10.0, 1.0, found)
 print(json.dumps({"compiled": bool(heard), "bits": hashlib.sha256(found).hexdigest()}))
 """

@@ -193,14 +193,14 @@ class CompositeStepper(CompositeState):
             self._loops.deform(
                 self.rows_, self._active, self._eulerian,
                 (self.particles.data, self.particles.tags, ref.volume, self.loads, self.swellings, self.before),
-                ref.lists, ref.corrections, (self.table, self.models, self._moduli), self._stage,
-                1.2 * formulation.alpha, (self.jacobians, self.strains, self.latest, self.pressures, self.signals),
-                self._rates,
+                ref.lists, ref.corrections, (self.table, self.models, self._moduli),
+                (self._stage, 1.2 * formulation.alpha),
+                (self.jacobians, self.strains, self.latest, self.pressures, self.signals), self._rates,
             )  # fmt: skip
             self.copies.refresh(self.rows_, self.layout, slice(2 * self.particles.dim, self._read))
             for coupled in range(1 + self._any_eulerian):
                 self._loops.sums[coupled](
-                    self.rows_, self._active, 1 + coupled, ref.volume, ref.lists, ref.sums,
+                    self.particles.count, self.rows_, self._active, 1 + coupled, ref.volume, ref.lists, ref.sums,
                     (formulation.alpha, formulation.beta), formulation.hourglass, 1.0 / self.h, self._rates,
                 )  # fmt: skip
         self.spatial.rest()

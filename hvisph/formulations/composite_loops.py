@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.binding import bind
+from hvisph.core.chunks import each
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
 from hvisph.materials import state
@@ -72,9 +73,9 @@ def loops(formulation: Any, offered: dict[str, Any]) -> Loops:
     return Loops(
         bind(deformation.deform, {}, offered, parallel=True,
              parts=(collect, mapped, deformation.show, deformation.deformed)),
-        bind(deformation.map_particles, {}, offered, parallel=True, parts=(collect, mapped)),
+        each(bind(deformation.map_particles, {}, offered, parts=(collect, mapped))),
         tuple(
-            bind(reference.accumulate, {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.revolved)}, offered,
-                 parallel=True) for coupled in (0, 1)
+            each(bind(reference.accumulate, {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.revolved)},
+                      offered)) for coupled in (0, 1)
         ),
     )  # fmt: skip

@@ -4,49 +4,38 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.jit import prange
 from hvisph.core.solid import from_plane
 from hvisph.core.tensors import minus, no_axial, own_gradient, own_symmetric, own_vector, plus, put
 from hvisph.integrators.particle import Shown
 
-CHUNK = 256
 
-
-def spatial_rows(rows, chosen, bodies, pressures, loads, coefficients, out):
+def spatial_rows(k, rows, chosen, bodies, pressures, loads, coefficients, out):
     """Pack the rows of the `chosen` particles for the standard law: a template."""
-    count = np.uint64(chosen.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for k in range(first, min(first + np.uint64(CHUNK), count)):
-            i = np.uint64(chosen[k])
-            x = own_vector(rows, i, 0, DIM)
-            put(out, k, TO_D, minus(x, own_vector(rows, i, X0, DIM)))
-            out[k, TO_KIND] = rows[i, KIND]
-            out[k, TO_BODY] = bodies[i]
-            s, ring = from_plane(own_symmetric(rows, i, S, DIM)), 0.0
-            if REVOLVED:
-                s, ring = (s[0], s[1], -s[0] - s[1], s[3], 0.0, 0.0), rows[i, RING]
-            write(out, k, coefficients, Shown(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
-                                              pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s, bodies[i],
-                                              ring, no_axial(DIM)))  # fmt: skip
+    i = np.uint64(chosen[k])
+    x = own_vector(rows, i, 0, DIM)
+    put(out, k, TO_D, minus(x, own_vector(rows, i, X0, DIM)))
+    out[k, TO_KIND] = rows[i, KIND]
+    out[k, TO_BODY] = bodies[i]
+    s, ring = from_plane(own_symmetric(rows, i, S, DIM)), 0.0
+    if REVOLVED:
+        s, ring = (s[0], s[1], -s[0] - s[1], s[3], 0.0, 0.0), rows[i, RING]
+    write(out, k, coefficients, Shown(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
+                                      pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s, bodies[i],
+                                      ring, no_axial(DIM)))  # fmt: skip
 
 
-def add_rates(spatial, place, chosen, eulerian, rates):
+def add_rates(k, spatial, place, chosen, eulerian, rates):
     """Add what the spatial pass made, `spatial`, to the `rates` of the `chosen` particles: a template.
 
     Accelerations and powers add up, of max|mu| the larger stays, and an Eulerian particle's velocity gradient
     is the spatial one.
     """
-    count = np.uint64(chosen.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for k in range(first, min(first + np.uint64(CHUNK), count)):
-            i, at = np.uint64(chosen[k]), np.uint64(place[k])
-            a = plus(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(spatial, at, R_ACCELERATION, DIM))
-            put(rates, i, R_ACCELERATION, a)
-            rates[i, R_POWER] += spatial[at, R_POWER]
-            rates[i, R_APPROACH] = max(rates[i, R_APPROACH], spatial[at, R_APPROACH])
-            if eulerian[i] == 1:
-                put(rates, i, R_GRADIENT, own_gradient(spatial, at, R_GRADIENT, DIM))
-                if REVOLVED:
-                    rates[i, R_HOOP] = spatial[at, R_HOOP]
+    i, at = np.uint64(chosen[k]), np.uint64(place[k])
+    a = plus(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(spatial, at, R_ACCELERATION, DIM))
+    put(rates, i, R_ACCELERATION, a)
+    rates[i, R_POWER] += spatial[at, R_POWER]
+    rates[i, R_APPROACH] = max(rates[i, R_APPROACH], spatial[at, R_APPROACH])
+    if eulerian[i] == 1:
+        put(rates, i, R_GRADIENT, own_gradient(spatial, at, R_GRADIENT, DIM))
+        if REVOLVED:
+            rates[i, R_HOOP] = spatial[at, R_HOOP]

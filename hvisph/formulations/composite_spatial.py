@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.binding import bind
+from hvisph.core.chunks import each
 from hvisph.core.jit import specialise
 from hvisph.sph.copies import Halo
 from hvisph.sph.laws import coupling
@@ -53,10 +54,9 @@ class SpatialPass:
         self._selection = Selection(at, kernel.reach * h, with_neighbours=formulation.spatial_correction.acts)
         packer, more = euler.pack(dim)
         write = bind(packer, more, {"DIM": dim} | to)
-        self._add_rates = bind(composite_passes.add_rates, {}, offered, parallel=True)
-        self._pack = bind(composite_passes.spatial_rows,
-                          {"TO_D": to["D"], "TO_KIND": to["KIND"], "TO_BODY": to["BODY"], "write": write}, offered,
-                          parallel=True)  # fmt: skip
+        self._add_rates = each(bind(composite_passes.add_rates, {}, offered))
+        to_spatial = {"TO_D": to["D"], "TO_KIND": to["KIND"], "TO_BODY": to["BODY"], "write": write}
+        self._pack = each(bind(composite_passes.spatial_rows, to_spatial, offered))
         self._seen: Halo | None = None
         self._chosen = 0
 
@@ -109,11 +109,11 @@ class SpatialPass:
         """
         pairs = self.pairs
         packed = np.zeros((len(chosen), pairs.layout.used))
-        self._pack(rows, chosen, *shown, pairs.coefficients, packed)
+        self._pack(len(chosen), rows, chosen, *shown, pairs.coefficients, packed)
         self._chosen = len(chosen)
         pairs.rows, pairs.numbers = packed, numbers[chosen]
         pairs.evaluate(self._h)
-        self._add_rates(pairs.rates, self.paired, chosen, eulerian, rates)
+        self._add_rates(len(chosen), pairs.rates, self.paired, chosen, eulerian, rates)
 
     def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""

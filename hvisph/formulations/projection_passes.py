@@ -21,86 +21,65 @@ from hvisph.integrators.sums import KINETIC, LENGTH, MOMENTUM, SIZE, SPEED2, SUP
 CHUNK = 256
 
 
-def stress(state, tags, near, rows, following, rates, materials, dt):
+def stress(i, state, tags, near, rows, following, rates, materials, dt):
     """Pass 1: velocity gradient, and the deviator at the end of the step."""
-    count = np.uint64(state.shape[0])
     listed, first, last, kernels = near
     table, models = materials
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        start = np.uint64(chunk) * np.uint64(CHUNK)
-        for i in range(start, min(start + np.uint64(CHUNK), count)):
-            l = velocity_gradient(listed, first[i], last[i], rows, i, kernels)
-            rho = state[i, S_DENSITY]
-            # The pressure that comes with the deviator is the equation of state's: it has no part here.
-            s, plastic, _, _, _ = respond(
-                table, models, np.uint64(tags[i, 2]), dt, rho, state[i, S_INTERNAL_ENERGY],
-                own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
-                full_gradient(l))  # fmt: skip
-            put_full_symmetric(state, i, S_DEVIATOR, s, DIM)
-            state[i, S_PLASTIC_STRAIN] = plastic
-            put(following, i, 0, own_vector(rows, i, 0, DIM))
-            following[i, M] = state[i, S_MASS]
-            put(following, i, T, times(1.0 / (rho * rho), in_plane(s, DIM)))
-            put(rates, i, R_GRADIENT, l)
+    l = velocity_gradient(listed, first[i], last[i], rows, i, kernels)
+    rho = state[i, S_DENSITY]
+    # The pressure that comes with the deviator is the equation of state's: it has no part here.
+    s, plastic, _, _, _ = respond(
+        table, models, np.uint64(tags[i, 2]), dt, rho, state[i, S_INTERNAL_ENERGY],
+        own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
+        full_gradient(l))  # fmt: skip
+    put_full_symmetric(state, i, S_DEVIATOR, s, DIM)
+    state[i, S_PLASTIC_STRAIN] = plastic
+    put(following, i, 0, own_vector(rows, i, 0, DIM))
+    following[i, M] = state[i, S_MASS]
+    put(following, i, T, times(1.0 / (rho * rho), in_plane(s, DIM)))
+    put(rates, i, R_GRADIENT, l)
 
 
-def velocity(state, tags, near, rows, following, rates, dt, body_force):
+def velocity(i, state, tags, near, rows, following, rates, dt, body_force):
     """Pass 2: stress divergence, and the velocity that it and the body force alone lead to."""
-    count = np.uint64(state.shape[0])
     listed, first, last, kernels = near
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        start = np.uint64(chunk) * np.uint64(CHUNK)
-        for i in range(start, min(start + np.uint64(CHUNK), count)):
-            a = plus(stress_divergence(listed, first[i], last[i], rows, i, kernels), body_force)
-            put(rates, i, R_ACCELERATION, a)
-            # A clamped particle feels its forces, which the budget counts, and stays.
-            moves = 0.0 if tags[i, 3] & np.uint32(1) else dt
-            put(following, i, 0, own_vector(rows, i, 0, DIM))
-            put(following, i, U, plus(own_vector(state, i, S_VELOCITY, DIM), times(moves, a)))
-            rho = state[i, S_DENSITY]
-            following[i, V] = state[i, S_MASS] / rho
-            following[i, RHO] = rho
-            following[i, P] = state[i, S_PRESSURE]
+    a = plus(stress_divergence(listed, first[i], last[i], rows, i, kernels), body_force)
+    put(rates, i, R_ACCELERATION, a)
+    # A clamped particle feels its forces, which the budget counts, and stays.
+    moves = 0.0 if tags[i, 3] & np.uint32(1) else dt
+    put(following, i, 0, own_vector(rows, i, 0, DIM))
+    put(following, i, U, plus(own_vector(state, i, S_VELOCITY, DIM), times(moves, a)))
+    rho = state[i, S_DENSITY]
+    following[i, V] = state[i, S_MASS] / rho
+    following[i, RHO] = rho
+    following[i, P] = state[i, S_PRESSURE]
 
 
-def pressure(state, near, rows, following, dt, eta2, fullness, guard, printed):
+def pressure(i, state, near, rows, following, dt, eta2, fullness, guard, printed):
     """Pass 3: the pressure that brings the density back, from those of the step before."""
-    count = np.uint64(state.shape[0])
     listed, first, last, kernels = near
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        start = np.uint64(chunk) * np.uint64(CHUNK)
-        for i in range(start, min(start + np.uint64(CHUNK), count)):
-            loss, diagonal, others = poisson(listed, first[i], last[i], rows, i, kernels, eta2)
-            rho = state[i, S_DENSITY]
-            h = state[i, S_SMOOTHING_LENGTH]
-            p = 0.0
-            if diagonal < 0.0 and not -diagonal * rho * h * h * fullness < guard:
-                p = (others - loss / dt) / diagonal
-            state[i, S_PRESSURE] = p
-            if printed:
-                w = state[i, S_MASS]
-                wp = w * p / (rho * rho)
-            else:
-                w = state[i, S_MASS] / rho
-                wp = w * p
-            put(following, i, 0, own_vector(rows, i, 0, DIM))
-            following[i, W] = w
-            following[i, WP] = wp
+    loss, diagonal, others = poisson(listed, first[i], last[i], rows, i, kernels, eta2)
+    rho = state[i, S_DENSITY]
+    h = state[i, S_SMOOTHING_LENGTH]
+    p = 0.0
+    if diagonal < 0.0 and not -diagonal * rho * h * h * fullness < guard:
+        p = (others - loss / dt) / diagonal
+    state[i, S_PRESSURE] = p
+    w = state[i, S_MASS] if printed else state[i, S_MASS] / rho
+    put(following, i, 0, own_vector(rows, i, 0, DIM))
+    following[i, W] = w
+    following[i, WP] = w * p / (rho * rho) if printed else w * p
 
 
-def acceleration(state, near, rows, rates, printed):
+def acceleration(i, state, near, rows, rates, printed):
     """Pass 4: pressure gradient, and with it the whole acceleration."""
-    count = np.uint64(state.shape[0])
     listed, first, last, kernels = near
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        start = np.uint64(chunk) * np.uint64(CHUNK)
-        for i in range(start, min(start + np.uint64(CHUNK), count)):
-            inverse = 1.0 / state[i, S_DENSITY]
-            p = state[i, S_PRESSURE]
-            own = p * inverse * inverse if printed else p
-            push = pressure_gradient(listed, first[i], last[i], rows, i, kernels, own)
-            factor = 1.0 if printed else inverse
-            put(rates, i, R_ACCELERATION, minus(own_vector(rates, i, R_ACCELERATION, DIM), times(factor, push)))
+    inverse = 1.0 / state[i, S_DENSITY]
+    p = state[i, S_PRESSURE]
+    own = p * inverse * inverse if printed else p
+    push = pressure_gradient(listed, first[i], last[i], rows, i, kernels, own)
+    factor = 1.0 if printed else inverse
+    put(rates, i, R_ACCELERATION, minus(own_vector(rates, i, R_ACCELERATION, DIM), times(factor, push)))
 
 
 def carry(state, tags, rates, rows, lengths, dt, complete, variable, h_limits, body_force, sums):

@@ -39,8 +39,7 @@ class ProjectionRows:
     def __init__(self, kernel: Kernel, positions: np.ndarray, h: float, planes: tuple[Plane, ...]):
         count, dim = positions.shape
         self.list = NeighbourList(kernel, MARGIN, positions, h, planes)
-        self.layouts = [make(dim) for make in (laws.motion_layout, laws.stress_layout, laws.poisson_layout,
-                                               laws.pressure_layout)]  # fmt: skip
+        self.layouts = laws.layouts(dim)
         self.listed_at = np.zeros((0, dim))
         self._kernels = np.zeros(0)
         self._count = count

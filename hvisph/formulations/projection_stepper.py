@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from hvisph.core.binding import bind
+from hvisph.core.chunks import each
 from hvisph.core.errors import RunError
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
@@ -124,7 +125,7 @@ class ProjectionStepper:
             layout = self._rows.layouts[number]
             summed = bind(law, {"WIDTH": layout.used}, shared | layout.slots())
             following = self._rows.layouts[(number + 1) % 4].slots()
-            compiled.append(bind(loop, {law.__name__: summed}, shared | following, parallel=True))
+            compiled.append(each(bind(loop, {law.__name__: summed}, shared | following)))
         compiled.append(bind(passes.carry, {}, shared | self._rows.layouts[0].slots(), parallel=True))
         return compiled
 
@@ -153,12 +154,13 @@ class ProjectionStepper:
             except RunError:  # others wait for this process' rows
                 self._rows.show_nothing()
                 raise
-        data, tags, rows, near, scheme = particles.data, particles.tags, self._rows, self._rows.near, self.formulation
+        n, data, tags = particles.count, particles.data, particles.tags
+        rows, near, scheme = self._rows, self._rows.near, self.formulation
         stress, velocity, pressure, acceleration, _ = self._loops
-        stress(data, tags, near, *rows.shown(0), self.rates, (self.table, self.models), dt)
-        velocity(data, tags, near, *rows.shown(1), self.rates, dt, self._body_force)
-        pressure(data, near, *rows.shown(2), dt, self._eta2, self._fullness, scheme.guard, scheme.printed)
-        acceleration(data, near, rows.shown(3)[0], self.rates, scheme.printed)
+        stress(n, data, tags, near, *rows.shown(0), self.rates, (self.table, self.models), dt)
+        velocity(n, data, tags, near, *rows.shown(1), self.rates, dt, self._body_force)
+        pressure(n, data, near, *rows.shown(2), dt, self._eta2, self._fullness, scheme.guard, scheme.printed)
+        acceleration(n, data, near, rows.shown(3)[0], self.rates, scheme.printed)
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s], and announce the step `following`."""

@@ -104,7 +104,7 @@ class ReferenceChanges:
         dim = self.particles.dim
         maps = np.zeros((len(chosen), dim * dim))
         self._loops.map_particles(
-            chosen.astype(np.uint64), self.rows_, self.reference.lists, self.reference.corrections, maps
+            len(chosen), chosen.astype(np.uint64), self.rows_, self.reference.lists, self.reference.corrections, maps
         )
         return maps.reshape(-1, dim, dim)
 

@@ -16,7 +16,7 @@ from hvisph.core.solid import in_plane
 from hvisph.core.tensors import plus_identity, put, times
 from hvisph.integrators.parts import WHOLE
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
-from hvisph.sph.laws import riemann, riemann_row, unlike
+from hvisph.sph.laws import interface, riemann, riemann_row, unlike
 from hvisph.sph.laws.limiters import LIMITERS, Limiter
 from hvisph.sph.laws.riemann import SLIPPERY
 from hvisph.sph.pairs import Pairs, Pass
@@ -117,13 +117,13 @@ class Riemann:
             "limit": self.reconstruction.limit, "share": self.reconstruction.share, "CONSISTENT": int(self.consistent),
             "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.consistent and self.smoothing.variable),
             "REVOLVED": int(self.revolved), "SPINS": int(self.spins),
-        }, (riemann.conclude,), density_rate=self.consistent, slips=self.parted, rings=self.revolved,
+        }, (riemann.conclude, interface.of_other), density_rate=self.consistent, slips=self.parted, rings=self.revolved,
             spins=self.spins)  # fmt: skip
         if not (self.reconstruction.acts or self.parted):
             return [flux]
-        first = [Pass(riemann_row.gradients, riemann_row.read_by_all(row), ways, into_rows=True)]
+        first = [Pass(riemann_row.gradients, riemann_row.read_by_all(row), ways, (interface.of_other,), into_rows=True)]
         if self.meets_unlike:
-            first.append(Pass(unlike.facing, row, {"FACES": int(self.faces)}, into_rows=True))
+            first.append(Pass(unlike.facing, row, {"FACES": int(self.faces)}, (interface.of_other,), into_rows=True))
         return [*first, flux]
 
     def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact:

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.binding import bind
+from hvisph.core.chunks import each
 from hvisph.core.tensors import SIZE
 from hvisph.sph import rates as sums_of_pairs
 from hvisph.sph.copies import Halo
 from hvisph.sph.kernels import Kernel
-from hvisph.sph.laws import riemann, riemann_row
+from hvisph.sph.laws import interface, riemann, riemann_row
 from hvisph.sph.laws import unlike as unlike_spacings
 from hvisph.sph.laws.limiters import NO_RECONSTRUCTION
 from hvisph.sph.pairs import Pairs, Pass
@@ -72,11 +73,11 @@ class SeparatingContact:
         ways = {"RECONSTRUCTION": 0, "PARTED": 1, "UNLIKE": int(unlike)}
         seen = riemann_row.read_by_all(layout)
         passes = [
-            Pass(riemann_row.gradients, seen, ways, into_rows=True),
-            *([Pass(unlike_spacings.facing, layout, {}, into_rows=True)] if unlike else []),
+            Pass(riemann_row.gradients, seen, ways, (interface.of_other,), into_rows=True),
+            *([Pass(unlike_spacings.facing, layout, {}, (interface.of_other,), into_rows=True)] if unlike else []),
             Pass(riemann.accumulate, seen, ways | limits | {"ONLY_OTHER": 1, "REVOLVED": int(revolved),
                                                             "SPINS": int(spins)},
-                 (riemann.conclude,), slips=True, rings=revolved, spins=spins),
+                 (riemann.conclude, interface.of_other), slips=True, rings=revolved, spins=spins),
         ]  # fmt: skip
         further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
@@ -117,14 +118,14 @@ class SeparatingContact:
         chosen = np.concatenate([meeting, beside])
         if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
             return
-        packed = np.empty((len(chosen), self._pairs.layout.used))
+        packed = np.zeros((len(chosen), self._pairs.layout.used))
         if self._bound is None:
             self._bound = self._bind(standard.slots)
         pack, add, taken = self._bound
-        pack(rows, chosen, taken, packed)
+        pack(len(chosen), rows, chosen, taken, packed)
         self._pairs.rows, self._pairs.numbers = packed, numbers[chosen]
         self._pairs.evaluate(h, len(meeting))
-        add(self._pairs.rates, self._pairs.place, meeting, standard.place, rates)
+        add(len(meeting), self._pairs.rates, self._pairs.place, meeting, standard.place, rates)
 
     def _bind(self, slots: dict[str, int]) -> tuple[Any, Any, tuple[np.ndarray, np.ndarray]]:
         """Return the passes that pack and add, and slots of contact with those of the standard law, `slots`."""
@@ -134,9 +135,9 @@ class SeparatingContact:
             widths["RING"] = 1
         same = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
         named = {"OF_RHO": slots["RHO"], "OF_M": slots["M"], "STRESSES": self._stress}
-        pack = bind(separating_passes.contact_rows, named, to, parallel=True)
+        pack = each(bind(separating_passes.contact_rows, named, to))
         ways = {"DIM": dim, "SPINS": self._spins}
-        add = bind(separating_passes.add_contact, ways, sums_of_pairs.slots(dim), parallel=True)
+        add = each(bind(separating_passes.add_contact, ways, sums_of_pairs.slots(dim)))
         taken = np.array(same, np.uint64).T.copy()
         return pack, add, (taken[0], taken[1])
 

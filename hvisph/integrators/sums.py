@@ -72,10 +72,7 @@ class Sums:
         self.units[MOMENTUM : MOMENTUM + 3] = unit_of(whole * speed)
         self.units[SUPPORT : SUPPORT + 3] = unit_of(power_unit / energy_unit * whole * speed)
         self.units[SLIPPING] = power_unit
-        self._rounders = (
-            float(rounder_of(self.units[KINETIC])), float(rounder_of(self.units[MOMENTUM])),
-            float(rounder_of(self.units[SUPPORT])), float(rounder_of(self.units[SLIPPING])),
-        )  # fmt: skip
+        self._rounders = tuple(float(rounder_of(self.units[k])) for k in (KINETIC, MOMENTUM, SUPPORT, SLIPPING))
 
     def hold(self, count: int) -> None:
         """Make room for `count` particles."""
@@ -83,7 +80,7 @@ class Sums:
         self.wholes, self.extremes = np.zeros((chunks, 2, COUNTED), np.int64), np.zeros((chunks, 3))
 
     @property
-    def loops(self) -> tuple[np.ndarray, np.ndarray, tuple[float, float, float, float]]:
+    def loops(self) -> tuple[np.ndarray, np.ndarray, tuple[float, ...]]:
         """What compiled loops take: beside the sums what rounds energies, momenta, forces and powers."""
         return self.wholes, self.extremes, self._rounders
 

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.chunks import each
 from hvisph.core.jit import compiled, prange, specialise
 from hvisph.core.tensors import own_vector
 
@@ -88,13 +89,9 @@ def beside(cell, shift, nx, ny, nz):
     return number_of((x, y, z), nx, ny)
 
 
-def find_cells(rows, inverse_edge, nx, ny, nz, cells):
+def find_cells(i, rows, inverse_edge, nx, ny, nz, cells):
     """Find the number of the cell of each row: a template."""
-    count = np.uint64(cells.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for i in range(first, min(first + np.uint64(CHUNK), count)):
-            cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
+    cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
 
 
 def count_and_place(cells, starts, order):
@@ -169,7 +166,7 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
         (dim + 1, n + 8).
     """
     find, count_and_place, order_and_gather = _loops(dim)
-    find(rows, 1.0 / grid.edge, *grid.sizes, cells)
+    find(len(cells), rows, 1.0 / grid.edge, *grid.sizes, cells)
     count_and_place(cells, grid.starts, order)
     order_and_gather(rows, numbers, cells, grid.starts, order, place, out, columns, np.uint64(h_slot))
 
@@ -177,7 +174,7 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
 @cache
 def _loops(dim: int) -> tuple[Any, Any, Any]:
     return (
-        specialise(find_cells, parallel=True, DIM=dim),
+        each(specialise(find_cells, DIM=dim)),
         specialise(count_and_place, parallel=False),
         specialise(_order_and_gather, parallel=True, DIM=dim),
     )

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.chunks import each
 from hvisph.core.jit import compiled, specialise
 from hvisph.core.tensors import dot, minus, own_vector
 from hvisph.sph.cells import Grid, beside, count_and_place, find_cells
@@ -78,7 +79,7 @@ def connected(position: np.ndarray, labels: np.ndarray, link: float) -> np.ndarr
     grid = Grid.around(position, link / np.sqrt(dim + 3.0))
     cells, order, parent = np.zeros(count, np.uint32), np.zeros(count, np.uint32), np.arange(count)
     find, place, link_near, search, flatten = _loops(dim)
-    find(position, 1.0 / grid.edge, *grid.sizes, cells)
+    find(len(cells), position, 1.0 / grid.edge, *grid.sizes, cells)
     place(cells, grid.starts, order)
     link_near(position, labels, cells, grid.starts, order, *grid.sizes, link * link, parent)
     flatten(parent)
@@ -89,7 +90,7 @@ def connected(position: np.ndarray, labels: np.ndarray, link: float) -> np.ndarr
     left = (parent != largest[labels]).astype(np.uint8)
     if left.any():
         grid = Grid.around(position, link)
-        find(position, 1.0 / grid.edge, *grid.sizes, cells)
+        find(len(cells), position, 1.0 / grid.edge, *grid.sizes, cells)
         place(cells, grid.starts, order)
         search(position, labels, cells, grid.starts, order, *grid.sizes, link * link, left, parent)
         flatten(parent)
@@ -155,7 +156,7 @@ def _flatten(parent):
 @cache
 def _loops(dim: int) -> tuple[Any, ...]:
     return (
-        specialise(find_cells, parallel=True, DIM=dim),
+        each(specialise(find_cells, DIM=dim)),
         specialise(count_and_place, parallel=False),
         specialise(_link_near, parallel=False, DIM=dim),
         specialise(_search, parallel=False, DIM=dim),

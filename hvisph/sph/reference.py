@@ -26,7 +26,8 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.binding import bind
-from hvisph.core.jit import prange, specialise
+from hvisph.core.chunks import each
+from hvisph.core.jit import specialise
 from hvisph.core.tensors import (
     dot,
     identity,
@@ -84,90 +85,72 @@ def _enter(near, n, rows, i, constants, out):
             listed[k] = members[listed[k]]
 
 
-def _measure(position, lists, ih, distances):
+def _measure(i, position, lists, ih, distances):
     """Find the distance of every entry, over h and in parts of `FINEST`; 0 for entries of the far row."""
     starts, near = lists
     far = np.uint32(position.shape[0])
-    count = np.uint64(starts.shape[0] - 1)
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for i in range(first, min(first + np.uint64(CHUNK), count)):
-            for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
-                if near[k] != far:
-                    d = minus(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(near[k]), 0, DIM))
-                    distances[k] = np.int64(np.sqrt(dot(d, d)) * ih / FINEST + 0.5)
+    for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
+        if near[k] != far:
+            d = minus(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(near[k]), 0, DIM))
+            distances[k] = np.int64(np.sqrt(dot(d, d)) * ih / FINEST + 0.5)
 
 
-def _fill(distances, volume, ih, kernels):
+def _fill(k, distances, volume, ih, kernels):
     """Compute slope and shape at `distances`, over h, of neighbours of these volumes; at no distance they are zero."""
-    count = np.uint64(distances.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for k in range(first, min(first + np.uint64(CHUNK), count)):
-            r = distances[k]
-            if r > 0.0:
-                kernels[k, 0] = volume[k] * scale(ih) * slope(r) * ih / r
-                kernels[k, 1] = volume[k] * scale(ih) * shape(r) / ih
+    r = distances[k]
+    if r > 0.0:
+        kernels[k, 0] = volume[k] * scale(ih) * slope(r) * ih / r
+        kernels[k, 1] = volume[k] * scale(ih) * shape(r) / ih
 
 
-def _correct(chosen, position, volume, lists, ih, corrections, sums):
+def _correct(c, chosen, position, volume, lists, ih, corrections, sums):
     """Compute A, B, F0 and the sums of the particles `chosen`."""
     starts, near, codes, kernels = lists
     all_a, all_b, all_f0 = corrections
     first_sums, zeroth_sums = sums
     far = np.uint32(position.shape[0])
-    count = np.uint64(chosen.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for c in range(first, min(first + np.uint64(CHUNK), count)):
-            i = np.uint64(chosen[c])
-            x = own_vector(position, i, 0, DIM)
-            begin, end = np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])
-            of_shape, of_gradient = 0.0, no_vector(DIM)
-            for k in range(begin, end):
-                if near[k] != far:
-                    d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-                    of_shape += kernels[codes[k], 1]
-                    of_gradient = plus(of_gradient, times(kernels[codes[k], 0], d))
-            zeroth_sums[i] = of_shape
-            put(first_sums, i, 0, of_gradient)
-            inverse_s, shift = 1.0, no_vector(DIM)
-            if MIXED:
-                inverse_s = 1.0 / (of_shape + volume[i] * scale(ih) * shape(0.0) / ih)
-                shift = times(-inverse_s * inverse_s, of_gradient)
-            moment = no_gradient(DIM)
-            for k in range(begin, end):
-                if near[k] != far:
-                    d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-                    g = plus(times(kernels[codes[k], 0] * inverse_s, d), times(kernels[codes[k], 1], shift))
-                    moment = minus(moment, outer(g, d))
-            a, sound = sound_inverse(moment)
-            if CORRECTED and sound:
-                a, b = times(inverse_s, a), on_rows(a, shift)
-            else:
-                a, b = identity(a), no_vector(DIM)
-            f0 = identity(a)
-            for k in range(begin, end):
-                if near[k] != far:
-                    d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-                    f0 = plus(
-                        f0, outer(d, plus(times(kernels[codes[k], 1], b), times(kernels[codes[k], 0], on_rows(a, d))))
-                    )
-            put(all_a, i, 0, a)
-            put(all_b, i, 0, b)
-            put(all_f0, i, 0, f0)
+    i = np.uint64(chosen[c])
+    x = own_vector(position, i, 0, DIM)
+    begin, end = np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])
+    of_shape, of_gradient = 0.0, no_vector(DIM)
+    for k in range(begin, end):
+        if near[k] != far:
+            d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+            of_shape += kernels[codes[k], 1]
+            of_gradient = plus(of_gradient, times(kernels[codes[k], 0], d))
+    zeroth_sums[i] = of_shape
+    put(first_sums, i, 0, of_gradient)
+    inverse_s, shift = 1.0, no_vector(DIM)
+    if MIXED:
+        inverse_s = 1.0 / (of_shape + volume[i] * scale(ih) * shape(0.0) / ih)
+        shift = times(-inverse_s * inverse_s, of_gradient)
+    moment = no_gradient(DIM)
+    for k in range(begin, end):
+        if near[k] != far:
+            d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+            g = plus(times(kernels[codes[k], 0] * inverse_s, d), times(kernels[codes[k], 1], shift))
+            moment = minus(moment, outer(g, d))
+    a, sound = sound_inverse(moment)
+    if CORRECTED and sound:
+        a, b = times(inverse_s, a), on_rows(a, shift)
+    else:
+        a, b = identity(a), no_vector(DIM)
+    f0 = identity(a)
+    for k in range(begin, end):
+        if near[k] != far:
+            d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+            f0 = plus(f0, outer(d, plus(times(kernels[codes[k], 1], b), times(kernels[codes[k], 0], on_rows(a, d)))))
+    put(all_a, i, 0, a)
+    put(all_b, i, 0, b)
+    put(all_f0, i, 0, f0)
 
 
-def _touching(starts, near, chosen, marked):
+def _touching(i, starts, near, chosen, marked):
     """Find which particles have a chosen one in their list."""
-    count = np.uint64(marked.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for i in range(first, min(first + np.uint64(CHUNK), count)):
-            for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
-                if chosen[near[k]]:
-                    marked[i] = True
-                    break
+    for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
+        if chosen[near[k]]:
+            marked[i] = True
+            break
 
 
 class Reference:
@@ -216,22 +199,22 @@ class Reference:
             "CORRECTED": int(gradient), "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }  # fmt: skip
         distances = np.zeros(len(self.near), np.int64)
-        bind(_measure, {}, offered, parallel=True)(self.position, (self.starts, self.near), 1.0 / h, distances)
+        each(bind(_measure, {}, offered))(count, self.position, (self.starts, self.near), 1.0 / h, distances)
         self.codes, distances, volumes = _kinds(distances, np.append(self.volume, 0.0), self.near)
         self.kernels = np.zeros((len(distances), 2))
-        bind(_fill, {}, offered, parallel=True)(distances * FINEST, volumes, 1.0 / h, self.kernels)
+        each(bind(_fill, {}, offered))(len(distances), distances * FINEST, volumes, 1.0 / h, self.kernels)
         self.lists = self.starts, self.near, self.codes, self.kernels  # what compiled loops take, in rows
-        self._correct = bind(_correct, {}, offered, parallel=True)
+        self._correct = each(bind(_correct, {}, offered))
         self._update_corrections(np.arange(count))
 
     def _update_corrections(self, chosen: np.ndarray) -> None:
-        self._correct(chosen.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,
+        self._correct(len(chosen), chosen.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,
                       self.corrections, self.sums)  # fmt: skip
 
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
         """Return which particles have one of `chosen` (n,) among their reference neighbours (count,), bool."""
         marked = np.zeros(self.count, bool)
-        specialise(_touching, parallel=True)(self.starts, self.near, np.append(chosen, False), marked)
+        each(specialise(_touching))(self.count, self.starts, self.near, np.append(chosen, False), marked)
         return marked
 
     def remove(self, chosen: np.ndarray) -> None:

@@ -10,6 +10,7 @@ from itertools import product
 
 import numpy as np
 
+from hvisph.core.chunks import each
 from hvisph.core.fetching import fetch
 from hvisph.core.jit import prange, specialise
 from hvisph.core.tensors import own_vector
@@ -51,44 +52,32 @@ def _mark(cells, eulerian, bodies, lowest, highest, spatial):
         spatial[cell] |= eulerian[i]
 
 
-def _tell(cells, meets, near, of_meets, of_near):
+def _tell(i, cells, meets, near, of_meets, of_near):
     """Tell each particle what is marked in its cell."""
-    count = np.uint64(cells.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for i in range(first, min(first + np.uint64(CHUNK), count)):
-            of_meets[i], of_near[i] = meets[np.uint64(cells[i])], near[np.uint64(cells[i])] != 0
+    of_meets[i], of_near[i] = meets[np.uint64(cells[i])], near[np.uint64(cells[i])] != 0
 
 
-def _spread(nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
+def _spread(cell, nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
     """Find the occupied cells that have another body, or an Eulerian particle, in or beside them."""
-    count = np.uint64(lowest.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for cell in range(first, min(first + np.uint64(CHUNK), count)):
-            if lowest[cell] == np.uint32(NO_BODY):
-                spatial_near[cell] = np.uint8(0)
-                continue
-            low, high, euler = lowest[cell], highest[cell], spatial[cell]
-            for shift in range(np.uint64(3**DIM)):
-                at = beside(cell, shift, nx, ny, nz)
-                low, high, euler = min(low, lowest[at]), max(high, highest[at]), euler | spatial[at]
-            meets[cell] = low != high
-            spatial_near[cell] = euler
+    if lowest[cell] == np.uint32(NO_BODY):
+        spatial_near[cell] = np.uint8(0)
+        return
+    low, high, euler = lowest[cell], highest[cell], spatial[cell]
+    for shift in range(np.uint64(3**DIM)):
+        at = beside(cell, shift, nx, ny, nz)
+        low, high, euler = min(low, lowest[at]), max(high, highest[at]), euler | spatial[at]
+    meets[cell] = low != high
+    spatial_near[cell] = euler
 
 
-def _widen(nx, ny, nz, lowest, near, wider):
+def _widen(cell, nx, ny, nz, lowest, near, wider):
     """Mark the occupied cells that are, or lie beside, one that is marked in `near`."""
-    count = np.uint64(near.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for cell in range(first, min(first + np.uint64(CHUNK), count)):
-            if lowest[cell] == np.uint32(NO_BODY):
-                continue
-            beside_one = near[cell]
-            for shift in range(np.uint64(3**DIM)):
-                beside_one |= near[beside(cell, shift, nx, ny, nz)]
-            wider[cell] = beside_one
+    if lowest[cell] == np.uint32(NO_BODY):
+        return
+    beside_one = near[cell]
+    for shift in range(np.uint64(3**DIM)):
+        beside_one |= near[beside(cell, shift, nx, ny, nz)]
+    wider[cell] = beside_one
 
 
 class Selection:
@@ -114,9 +103,9 @@ class Selection:
         self._nowhere = np.zeros(count, np.uint8)
         self._locate = specialise(_locate, parallel=True, DIM=dim)
         self._mark = specialise(_mark, parallel=False)
-        self._tell = specialise(_tell, parallel=True)
-        self._spread = specialise(_spread, parallel=True, DIM=dim)
-        self._widen = specialise(_widen, parallel=True, DIM=dim)
+        self._tell = each(specialise(_tell))
+        self._spread = each(specialise(_spread, DIM=dim))
+        self._widen = each(specialise(_widen, DIM=dim))
 
     def fit(self, position: np.ndarray) -> None:
         """Make the grid anew around particles at `position` (n, dim) [m]."""
@@ -146,13 +135,12 @@ class Selection:
             self._cells = np.zeros(count + count // 4, np.uint32)
         cells = self._cells[:count]
         self._find(rows, eulerian, bodies, cells)
-        self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
         near = self._spatial_near
         if self._with_neighbours:
-            self._widen(*sizes, self._lowest, near, self._wider)
+            self._widen(len(self._lowest), *sizes, self._lowest, near, self._wider)
             near = self._wider
         meets, spatial = np.empty((2, count), bool)
-        self._tell(cells, self._meets, near, meets, spatial)
+        self._tell(count, cells, self._meets, near, meets, spatial)
         if self._wraps():
             some = np.flatnonzero(meets | spatial)
             meets[some], spatial[some] = _unwrapped(
@@ -161,10 +149,12 @@ class Selection:
         return meets, spatial
 
     def _find(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, cells: np.ndarray) -> None:
-        """Find the cells of the rows, and mark what they hold."""
+        """Find the cells of the rows, mark what they hold, and find those that have others in or beside them."""
         self._extents = np.empty((-(-len(cells) // CHUNK), 2, self._dim))
         self._locate(rows, 1.0 / self.grid.edge, *self.grid.sizes, cells, self._extents)
         self._mark(cells, eulerian, bodies, self._lowest, self._highest, self._spatial)
+        self._spread(len(self._lowest), *self.grid.sizes, self._lowest, self._highest, self._spatial, self._meets,
+                     self._spatial_near)  # fmt: skip
 
     def _wraps(self) -> bool:
         """Whether particles have spread so far that cells of the grid stand for several places."""
@@ -186,10 +176,9 @@ class Selection:
             self._cells = np.zeros(count + count // 4, np.uint32)
         cells = self._cells[:count]
         self._find(rows, self._nowhere, bodies, cells)
-        self._spread(*sizes, self._lowest, self._highest, self._spatial, self._meets, self._spatial_near)
-        self._widen(*sizes, self._lowest, self._meets.view(np.uint8), self._wider)
+        self._widen(len(self._lowest), *sizes, self._lowest, self._meets.view(np.uint8), self._wider)
         meets, beside = np.empty((2, count), bool)
-        self._tell(cells, self._meets, self._wider, meets, beside)
+        self._tell(count, cells, self._meets, self._wider, meets, beside)
         beside &= ~meets
         return np.flatnonzero(meets), np.flatnonzero(beside)
 

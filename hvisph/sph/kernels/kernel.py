@@ -62,6 +62,16 @@ class Kernel:
         """Return dW/dr [1/m^(dim+1)], in plain Python."""
         return self.norm(dim) / h ** (dim + 1) * self.slope.py_func(r / h)
 
+    def layers(self, h_over_dx: float, dim: int, dx: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """Return how far a lattice's layers that reach one of them lie from it, and their places from its normal.
+
+        Distances (layers,), its own 0 first, and (places,), where the spacing is `dx`.
+        """
+        last = int(self.reach * h_over_dx) + 1
+        side = np.arange(-last, last + 1) * dx
+        aside = np.sqrt(sum(np.meshgrid(*[side**2] * (dim - 1)), np.zeros(1)).ravel()) if dim > 1 else np.zeros(1)
+        return np.arange(last + 1) * dx, aside
+
 
 # Of the cubic spline, the kernel of which steps of 0.3 h/c are usual.
 _CUBIC_DEVIATION = 3.0**-0.5

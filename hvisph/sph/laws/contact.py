@@ -47,7 +47,7 @@ from hvisph.core.tensors import (
 )
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.pairs import Pass
-from hvisph.sph.rows import RowLayout
+from hvisph.sph.rows import RowLayout, those
 
 from .rings import ring_weight
 
@@ -117,8 +117,11 @@ class Contact:
         return [Pass(accumulate, self.row_layout(dim, revolved), ways)]
 
     def row_layout(self, dim: int, revolved: bool) -> RowLayout:
-        """Return what a particle shows its neighbours."""
-        return row_layout(dim, revolved)
+        """Return what a particle shows its neighbours; K is its stiffness [Pa/m^d]."""
+        return RowLayout(dim, those(
+            ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
+            ("k", "scalar"), revolved and ("ring", "radius"),
+        ))  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -127,13 +130,6 @@ class Welded:
 
     parts = stores = own_faces = False
     friction = 0.0
-
-
-def row_layout(dim: int, revolved: bool = False) -> RowLayout:
-    """Return what a particle shows its neighbours; K is its stiffness [Pa/m^d]."""
-    more = (("ring", "radius"),) if revolved else ()
-    return RowLayout(dim, (("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"),
-                           ("body", "scalar"), ("k", "scalar"), *more))  # fmt: skip
 
 
 def accumulate(near, n, rows, i, constants, out):

@@ -143,10 +143,8 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
         Their material, and whether they are Total Lagrangian.
     sums
         What `collect` wrote of them.
-    materials
+    materials, ahead
         See `deform`.
-    ahead
-        How far the stage is ahead of the state [s], and 1.2 alpha of the viscosity.
     """
     m, tied = alike
     state, volume, loads, swellings, before = particles
@@ -205,7 +203,7 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
         rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
 
 
-def deform(rows, active, eulerian, particles, lists, corrections, materials, stage, signal_alpha, results, rates):
+def deform(rows, active, eulerian, particles, lists, corrections, materials, ahead, results, rates):
     """Compute the deformation of all particles that are `active`: the template.
 
     Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, REVOLVED, PLACES, slots of the row, columns of
@@ -230,10 +228,8 @@ def deform(rows, active, eulerian, particles, lists, corrections, materials, sta
         Theirs, a row a particle: A, B, F0.
     materials
         Table, models, and a row of E [Pa] and 1/Y [1/Pa] for each material.
-    stage
-        How far the stage is ahead of the state [s].
-    signal_alpha
-        1.2 alpha of the viscosity.
+    ahead
+        How far the stage is ahead of the state [s], and 1.2 alpha of the viscosity.
     results
         Arrays (n,) that receive J, equivalent strain since the start and since the reference, and of Total
         Lagrangian particles pressure [Pa] and signal speed [m/s].
@@ -242,10 +238,9 @@ def deform(rows, active, eulerian, particles, lists, corrections, materials, sta
         meet no Eulerian ones the power of their own stress; of rings what holds them round the axis, and its power.
     """
     count = np.uint64(active.shape[0])
-    starts, near, codes, kernels = lists
+    starts, near, _, _ = lists
     state, tags, volume, loads, swellings, before = particles
     a, b, start = corrections
-    table, models, moduli = materials
     jacobians, strains, latest, pressures, signals = results
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
@@ -270,26 +265,20 @@ def deform(rows, active, eulerian, particles, lists, corrections, materials, sta
                         fetch_row(a, own, 0, DIM * DIM)
                         fetch_row(b, own, 0, DIM)
                         fetch(state, own, np.uint64(S_DENSITY))
-                        collect(rows, own, (starts, near, codes, kernels), sums, lane)
+                        collect(rows, own, lists, sums, lane)
                 deformed(
                     many(rows, found, k),
                     (many(state, found, k), many(volume, found, k), many(loads, found, k), many(swellings, found, k),
                      many(before, found, k)),
                     (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)), many(sums, of_lane, np.uint64(0)),
-                    (many(a, found, k), many(b, found, k), many(start, found, k)), (table, models, moduli),
-                    (stage, signal_alpha),
+                    (many(a, found, k), many(b, found, k), many(start, found, k)), materials, ahead,
                     (many(jacobians, found, k), many(strains, found, k), many(latest, found, k),
                      many(pressures, found, k), many(signals, found, k)), many(rates, found, k))  # fmt: skip
             key = above
 
 
-def map_particles(chosen, rows, lists, corrections, maps):
-    """Compute F of the particles `chosen` as their lists are now into the rows of `maps`: a template."""
-    count = np.uint64(chosen.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        sums = np.empty((1, SUMS))
-        for k in range(first, min(first + np.uint64(CHUNK), count)):
-            collect(rows, np.uint64(chosen[k]), lists, sums, np.uint64(0))
-            f, _ = mapped(sums, np.uint64(0), np.uint64(chosen[k]), corrections)
-            put(maps, k, 0, f)
+def map_particles(k, chosen, rows, lists, corrections, maps):
+    """Write F of the particle chosen[k] by its list as it is now into row `k` of `maps`: a template."""
+    i, sums = np.uint64(chosen[k]), np.empty((1, SUMS))
+    collect(rows, i, lists, sums, np.uint64(0))
+    put(maps, k, 0, mapped(sums, np.uint64(0), i, corrections)[0])

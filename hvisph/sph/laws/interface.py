@@ -21,15 +21,29 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import compiled
-from hvisph.core.tensors import dot, minus, plus, times
+from hvisph.core.tensors import dot, minus, own_vector, plus, times, vector
+
+from .limiters import TINY
 
 # Share of the free part of the kernel sum that the other body fills: none, and all of the traction.
 OPEN, SHUT = 0.93, 0.94
 # Below this cosine between line of centres and normal the bodies are mixed up.
 MIXED_UP = 0.1
-TINY = 1e-30
+# Option of `of_other`, off unless bound: faces of one body that look at each other.
+FACES = 0
 # Least cosine of what lies in front of a face.
 LOOKS = 0.5
+
+
+def of_other(rows, i, b, dx):
+    """Return 1 of the lanes `b` that row `i` meets, those of other bodies and of faces across from its own, else 0.
+
+    A template: bound are DIM, BODY, FACES and, with that, FACE. `dx` is x_b - x_a.
+    """
+    other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
+    if FACES:
+        other = max(other, looking(own_vector(rows, i, FACE, DIM), vector(b, FACE, DIM), dx))
+    return other
 
 
 @compiled

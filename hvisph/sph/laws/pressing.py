@@ -58,7 +58,9 @@ from hvisph.core.tensors import (
 )
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.pairs import Pass
-from hvisph.sph.rows import RowLayout
+from hvisph.sph.rows import RowLayout, those
+
+from .limiters import TINY
 
 # Options of the laws, off unless bound: rings about an axis; faces of one body that meet; friction.
 REVOLVED = OWN_FACES = FRICTION = 0
@@ -67,7 +69,6 @@ REVOLVED = OWN_FACES = FRICTION = 0
 RESERVE = 2.5
 # Of sqrt(k m), the critical damping of a pair: the dashpot of friction at rest.
 STICKING = 0.5
-TINY = 1e-30
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,8 @@ class Pressing:
         """Return the passes: how bodies fill each other's room, then forces."""
         layout = self.row_layout(dim, revolved)
         ways = {"OWN_FACES": int(self.own_faces), "FRICTION": int(self.friction > 0.0), "REVOLVED": int(revolved)}
-        return [Pass(fill, layout, ways, into_rows=True), Pass(accumulate, layout, ways, slips=True)]
+        return [Pass(fill, layout, ways, (against,), into_rows=True),
+                Pass(accumulate, layout, ways, (against,), slips=True)]  # fmt: skip
 
     def row_layout(self, dim: int, revolved: bool) -> RowLayout:
         """Return what a particle shows its neighbours.
@@ -136,22 +138,17 @@ class Pressing:
         K is its stiffness [Pa], START its phi0, D its displacement from the reference, TIED whether reference kernels
         hold it in its body; P, G, the gradient of phi, and in START's place phi are written by the first pass.
         """
-        fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"),
-                  ("body", "scalar"), ("k", "scalar"), ("p", "scalar"), ("g", "scalar")]  # fmt: skip
-        if self.own_faces:
-            fields += [("d", "vector"), ("tied", "scalar")]
-        if self.friction > 0.0:
-            fields.append(("fills", "vector"))
-        if revolved:
-            fields.append(("ring", "radius"))
-        return RowLayout(dim, (*fields, ("start", "scalar")))
+        return RowLayout(dim, those(
+            ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
+            ("k", "scalar"), ("p", "scalar"), ("g", "scalar"), self.own_faces and ("d", "vector"),
+            self.own_faces and ("tied", "scalar"), self.friction > 0.0 and ("fills", "vector"),
+            revolved and ("ring", "radius"), ("start", "scalar"),
+        ))  # fmt: skip
 
 
 def _facing(kernel: Kernel, h_over_dx: float, dim: int) -> tuple[np.ndarray, np.ndarray]:
     """Return phi of a particle s = 1 to 0 spacings before a lattice's first layer, and - dphi/ds [1/spacing]."""
-    layers = np.arange(int(kernel.reach * h_over_dx) + 2)
-    side = np.arange(-layers[-1], layers[-1] + 1)
-    across = np.sqrt(sum(np.meshgrid(*[side**2] * (dim - 1)), np.zeros(1)).ravel()) if dim > 1 else np.zeros(1)
+    layers, across = kernel.layers(h_over_dx, dim)
     filled, slope = [], []
     for s in np.linspace(1.0, 0.0, 50, endpoint=False):
         r = np.hypot.outer(s + layers, across).ravel()
@@ -170,25 +167,28 @@ def beyond(dx, d_a, d_b, reach2):
     return max(np.copysign(1.0, dot(then, then) - reach2), 0.0)
 
 
-@compiled
-def of_this_side(ring):
-    """Return 1 of a ring, 0 of an image over the axis, whose radius is below zero."""
-    return max(np.copysign(1.0, ring), 0.0)
+def against(rows, i, b, dx, reach2):
+    """Return 1 of the lanes `b` that press on row `i`, of another body or another face of its own, else 0: a template.
+
+    `dx` is x_a - x_b, `reach2` the square of the reference support [m^2].
+    """
+    other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
+    if OWN_FACES:
+        own_face = rows[i, TIED] * b[TIED] * beyond(dx, own_vector(rows, i, D, DIM), vector(b, D, DIM), reach2)
+        if REVOLVED:  # an image over the axis has a radius below zero
+            own_face = own_face * max(np.copysign(1.0, b[RING]), 0.0)
+        other = max(other, own_face)
+    return other
 
 
 def fill(near, n, rows, i, constants, out):
     """Write p, g, phi and its gradient of particle `i` into its row."""
-    x, h, body = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, BODY]
-    if OWN_FACES:
-        d, tied, reach2 = own_vector(rows, i, D, DIM), rows[i, TIED], constants[3] * h * h
+    x, h = own_vector(rows, i, 0, DIM), rows[i, H]
     filled, steep, fills = all_lanes(0.0), all_lanes(0.0), spread(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = minus(x, vector(b, 0, DIM))
-        other = min(abs(body - b[BODY]), 1.0)
-        if OWN_FACES:
-            own_face = tied * b[TIED] * beyond(dx, d, vector(b, D, DIM), reach2)
-            other = max(other, own_face * of_this_side(b[RING]) if REVOLVED else own_face)
+        other = against(rows, i, b, dx, constants[3] * h * h)
         ih = 2.0 / (h + b[H])
         r = np.sqrt(dot(dx, dx))
         volume = other * b[V] * scale(ih)
@@ -210,11 +210,9 @@ def accumulate(near, n, rows, i, constants, out):
 
     The heat of friction stands by itself, where that of slip does.
     """
-    x, u, h, body = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, H], rows[i, BODY]
+    x, u, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, H]
     own_k, own_m, scale_own = constants[0] * rows[i, K], rows[i, M], rows[i, V] / rows[i, M]
     own_p, own_g = own_k * rows[i, P], rows[i, G]
-    if OWN_FACES:
-        d, tied, reach2 = own_vector(rows, i, D, DIM), rows[i, TIED], constants[3] * h * h
     if FRICTION:
         fills = own_vector(rows, i, FILLS, DIM)
     a = spread(no_vector(DIM))
@@ -222,10 +220,7 @@ def accumulate(near, n, rows, i, constants, out):
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
-        other = min(abs(body - b[BODY]), 1.0)
-        if OWN_FACES:
-            own_face = tied * b[TIED] * beyond(dx, d, vector(b, D, DIM), reach2)
-            other = max(other, own_face * of_this_side(b[RING]) if REVOLVED else own_face)
+        other = against(rows, i, b, dx, constants[3] * h * h)
         ih = 2.0 / (h + b[H])
         r = np.sqrt(dot(dx, dx))
         its_k = constants[0] * b[K]

@@ -40,24 +40,14 @@ from hvisph.core.tensors import (
 from hvisph.sph.rows import RowLayout
 
 
-def motion_layout(dim: int) -> RowLayout:
-    """Return what the velocity gradient reads: position, velocity, smoothing length, volume."""
-    return RowLayout(dim, (("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar")))
-
-
-def stress_layout(dim: int) -> RowLayout:
-    """Return what the stress divergence reads: position, mass, S/rho^2."""
-    return RowLayout(dim, (("x", "vector"), ("m", "scalar"), ("t", "symmetric")))
-
-
-def poisson_layout(dim: int) -> RowLayout:
-    """Return what the density and Poisson sums read: position, velocity, volume, density, old pressure."""
-    return RowLayout(dim, (("x", "vector"), ("u", "vector"), ("v", "scalar"), ("rho", "scalar"), ("p", "scalar")))
-
-
-def pressure_layout(dim: int) -> RowLayout:
-    """Return what the pressure gradient reads: position, weight, weight times pressure."""
-    return RowLayout(dim, (("x", "vector"), ("w", "scalar"), ("wp", "scalar")))
+def layouts(dim: int) -> list[RowLayout]:
+    """Return what each sum reads: of the stress divergence T is S/rho^2, of the pressure gradient w and w P."""
+    return [RowLayout(dim, fields) for fields in (
+        (("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar")),
+        (("x", "vector"), ("m", "scalar"), ("t", "symmetric")),
+        (("x", "vector"), ("u", "vector"), ("v", "scalar"), ("rho", "scalar"), ("p", "scalar")),
+        (("x", "vector"), ("w", "scalar"), ("wp", "scalar")),
+    )]  # fmt: skip
 
 
 def velocity_gradient(near, first, last, rows, i, kernels):

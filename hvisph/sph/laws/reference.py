@@ -22,7 +22,6 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.fetching import fetch_rows
-from hvisph.core.jit import prange
 from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
 from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
@@ -42,12 +41,11 @@ from hvisph.core.tensors import (
     totals,
     vector,
 )
-from hvisph.sph.rows import RowLayout
+from hvisph.sph.rows import RowLayout, those
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
 from .rings import between_rings, ring_weight
 
-CHUNK = 256
 # The rows of neighbours are asked for so many particles before they are needed.
 AHEAD = 2
 
@@ -61,23 +59,18 @@ def row_layout(
     stress with the corrections; N, NW and IJ belong to the printed viscosity, EM, a modulus, and EF = EM F to hourglass
     control, RING and RING0, the radius now and in the reference, to rings. Those after them are the particle's own.
     """
-    fields = [("x", "vector"), ("u", "vector"), ("x0", "vector"), ("m", "scalar"), ("rho", "scalar"),
-              ("c", "scalar"), ("q", "gradient")]  # fmt: skip
-    if mixed:
-        fields.append(("qw", "vector"))
-    if printed_viscosity:
-        fields += [("n", "gradient"), ("nw", "vector"), ("ij", "scalar")]
-    if hourglass:
-        fields += [("ef", "gradient"), ("em", "scalar")]
-    if revolved:
-        fields += [("ring", "radius"), ("ring0", "radius")]
-    fields.append(("kind", "scalar"))
-    read = RowLayout(dim, tuple(fields)).used
-    fields += [("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), ("damage", "scalar")]
-    return RowLayout(dim, tuple(fields)), read
+    read = those(
+        ("x", "vector"), ("u", "vector"), ("x0", "vector"), ("m", "scalar"), ("rho", "scalar"), ("c", "scalar"),
+        ("q", "gradient"), mixed and ("qw", "vector"),
+        printed_viscosity and ("n", "gradient"), printed_viscosity and ("nw", "vector"),
+        printed_viscosity and ("ij", "scalar"), hourglass and ("ef", "gradient"), hourglass and ("em", "scalar"),
+        revolved and ("ring", "radius"), revolved and ("ring0", "radius"), ("kind", "scalar"),
+    )  # fmt: skip
+    own = ("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), ("damage", "scalar")
+    return RowLayout(dim, (*read, *own)), RowLayout(dim, read).used
 
 
-def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, ih, rates):
+def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass, ih, rates):
     """Sum the forces and powers of the particles that are `active` as `which` says: the template.
 
     Parameters are those of `deform` and of `sph.reference` (`sums`: first and zeroth), alpha and beta of the
@@ -85,111 +78,107 @@ def accumulate(rows, active, which, volume, lists, sums, viscosity, hourglass, i
     Without Eulerian neighbours (COUPLED 0) the particle's own stress comes in as a whole, and its power is known
     from `deform`; BY_PAIRS is 1 where it comes in pair by pair: with such neighbours, and of rings.
     """
-    count = np.uint64(active.shape[0])
     starts, near, codes, kernels = lists
     first_sums, zeroth_sums = sums
     alpha, beta = viscosity
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        for i in range(first, min(first + np.uint64(CHUNK), count)):
-            if active[i] != which:
-                continue
-            later = min(i + np.uint64(AHEAD), count - np.uint64(1))
-            if DIM > 2 and active[later] == which:  # flat bodies find them in a cache
-                fetch_rows(rows, near, starts[later], starts[later + np.uint64(1)], WIDTH if COUPLED else WIDTH - 1)
-            x, u, x0 = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_vector(rows, i, X0, DIM)
-            kind, rho, c, h = rows[i, KIND], rows[i, RHO], rows[i, C], 1.0 / ih
-            q = own_gradient(rows, i, Q, DIM)
-            if MIXED:
-                qw = own_vector(rows, i, QW, DIM)
+    if active[i] != which:
+        return
+    later = min(i + np.uint64(AHEAD), np.uint64(active.shape[0] - 1))
+    if DIM > 2 and active[later] == which:  # flat bodies find them in a cache
+        fetch_rows(rows, near, starts[later], starts[later + np.uint64(1)], WIDTH if COUPLED else WIDTH - 1)
+    x, u, x0 = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_vector(rows, i, X0, DIM)
+    kind, rho, c, h = rows[i, KIND], rows[i, RHO], rows[i, C], 1.0 / ih
+    q = own_gradient(rows, i, Q, DIM)
+    if MIXED:
+        qw = own_vector(rows, i, QW, DIM)
+    if PRINTED:
+        n, nw, ij = own_gradient(rows, i, N, DIM), own_vector(rows, i, NW, DIM), rows[i, IJ]
+    if HOURGLASS:
+        own_ef, own_modulus = own_gradient(rows, i, EF, DIM), rows[i, EM]
+    # All of the reference density of its neighbours: they are of one body.
+    inverse_rho0 = volume[i] / rows[i, M]
+    if REVOLVED:
+        inverse_rho0 *= rows[i, RING0] / rows[i, RING]
+        inverse_ring, inverse_ring0 = 1.0 / rows[i, RING], 1.0 / rows[i, RING0]
+    factor = scale(ih)
+    a, power, mu_max = spread(no_vector(DIM)), all_lanes(0.0), all_lanes(0.0)
+    for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)]), np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
+        r2, ur = dot(dx, dx), dot(du, dx)
+        from_b = minus(x0, vector(b, X0, DIM))
+        kernel = neighbours(kernels, codes, k, 2)
+        g = times(kernel[0], from_b)
+        other = on_rows(gradient(b, Q, DIM), g)
+        if MIXED or HOURGLASS or PRINTED:
+            w = kernel[1]
+        if MIXED:
+            other = minus(other, times(w, vector(b, QW, DIM)))
+        # What belongs to the pair, with half of its work for each side.
+        r = np.sqrt(r2)
+        soft = r2 + SOFTENING * h * h
+        densities = rho + b[RHO]
+        inverse = 1.0 / (r * soft * densities)
+        mu = approach(h, ur, inverse * r * densities)
+        mu_max = larger_lanes(mu_max, -mu)
+        pi = monaghan(mu, alpha, beta, c + b[C], inverse * r * soft)
+        if PRINTED:
+            both = plus(times(b[IJ], n), times(ij, gradient(b, N, DIM)))
+            both_w = minus(times(b[IJ], nw), times(ij, vector(b, NW, DIM)))
+            pair = times(-0.5 * pi / (inverse_rho0 * inverse_rho0), plus(on_rows(both, g), times(w, both_w)))
+        else:
+            gradient_r = factor * slope(r * ih) * (inverse * soft * densities)
+            pair = times(-pi * b[M] * gradient_r / inverse_rho0, dx)
+        apart = du
+        if REVOLVED:
+            weight, real = ring_weight(b[RING0], inverse_ring0)
+            other = times(weight, other)
+            # of an image over the axis: the radial work of the two real rings
+            apart = between_rings(du, radial(u), b[U + 1], real)
             if PRINTED:
-                n, nw, ij = own_gradient(rows, i, N, DIM), own_vector(rows, i, NW, DIM), rows[i, IJ]
-            if HOURGLASS:
-                own_ef, own_modulus = own_gradient(rows, i, EF, DIM), rows[i, EM]
-            # All of the reference density of its neighbours: they are of one body.
-            inverse_rho0 = volume[i] / rows[i, M]
+                pair = times(weight, pair)
+            else:  # of the viscosity that of a mirror
+                now = ring_weight(b[RING], inverse_ring)[0]
+                pair = times(now + (1.0 - real) * (1.0 - 2.0 * now), pair)
+                closing = (1.0 - real) * (radial(du) - radial(apart))
+                mirrored = 0.5 * closing * radial(pair)
+        if HOURGLASS:
+            # Errors of the distances that F_a and F_b predict, along the pair, times E_a and E_b. Each sum over
+            # the sides comes first, and nothing else tells them apart: both round what is left alike.
+            predicted = on_rows(plus(own_ef, gradient(b, EF, DIM)), from_b)
+            error = dot(minus(predicted, times(own_modulus + b[EM], dx)), dx)
+            # the far row's infinite distance meets a zero in w
+            strength = 0.5 * hourglass * w * error / (dot(from_b, from_b) * r2)
             if REVOLVED:
-                inverse_rho0 *= rows[i, RING0] / rows[i, RING]
-                inverse_ring, inverse_ring0 = 1.0 / rows[i, RING], 1.0 / rows[i, RING0]
-            factor = scale(ih)
-            a, power, mu_max = spread(no_vector(DIM)), all_lanes(0.0), all_lanes(0.0)
-            for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)]), np.uint64(LANES)):
-                b = neighbours(rows, near, k, WIDTH)
-                dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
-                r2, ur = dot(dx, dx), dot(du, dx)
-                from_b = minus(x0, vector(b, X0, DIM))
-                kernel = neighbours(kernels, codes, k, 2)
-                g = times(kernel[0], from_b)
-                other = on_rows(gradient(b, Q, DIM), g)
-                if MIXED or HOURGLASS or PRINTED:
-                    w = kernel[1]
-                if MIXED:
-                    other = minus(other, times(w, vector(b, QW, DIM)))
-                # What belongs to the pair, with half of its work for each side.
-                r = np.sqrt(r2)
-                soft = r2 + SOFTENING * h * h
-                densities = rho + b[RHO]
-                inverse = 1.0 / (r * soft * densities)
-                mu = approach(h, ur, inverse * r * densities)
-                mu_max = larger_lanes(mu_max, -mu)
-                pi = monaghan(mu, alpha, beta, c + b[C], inverse * r * soft)
-                if PRINTED:
-                    both = plus(times(b[IJ], n), times(ij, gradient(b, N, DIM)))
-                    both_w = minus(times(b[IJ], nw), times(ij, vector(b, NW, DIM)))
-                    pair = times(-0.5 * pi / (inverse_rho0 * inverse_rho0), plus(on_rows(both, g), times(w, both_w)))
-                else:
-                    gradient_r = factor * slope(r * ih) * (inverse * soft * densities)
-                    pair = times(-pi * b[M] * gradient_r / inverse_rho0, dx)
-                apart = du
-                if REVOLVED:
-                    weight, real = ring_weight(b[RING0], inverse_ring0)
-                    other = times(weight, other)
-                    # of an image over the axis: the radial work of the two real rings
-                    apart = between_rings(du, radial(u), b[U + 1], real)
-                    if PRINTED:
-                        pair = times(weight, pair)
-                    else:  # of the viscosity that of a mirror
-                        now = ring_weight(b[RING], inverse_ring)[0]
-                        pair = times(now + (1.0 - real) * (1.0 - 2.0 * now), pair)
-                        closing = (1.0 - real) * (radial(du) - radial(apart))
-                        mirrored = 0.5 * closing * radial(pair)
-                if HOURGLASS:
-                    # Errors of the distances that F_a and F_b predict, along the pair, times E_a and E_b. Each sum over
-                    # the sides comes first, and nothing else tells them apart: both round what is left alike.
-                    predicted = on_rows(plus(own_ef, gradient(b, EF, DIM)), from_b)
-                    error = dot(minus(predicted, times(own_modulus + b[EM], dx)), dx)
-                    # the far row's infinite distance meets a zero in w
-                    strength = 0.5 * hourglass * w * error / (dot(from_b, from_b) * r2)
-                    if REVOLVED:
-                        strength = strength * weight
-                    pair = plus(pair, times(strength, dx))
-                if BY_PAIRS:
-                    share = 0.5 * (kind + b[KIND]) * inverse_rho0 if COUPLED else all_lanes(inverse_rho0)
-                    own = on_rows(q, g)
-                    if MIXED:
-                        own = plus(own, times(w, qw))
-                    if REVOLVED:
-                        own = times(weight, own)
-                    force = plus(plus(own, other), pair)
-                    if REVOLVED:
-                        force = scaled_apart(force, real, 1.0)
-                    a = plus(a, times(share, force))
-                    power += share * dot(apart, plus(own, times(0.5, pair)))
-                    if REVOLVED and not PRINTED:
-                        power += share * mirrored
-                else:
-                    a = plus(a, plus(other, pair))
-                    power += dot(du, pair)
+                strength = strength * weight
+            pair = plus(pair, times(strength, dx))
+        if BY_PAIRS:
+            share = 0.5 * (kind + b[KIND]) * inverse_rho0 if COUPLED else all_lanes(inverse_rho0)
+            own = on_rows(q, g)
+            if MIXED:
+                own = plus(own, times(w, qw))
             if REVOLVED:
-                put(rates, i, R_ACCELERATION, plus(own_vector(rates, i, R_ACCELERATION, DIM), totals(a)))
-                rates[i, R_POWER] -= total(power)
-            elif BY_PAIRS:
-                put(rates, i, R_ACCELERATION, totals(a))
-                rates[i, R_POWER] = -total(power)
-            else:
-                whole = plus(totals(a), on_rows(q, own_vector(first_sums, i, 0, DIM)))
-                if MIXED:
-                    whole = plus(whole, times(zeroth_sums[i], qw))
-                put(rates, i, R_ACCELERATION, times(inverse_rho0, whole))
-                rates[i, R_POWER] -= 0.5 * inverse_rho0 * total(power)
-            rates[i, R_APPROACH] = largest(mu_max)
+                own = times(weight, own)
+            force = plus(plus(own, other), pair)
+            if REVOLVED:
+                force = scaled_apart(force, real, 1.0)
+            a = plus(a, times(share, force))
+            power += share * dot(apart, plus(own, times(0.5, pair)))
+            if REVOLVED and not PRINTED:
+                power += share * mirrored
+        else:
+            a = plus(a, plus(other, pair))
+            power += dot(du, pair)
+    if REVOLVED:
+        put(rates, i, R_ACCELERATION, plus(own_vector(rates, i, R_ACCELERATION, DIM), totals(a)))
+        rates[i, R_POWER] -= total(power)
+    elif BY_PAIRS:
+        put(rates, i, R_ACCELERATION, totals(a))
+        rates[i, R_POWER] = -total(power)
+    else:
+        whole = plus(totals(a), on_rows(q, own_vector(first_sums, i, 0, DIM)))
+        if MIXED:
+            whole = plus(whole, times(zeroth_sums[i], qw))
+        put(rates, i, R_ACCELERATION, times(inverse_rho0, whole))
+        rates[i, R_POWER] -= 0.5 * inverse_rho0 * total(power)
+    rates[i, R_APPROACH] = largest(mu_max)

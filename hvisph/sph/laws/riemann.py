@@ -107,14 +107,14 @@ from hvisph.core.tensors import (
 from hvisph.sph.shape_matrix import sound_inverse
 
 from .edges import at_edges
-from .interface import across, looking
+from .interface import across
 from .limiters import TINY
 from .pair_states import at_most, counted, drawn, let_go, met, met_beside, moved, pressed, slid
 from .rings import brake, hoop_share, ring_weight
 from .unlike import along_normal, stretched
 
 # Options of the law, off unless bound.
-RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = FACES = UNLIKE = ONLY_OTHER = REVOLVED = SPINS = 0
+RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = UNLIKE = ONLY_OTHER = REVOLVED = SPINS = 0
 
 # Slope of the shock's speed over its jump of velocity, for the impedance; metals have 1.2 to 1.5.
 SHOCK_SLOPE = 1.2
@@ -153,9 +153,7 @@ def accumulate(near, n, rows, i, constants, out):
         approach, half, weight, other, gate = -du_n, all_lanes(0.5), all_lanes(1.0), nowhere, nowhere
         meeting = False
         if PARTED:  # bodies seldom meet: most vectors of neighbours skip what is for them alone
-            other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
-            if FACES:
-                other = max(other, looking(own_vector(rows, i, FACE, DIM), vector(b, FACE, DIM), dx))
+            other = of_other(rows, i, b, dx)
             meeting = anywhere(other * b[V])
             if ONLY_OTHER:
                 if not meeting:

@@ -31,16 +31,15 @@ from hvisph.core.tensors import (
     totals,
     vector,
 )
-from hvisph.sph.rows import RowLayout
+from hvisph.sph.rows import RowLayout, those
 from hvisph.sph.shape_matrix import sound_inverse
 
-from .interface import looking
 from .unlike import ENTRIES, depth
 
 # Where in the constants the tables of depths begin.
 DEPTH_TABLE = 2
 # Options of the pass, off unless bound.
-RECONSTRUCTION = PARTED = FACES = UNLIKE = 0
+RECONSTRUCTION = PARTED = UNLIKE = 0
 
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
@@ -51,39 +50,22 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
     BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, TWIST w, FILLS and ENDS N and O of its body,
     FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop stress of a ring.
     """
-    fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric")]
-    if parted:
-        fields.append(("body", "scalar"))
-    if faces:
-        fields.append(("face", "vector"))
-    fields += [("zn", "scalar"), ("zt", "scalar")]
-    if consistent:
-        fields += [("rho", "scalar"), ("shear", "scalar")]
-    if spins:
-        fields.append(("twist", "axial"))
-    if revolved:
-        fields.append(("ring", "radius"))
-    if consistent:
-        fields += [("bear", "scalar"), ("order", "scalar")]
-    fields.append(("m", "scalar"))  # pairs read neither this nor what follows
-    if following:
-        fields.append(("grows", "scalar"))
-    if revolved:
-        fields.append(("hoop", "scalar"))
-    made = [("gu", "gradient"), ("gt", "symmetric_gradient")] if reconstruct else []
-    if parted:
-        made += [("fills", "vector"), ("ends", "vector")]
-    if unlike:
-        made.append(("depth", "scalar"))
-    return RowLayout(dim, tuple(fields), tuple(made))
+    return RowLayout(dim, those(
+        ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
+        parted and ("body", "scalar"), faces and ("face", "vector"), ("zn", "scalar"), ("zt", "scalar"),
+        consistent and ("rho", "scalar"), consistent and ("shear", "scalar"), spins and ("twist", "axial"),
+        revolved and ("ring", "radius"), consistent and ("bear", "scalar"), consistent and ("order", "scalar"),
+        ("m", "scalar"),  # pairs read neither this nor what follows
+        following and ("grows", "scalar"), revolved and ("hoop", "scalar"),
+    ), those(
+        reconstruct and ("gu", "gradient"), reconstruct and ("gt", "symmetric_gradient"),
+        parted and ("fills", "vector"), parted and ("ends", "vector"), unlike and ("depth", "scalar"),
+    ))  # fmt: skip
 
 
 def read_by_all(layout: RowLayout) -> RowLayout:
     """Return the first part of the row: the rest is read where bodies meet."""
-    names = [name for name, _ in layout.made]
-    return RowLayout(
-        layout.dim, layout.fields, layout.made[: names.index("fills")] if "fills" in names else layout.made
-    )
+    return RowLayout(layout.dim, layout.fields, tuple(field for field in layout.made if field[0] in ("gu", "gt")))
 
 
 def gradients(near, n, rows, i, constants, out):
@@ -99,9 +81,7 @@ def gradients(near, n, rows, i, constants, out):
         ih = 2.0 / (h + b[H])
         g = times(-b[V] * scale(ih) * slope(r * ih) / r, dx)
         if PARTED:
-            other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
-            if FACES:
-                other = max(other, looking(own_vector(rows, i, FACE, DIM), vector(b, FACE, DIM), dx))
+            other = of_other(rows, i, b, dx)
             if not UNLIKE:
                 fills = plus(fills, times(other, g))
             g = times(1.0 - other, g)

@@ -86,7 +86,7 @@ from hvisph.core.tensors import (
     vector,
     whirl,
 )
-from hvisph.sph.rows import RowLayout
+from hvisph.sph.rows import RowLayout, those
 from hvisph.sph.shape_matrix import sound_inverse
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
@@ -105,11 +105,9 @@ HUGE = 1e300
 
 def row_layout(dim: int, artificial_stress: bool, more: tuple[tuple[str, str], ...] = ()) -> RowLayout:
     """Return what a particle shows its neighbours; T is sigma/rho^2, R the artificial stress."""
-    fields = [("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("rho", "scalar"),
-              ("c", "scalar"), ("t", "symmetric")]  # fmt: skip
-    if artificial_stress:
-        fields.append(("r", "symmetric"))
-    return RowLayout(dim, (*fields, *more))
+    return RowLayout(dim, those(("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("rho", "scalar"),
+                                ("c", "scalar"), ("t", "symmetric"), artificial_stress and ("r", "symmetric"),
+                                *more))  # fmt: skip
 
 
 def safeguard(factor: float) -> np.ndarray:

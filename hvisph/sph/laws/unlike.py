@@ -21,16 +21,13 @@ from hvisph.core.simd import neighbours
 from hvisph.core.tensors import dot, minus, no_vector, own_vector, plus, put, spread, times, totals, vector
 from hvisph.sph.kernels import Kernel
 
-from .interface import looking
+from .limiters import TINY
 
 # Of the table of depths: its length, and the largest sqrt(-2 ln(w(q)/w(0))) in it.
 DEPTHS, FAINTEST = 257, 4.0
 ENTRIES = DEPTHS + 1
 # The least depth, in lengths: a particle has some size.
 LEAST = 0.05
-TINY = 1e-30
-# Option of `facing`, off unless bound.
-FACES = 0
 
 
 def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
@@ -45,14 +42,15 @@ def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
         Kernel, and smoothing length over spacing.
     """
     dx, tables = 1.0 / h_over_dx, []
-    layers = np.arange(1, int(kernel.reach * h_over_dx) + 2)
     for dim in (1, 2, 3):
         lacks = lacking(kernel, h_over_dx, dim)
         at_face = _at_face(kernel, dim)
         faint = np.sqrt(2.0 * np.maximum(-np.log(lacks / at_face + TINY), 0.0))
         known = np.minimum(faint, FAINTEST)
         first = int(np.argmax(known >= FAINTEST)) + 1  # what lacks nothing stands for all that lie deeper
-        at = np.interp(np.linspace(0.0, FAINTEST, DEPTHS), [0.0, *known[:first]], [0.0, *((layers[:first] - 0.5) * dx)])
+        at = np.interp(
+            np.linspace(0.0, FAINTEST, DEPTHS), [0.0, *known[:first]], [0.0, *((np.arange(first) + 0.5) * dx)]
+        )
         tables += [[at_face], at]
     return np.concatenate(tables)
 
@@ -60,19 +58,17 @@ def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
 def lacking(kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
     """Return what the layers under a flat face lack of their kernel's sum, |O| h, the outermost first."""
     dx = 1.0 / h_over_dx
-    layers = np.arange(1, int(kernel.reach * h_over_dx) + 2)
-    side = np.arange(-layers[-1], layers[-1] + 1) * dx
-    across = np.sqrt(sum(np.meshgrid(*[side**2] * (dim - 1)), np.zeros(1)).ravel()) if dim > 1 else np.zeros(1)
-    of_layer = [sum(-kernel.derivative(r, 1.0, dim) * x / r for r in np.hypot(x, across)) for x in layers * dx]
+    layers, aside = kernel.layers(h_over_dx, dim, dx)
+    of_layer = [sum(-kernel.derivative(r, 1.0, dim) * x / r for r in np.hypot(x, aside)) for x in layers[1:]]
     return np.asarray(np.cumsum(of_layer[::-1])[::-1] * dx**dim)
 
 
 def _at_face(kernel: Kernel, dim: int) -> float:
     """Return the integral of W over a plane through its middle [1/h]."""
     t = (np.arange(400) + 0.5) * (kernel.reach / 400)
-    around = {1: None, 2: np.full_like(t, 2.0), 3: 2.0 * np.pi * t}[dim]
-    if around is None:
+    if dim == 1:
         return kernel.value(0.0, 1.0, 1)
+    around = 2.0 if dim == 2 else 2.0 * np.pi * t
     value = np.array([kernel.value(float(each), 1.0, dim) for each in t])
     return float((value * around).sum() * (t[1] - t[0]))
 
@@ -107,14 +103,12 @@ def facing(near, n, rows, i, constants, out):
     fills = spread(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
-        if FACES:
-            dx = minus(vector(b, 0, DIM), x)
-            other = max(other, looking(own_vector(rows, i, FACE, DIM), vector(b, FACE, DIM), dx))
+        dx = minus(vector(b, 0, DIM), x)
+        other = of_other(rows, i, b, dx)
         towards = minus(ends, vector(b, ENDS, DIM))
         towards = times(1.0 / (np.sqrt(dot(towards, towards)) + TINY), towards)
         ik, im = along_normal(under, h, b[DEPTH], b[H]), 2.0 / (h + b[H])
-        q, s, t = stretched(minus(vector(b, 0, DIM), x), towards, ik, im)
+        q, s, t = stretched(dx, towards, ik, im)
         factor = -other * b[V] * scale(im) / (im * im * h * b[H]) * slope(q) / (q + TINY)
         fills = plus(fills, plus(times(factor * s * ik, towards), times(factor * im * im / ik, t)))
     put(out, i, FILLS, totals(fills))
