@@ -6,8 +6,9 @@ import pytest
 from small_runs import GAS, LIQUID, METAL, SPRING, row_of
 
 from hvisph.casefile.loader import load_case
-from hvisph.simulation.advice import advice, regime, sparse, tears
+from hvisph.simulation.advice import advice, sparse, tears
 from hvisph.simulation.experience import KNOWN, experience
+from hvisph.simulation.regime import regime
 from hvisph.validation.compare import verdicts
 from hvisph.validation.results import stored
 

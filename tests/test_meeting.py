@@ -4,8 +4,8 @@ import pytest
 from small_runs import METAL
 
 from hvisph.casefile.loader import load_case
-from hvisph.simulation.advice import regime
 from hvisph.simulation.meeting import meeting
+from hvisph.simulation.regime import regime
 from hvisph.simulation.shock import plane_shock
 
 COPPER = "copper-ofhc"

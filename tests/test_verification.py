@@ -13,6 +13,7 @@ from hvisph.exact.ball import Ball, ThinRing
 from hvisph.exact.beams import Cantilever
 from hvisph.exact.gas import GasState, Noh, riemann
 from hvisph.exact.shells import Shell
+from hvisph.pictures.curves import label_and_scale
 from hvisph.verification.figure import Figure, limit
 from hvisph.verification.problem import ALL, Options
 from hvisph.verification.problems import PROBLEMS
@@ -34,6 +35,14 @@ def test_sods_tube_is_that_of_the_textbook():
     assert found.velocity == pytest.approx(0.92745, abs=1e-5)
     between = found.sample(np.array([0.92, 0.93]))["density"]
     assert between == pytest.approx([0.42632, 0.26557], abs=1e-5)
+
+
+def test_panels_say_what_they_are_in():
+    assert label_and_scale("radius of the inner layer", False, "m") == ("radius of the inner layer [mm]", 1e3)
+    assert label_and_scale("velocity_x", False) == ("velocity x [m/s]", 1.0)
+    assert label_and_scale("share", False, "") == ("share [-]", 1.0)
+    with pytest.raises(ValueError, match="'radius of the inner layer' is no field: give its unit"):
+        label_and_scale("radius of the inner layer", False)
 
 
 @pytest.mark.parametrize("states", [SOD, (GasState(1.0, 0.0, 1000.0), GasState(1.0, 0.0, 0.01)),

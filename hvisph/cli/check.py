@@ -55,7 +55,7 @@ def check(
 def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
     from dataclasses import asdict
 
-    from hvisph.simulation.advice import regime
+    from hvisph.simulation.regime import regime
 
     facts = {
         "title": case.title,
@@ -73,9 +73,10 @@ def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
 
 def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     from hvisph.cli.words import duration, paragraph, quantity, rounded, size, table
-    from hvisph.simulation.advice import regime, tears
+    from hvisph.simulation.advice import tears
     from hvisph.simulation.experience import experience
     from hvisph.simulation.meeting import meeting
+    from hvisph.simulation.regime import regime
 
     si = case.units == "si"
 

@@ -17,6 +17,8 @@ from hvisph.pictures.plots import store
 
 # Units that read better than SI's own: unit, its label, how many of it in the SI unit.
 READABLE = {"Pa": ("GPa", 1e-9), "s": ("us", 1e6), "m": ("mm", 1e3), "J/kg": ("kJ/kg", 1e-3)}
+# Of what runs along an axis.
+AXES = {"x": "m", "time": "s"}
 STYLES = ("-", "--", ":")  # of the curves beyond the colours
 COLOURS = ("#1b4f72", "#b9770e", "#1e8449", "#922b21", "#6c3483", "#117a65", "#515a5a")
 EXACT = "#111111"
@@ -169,15 +171,17 @@ def label_and_scale(column: str, unitless: bool, given: str | None = None) -> tu
     """Return a column's name with the unit that it is shown in, and how many of that are one of SI's.
 
     `given` is its unit in SI, where it is not named after a field.
+
+    Raises
+    ------
+    ValueError
+        For a column without a unit: nobody is to take metres for a plain number.
     """
-    if given is not None:
-        unit = given
-    elif column == "x":
-        unit = "m"
-    elif column == "time":
-        unit = "s"
-    else:
-        unit = field_of(column).unit if column in CATALOGUE or column.rpartition("_")[0] in CATALOGUE else ""
+    unit = AXES.get(column) if given is None else given
+    if unit is None:
+        if column not in CATALOGUE and column.rpartition("_")[0] not in CATALOGUE:
+            raise ValueError(f"{column!r} is no field: give its unit")
+        unit = field_of(column).unit
     name = column.replace("_", " ")
     if unitless:
         return name, 1.0

@@ -1,42 +1,27 @@
-"""The regime of a case, and advice where what it has chosen is outside what the verification shows to hold.
+"""Advice on a case: on its bodies, spacing and materials here, on its scheme in `scheme_advice`.
 
-The impact pressure of the two bodies that meet first against their strength tells whether waves stay elastic, plastic
-strains decide, or a shock does; `docs/verification.md` has the figures that the advice leans on.
+What it is held against is in `docs/verification.md` and `docs/validation.md`.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hvisph.case.formulations.riemann import following, is_gas
-from hvisph.simulation.impact_pressure import impact_pressure
 from hvisph.simulation.meeting import meeting
+from hvisph.simulation.regime import SHOCK, Regime, regime
+from hvisph.simulation.scheme_advice import scheme_advice
 
 if TYPE_CHECKING:
-    from hvisph.case.bodies import Body
     from hvisph.case.case import Case
-    from hvisph.materials.table import Material
 
-# Pressure over strength below which a body stays elastic, and above which its strength matters little to the waves.
-ELASTIC, SHOCK = 1.0, 10.0
-# Of the speed of sound: what moves slower than this, and for many crossings, swings rather than rings.
-SLOW, CROSSINGS = 0.01, 20.0
-# And what never yields below this share of it: balls of 11 particles across that meet part with 0.2 of their speed in
-# contact SPH at 5 m/s and with half of it at 50, by Total Lagrangian kernels with 0.987.
-BOUNCING = 0.1
-# Particle velocity over the speed of sound beyond which density that does not keep to the spacing is off by 2 %.
-STRONG = 0.3
 # Pressure over strength above which a plate may be punched, and speeds below which it is, rather than burst [m/s].
 PUNCHED = 2.0
 BALLISTIC = 1200.0
 POINTED = ("cone", "ogive")
 # Particles across a projectile from which on it shears out plugs in time, and up to which contact SPH slows it.
 BAND, COARSE = 60.0, 24.0
-# Courant number up to which contact SPH was verified.
-LONGEST_STEP = 0.35
 # Length over width of a rod, particles across from which on it erodes as it should, and speeds up to which it matters
 # [m/s]: measured with 25 mm of `tungsten-alloy-wnife`, 5 mm across, in `steel-4340`, rings.
 SLENDER, EVEN, ERODING = 3.0, 20.0, 2500.0
@@ -47,89 +32,18 @@ LIQUIDS = ("water",)
 FEWEST_ACROSS = 5
 
 
-@dataclass(frozen=True)
-class Regime:
-    """What the two bodies that meet first do to each other.
-
-    Parameters
-    ----------
-    velocity
-        Closing velocity of the first two bodies to meet, or of one and its image [m/s]; 0 where nothing closes.
-    pressure
-        Impact pressure, acoustic: a shock's is higher [Pa].
-    strength
-        Least yield stress of the bodies that have one [Pa]; None without one, infinite where all are elastic.
-    liquids
-        Those of the two that have none.
-    """
-
-    velocity: float
-    pressure: float
-    strength: float | None
-    liquids: tuple[str, ...] = ()
-
-    @property
-    def words(self) -> str:
-        """The regime in a few words."""
-        if self.velocity <= 0.0:
-            return "no two bodies close: no impact"
-        if self.strength is None:
-            return "shock in materials without strength"
-        over = self.pressure / self.strength if self.strength > 0.0 else math.inf
-        if over < ELASTIC:
-            but = f" of all but {', '.join(self.liquids)}, without strength" if self.liquids else ""
-            return f"elastic: the impact pressure is below the strength{but}"
-        if over < SHOCK:
-            return f"ballistic: the impact pressure is about {over:.2g} times the strength, plastic flow decides"
-        return f"shock: the impact pressure is about {over:.0f} times the strength"
-
-
-def regime(case: Case) -> Regime:
-    """Return the regime of a case."""
-    materials = _materials(case)
-    met = meeting(case)
-    velocity = against_wall(case) if met is None else met.velocity
-    names = [next(iter(case.bodies))] * 2 if met is None else [met.first, met.second]
-    first, second = (_material(case.bodies[name]) for name in names)
-    one, other = (m.density_at_rest * m.bulk_sound_speed for m in (first, second))
-    pressure = velocity * one * other / (one + other)
-    if first.porosity is not None or second.porosity is not None:  # pores crush far below the speed of sound
-        pressure = min(pressure, impact_pressure(first, second, velocity))
-    known = [y for y in (_strength(material, pressure) for material in materials) if y is not None]
-    liquids = () if met is None else tuple(name for name, one in zip(names, (first, second), strict=True)
-                                           if one.strength.name == "none")  # fmt: skip
-    return Regime(velocity, pressure, min(known, default=None), liquids)
-
-
-def against_wall(case: Case) -> float:
-    """Return the closing velocity of a body and its image in a plane across x that it flies at [m/s]; 0 for none."""
-    body = next(iter(case.bodies.values()))
-    if body.position is None:
-        return 0.0
-    closing = [
-        math.copysign(2.0, plane.at - body.position[0]) * body.velocity[0]
-        for plane in case.symmetry
-        if plane.axis == "x"
-    ]
-    return max([0.0, *closing])
-
-
 def advice(case: Case) -> list[str]:
     """Return what a user should consider of formulation, contact, smoothing length and damage."""
     from hvisph.simulation.shock import beyond_measured
 
     kind = regime(case)
+    still = list(_still(case, kind))
     return [
-        *_still(case, kind),
+        *still,
         *beyond_measured(case),
-        *_slow(case, kind),
+        *scheme_advice(case, kind, bool(still)),
         *_punching(case, kind),
         *_eroding(case, kind),
-        *_hasty(case),
-        *_strong(case, kind),
-        *_peaks(case, kind),
-        *_gas(case),
-        *_loaded(case),
         *_brittle(case, kind),
         *_spalling(case, kind),
         *_liquid(case, kind),
@@ -164,26 +78,6 @@ def tears(case: Case, kind: Regime) -> str:
     )
 
 
-def _materials(case: Case) -> list[Material]:
-    return [_material(body) for body in case.bodies.values()]
-
-
-def _material(body: Body) -> Material:
-    from hvisph.simulation.materials import material_of
-
-    return material_of(body.material, body.internal_energy)
-
-
-def _strength(material: Material, pressure: float) -> float | None:
-    """Return what a material yields at, cold, slow and undamaged, under a pressure: rock bears more under more."""
-    from hvisph.simulation.material_point import flow_at
-
-    name = material.strength.name
-    if name == "none":
-        return None
-    return math.inf if name == "elastic" else flow_at(material, None, 0.0, 1.0, pressure)
-
-
 def _still(case: Case, kind: Regime) -> Iterator[str]:
     """Cases in which nothing happens: a velocity was forgotten, or has the wrong sign."""
     bodies = case.bodies.values()
@@ -200,26 +94,6 @@ def _still(case: Case, kind: Regime) -> Iterator[str]:
         yield (
             f"bodies.{moving[0]}.velocity: no two bodies approach each other: nothing will be struck"
             f"{row if first.position is None else ''}"
-        )
-
-
-def _slow(case: Case, kind: Regime) -> Iterator[str]:
-    """Bodies that swing, bend or spin: kernels in the current configuration damp that away."""
-    model: Any = case.formulation
-    if model.type not in ("riemann", "eulerian") or kind.strength is None or any(_still(case, kind)):
-        return
-    materials = _materials(case)
-    fastest = max(math.dist(body.velocity, (0.0,) * case.dim) for body in case.bodies.values())
-    slowest = min(material.bulk_sound_speed for material in materials)
-    # some shapes know their size only where they stand
-    size = max((size for body in case.bodies.values() for size in body.shape.extent()), default=math.inf)
-    elastic = kind.pressure < ELASTIC * kind.strength
-    slow = BOUNCING if math.isinf(kind.strength) else SLOW
-    if elastic and fastest < slow * slowest and case.time.end > CROSSINGS * size / slowest:
-        lost = "" if model.angular_momentum == "kept" else ", and loses spin,"
-        yield (
-            f"formulation: the bodies stay elastic and move slowly over {case.time.end * slowest / size:.3g} crossings "
-            f"of their waves, and '{model.type}' damps swinging and bouncing{lost} within a few; take total_lagrangian"
         )
 
 
@@ -310,96 +184,6 @@ def _spalling(case: Case, kind: Regime) -> Iterator[str]:
                 f"bodies.{name}.material.damage: johnson_cook adds up plastic strain, of which a release makes little: "
                 "plates spalled at 3.0 depths of a crater and do so at 1.8 here, at 2.6 with the metal's "
                 "spall_strength beside it (docs/validation.md); give it where spall decides"
-            )
-            return
-
-
-def _hasty(case: Case) -> Iterator[str]:
-    """Yield what is to be said of steps longer than contact SPH was verified with."""
-    if case.formulation.type == "riemann" and case.time.step is None and case.time.cfl > LONGEST_STEP:
-        yield (
-            f"time.cfl: {case.time.cfl:g} is beyond the {LONGEST_STEP:g} that 'riemann' was verified with; from 0.4 on "
-            "tension that should be held opens gaps, from 0.5 on slow elastic bodies break; leave it out"
-        )
-
-
-def _strong(case: Case, kind: Regime) -> Iterator[str]:
-    """Shocks stronger than a scheme keeps its figures in."""
-    model: Any = case.formulation
-    if kind.velocity <= 0.0:
-        return
-    met = meeting(case)
-    material = _material(next(iter(case.bodies.values())) if met is None else case.bodies[met.second])
-    share = 0.5 * kind.velocity / material.bulk_sound_speed
-    if model.type == "riemann" and model.form == "printed" and share > STRONG / 2:
-        yield (
-            "formulation.form: 'printed' loses stress behind strong shocks, 2 % at 3 km/s and 37 % at 24 in aluminium; "
-            "take 'consistent'"
-        )
-    if model.type == "eulerian" and getattr(model, "density_form", "mass") == "volume" and share > 1.5 * STRONG:
-        yield (
-            "formulation.density_form: 'volume' drifts from the particles' spacing in shocks this strong, by up to 6 % "
-            "of the stress at 24 km/s in aluminium; take 'mass', or the formulation riemann"
-        )
-    if model.type == "total_lagrangian" and kind.strength is not None and kind.pressure > SHOCK * kind.strength:
-        yield (
-            "formulation: an impact pressure of more than ten times the strength brings strains that reference kernels "
-            "do not survive; take riemann, adaptive, which lets such particles go, or give renew_reference: 0.3"
-        )
-
-
-def _peaks(case: Case, kind: Regime) -> Iterator[str]:
-    """Pressures of single particles that the lattice or the rim of a contact makes, in shocks."""
-    if kind.velocity <= 0.0 or kind.strength is None or kind.pressure < SHOCK * kind.strength:
-        return
-    for name, body in case.bodies.items():
-        if body.arrangement == "lattice_two_rings":
-            yield (
-                f"bodies.{name}.arrangement: 'lattice_two_rings' has holes in its middle: single particles on the axis "
-                "read 1.3 times what 'square' and 'rings' read; take one of these, or a mean, where peaks count"
-            )
-    round_faces = any(body.shape.type == "sphere" for body in case.bodies.values())
-    if case.formulation.type == "eulerian" and case.dim == 3 and round_faces:
-        yield (
-            "formulation: where a sphere meets another body in 3D 'eulerian' leaves single particles of the rim of the "
-            "contact at up to 1.2 times the pressure of a flat impact, more of them at finer spacings (riemann: 1.09); "
-            "take riemann where peaks count"
-        )
-
-
-def _gas(case: Case) -> Iterator[str]:
-    model: Any = case.formulation
-    names = [name for name, body in case.bodies.items() if is_gas(body)]
-    gases = f"{', '.join(names)} is a gas or becomes one"
-    if names and model.type in ("total_lagrangian", "adaptive"):
-        yield (
-            f"formulation: {gases}, which no reference kernel follows; take riemann, or give such bodies "
-            "`formulation: eulerian`"
-        )
-    wanted = following(case.bodies.values(), case.kinematics)
-    if names and model.type in ("riemann", "eulerian") and model.smoothing_length.type == "fixed":
-        yield (
-            f"formulation.smoothing_length: fixed, and {gases}, whose particles part by more than a fixed kernel "
-            f"reaches; give {{{', '.join(f'{key}: {value}' for key, value in wanted.items())}}}"
-        )
-    plain = model.type == "eulerian" and model.correction.type == "none" and model.density_form == "volume"
-    if plain and all(body.material.eos.type == "ideal_gas" for body in case.bodies.values()):
-        yield (
-            "formulation.density_form: 'volume' has density and pressure of a gas a fifth too high behind a shock that "
-            "squeezes it fourfold (docs/verification.md, noh); take 'mass', or the formulation riemann"
-        )
-
-
-def _loaded(case: Case) -> Iterator[str]:
-    """Repulsion between bodies that are placed nearer than a spacing begins with energy of its own."""
-    contact = getattr(case.formulation, "contact", None)
-    if contact is None or contact.type != "repulsive" or case.formulation.type != "eulerian":
-        return
-    for name, body in list(case.bodies.items())[1:]:
-        if body.position is None and body.gap < 0.5 * case.resolution:
-            yield (
-                f"formulation.contact: 'repulsive' starts loaded where bodies touch: bodies.{name} is pushed off at "
-                f"rest; give it a gap of {case.resolution:g}, or take 'separating'"
             )
             return
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hvisph.simulation.advice import Regime, against_wall
+from hvisph.simulation.regime import Regime, against_wall
 
 if TYPE_CHECKING:
     from hvisph.case.bodies import Body

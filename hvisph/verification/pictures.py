@@ -41,4 +41,4 @@ def _drawn(verdicts: Sequence[Verdict], folder: Path) -> Path:
     drawn = next(one for one in verdicts if one.curves)
     path = folder / file_name(first.problem, first.trial)
     return curves_picture(panels, path, title=f"{first.problem}: {first.trial}", across=drawn.across,
-                          unitless=drawn.unitless)  # fmt: skip
+                          unitless=drawn.unitless, units=drawn.units)  # fmt: skip

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 from hvisph.core.particles import Particles
@@ -75,6 +75,8 @@ class Trial:
         Draws what there is to see, by panel; exact curves are marked as such.
     across
         What runs along the axis of `curves`: ``x`` or ``time``.
+    units
+        SI units of panels that are not named after a field; empty for plain numbers.
     may_stop
         Whether figures are drawn from runs that have stopped themselves, too.
     """
@@ -84,6 +86,7 @@ class Trial:
     figures: Callable[[Sequence[Ran]], Iterable[Figure]]
     curves: Callable[[Sequence[Ran]], dict[str, list[Curve]]] | None = None
     across: str = "x"
+    units: Mapping[str, str] = field(default_factory=dict)
     may_stop: bool = False
 
 

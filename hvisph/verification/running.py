@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 import time as wall
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -47,8 +47,8 @@ class Verdict:
         Why it failed or was refused.
     seconds
         Wall time of its runs.
-    curves, across, unitless
-        What there is to see, and whether its case has no units.
+    curves, across, units, unitless
+        What there is to see (see `Trial`), and whether its case has no units.
     """
 
     problem: str
@@ -60,6 +60,7 @@ class Verdict:
     seconds: float = 0.0
     curves: dict[str, list[Curve]] = field(default_factory=dict)
     across: str = "x"
+    units: Mapping[str, str] = field(default_factory=dict)
     unitless: bool = False
 
     @property
@@ -144,7 +145,7 @@ def judged(
     listener: Listener | None = None,
 ) -> Verdict:
     """Run one trial by one formulation."""
-    verdict = Verdict(problem.name, trial.name, formulation, "done", across=trial.across)
+    verdict = Verdict(problem.name, trial.name, formulation, "done", across=trial.across, units=trial.units)
     began = wall.perf_counter()
     where = Path(tempfile.mkdtemp(prefix="hvisph_verify_"))
     if keep is not None:

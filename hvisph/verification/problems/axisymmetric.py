@@ -23,6 +23,7 @@ from hvisph.verification.ran import Ran, vectors
 
 # Of rings the pairs keep energy to round-off.
 RINGS = Implosion("spherical, of rings", 3, "axisymmetric", SPHERE, (0.025, 0.05), 0.15, "x", 1e-12)
+RADIUS = "radius of the inner layer"
 LONG = 8  # spacings between the planes of a piece of a cylinder
 
 
@@ -81,10 +82,10 @@ def _shell(name: str, shell: Shell, dx: float) -> Trial:
         along = along[:, 0]  # the axis is at the right of a sphere
         order = np.argsort(along)
         exact = shell.radius(before, shell.stop)
-        return {"radius of the inner layer": [Curve("computed", along[order], now[order]),
-                                              Curve("exact", along[order], exact[order], exact=True)]}  # fmt: skip
+        return {RADIUS: [Curve("computed", along[order], now[order]),
+                         Curve("exact", along[order], exact[order], exact=True)]}  # fmt: skip
 
-    return Trial(name, [Start(case, smooth, inwards)], figures, curves)
+    return Trial(name, [Start(case, smooth, inwards)], figures, curves, units={RADIUS: "m"})
 
 
 def _distance(position: np.ndarray, shell: Shell) -> np.ndarray:

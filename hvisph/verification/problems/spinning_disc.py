@@ -16,6 +16,7 @@ from hvisph.verification.ran import Ran, vectors
 
 DIAMETER, RIM = 20e-3, 100.0  # [m], speed of the rim [m/s]
 TURN = np.pi * DIAMETER / RIM  # [s]
+SPIN = "angular momentum, share of the start's"
 
 
 def _trials(options: Options) -> Iterator[Trial]:
@@ -42,11 +43,11 @@ def _trials(options: Options) -> Iterator[Trial]:
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         time = np.array([one.time for one in runs[0].snapshots])
         spin = np.array([angular_momentum(one) for one in runs[0].snapshots])
-        return {"angular momentum, share of the start's": [
+        return {SPIN: [
             Curve("computed", time, spin / spin[0], marked=True),
             Curve("exact", time, np.ones_like(time), exact=True)]}  # fmt: skip
 
-    yield Trial(f"dx {1e3 * dx:g} mm", [Start(case, state=spinning)], figures, curves, across="time")
+    yield Trial(f"dx {1e3 * dx:g} mm", [Start(case, state=spinning)], figures, curves, across="time", units={SPIN: ""})
 
 
 def angular_momentum(snapshot: Snapshot) -> float:
