@@ -1,9 +1,9 @@
 """Layered impact (Zisis 2013) at half the published resolution, beside the exact solution."""
 
 import pytest
+from gauge_beside_exact import compare_gauge
 
 from hvisph.casefile.loader import load_case
-from hvisph.measures.against_exact import compare_gauge
 from hvisph.output.reader import read_history
 from hvisph.simulation.run import run
 from hvisph.study.exact_solution import exact_solution

@@ -66,6 +66,8 @@ def verify(
         problem, heading = PROBLEMS[name], f"\n{name}: {PROBLEMS[name].title}"
         if not as_json and not quiet:
             say(heading)
+            for one in [one for one in wanted if formulations and one not in problem.formulations]:
+                say(f"  {one}: not run, {problem.why_not}")
         for verdict in verdicts(problem, wanted, options, settings or (), only=only, keep=keep, threads=threads):
             results.append(verdict)
             if not as_json and not quiet:

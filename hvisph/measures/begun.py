@@ -3,29 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-
-import numpy as np
 
 from hvisph.measures.groups import Neighbours
+from hvisph.measures.rims import Rim
 from hvisph.measures.shot import Shot, shot_of, spacing_of
 from hvisph.output.snapshot import Snapshot
-
-
-@dataclass(frozen=True)
-class Rim:
-    """A layer's rim at the start.
-
-    Parameters
-    ----------
-    numbers
-        Of its particles (n,), in the order of the snapshot.
-    position
-        Where they are (n, dim), in the axes of the shot [m].
-    """
-
-    numbers: np.ndarray
-    position: np.ndarray
 
 
 class Begun:

@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.measures.begun import Rim
 from hvisph.measures.plates import Plate
+from hvisph.measures.rims import Rim
 from hvisph.measures.scene import Scene
 from hvisph.measures.shot import own_spacings
 from hvisph.measures.statistics import weighted_quantile

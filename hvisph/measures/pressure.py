@@ -30,7 +30,7 @@ def centre_particles(
     spacing
         dx [m].
     axis
-        Lateral coordinates of the shot line, shape (dim - 1,) [m], as `scene.axis_of` gives them;
+        Lateral coordinates of the shot line, shape (dim - 1,) [m], as `Scene.axis` gives them;
         by default those of the body's own centre.
     radius
         How near [m]; by default 0.3 mm, or a tenth of the width of a projectile below 3 mm.

@@ -17,29 +17,14 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.measures.begun import Begun, Rim
+from hvisph.measures.begun import Begun
 from hvisph.measures.fragments import Fragments, Groups
 from hvisph.measures.groups import LINK, connected_groups, main_body
-from hvisph.measures.plates import RIM, Plate, plate_of
+from hvisph.measures.plates import Plate
+from hvisph.measures.rims import Rim, rim_at_start, rim_between
 from hvisph.measures.roles import PROJECTILE, line_of, members
 from hvisph.measures.shot import Shot, own_spacings, shot_of, spacing_of
 from hvisph.output.snapshot import Snapshot
-
-
-def axis_of(start: Snapshot) -> np.ndarray:
-    """Return the lateral coordinates [m] of the shot line at the start: along x through the projectile's centre.
-
-    Parameters
-    ----------
-    start
-        The run's first snapshot, with `spacing` in its metadata.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (dim - 1,) [m].
-    """
-    return Scene.of(start, start).axis
 
 
 def reference(start: Snapshot) -> dict[str, Any]:
@@ -327,20 +312,13 @@ class Scene:
         return self._rims[body]
 
     def _rim(self, body: int) -> np.ndarray:
-        rim = np.zeros(self.now.count, dtype=bool)
+        own = self.now.body == body
         if self.now.dimensions == 1:
-            return rim
-        known = self.plate(body)
-        if known is not None and self.permanent:
-            return np.isin(self.now.id, self.first_rim(body).numbers) & (self.now.body == body)
-        rows = np.flatnonzero(self.now.body == body)
+            return np.zeros_like(own)
+        if self.plate(body) is not None and self.permanent:
+            return np.isin(self.now.id, self.first_rim(body).numbers) & own
         main = np.concatenate(self.target_sides) if body == self.target else self.groups(body).particles(0)
-        low, high = self.lateral[main].min(axis=0), self.lateral[main].max(axis=0)
-        flat = Plate(body, tuple(map(tuple, np.eye(self.now.dimensions).tolist())), 0.0, 1.0, tuple(self.axis.tolist()),
-                     tuple(low.tolist()), tuple(high.tolist()))  # fmt: skip
-        outward = flat.outward(self.lateral[rows])
-        rim[rows] = (outward >= RIM) & (outward <= 1.0)
-        return rim
+        return rim_between(own, self.lateral, main, self.axis)
 
     @property
     def permanent(self) -> bool:
@@ -352,26 +330,10 @@ class Scene:
         return self.begun.rim(body, self._find_rim) if self.begun else self._find_rim(body)
 
     def _find_rim(self, body: int) -> Rim:
-        plate, start = self.plate(body), self.start
+        plate = self.plate(body)
         assert plate is not None
-        assert start is not None
-        own = np.flatnonzero(start.body == body)
-        position = start.fields["position"][own]
-        outer = self._outer(plate, position, own)
-        return Rim(start.id[own][outer], position[outer])
-
-    def _outer(self, plate: Plate, position: np.ndarray, rows: np.ndarray) -> np.ndarray:
-        """Return which of a layer's particles at the start (indices `rows`) are its rim or that of one of its parts."""
-        outer = plate.beyond(plate.across(position), RIM)
-        if plate.pieces == 1 or self.start is None:
-            return outer
-        groups = connected_groups(position, own_spacings(self.start, rows, self.spacing))
-        for group in range(groups.max() + 1):
-            part = groups == group
-            if not outer[part].any():
-                alone = plate_of(plate.body, position[part], position[part, 1:].mean(axis=0), self.spacing)
-                outer[part] = alone.beyond(alone.across(position[part]), RIM)
-        return outer
+        assert self.start is not None
+        return rim_at_start(self.start, plate, self.spacing)
 
     def _main(self, chosen: np.ndarray) -> np.ndarray:
         members = np.flatnonzero(chosen)
