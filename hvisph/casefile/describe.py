@@ -8,6 +8,7 @@ from __future__ import annotations
 import types
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated, Any, Union, get_args, get_origin
 
 from pydantic import BaseModel, Discriminator
@@ -143,13 +144,19 @@ def inner_of(spot: Spot) -> Spot:
 def places(model: type[BaseModel], above: str = "", parents: tuple[Any, ...] = ()
            ) -> Iterator[tuple[str, str, FieldInfo, Spot]]:  # fmt: skip
     """Yield every key below `model`: its path, the path of what is below, its field and what may stand there."""
-    for name, info in model.model_fields.items():
-        path, spot = f"{above}.{name}" if above else name, spot_of(info.annotation, info)
+    for name, info, spot, alternatives in _spots_of(model):
+        path = f"{above}.{name}" if above else name
         below = f"{path}.NAME" if spot.named else path
         yield path, below, info, spot
-        for alternative in inner_of(spot).models.values():
+        for alternative in alternatives:
             if alternative not in parents:
                 yield from places(alternative, below, (*parents, alternative))
+
+
+@cache
+def _spots_of(model: type[BaseModel]) -> list[tuple[str, FieldInfo, Spot, list[type[BaseModel]]]]:
+    spots = ((name, info, spot_of(info.annotation, info)) for name, info in model.model_fields.items())
+    return [(name, info, spot, list(inner_of(spot).models.values())) for name, info, spot in spots]
 
 
 def _preferred(spot: Spot, kind: Any) -> list[type[BaseModel]]:

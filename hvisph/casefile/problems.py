@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from functools import cache
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -182,10 +183,19 @@ def _elsewhere(root: type[BaseModel], path: Path, allowed: Sequence[str]) -> str
     key = str(path[-1])
     if get_close_matches(key, allowed, n=1, cutoff=SLIP):
         return ""
-    found = {one for one, *_ in places(root) if one.split(".")[-1] == key}
+    found = _paths_by_key(root).get(key, set())
     found = {one for one in found if one.split(".")[0] == path[0]} or found
     told = " or ".join(sorted(found, key=lambda one: (one.count("."), one)))
     return f" here; it stands at {told}" if 0 < len(found) <= MOST_PLACES else ""
+
+
+@cache
+def _paths_by_key(root: type[BaseModel]) -> dict[str, set[str]]:
+    """Return below `root` all paths at which a key stands."""
+    paths: dict[str, set[str]] = {}
+    for path, *_ in places(root):
+        paths.setdefault(path.rpartition(".")[2], set()).add(path)
+    return paths
 
 
 def _meaningless(spot: Spot, value: Any, key: str) -> str:
