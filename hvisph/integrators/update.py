@@ -186,11 +186,8 @@ def update(state, tags, place, rates, materials, coefficients, times_ahead, h_li
         `Sums.loops`: receive sums over the completed state, chunk by chunk.
     """
     count = np.uint64(state.shape[0])
-    table, models = materials
-    dt, stage, complete = times_ahead
-    h_low, h_high = h_limits
     lengths, signals, pressures = limits
-    wholes, extremes, (of_energy, of_momentum, of_force, of_power) = sums
+    wholes, extremes, rounders = sums
     for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
         first = np.uint64(chunk) * np.uint64(CHUNK)
         end = min(first + np.uint64(CHUNK), count)
@@ -215,9 +212,9 @@ def update(state, tags, place, rates, materials, coefficients, times_ahead, h_li
                 most = carried(
                     (many(state, near, k), many(tags, near, k), many(rates, placed, k)),
                     first_lanes(n - k), (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)),
-                    (table, models), coefficients, (dt, stage, complete), (h_low, h_high), many(rows, near, k),
+                    materials, coefficients, times_ahead, h_limits, many(rows, near, k),
                     (many(lengths, near, k), many(signals, near, k), many(pressures, near, k)), counted, most,
-                    (of_energy, of_momentum, of_force, of_power))  # fmt: skip
+                    rounders)  # fmt: skip
             key = above
         i = np.uint64(chunk)
         sum_lanes(wholes, i, counted)
