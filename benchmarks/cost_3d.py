@@ -1,6 +1,6 @@
 """Cost of a step in 3D on about 100,000 particles, one thread against two, and memory per particle.
 
-python benchmarks/cost_3d.py [--resolution 0.19] [--steps 40]
+python benchmarks/cost_3d.py [--resolution 0.19] [--steps 20,100]
 """
 
 from __future__ import annotations
@@ -23,25 +23,32 @@ print("peak", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 
 
 def cost(case: str, folder: str, threads: int, overrides: list[str]) -> tuple[int, float, float]:
-    """Return particles, microseconds per particle-step and peak memory [bytes] of a run."""
+    """Return particles, wall time of the loop with its output [s] and peak memory [bytes] of a run."""
     done = subprocess.run([sys.executable, "-c", MEASURE, case, f"{folder}/run", str(threads), *overrides],
                           capture_output=True, text=True, check=True)  # fmt: skip
     summary = json.loads(Path(folder, "run", "summary.json").read_text())
-    return summary["particles"], summary["microseconds_per_particle_step"], float(done.stdout.split("peak")[1])
+    return summary["particles"], summary["wall_seconds"], float(done.stdout.split("peak")[1])
+
+
+def stepping(folder: str, threads: int, overrides: list[str], counts: tuple[int, int]) -> tuple[int, float]:
+    """Return particles and microseconds per particle-step between two numbers of steps: output is in neither."""
+    runs = [cost("sphere_on_plate", folder, threads, [*overrides, f"time.max_steps={steps}"]) for steps in counts]
+    particles, (few, many) = runs[0][0], (wall for _, wall, _ in runs)
+    return particles, 1e6 * (many - few) / (counts[1] - counts[0]) / particles
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--resolution", default="0.19 mm", help="dx of the 3D case")
-    parser.add_argument("--steps", type=int, default=40)
+    parser.add_argument("--steps", default="20,100", help="steps are timed from the first number to the second")
     options = parser.parse_args()
-    fixed = ["output.every=null", f"time.max_steps={options.steps}"]
+    counts = tuple(int(count) for count in options.steps.split(","))
     with tempfile.TemporaryDirectory() as folder:
-        large = [f"resolution={options.resolution}", *fixed]
-        cost("sphere_on_plate", folder, 1, large)  # fills the cache of compiled loops
-        one = min(cost("sphere_on_plate", folder, 1, large) for _ in range(3))
-        two = min(cost("sphere_on_plate", folder, 2, large) for _ in range(3))
+        large = [f"resolution={options.resolution}", "output.every=null", "expected={}"]
+        cost("sphere_on_plate", folder, 1, [*large, "time.max_steps=1"])  # fills the cache of compiled loops
+        turns = [[stepping(folder, threads, large, counts) for threads in (1, 2)] for _ in range(3)]
+        one, two = (min(turn[k] for turn in turns) for k in range(2))
         print(
             f"3D, {one[0]} particles: {one[1]:.3f} us per particle-step on one thread, {two[1]:.3f} on two: {one[1] / two[1]:.2f} times"
         )

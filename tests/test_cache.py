@@ -1,6 +1,7 @@
 """The cache of compiled loops: shared by many processes, read-only or absent, it never stands in the way."""
 
 import ctypes
+import dis
 import json
 import os
 import subprocess
@@ -8,7 +9,7 @@ import sys
 
 import pytest
 
-from hvisph.core.fingerprint import fingerprint
+from hvisph.core.fingerprint import ATTRIBUTE, GLOBAL, OTHER, fingerprint, names_read
 from hvisph.core.jit import compiled
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX permissions")
@@ -203,3 +204,15 @@ def test_a_loop_is_known_by_its_code_and_by_all_that_it_calls(monkeypatch):
     )
     monkeypatch.setattr(sys.modules[__name__], "FACTOR", 3.0)
     assert of(text, A=1.0) != first
+
+
+def test_reading_of_names_is_that_of_dis():
+    def one(x, *rest):
+        return os.sep + fingerprint.__name__ + [len(os.path.join(x, y)) for y in rest].count(x)
+
+    kinds = {"LOAD_GLOBAL": GLOBAL, "LOAD_NAME": GLOBAL, "LOAD_ATTR": ATTRIBUTE, "LOAD_METHOD": ATTRIBUTE}
+    many = compile("a = " + "+".join(f"n{k}.m{k}" for k in range(300)), "", "exec")  # more than fit a byte
+    for code in (one.__code__, many, fingerprint.__code__):
+        steps = [step for step in dis.get_instructions(code) if step.opname != "EXTENDED_ARG"]
+        told = [(kinds.get(step.opname, OTHER), step.argval if step.opname in kinds else "") for step in steps]
+        assert list(names_read(code)) == told

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import pathlib
 import re
@@ -22,7 +23,7 @@ from hvisph.casefile.reading import read_yaml
 from hvisph.casefile.yaml_text import Document, Place, dump
 from hvisph.core.errors import CaseError, nearest
 
-__all__ = ["bundled_cases", "dump_case", "library", "load_case", "load_material", "material_names"]
+__all__ = ["bundled_cases", "case_hash", "dump_case", "library", "load_case", "load_material", "material_names"]
 
 MOST_BASES = 8
 ENDINGS = (".yaml", ".yml", ".json")  # of files that a case may be based on
@@ -99,6 +100,11 @@ def _beside(name: str, place: Place, path: Path) -> pathlib.Path:
 def dump_case(case: Case) -> str:
     """Return the effective case in YAML, every default written out; it loads to an equal case."""
     return dump(_type_first(case.model_dump(mode="json")))
+
+
+def case_hash(text: str) -> str:
+    """Return the hash of an effective case's text."""
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _type_first(value: Any) -> Any:

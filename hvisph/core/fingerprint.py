@@ -29,6 +29,16 @@ _MACHINERY = (
 _WHOLE = {f"{__package__}.{name}" for name in _MACHINERY}
 # Functions of these packages are known by name and version.
 _FOREIGN = {"numpy", "numba", "llvmlite", "math", "builtins"}
+# What an instruction does with a name, and by how much its argument is shifted to leave room for a flag.
+OTHER, GLOBAL, ATTRIBUTE = 0, 1, 2
+_READS = {
+    dis.opmap[name]: (kind, shift)
+    for name, kind, shift in (
+        *(("LOAD_GLOBAL", GLOBAL, 1), ("LOAD_NAME", GLOBAL, 0), ("LOAD_METHOD", ATTRIBUTE, 0)),
+        ("LOAD_ATTR", ATTRIBUTE, int(sys.version_info >= (3, 12))),
+    )
+    if name in dis.opmap
+}
 
 
 @cache
@@ -106,17 +116,35 @@ def _read_by(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
     """Yield the globals that a function, or one defined inside it, reads; of a module, what is taken from it."""
     for code in _all_code(function.__code__):
         held: Any = None
-        for step in dis.get_instructions(code):
-            if step.opname in ("LOAD_GLOBAL", "LOAD_NAME"):
-                held = function.__globals__.get(step.argval)
-                if step.argval in function.__globals__:
-                    yield step.argval, held
-            elif step.opname in ("LOAD_ATTR", "LOAD_METHOD") and isinstance(held, types.ModuleType):
-                held = getattr(held, step.argval, None)
+        for kind, name in names_read(code):
+            if kind == GLOBAL:
+                held = function.__globals__.get(name)
+                if name in function.__globals__:
+                    yield name, held
+            elif kind == ATTRIBUTE and isinstance(held, types.ModuleType):
+                held = getattr(held, name, None)
                 if not isinstance(held, types.ModuleType):
-                    yield step.argval, held
+                    yield name, held
             else:
                 held = None
+
+
+def names_read(code: types.CodeType) -> Iterator[tuple[int, str]]:
+    """Yield GLOBAL or ATTRIBUTE and the name of each instruction that reads one, OTHER and nothing for all others.
+
+    The module `dis` says the same, and all else that there is to know of an instruction, in five times the time.
+    """
+    names, extended, text = code.co_names, 0, code.co_code
+    for operation, argument in zip(text[::2], text[1::2], strict=True):
+        if operation == dis.EXTENDED_ARG:
+            extended = (extended | argument) << 8
+            continue
+        if operation in _READS:
+            kind, shift = _READS[operation]
+            yield kind, names[(extended | argument) >> shift]
+        elif operation:  # 0 is room for the interpreter
+            yield OTHER, ""
+        extended = 0
 
 
 def _all_code(code: types.CodeType) -> Iterator[types.CodeType]:

@@ -10,7 +10,6 @@ cached on disk under the fingerprint of all that it is made of.
 
 from __future__ import annotations
 
-import dis
 import hashlib
 import os
 import types
@@ -29,6 +28,7 @@ from numba.core.registry import CPUDispatcher  # noqa: E402
 from numba.core.sigutils import normalize_signature  # noqa: E402
 
 from . import branches, loop_cache, on_demand  # noqa: E402
+from .fingerprint import ATTRIBUTE, GLOBAL, names_read  # noqa: E402
 from .lanes import strict  # noqa: E402
 from .loop_cache import LoopCache, MadeElsewhereError, cache_folder  # noqa: E402
 from .many import Many  # noqa: E402
@@ -139,15 +139,15 @@ def plain(function: Any) -> Any:
     twin = types.FunctionType(source.__code__, {}, source.__name__, source.__defaults__)
     twin.__globals__["__builtins__"] = source.__globals__["__builtins__"]
     held, name = None, ""
-    for step in dis.get_instructions(source.__code__):
-        if step.opname == "LOAD_GLOBAL" and step.argval in source.__globals__:
-            name, held = step.argval, source.__globals__[step.argval]
+    for kind, read in names_read(source.__code__):
+        if kind == GLOBAL and read in source.__globals__:
+            name, held = read, source.__globals__[read]
             if not isinstance(held, types.ModuleType):
                 twin.__globals__[name] = plain(held) if isinstance(held, Dispatcher) else held
-        elif step.opname in ("LOAD_ATTR", "LOAD_METHOD") and isinstance(held, types.ModuleType):
-            member = getattr(held, step.argval)
+        elif kind == ATTRIBUTE and isinstance(held, types.ModuleType):
+            member = getattr(held, read)
             module = twin.__globals__.setdefault(name, types.SimpleNamespace())
-            setattr(module, step.argval, plain(member) if isinstance(member, Dispatcher) else member)
+            setattr(module, read, plain(member) if isinstance(member, Dispatcher) else member)
             held = None
     return twin
 
@@ -176,7 +176,7 @@ def _narrowed(function: Any, constants: tuple[tuple[str, Any], ...]) -> Any:
         name in held or isinstance(source.__globals__.get(name), Dispatcher) for name in source.__code__.co_names
     ):
         return function
-    for name in {step.argval for step in dis.get_instructions(source) if step.opname == "LOAD_GLOBAL"}:
+    for name in {name for kind, name in names_read(source.__code__) if kind == GLOBAL}:
         value = source.__globals__.get(name)
         bound = _narrowed(value, constants) if isinstance(value, Dispatcher) else held.get(name, value)
         if bound is not value:

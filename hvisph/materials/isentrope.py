@@ -96,15 +96,15 @@ def tabulated(pressure: Callable[[float, float], float], rho0: float, e0: float,
     points = np.empty((POINTS, WIDTH))
     densities = rho0 * np.linspace(LOWEST, HIGHEST, POINTS)
     middle = int(np.searchsorted(densities, rho0))
-    for places in (range(middle, POINTS), range(middle - 1, -1, -1)):
-        rho, e, t = rho0, e0, room
-        for k in places:
-            h = (densities[k] - rho) / _STEPS
-            for _ in range(_STEPS if h else 0):
-                with np.errstate(over="ignore", invalid="ignore"):  # far beyond what extreme numbers allow
+    with np.errstate(over="ignore", invalid="ignore"):  # far beyond what extreme numbers allow
+        for places in (range(middle, POINTS), range(middle - 1, -1, -1)):
+            rho, e, t = rho0, e0, room
+            for k in places:
+                h = (densities[k] - rho) / _STEPS
+                for _ in range(_STEPS if h else 0):
                     e, t = _stepped(pressure, rho, h, e, t)
-                rho += h
-            points[k, :2] = e, t if densities[k] > rho0 else room
+                    rho += h
+                points[k, :2] = e, t if densities[k] > rho0 else room
     points[:, 2] = room / points[:, 1]
     return points
 

@@ -16,7 +16,6 @@ from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.simulation.build import build
 from hvisph.simulation.listener import Listener
-from hvisph.simulation.summary import summarise
 from hvisph.simulation.writer import SnapshotWriter
 
 
@@ -66,6 +65,8 @@ def sum_up(case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: 
     listener
         Hears the remarks.
     """
+    from hvisph.simulation.summary import summarise  # all that measures: nothing of it is needed to begin
+
     folder = writer.folder
     summary = summarise(
         case, text, **ended, threads=numba.get_num_threads(), start=_start(case, text, writer), now=now,

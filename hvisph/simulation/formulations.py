@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from hvisph.core.kinematics import KINEMATICS
-from hvisph.formulations.conversion import Conversion
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.formulation import Smoothing
 from hvisph.formulations.options import (
@@ -20,10 +19,8 @@ from hvisph.formulations.options import (
     NoDensityDissipation,
     NoViscosity,
 )
-from hvisph.formulations.projection import Projection
 from hvisph.formulations.protocol import AnyFormulation
 from hvisph.formulations.riemann import Riemann
-from hvisph.formulations.total_lagrangian import TotalLagrangian
 from hvisph.sph.kernels import KERNELS
 from hvisph.sph.laws.contact import Contact, Welded
 from hvisph.sph.laws.limiters import LIMITERS
@@ -31,6 +28,7 @@ from hvisph.sph.laws.pressing import Pressing
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
+    from hvisph.formulations.total_lagrangian import TotalLagrangian
 
 
 def formulation_of(case: Case) -> AnyFormulation:
@@ -76,6 +74,8 @@ def formulation_of(case: Case) -> AnyFormulation:
                 **_separating(model, case),
             )
         case "projection":
+            from hvisph.formulations.projection import Projection
+
             return Projection(
                 **shared,
                 printed=model.pressure_gradient == "printed",
@@ -132,6 +132,9 @@ def contact_of(model: Any) -> Pressing | Contact:
 
 def _composite(model: Any, case: Case) -> TotalLagrangian:
     """Return the scheme of bodies that meet: Total Lagrangian, adaptive, or Eulerian ones in contact."""
+    from hvisph.formulations.conversion import Conversion
+    from hvisph.formulations.total_lagrangian import TotalLagrangian
+
     shared: dict[str, Any] = {
         "kernel": KERNELS[model.kernel],
         "h_over_dx": model.h_over_dx,

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hvisph.core.errors import CaseError, RunError
-from hvisph.formulations.composite import order_of
 from hvisph.parallel.parts import Parts
 from hvisph.parallel.world import Alone
 from hvisph.simulation.beginning import Beginning
@@ -52,6 +51,8 @@ def handed_out(world: Alone, make: Callable[[], Beginning], spacing: float) -> t
         whole = make()
         particles = whole.particles
         if whole.formulation.stepper.settled:  # it keeps this order, by which lists are sorted
+            from hvisph.formulations.composite import order_of
+
             particles.permute(order_of(particles, whole.formulation.kernel.reach * whole.longest))
             whole = replace(whole, sequence=np.arange(particles.count, dtype=np.uint64))
         watched = watched_particles(particles, whole.planes, spacing)

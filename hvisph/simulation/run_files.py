@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from hvisph import __version__
+from hvisph.casefile.loader import case_hash
 from hvisph.core.errors import OutputError
 from hvisph.output import names
 from hvisph.output.checkpoint import write_checkpoint
@@ -18,7 +19,6 @@ from hvisph.simulation.checkpoint import Cadence, Files, Keeper
 from hvisph.simulation.clock import Clock, TimeStep
 from hvisph.simulation.monitors import Budget, Observer
 from hvisph.simulation.slabs import Moment, fetched
-from hvisph.simulation.summary import case_hash
 from hvisph.simulation.writer import SnapshotWriter
 
 if TYPE_CHECKING:

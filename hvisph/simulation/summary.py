@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hvisph import __version__
+from hvisph.casefile.loader import case_hash
 from hvisph.core.errors import HvisphError
 from hvisph.materials.limits import outside_range, range_of
 from hvisph.measures.correlations import correlations
@@ -25,11 +25,6 @@ from hvisph.simulation.shock import beside
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
-
-
-def case_hash(text: str) -> str:
-    """Return the hash of an effective case's text."""
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[str, Any] | None, particles: int,

@@ -15,12 +15,11 @@ from pathlib import Path
 
 from hvisph.case.case import Case
 from hvisph.casefile.folder import bundled_name, case_folder, cases_in, run_name
-from hvisph.casefile.loader import dump_case, find_case, load_case
+from hvisph.casefile.loader import case_hash, dump_case, find_case, load_case
 from hvisph.core.errors import CaseError
 from hvisph.output import names
 from hvisph.output.folder import looks_like_a_run
 from hvisph.output.reader import list_snapshots
-from hvisph.simulation.summary import case_hash
 
 SNAPSHOTS = (".vtkhdf", ".h5", ".vtu")
 ENDED = ("done", "failed")
