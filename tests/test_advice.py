@@ -219,7 +219,10 @@ def test_detonation_products_are_followed_like_gases():
     tnt = {"density": 1630.0, "eos": {"type": "jwl", "a": 371.2e9, "b": 3.231e9, "r1": 4.15, "r2": 0.95, "omega": 0.3,
                                       "energy_density": 7e9}}  # fmt: skip
     for further, most in (({"dim": 1}, 4.0), ({}, 2.0), ({"kinematics": "axisymmetric"}, 2.0)):
-        assert row_of([tnt, METAL], **further).formulation.smoothing_length.max_over_initial == most
+        followed = row_of([tnt, METAL], **further).formulation
+        assert (followed.smoothing_length.min_over_initial, followed.smoothing_length.max_over_initial) == (1.0, most)
+        assert followed.angular_momentum == "free"  # what tears off the plate would be thrown
+    assert row_of([GAS, GAS]).formulation.angular_momentum == "kept"
     (text,) = advice(row_of([tnt, METAL], formulation={"type": "eulerian"}))
     assert "smoothing_length" in text
     assert any("no reference kernel" in text

@@ -149,7 +149,7 @@ def test_one_dimension_measures_the_plateau():
 def test_bad_sources(tmp_path, run):
     with pytest.raises(CaseError, match="no such"):
         measure(tmp_path / "nowhere")
-    with pytest.raises(OutputError, match="no snapshot"):
+    with pytest.raises(CaseError, match="no snapshot: it holds nothing"):
         measure(tmp_path)
     (tmp_path / "broken.h5").write_bytes(b"\x89HDF\r\n\x1a\nxx")
     with pytest.raises(OutputError, match="broken"):

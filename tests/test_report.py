@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from hvisph.casefile.loader import load_case
-from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.errors import CaseError
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.report.build import report
 from hvisph.report.frames import NOWHERE, STEPS, frames
@@ -102,7 +102,7 @@ def test_debris_of_a_quarter_is_that_of_the_whole(solid):
 def test_what_cannot_be_shown_is_said(tmp_path):
     with pytest.raises(CaseError, match="no run"):
         report([tmp_path / "absent"])
-    with pytest.raises(OutputError, match="no snapshots"):
+    with pytest.raises(CaseError, match="no snapshot: it holds nothing; give"):
         report([tmp_path])
 
 

@@ -8,12 +8,14 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from hvisph.core.errors import CaseError
+from hvisph.core.written import told_apart, written
 from hvisph.measures.convergence import convergence
 from hvisph.measures.limit import Bracket, bracket, lambert_jonas, next_values
 from hvisph.output.reader import list_snapshots, read_snapshot
@@ -22,6 +24,7 @@ from hvisph.sweeps.against import against_experiment
 from hvisph.sweeps.begin import begin, sweep
 from hvisph.sweeps.folder import SweepFolder
 from hvisph.sweeps.plan import load_plan
+from hvisph.sweeps.table import table_text
 from hvisph.sweeps.verdict import following, verdict
 
 SPEED = "bodies.projectile.velocity.0"
@@ -131,6 +134,24 @@ def test_pictures_draw_what_is_recorded():
     shots = [{"status": "done", "values": {SPEED: speed}, "measures": measures} for speed in ("2 km/s", "3 km/s")]
     assert len(sweep_figure({}, shots).axes) == 2
     assert [axes.get_ylabel() for axes in sweep_figure({}, shots, ["penetration"]).axes] == ["penetration [cm]"]
+
+
+def test_mappings_are_written_as_in_a_case_and_pictures_tell_two_settings_apart():
+    shapes = [{"type": "disc", "diameter": "10 mm"}, {"type": "disc", "diameter": "8 mm"}]
+    assert told_apart(shapes) == ["{diameter: 10 mm}", "{diameter: 8 mm}"]
+    assert told_apart([shapes[0], "x"]) == ["{type: disc, diameter: 10 mm}", "x"]
+    assert written({"a": [1, None, True]}) == "{a: [1, null, true]}"
+    measured = {"penetration": {"value": 1.0, "unit": "m"}}
+    rows = [{"number": k, "values": {"body": shape, SPEED: speed}, "status": "done", "message": "", "measures": measured,
+             "energy_drift": 0.0, "wall_seconds": 1.0, "folder": ""}
+            for k, (shape, speed) in enumerate(product(shapes, ("2 km/s", "3 km/s")))]  # fmt: skip
+    assert '"{type: disc, diameter: 8 mm}",3 km/s' in table_text(rows, None)
+    (axes,) = sweep_figure({}, rows).axes
+    assert len(axes.lines) == 2  # a line a speed
+    for row in rows:
+        row["values"] = {SPEED: row["values"][SPEED], "body": row["values"]["body"]}
+    (axes,) = sweep_figure({}, rows).axes
+    assert (axes.get_xlabel(), axes.lines[0].get_xdata().tolist()) == (f"{SPEED} [km/s]", [2.0, 3.0])
 
 
 def test_order_extrapolation_and_index_of_known_series():

@@ -242,12 +242,16 @@ class MurnaghanEos(StrictModel):
 
 
 class Detonation(StrictModel):
-    """A detonation front that runs from given points at a given speed."""
+    """A detonation front that runs from given points at the explosive's speed."""
 
     points: tuple[tuple[Length, ...], ...] = Field(
         description="Where it starts, a list of points [m]", min_length=1, max_length=1000
     )
-    speed: PositiveVelocity = Field(description="Detonation speed D [m/s]")
+    speed: PositiveVelocity | None = Field(
+        default=None,
+        description="Detonation speed D [m/s]; unless given that of Chapman and Jouguet, which a, b, r1, "
+        "r2, omega and energy_density come to",
+    )
     time: NonNegativeTime = Field(default=0.0, description="When it starts [s], at least 0")
 
 

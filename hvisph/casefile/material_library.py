@@ -148,7 +148,8 @@ class Library:
     def _like(self, name: str, wanted: str) -> str:
         """Return what to say of a name that is none: who is called so in part, or what it is close to."""
         if wanted.startswith(EXPLOSIVES):
-            return "; the library has no explosives: write one out, with eos {type: jwl} (docs/models/eos-jwl.md)"
+            own = [one for one in self.names() if _letters(one).startswith(EXPLOSIVES)]
+            return f"; the library's explosives are {', '.join(own)}; another is an eos {{type: jwl}} written out"
         names = self.names()
         kin = [one for one in names if len(wanted) > 2 and wanted in _letters(one)]
         if kin:

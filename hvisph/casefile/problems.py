@@ -14,6 +14,7 @@ from hvisph.case.units import kind_of
 from hvisph.casefile.describe import Spot, keys_of, places, walk
 from hvisph.casefile.yaml_text import Place
 from hvisph.core.errors import CaseError, nearest
+from hvisph.core.written import written
 
 MOST_SHOWN = 20
 # How like an allowed key a key is that is a slip of it, and in how many places one may stand that is told of.
@@ -247,7 +248,7 @@ def at(data: Any, path: Path) -> Any:
 
 
 def _shown(value: Any) -> str:
-    return f"'{_short(value)}'" if isinstance(value, str) else f"{_short(repr(value))}"
+    return f"'{_short(value)}'" if isinstance(value, str) else f"{_short(written(value))}"
 
 
 def _short(text: str, most: int = 64) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 
 from hvisph.cli.say import say
 from hvisph.cli.words import duration, table, tables
+from hvisph.core.written import told_apart, written
 
 SHOT = "experiment.shot"  # names a case by itself
 SHOWN_MISSES = 5  # cases whose expected values were missed, on the terminal
@@ -51,7 +52,7 @@ class Teller:
             return
         paths = _shortest([*row["values"]])
         values = row["values"].get(SHOT) or ", ".join(
-            f"{path} {value}" for path, value in zip(paths, row["values"].values(), strict=True)
+            f"{path} {written(value)}" for path, value in zip(paths, row["values"].values(), strict=True)
         )
         said = row["message"] or _measured(row, _main(None, [row])[:3])
         left = self._left()
@@ -83,7 +84,9 @@ def _measured(row: dict[str, Any], names: Sequence[str]) -> str:
     parts = []
     for name in names:
         one = row["measures"].get(name, {})
-        if isinstance(one.get("value"), int | float):
+        if name == "perforated" and one.get("value") is not None:
+            parts.append("perforated" if one["value"] else "not perforated")
+        elif isinstance(one.get("value"), int | float):
             parts.append(f"{name.replace('_', ' ')} {quantity(float(one['value']), one['unit'] or '')}")
     return ", ".join(parts)
 
@@ -120,9 +123,10 @@ def _rows(rows: Sequence[dict[str, Any]], record: Sequence[str] | None) -> str:
     head = ["", *_shortest(paths), "", *(looks[name].short for name in names)]
     units = ["", *("" for _ in paths), "", *(looks[name].unit for name in names)]
     lines = [head, units]
-    for row in rows[:SHOWN_ROWS]:
-        cells = [_cell(row["measures"].get(name, {}).get("value"), looks[name]) for name in names]
-        lines.append([str(row["number"]), *(str(row["values"].get(key, "")) for key in paths), row["status"], *cells])
+    values = [told_apart([row["values"].get(path) for row in rows]) for path in paths]
+    for row, *own in zip(rows[:SHOWN_ROWS], *values, strict=False):
+        cells = [_cell(name, row["measures"].get(name, {}).get("value"), looks[name]) for name in names]
+        lines.append([str(row["number"]), *own, row["status"], *cells])
     more = f"\n  and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
     return tables(lines, kept=2 + len(paths)) + more
 
@@ -138,10 +142,10 @@ def _shortest(paths: Sequence[str]) -> list[str]:
     return shown
 
 
-def _cell(value: Any, look: Any) -> str:
+def _cell(name: str, value: Any, look: Any) -> str:
     if value is None:
         return "-"
-    if isinstance(value, bool):
+    if isinstance(value, bool) or name == "perforated":
         return "yes" if value else "no"
     number = float(value) * look.factor
     return f"{number:.4g}" if look.decimals < 0 else f"{number:.{look.decimals}f}"
@@ -156,6 +160,9 @@ def _converge(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
             continue
         look = look_of(name)
         finest = one["values"][one["spacings"].index(min(one["spacings"]))]
+        if name == "perforated":
+            lines.append([look.label, "", _cell(name, finest, look), "-", "-", "-", one["verdict"]])
+            continue
         order = f"{one['order']:.2f}" if one["order"] is not None else "-"
         limit = f"{one['extrapolated'] * look.factor:.4g}" if one["extrapolated"] is not None else "-"
         index = f"{100 * one['index']:.2g} %" if one["index"] is not None else "-"
@@ -165,7 +172,7 @@ def _converge(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
 
 def _limit(verdict: dict[str, Any]) -> str:
     unit = f" {verdict['unit']}" if verdict["unit"] else ""
-    where = "".join(f"{path} = {value}: " for path, value in verdict["for"].items())
+    where = "".join(f"{path} = {written(value)}: " for path, value in verdict["for"].items())
     if verdict["undecided"]:
         shots = ", ".join(map(str, verdict["undecided"]))
         told = "shots {} do not tell yet on which side they are" if len(verdict["undecided"]) > 1 else (

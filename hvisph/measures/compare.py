@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hvisph.core.errors import OutputError
 from hvisph.measures.expected import within
 from hvisph.measures.measure import measure
 from hvisph.output import names, reader
@@ -140,14 +139,8 @@ def _ended(name: str, path: Path, summary: dict[str, Any]) -> Row:
 
 
 def last_snapshot(source: str | os.PathLike[str]) -> Snapshot:
-    """Return the last moment of a run, or the snapshot that stands for it; raises `OutputError`."""
-    path = Path(source)
-    if path.is_file():
-        return reader.read_snapshot(path)
-    files = reader.list_snapshots(path)
-    if not files:
-        raise OutputError(f"{path}: the folder holds no snapshot")
-    return reader.read_snapshot(files[-1])
+    """Return the last moment of a run, or the snapshot that stands for it; raises as `reader.snapshots_at`."""
+    return next(reader.snapshots_at(Path(source), None))
 
 
 def shown_measures(rows: Iterable[Row]) -> list[str]:

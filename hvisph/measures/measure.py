@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.errors import CaseError
 from hvisph.measures.answer import answer
 from hvisph.measures.begun import Begun
 from hvisph.measures.moment import History, Measures, measure_snapshot, unmeasured
@@ -53,9 +53,9 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     Raises
     ------
     CaseError
-        When there is no such file or folder, or `at` is none of the above.
+        When there is no such file or folder, a folder holds no snapshot, or `at` is none of the above.
     OutputError
-        When a folder holds no snapshot, or a file is damaged or foreign.
+        When a file is damaged or foreign.
     """
     path = Path(source)
     if not path.exists():
@@ -75,9 +75,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
 
     if path.is_file():
         return measure_snapshot(read(path), source=str(path))
-    files = reader.list_snapshots(path)
-    if not files:
-        raise OutputError(f"{path}: the folder holds no snapshot")
+    files = reader.snapshots_in(path)
     first = read(files[0])
     # a folder whose first snapshots are gone does not tell how the run began
     start = first if first.step == 0 else None

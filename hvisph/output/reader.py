@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.errors import OutputError
+from hvisph.core.errors import FEW, CaseError, OutputError
 from hvisph.core.harmless import harmless
 from hvisph.output import names
 from hvisph.output.atomic import reason
@@ -107,17 +107,42 @@ def list_snapshots(run: str | Path) -> list[Path]:
     return []
 
 
+def snapshots_in(run: str | Path) -> list[Path]:
+    """Return what `list_snapshots` finds.
+
+    Raises
+    ------
+    CaseError
+        When that is nothing: it says what is there, and what to give instead.
+    """
+    files = list_snapshots(run)
+    if files:
+        return files
+    folder = Path(run)
+    there = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))
+    if names.SUMMARY in there:
+        remedy = "a sweep has kept its summary only (`keep`): run its case again"
+    elif names.CASE in there or names.LOG in there:
+        remedy = "its run has not written the first; `hvisph run` of the case makes them"
+    elif "table.csv" in there:
+        remedy = f"it is that of a sweep: give one of {folder / 'runs'}"
+    else:
+        held = ", ".join(there[:FEW]) + (f" and {len(there) - FEW} more" if len(there) > FEW else "")
+        remedy = f"it holds {held or 'nothing'}; give the folder that a run made (runs/NAME), or a snapshot"
+    raise CaseError(f"{run}: the folder holds no snapshot: {remedy}")
+
+
 def snapshots_at(path: Path, at: Sequence[float] | str | None) -> Iterator[Snapshot]:
     """Yield the snapshots of a run nearest to some times [s], the last one (None) or ``all``; or a file's.
 
     Raises
     ------
+    CaseError
+        When there is none.
     OutputError
-        When there is none, or one is damaged.
+        When one is damaged.
     """
-    files = [path] if path.is_file() else list_snapshots(path)
-    if not files:
-        raise OutputError(f"{path}: the folder holds no snapshot")
+    files = [path] if path.is_file() else snapshots_in(path)
     if at is None or at == "all":
         yield from (read_snapshot(file) for file in (files[-1:] if at is None else files))
         return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.measures import look_of
+from hvisph.core.written import told_apart
 from hvisph.pictures.plots import store
 
 if TYPE_CHECKING:
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 
 INK, ACCENT, FAINT = "#1b4f72", "#b9770e", "#99a3a4"
 MOST_PANELS = 9
+MOST_GROUPS = 12  # that a legend names
 
 
 def sweep_picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], path: str | os.PathLike[str],
@@ -172,23 +175,55 @@ def _to_si(unit: str) -> float:
 
 
 def _measures(rows: Sequence[Mapping[str, Any]], record: Sequence[str] | None) -> Figure:
-    """Measures over the first value that varies."""
+    """Measures over the first value that varies, in as many colours as the others have values."""
     done = [row for row in rows if row["status"] == "done"]
     found = dict.fromkeys(name for row in done for name, one in row["measures"].items()
                           if isinstance(one["value"], int | float))  # fmt: skip
     names = _chosen(found, record)[:MOST_PANELS]
     if not names:
         raise CaseError("no case is done: there is nothing to draw")
-    path = next(iter(done[0]["values"]))
+    paths = list(done[0]["values"])
+    told = list(zip(*(told_apart([row["values"].get(path) for row in done]) for path in paths), strict=True))
+    varied = [k for k, cells in enumerate(zip(*told, strict=True)) if len(set(cells)) > 1] or [0]
+    first, *others = varied
+    groups: dict[str, list[int]] = {}
+    for k, cells in enumerate(told):
+        groups.setdefault(", ".join(f"{paths[j].rpartition('.')[2]} {cells[j]}" for j in others), []).append(k)
+    x, ticks, label = _places([cells[first] for cells in told], paths[first])
     figure, panels = _figure(len(names))
     for name, axes in zip(names, panels, strict=True):
         look = look_of(name)
-        there = [row for row in done if isinstance(row["measures"].get(name, {}).get("value"), int | float)]
-        labels = [str(row["values"].get(path)) for row in there]
-        places = {label: k for k, label in enumerate(dict.fromkeys(labels))}
-        axes.plot([places[label] for label in labels],
-                  [row["measures"][name]["value"] * look.factor for row in there], "o", color=INK)  # fmt: skip
-        axes.set_xticks(list(places.values()), list(places), rotation=30, ha="right", fontsize=7)
-        axes.set_xlabel(path)
+        for colour, (group, members) in zip(_colours(len(groups)), groups.items(), strict=True):
+            values = {k: done[k]["measures"].get(name, {}).get("value") for k in members}
+            shown = sorted((k for k in members if isinstance(values[k], int | float)), key=x.__getitem__)
+            axes.plot([x[k] for k in shown], [values[k] * look.factor for k in shown],
+                      "o-" if len(groups) > 1 else "o", color=colour, label=group, linewidth=1)  # fmt: skip
+        if ticks:
+            axes.set_xticks(range(len(ticks)), ticks, rotation=30, ha="right", fontsize=7)
+        if name == "perforated":
+            axes.set_yticks([0, 1], ["no", "yes"])
+        axes.set_xlabel(label)
         axes.set_ylabel(f"{look.label} [{look.unit}]" if look.unit else look.label)
+    if 1 < len(groups) <= MOST_GROUPS:
+        panels[0].legend(fontsize=7)
     return figure
+
+
+def _places(cells: Sequence[str], path: str) -> tuple[list[float], list[str], str]:
+    """Return places along an axis, names of its ticks and its label: numbers of one unit, or a tick each."""
+    parts = [cell.partition(" ") for cell in cells]
+    if len({unit for _, _, unit in parts}) == 1:
+        with suppress(ValueError):
+            unit = f" [{parts[0][2]}]" if parts[0][2] else ""
+            return [float(number) for number, _, _ in parts], [], f"{path}{unit}"
+    ticks = list(dict.fromkeys(cells))
+    return [float(ticks.index(cell)) for cell in cells], ticks, path
+
+
+def _colours(count: int) -> list[Any]:
+    """Return colours of a number of series, from dark to bright."""
+    if count == 1:
+        return [INK]
+    from matplotlib import colormaps
+
+    return [colormaps["viridis"](0.85 * k / (count - 1)) for k in range(count)]

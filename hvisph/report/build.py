@@ -36,9 +36,9 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     Raises
     ------
     CaseError
-        When there is no such run.
+        When there is no such run, or one holds no snapshots.
     OutputError
-        When a run holds no snapshots, or the file cannot be written.
+        When the file cannot be written.
     """
     told = [Told(Path(run)) for run in runs]
     _distinct(told)

@@ -9,6 +9,7 @@ import numpy as np
 
 from hvisph.core.measures import look_of
 from hvisph.measures.measure import Measures
+from hvisph.output.snapshot import Snapshot
 from hvisph.pictures.inline import chart
 
 # What is drawn over the snapshots, by SI unit: measures that share a unit for people, and what they are.
@@ -84,10 +85,11 @@ def _column(history: Mapping[str, np.ndarray], name: str) -> np.ndarray:
         return np.array([float(cell) if cell else np.nan for cell in history[name]])
 
 
-def moments(history: Mapping[str, np.ndarray], end: float, measures: Mapping[str, Any],
+def moments(history: Mapping[str, np.ndarray], last: Snapshot, measures: Mapping[str, Any],
             layers: Sequence[Mapping[str, Any]] = ()) -> list[tuple[str, float]]:  # fmt: skip
     """Return the moments of a run that are worth a look, by name, in order of time [s]."""
-    named: list[tuple[str, Any]] = [("contact", _contact(history))]
+    end = last.time
+    named: list[tuple[str, Any]] = [("contact", _contact(history))] if len(last.bodies) > 1 else []
     named.append(("peak pressure", measures.get("centre_pressure_peak", {}).get("time")))
     for layer in layers:
         time = layer["measures"].get("perforation_time", {}).get("value")

@@ -18,7 +18,7 @@ from hvisph.measures.result import Result
 from hvisph.measures.scene import Scene
 from hvisph.measures.table import Row, rows
 from hvisph.output import names
-from hvisph.output.reader import list_snapshots, read_history, read_snapshot, read_summary
+from hvisph.output.reader import read_history, read_snapshot, read_summary, snapshots_in
 from hvisph.output.snapshot import Snapshot
 from hvisph.report import setting
 from hvisph.report.charts import criteria, history_charts, measured_charts, moments
@@ -47,18 +47,16 @@ class Told:
     Raises
     ------
     CaseError
-        When there is no such folder.
+        When there is no such folder, or it holds no snapshots.
     OutputError
-        When it holds no snapshots, or they are damaged.
+        When they are damaged.
     """
 
     def __init__(self, folder: Path):
         self.folder, self.name = folder, folder.resolve().name
         if not folder.is_dir():
             raise CaseError(f"there is no run at {folder}")
-        self.paths = list_snapshots(folder)
-        if not self.paths:
-            raise OutputError(f"{folder} holds no snapshots: there is nothing to show; a sweep may keep summaries only")
+        self.paths = snapshots_in(folder)
         self.case = self._case()
         self.summary = self._summary()
         self.history = self._history()
@@ -152,7 +150,7 @@ class Told:
         return measured_charts(measure(self.folder, at="all"))
 
     def _moments(self) -> list[tuple[str, float, str]]:
-        marks = moments(self.history, self.last.time, self.measures, self.summary.get("layers", ()))
+        marks = moments(self.history, self.last, self.measures, self.summary.get("layers", ()))
         return [(name, t, f"{t:.4g}" if self.unitless else f"{t * 1e6:.2f} µs") for name, t in marks]
 
     def _debris(self) -> list[dict[str, Any]]:

@@ -26,7 +26,8 @@ def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
     material = with_cracks(material, float(body.volumes.mean()) * dx ** (3 - dim))
     detonation = getattr(body.model.material.eos, "detonation", None)
     if isinstance(material.eos, JonesWilkinsLee) and detonation is not None:
-        eos = replace(material.eos, burn_rate=detonation.speed / (BURN_SPACINGS * dx))
+        speed = detonation.speed or material.eos.chapman_jouguet()[0]
+        eos = replace(material.eos, burn_rate=speed / (BURN_SPACINGS * dx))
         material = replace(material, eos=eos)
     return material
 
@@ -72,7 +73,7 @@ def remembered(body: PlacedBody, material: Material, dim: int, drawn: int, dx: f
                 message = f"a point has {points.shape[1]} components, needs {dim} in {dim}D"
                 raise CaseError(message, where=f"bodies.{body.name}.material.eos.detonation.points")
             distance = np.sqrt(((body.positions[:, None] - points) ** 2).sum(axis=2)).min(axis=1)
-            memory[:, 0] = -detonation.time - distance / detonation.speed
+            memory[:, 0] = -detonation.time - distance / (detonation.speed or material.eos.chapman_jouguet()[0])
     if isinstance(material.damage, GradyKipp):
         volume = float(body.volumes.sum()) * dx ** (3 - drawn)
         memory[:, 1:4] = material.damage.flaws(body.name, len(body.positions), volume)

@@ -14,6 +14,7 @@ from hvisph.core.errors import HvisphError
 from hvisph.core.jit import plain
 from hvisph.exact.hugoniot import shock
 from hvisph.exact.shock_train import last_waves
+from hvisph.materials.eos import JonesWilkinsLee
 from hvisph.materials.limits import range_of
 from hvisph.materials.state import flow_stress
 from hvisph.materials.table import Material, pack
@@ -37,6 +38,9 @@ def derived(model: Any) -> dict[str, tuple[float, str]]:
         "longitudinal sound speed": (c_l, "m/s"),
         "shock impedance rho c": (rho * c, "kg/(m^2 s)"),
     }
+    if isinstance(material.eos, JonesWilkinsLee):
+        speed, pressure = material.eos.chapman_jouguet()
+        numbers |= {"detonation speed": (speed, "m/s"), "detonation pressure": (pressure, "Pa")}
     if g > 0.0:
         numbers["shear sound speed"] = (float(np.sqrt(g / rho)), "m/s")
         numbers["Young's modulus"] = (material.young_modulus, "Pa")
@@ -57,8 +61,13 @@ def derived(model: Any) -> dict[str, tuple[float, str]]:
 
 
 def hugoniot(model: Any, velocities: Sequence[float] = SHOCKS) -> list[tuple[float, float, float, float, float]]:
-    """Return particle velocity, shock speed, pressure, density and temperature behind shocks, where there are any."""
+    """Return particle velocity, shock speed, pressure, density and temperature behind shocks, where there are any.
+
+    There are none of detonation products, which are never at rest.
+    """
     material = material_of(model)
+    if isinstance(material.eos, JonesWilkinsLee):
+        return []
     known = knows_heat(material)
     rows = []
     for u in velocities:

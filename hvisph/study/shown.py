@@ -27,9 +27,9 @@ def shown_moments(path: Path, at: Sequence[float] | str | None, named: bool) -> 
     Raises
     ------
     CaseError
-        When there is no such run.
+        When there is no such run, or it holds no snapshot.
     OutputError
-        When it holds no snapshot, or one is damaged.
+        When one is damaged.
     """
     if not path.exists():
         raise CaseError(f"there is no run at {path}")

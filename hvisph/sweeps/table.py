@@ -8,6 +8,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
+from hvisph.core.written import written
 from hvisph.output import atomic
 from hvisph.output.lock import FileLock
 from hvisph.sweeps.folder import CLAIMS, TABLE, Standing, SweepFolder
@@ -53,7 +54,8 @@ def table_text(shown: Sequence[Row], record: Sequence[str] | None) -> str:
     for one in shown:
         measures = [one["measures"].get(name, {}) for name in chosen]
         cells = [measure.get(key) for measure in measures for key in ("value", "uncertainty")]
-        writer.writerow([one["number"], *(one["values"].get(path) for path in paths), one["status"], *cells,
+        values = (written(one["values"][path]) if path in one["values"] else "" for path in paths)
+        writer.writerow([one["number"], *values, one["status"], *cells,
                          one["energy_drift"], one["wall_seconds"], one["folder"], one["message"]])  # fmt: skip
     return text.getvalue()
 

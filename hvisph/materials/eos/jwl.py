@@ -5,8 +5,9 @@
 
 The explosive starts with its chemical energy, e = E0/rho0 (E0 per volume, as printed in tables).
 F is the share that has burnt: it rises from 0 to 1 while the detonation front, which runs from
-the given points at the speed D, crosses one and a half particle spacings; without points all has
-burnt at the start. What has not burnt bears nothing, and a front is never driven by pressure.
+the given points at the speed D, that of Chapman and Jouguet unless given, crosses one and a half
+particle spacings; without points all has burnt at the start. What has not burnt bears nothing, and
+a front is never driven by pressure.
 
 Lee, Hornig & Kury 1968 (UCRL-50422); parameters: Dobratz & Crawford 1985 (UCRL-52997).
 """
@@ -66,6 +67,17 @@ class JonesWilkinsLee:
         values, e = tuple(row.tolist()), self.ambient_energy
         p, p_rho, p_e = plain(state)(density, e, values)
         return sqrt(p_rho + p * p_e / density**2)
+
+    def chapman_jouguet(self) -> tuple[float, float]:
+        """Speed [m/s] and pressure [Pa] of the slowest front that ends on the Hugoniot of the products."""
+        v = np.linspace(0.5, 0.95, 9001)
+        w = self.omega
+        cold = sum(a * (1.0 - w / (r * v)) * np.exp(-r * v)
+                   for a, r in ((self.capital_a, self.r1), (self.capital_b, self.r2)))  # fmt: skip
+        # the heat of the front is E0 + p (1 - V)/2 per volume at the start
+        p = (cold + w * self.energy_density / v) / (1.0 - 0.5 * w * (1.0 - v) / v)
+        speed = np.sqrt(p / (1.0 - v) / self.reference_density)
+        return float(speed.min()), float(p[speed.argmin()])
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
