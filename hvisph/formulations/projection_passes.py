@@ -49,19 +49,15 @@ def velocity(i, state, tags, near, rows, following, rates, dt, body_force):
     moves = 0.0 if tags[i, 3] & np.uint32(1) else dt
     put(following, i, 0, own_vector(rows, i, 0, DIM))
     put(following, i, U, plus(own_vector(state, i, S_VELOCITY, DIM), times(moves, a)))
-    rho = state[i, S_DENSITY]
-    following[i, V] = state[i, S_MASS] / rho
-    following[i, RHO] = rho
-    following[i, P] = state[i, S_PRESSURE]
+    following[i, V] = state[i, S_MASS] / state[i, S_DENSITY]
+    following[i, RHO], following[i, P] = state[i, S_DENSITY], state[i, S_PRESSURE]
 
 
 def pressure(i, state, near, rows, following, dt, eta2, fullness, guard, printed):
     """Pass 3: the pressure that brings the density back, from those of the step before."""
     listed, first, last, kernels = near
     loss, diagonal, others = poisson(listed, first[i], last[i], rows, i, kernels, eta2)
-    rho = state[i, S_DENSITY]
-    h = state[i, S_SMOOTHING_LENGTH]
-    p = 0.0
+    rho, h, p = state[i, S_DENSITY], state[i, S_SMOOTHING_LENGTH], 0.0
     if diagonal < 0.0 and not -diagonal * rho * h * h * fullness < guard:
         p = (others - loss / dt) / diagonal
     state[i, S_PRESSURE] = p
@@ -74,12 +70,10 @@ def pressure(i, state, near, rows, following, dt, eta2, fullness, guard, printed
 def acceleration(i, state, near, rows, rates, printed):
     """Pass 4: pressure gradient, and with it the whole acceleration."""
     listed, first, last, kernels = near
-    inverse = 1.0 / state[i, S_DENSITY]
-    p = state[i, S_PRESSURE]
-    own = p * inverse * inverse if printed else p
-    push = pressure_gradient(listed, first[i], last[i], rows, i, kernels, own)
-    factor = 1.0 if printed else inverse
-    put(rates, i, R_ACCELERATION, minus(own_vector(rates, i, R_ACCELERATION, DIM), times(factor, push)))
+    inverse, p = 1.0 / state[i, S_DENSITY], state[i, S_PRESSURE]
+    push = pressure_gradient(listed, first[i], last[i], rows, i, kernels, p * inverse * inverse if printed else p)
+    push = times(1.0 if printed else inverse, push)
+    put(rates, i, R_ACCELERATION, minus(own_vector(rates, i, R_ACCELERATION, DIM), push))
 
 
 def carry(state, tags, rates, rows, lengths, dt, complete, variable, h_limits, body_force, sums):

@@ -159,13 +159,11 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
     j = section * stretch
     inverse = times(1.0 / of_list, adjugate(f))
     strain = equivalent_strain(f, stretch)
-    jacobians[i] = j
-    strains[i] = strain
+    jacobians[i], strains[i] = j, strain
     if RENEWS:
         latest[i] = strain
     if SECANT:
-        own = moduli[m]
-        rows[i, EM] = secant_modulus(own[0], own[1], state[i, S_PLASTIC_STRAIN], rows[i, DAMAGE])
+        rows[i, EM] = secant_modulus(moduli[m, 0], moduli[m, 1], state[i, S_PLASTIC_STRAIN], rows[i, DAMAGE])
     if tied:
         if RENEWS:
             before_it = before[i, DIM * DIM] if REVOLVED else 1.0

@@ -74,13 +74,8 @@ class Limiter:
         return self.name != "none"
 
 
-LIMITERS = {
-    limiter.name: limiter
-    for limiter in (
-        Limiter("none", minmod, minmod_share),
-        Limiter("minmod", minmod, minmod_share),
-        Limiter("van_leer", van_leer, van_leer_share),
-        Limiter("van_albada", van_albada, van_albada_share),
-    )
-}
+LIMITERS = {name: Limiter(name, limit, share) for name, limit, share in (
+    ("none", minmod, minmod_share), ("minmod", minmod, minmod_share),
+    ("van_leer", van_leer, van_leer_share), ("van_albada", van_albada, van_albada_share),
+)}  # fmt: skip
 NO_RECONSTRUCTION = LIMITERS["none"]
