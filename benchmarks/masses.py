@@ -54,6 +54,12 @@ def random_shape(random: np.random.Generator, dim: int) -> dict[str, Any]:
                                            [-0.5 * b, c]]},
             {"type": "difference", "whole": {"type": "box", "size": [a + 10e-3, b + 10e-3]},
              "removed": [{"shape": {"type": "disc", "diameter": 5e-3}}]},
+            {"type": "intersection", "parts": [{"shape": {"type": "disc", "diameter": wide}},
+                                               {"shape": {"type": "box", "size": [a, wide]}}]},
+            {"type": "repeat", "shape": {"type": "disc", "diameter": a}, "vectors": [[0, a + 3e-3], [a + b, 0]],
+             "counts": [2, 3]},
+            {"type": "union", "parts": [{"shape": {"type": "box", "size": [a, b]}},
+                                        {"shape": {"type": "box", "size": [a, b]}, "rotation": "45 deg"}]},
         ]  # fmt: skip
     else:
         own = [
@@ -65,7 +71,15 @@ def random_shape(random: np.random.Generator, dim: int) -> dict[str, Any]:
             {"type": "ring", "section": {"type": "box", "size": [b, 7e-3]}, "radius": a},
             {"type": "union", "parts": [{"shape": {"type": "cylinder", "diameter": a, "length": b}},
                                         {"shape": {"type": "sphere", "diameter": a + 2e-3}}]},
+            {"type": "difference", "whole": {"type": "cylinder", "diameter": wide, "length": b},
+             "removed": [{"shape": {"type": "sphere", "diameter": 0.8 * b}}]},
+            {"type": "intersection", "parts": [{"shape": {"type": "sphere", "diameter": wide}},
+                                               {"shape": {"type": "cylinder", "diameter": a, "length": wide}}]},
             {"type": "box", "size": [a, b, c]},
+            {"type": "difference", "whole": {"type": "box", "size": [a + 6e-3, b + 6e-3, c + 6e-3]},
+             "removed": [{"shape": {"type": "cylinder", "diameter": 6e-3, "length": 1.0, "axis": "z"}}]},
+            {"type": "repeat", "shape": {"type": "cylinder", "diameter": 7e-3, "length": a, "axis": "z"},
+             "vectors": [[0, 9e-3, 0]], "counts": [3]},
             {"type": "prism", "section": {"type": "annulus", "outer_diameter": wide, "inner_diameter": narrow},
              "length": b, "axis": "x"},
         ]  # fmt: skip
@@ -79,7 +93,8 @@ def random_body(random: np.random.Generator) -> tuple[int, bool, dict[str, Any],
     dim = 2 if revolved else int(random.choice([1, 2, 2, 3, 3, 3]))
     while True:
         shape = random_shape(random, 3 if revolved else dim)
-        if not (revolved and shape["type"] in ("box", "prism")):
+        flat = shape.get("whole", shape)["type"] == "box"
+        if not revolved or (not flat and shape["type"] not in ("prism", "repeat")):
             break
     dx = float(random.uniform(0.6e-3, 1.1e-3))
     body: dict[str, Any] = {"material": MATERIAL, "shape": shape, "position": [0.0] * dim}

@@ -206,8 +206,11 @@ class Eulerian:
         }
 
     def sparsest(self, dim: int) -> float:
-        """Return 0: the rate of density is one of its logarithm."""
-        return 0.0
+        """Return the least rho h^dim/m of rings: that of one alone, W(0); published rows know of none.
+
+        Two thin rings beside dense ones are m/rho wide to each other, hence thinner at a rate that rises without end.
+        """
+        return float(self.kernel.value(0.0, 1.0, dim)) if self.revolved else 0.0
 
     def limits(self) -> None:
         """Return nothing: no law asks for what a particle bears."""
