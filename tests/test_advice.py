@@ -131,9 +131,10 @@ def test_a_bar_against_a_wall_meets_its_image():
 
 
 def test_a_strain_to_failure_that_vanishes_in_tension_is_named():
-    texts = advice(load_case("validation/taylor_damage/case"))
+    texts = advice(load_case("validation/taylor_damage/case", ["bodies.bar.material.damage.high_triaxiality=held"]))
     assert len(texts) == 1
     assert "triaxiality of 1.35" in texts[0]
+    assert advice(load_case("validation/taylor_damage/case")) == []
     assert advice(load_case("validation/taylor/case")) == []
 
 

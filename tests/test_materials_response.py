@@ -263,6 +263,30 @@ def test_fracture_strain_follows_triaxiality_rate_and_heat(p, expected):
     assert np.isfinite(function(1e10, 0.0, 0.0, 0.0, row))
 
 
+def test_a_fit_that_leaves_nothing_goes_on_as_voids_grow():
+    held = JohnsonCookDamage(-0.77, 1.45, -0.47, 0.0, 1.6)
+    grown = replace(held, void_growth=True)
+    function = damage.johnson_cook.fracture_strain.py_func
+    start = grown.void_growth_from
+    triaxiality = np.linspace(-2.0, 4.0, 601)
+    fit, law = (
+        np.array([function(-t, 1.0, 0.0, 0.0, material(JC, model).row()) for t in triaxiality])
+        for model in (held, grown)
+    )
+    below = triaxiality <= start
+    assert np.array_equal(fit[below], law[below])
+    slope = np.gradient(np.log(law), triaxiality)
+    assert slope.min() == pytest.approx(-1.5, rel=1e-9)  # never faster, and so from `start` on without a kink
+    assert slope[triaxiality > start + 0.02] == pytest.approx(np.full((triaxiality > start + 0.02).sum(), -1.5))
+    assert slope[below][-2] == pytest.approx(-1.5, abs=0.03)
+    assert function(-1.4, 1.0, 0.0, 0.5, material(JC, grown).row()) == pytest.approx(
+        1.8 * function(-1.4, 1.0, 0.0, 0.0, material(JC, grown).row())
+    )
+    assert function(-1.0, 0.0, 0.0, 0.0, material(JC, grown).row()) == damage.johnson_cook.FRACTURE_STRAIN_FLOOR
+    with pytest.raises(CaseError, match="void growth"):
+        material(JC, JohnsonCookDamage(0.05, 3.44, -2.12, void_growth=True)).row()
+
+
 def test_wave_speeds_and_state_without_a_step():
     table, models = pack([material(VonMises(G, Y))])
     p, c = equilibrium_state(table, models, M, RHO0, 0.0, 0.0)

@@ -63,7 +63,7 @@ class PressureCutoff(_Failing):
 class JohnsonCookDamage(_Spalling):
     """Strain to failure eps_f = (D1 + D2 exp(D3 s*)) (1 + D4 ln(rate/reference)) (1 + D5 T*).
 
-    s* is the mean stress (tension positive) over the von Mises stress; damage grows by
+    s* is the mean stress (tension positive) over the von Mises stress, held at 1.5; damage grows by
     d(eps_p)/eps_f, and at 1 the material has failed.
     """
 
@@ -79,10 +79,24 @@ class JohnsonCookDamage(_Spalling):
         description="D_c of Borvik 2001, share of the yield stress that is gone when the material fails: it bears "
         "1 - D_c D of it [-], at least 0 and below 1",
     )
+    high_triaxiality: Literal["held", "void_growth"] = Field(
+        default="held",
+        description="What follows the range of the tests in tension: `held`, s* at 1.5, up to which the formula was "
+        "fitted; `void_growth`, for fits that leave no strain (d1 < 0 < d2, -1.5 < d3 < 0): exp(-1.5 s*) of Rice & "
+        "Tracey 1969 from where the fit falls faster",
+    )
     pressure_cutoff: NegativePressure | None = Field(
         default=None,
         description="Lowest pressure that the intact material bears [Pa]; negative; `spall_strength` fails there",
     )
+
+    @model_validator(mode="after")
+    def _falls_faster(self) -> Self:
+        if self.high_triaxiality == "void_growth" and not (self.d1 < 0 < self.d2 and -1.5 < self.d3 < 0):
+            raise ValueError(
+                "high_triaxiality: void_growth goes on with fits of d1 < 0 < d2 and -1.5 < d3 < 0; give held"
+            )
+        return self
 
     @model_validator(mode="after")
     def _one_limit(self) -> Self:

@@ -199,5 +199,5 @@ def _damage(damage: DamageModel) -> Model:
         case "johnson_cook":
             cutoff = -inf if damage.pressure_cutoff is None else damage.pressure_cutoff
             strain = (damage.d1, damage.d2, damage.d3, damage.d4, damage.d5, damage.reference_rate)
-            return JohnsonCookDamage(*strain, cutoff, damage.softening)
+            return JohnsonCookDamage(*strain, cutoff, damage.softening, damage.high_triaxiality == "void_growth")
     raise ValueError(damage.type)

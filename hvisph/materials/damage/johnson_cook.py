@@ -5,7 +5,10 @@
     sigma* = -p / q,  q the von Mises stress;  rate* = max(rate / rate0, 1)
 
 Johnson & Cook 1985. sigma* is held at 1.5, up to which the formula was fitted, and eps_f at
-`FRACTURE_STRAIN_FLOOR`, since fits with a negative D1 leave the positive range. Below D = 1
+`FRACTURE_STRAIN_FLOOR`, since fits with a negative D1 leave the positive range. With
+`void_growth` they are not extrapolated: where eps_f begins to fall faster than exp(-1.5 sigma*),
+which is how voids let metals fail in tension (Rice & Tracey 1969, Hancock & Mackenzie 1976, from
+whom the formula has its form), it goes on by that law, at any tension. Below D = 1
 damage leaves the stress alone, or takes the share D_c D of the yield stress (the coupled model
 of Borvik, Hopperstad, Berstad & Langseth 2001, who call D_c D the damage); at D = 1 the particle
 has failed: it carries no deviator and no tension, but still compression. A cut-off of the pressure
@@ -33,10 +36,12 @@ D4 = slots.DAMAGE[3]
 D5 = slots.DAMAGE[4]
 LOG_REFERENCE_RATE = slots.DAMAGE[5]
 SOFTENING = slots.DAMAGE[6]
+VOID_GROWTH_FROM = slots.DAMAGE[7]  # triaxiality; infinite where it is held at `TRIAXIALITY_LIMIT`
 
 FRACTURE_STRAIN_FLOOR = 1e-4
 TRIAXIALITY_LIMIT = 1.5
-_COMPRESSION_LIMIT = 1000.0  # a vanishing von Mises stress must not divide
+VOID_GROWTH = 1.5  # d ln(eps_f)/d sigma* of Rice & Tracey, negative
+_LARGEST = 1000.0  # triaxiality of either sign: a vanishing von Mises stress must not divide
 _EXPONENT_LIMIT = 100.0  # exp stays finite
 
 
@@ -52,6 +57,7 @@ class JohnsonCookDamage:
     reference_rate: float = 1.0  # rate0 [1/s]
     pressure_minimum: float = -inf  # p_min [Pa]
     softening: float = 0.0  # D_c, share of the yield stress that is gone when it fails [-]
+    void_growth: bool = False  # whether a fit with D1 < 0 goes on as voids grow
 
     name: ClassVar[str] = "johnson_cook"
     tag: ClassVar[int] = tags.JOHNSON_COOK_DAMAGE
@@ -61,6 +67,15 @@ class JohnsonCookDamage:
         require_tension(self.pressure_minimum, self.name)
         if not 0.0 <= self.softening < 1.0:
             raise CaseError(f"softening is {self.softening!r}, but must be at least 0 and below 1", where=self.name)
+
+    @property
+    def void_growth_from(self) -> float:
+        """Triaxiality from which the fit falls faster than voids grow, above 0; infinite where it is held instead."""
+        if not self.void_growth:
+            return inf
+        if not (self.d1 < 0.0 < self.d2 and -VOID_GROWTH < self.d3 < 0.0):
+            raise CaseError("void growth goes on with fits of d1 < 0 < d2 and -1.5 < d3 < 0", where=self.name)
+        return max(log(-VOID_GROWTH * self.d1 / (self.d2 * (VOID_GROWTH + self.d3))) / self.d3, 0.0)
 
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
@@ -72,6 +87,7 @@ class JohnsonCookDamage:
         row[D5] = self.d5
         row[LOG_REFERENCE_RATE] = log(self.reference_rate)
         row[SOFTENING] = self.softening
+        row[VOID_GROWTH_FROM] = self.void_growth_from
 
 
 @compiled
@@ -83,15 +99,19 @@ def borne_share(harm, row):
 @compiled
 def fracture_strain(p, von_mises_stress, logged, homologous, row):
     """Equivalent plastic strain at which the material fails in the given state, `logged` the logarithm of its rate."""
-    if von_mises_stress * TRIAXIALITY_LIMIT <= -p:
-        triaxiality = TRIAXIALITY_LIMIT
-    elif von_mises_stress * _COMPRESSION_LIMIT <= p:
-        triaxiality = -_COMPRESSION_LIMIT
+    grown = row[VOID_GROWTH_FROM]
+    limit = TRIAXIALITY_LIMIT if grown == inf else _LARGEST
+    if von_mises_stress * limit <= -p:
+        triaxiality = limit
+    elif von_mises_stress * _LARGEST <= p:
+        triaxiality = -_LARGEST
     else:
         triaxiality = -p / von_mises_stress
     strain = row[D1]
     if row[D2] != 0.0:
-        strain += row[D2] * exp(min(max(row[D3] * triaxiality, -_EXPONENT_LIMIT), _EXPONENT_LIMIT))
+        strain += row[D2] * exp(min(max(row[D3] * min(triaxiality, grown), -_EXPONENT_LIMIT), _EXPONENT_LIMIT))
+    if triaxiality > grown:
+        strain *= exp(VOID_GROWTH * (grown - triaxiality))
     beyond = logged - row[LOG_REFERENCE_RATE]
     if beyond > 0.0:
         strain *= 1.0 + row[D4] * beyond
