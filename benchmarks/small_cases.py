@@ -4,7 +4,7 @@
 
 Every configuration is a process of its own that steps the quickstart's impact at some resolution; configurations take
 turns, so that what else the machine does falls on all alike. Best and median wall time and median CPU time a step,
-and the ratio of wall times to one thread's in the same turn. ``--busy N`` keeps N processes spinning beside them.
+files aside, and the ratio of wall times to one thread's in the same turn. ``--busy N`` keeps N processes spinning beside them.
 """
 
 from __future__ import annotations
@@ -32,12 +32,13 @@ def measure(resolution: float, formulation: str, threads: int, steps: int) -> di
     from hvisph.simulation.run import set_threads
 
     class Timed(Run):
-        found: tuple[float, float] = (0.0, 0.0)
+        wall = cpu = 0.0
 
-        def _take_steps(self) -> None:
+        def _advance(self) -> None:
             wall, cpu = time.perf_counter(), time.process_time()
-            super()._take_steps()
-            self.found = time.perf_counter() - wall, time.process_time() - cpu
+            super()._advance()
+            self.wall += time.perf_counter() - wall
+            self.cpu += time.process_time() - cpu
 
     changes = [f"resolution={resolution} mm", "output.every=null", f"time.max_steps={steps}"]
     case = load_case("quickstart", [*changes, f"formulation={{type: {formulation}}}"])
@@ -46,8 +47,8 @@ def measure(resolution: float, formulation: str, threads: int, steps: int) -> di
         run = Timed(case, build(case), held, Listener())
         particles = run.setup.particles.count  # a run that has ended holds none
         run.go()
-        wall, cpu = (1e3 * seconds / run.clock.steps for seconds in run.found)
-        return {"particles": particles, "wall": wall, "cpu": cpu}
+        each = 1e3 / run.clock.steps
+        return {"particles": particles, "wall": each * run.wall, "cpu": each * run.cpu}
 
 
 def apart(arguments: list[str], spin: str) -> dict[str, float]:

@@ -49,6 +49,15 @@ _OPTIONS: dict[str, Any] = {"error_model": "numpy", "boundscheck": False}
 
 # Scalar functions are called by loops: what would let Python call them takes half of their compilation.
 _LEAN = _OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+# What makes an array counts who holds it. What is only handed arrays need not: to count them in and out of every call
+# takes 10 ns each, for threads share the counters.
+_MAKING = {"empty", "zeros"}
+
+
+def _lean(function: types.FunctionType) -> dict[str, Any]:
+    """Return numba's options for a function that loops call."""
+    making = any(kind == ATTRIBUTE and name in _MAKING for kind, name in names_read(function.__code__))
+    return _LEAN | {"_nrt": making}
 
 
 class _Loop(CPUDispatcher):
@@ -117,14 +126,14 @@ def compiled(function: Callable[..., Any]) -> Any:
 
     Left to itself the compiler calls larger functions, such as the stress update, at three times the cost.
     """
-    made = numba.njit(forceinline=True, **_LEAN)(function)
+    made = numba.njit(forceinline=True, **_lean(function))(function)
     made.__class__ = _Scalar
     return made
 
 
 def called(function: Callable[..., Any]) -> Any:
     """Mark a scalar function that few materials need: it stays one, so that other loops are short and soon compiled."""
-    made = numba.njit(**_LEAN)(function)
+    made = numba.njit(**_lean(function))(function)
     made.__class__ = _Scalar
     return made
 
