@@ -54,7 +54,7 @@ _LEAN = _OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _MAKING = {"empty", "zeros"}
 
 
-def _lean(function: types.FunctionType) -> dict[str, Any]:
+def _lean(function: Any) -> dict[str, Any]:
     """Return numba's options for a function that loops call."""
     making = any(kind == ATTRIBUTE and name in _MAKING for kind, name in names_read(function.__code__))
     return _LEAN | {"_nrt": making}
