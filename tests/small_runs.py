@@ -2,6 +2,7 @@
 
 from typing import get_args
 
+import numba
 import numpy as np
 
 from hvisph.case.case import Case
@@ -29,6 +30,9 @@ SPRING = {"density": 2785.0, "eos": {"type": "elastic", "youngs_modulus": 70e9, 
           "strength": {"type": "elastic"}}  # fmt: skip
 LIQUID = {"density": 1000.0, "eos": {"type": "linear", "bulk_modulus": 2.2e9}}
 GAS = {"density": 100.0, "eos": {"type": "ideal_gas", "gamma": 1.4}}
+
+# Two threads, or one where the machine has one core.
+TWO = min(2, numba.config.NUMBA_NUM_THREADS)
 
 # What a formulation needs beside its type.
 OPTIONS = {"adaptive": {"conversion": {"strain": 0.02, "damage": True}}}

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_runs import METAL, assert_same_results, final
+from small_runs import METAL, TWO, assert_same_results, final
 
 import hvisph
 from hvisph.case.axisymmetric import axisymmetric_warnings
@@ -205,7 +205,7 @@ def test_an_impact_keeps_its_budgets_and_resumes_with_the_same_bits(form, integr
     assert abs(drifts["energy_drift"]) < 1e-13
     assert abs(drifts["momentum_drift"]) < 1e-13
     run(case.model_copy(update={"time": case.time.model_copy(update={"max_steps": 21})}), tmp_path / "parts", threads=1)
-    hvisph.resume(tmp_path / "parts", max_steps=0, threads=2)
+    hvisph.resume(tmp_path / "parts", max_steps=0, threads=TWO)
     assert_same_results(tmp_path / "whole", tmp_path / "parts")
     last = final(tmp_path / "whole")
     assert last.fields["position"][:, 1].min() > 0.0

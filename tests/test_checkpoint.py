@@ -5,7 +5,18 @@ import re
 
 import numpy as np
 import pytest
-from small_runs import FORMULATIONS, GAS, HARDENING, LIQUID, METAL, assert_same_results, every_material, final, row_of
+from small_runs import (
+    FORMULATIONS,
+    GAS,
+    HARDENING,
+    LIQUID,
+    METAL,
+    TWO,
+    assert_same_results,
+    every_material,
+    final,
+    row_of,
+)
 
 import hvisph
 from hvisph.casefile.loader import load_case
@@ -37,7 +48,7 @@ def stopped_and_resumed(case, tmp_path, steps=STEPS):
     run(case, tmp_path / "whole", threads=1)
     outcome = run(with_limits(case, max_steps=steps), tmp_path / "parts", threads=1)
     assert outcome.summary["steps"] == steps
-    outcome = hvisph.resume(tmp_path / "parts", max_steps=0, threads=2)
+    outcome = hvisph.resume(tmp_path / "parts", max_steps=0, threads=TWO)
     assert outcome.summary["status"] == "done"
     return tmp_path / "whole", tmp_path / "parts"
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from small_runs import FORMULATIONS, assert_same_results, every_material
+from small_runs import FORMULATIONS, TWO, assert_same_results, every_material
 
 from hvisph.formulations.composite import CompositeStepper
 from hvisph.formulations.projection_stepper import ProjectionStepper
@@ -31,5 +31,5 @@ def test_the_order_at_the_start_does_not_matter(formulation, tmp_path, monkeypat
     shuffle_starts(monkeypatch)
     if formulation != "projection":  # whose lists last until particles are sorted: their margin shows in the last bits
         monkeypatch.setattr(loop, "PERMUTE_EVERY", 7)
-    run(case, tmp_path / "other", threads=2)
+    run(case, tmp_path / "other", threads=TWO)
     assert_same_results(tmp_path / "one", tmp_path / "other")
