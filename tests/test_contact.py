@@ -17,13 +17,13 @@ SPRING = {"density": 2785.0, "eos": {"type": "elastic", "youngs_modulus": 70e9, 
           "strength": {"type": "elastic"}}  # fmt: skip
 
 
-def rates_of(position, body, dim, h=1.4, velocity=None, law=None, **more):
+def rates_of(position, body, dim, h=1.4, velocity=None, law=None, revolved=False, **more):
     """Rates of unit masses and volumes, body 0 of unit stiffness and the others stiffer."""
     law = law or Contact()
-    layout, constants = law.row_layout(dim, False), law.coefficients(CUBIC_SPLINE, 1.4, dim)
+    layout, constants = law.row_layout(dim, revolved), law.coefficients(CUBIC_SPLINE, 1.4, dim)
     if isinstance(law, Pressing):
         constants[0] = 1.0
-    pairs = Pairs(layout, CUBIC_SPLINE, law.passes(dim, False), constants, position, h)
+    pairs = Pairs(layout, CUBIC_SPLINE, law.passes(dim, revolved), constants, position, h)
     to = layout.slots()
     pairs.rows[:, :dim] = position
     if velocity is not None:
@@ -119,6 +119,31 @@ def test_friction_is_coulombs_and_heats_both_sides():
         work = (found[:, :2] * velocity).sum() + found[:, 2].sum()  # of friction alone: the rest is held
         assert heat.sum() == pytest.approx(-work, rel=1e-10)
         assert heat[body == 0.0].sum() == pytest.approx(0.5 * heat.sum(), rel=1e-10)
+
+
+def test_friction_at_rest_is_a_dashpot():
+    """Where there is next to no slip the shear follows it, far below what would slide."""
+    position, body = np.array([[0.0, 0.0], [0.0, -0.5]]), np.array([0.0, 1.0])
+    shears = []
+    for slip in (1e-6, 2e-6):
+        velocity = np.array([[slip, 0.0], [0.0, 0.0]])
+        found = rates_of(position, body, 2, velocity=velocity, law=Pressing(friction=0.5, own_faces=False), START=0.0)
+        shears.append(-found[0, 0])
+        assert 0.0 < shears[-1] < 1e-3 * found[0, 1]
+    assert shears[1] == pytest.approx(2.0 * shears[0], rel=1e-9)
+
+
+def test_the_image_of_a_ring_is_no_face_of_its_body():
+    """A ring that has come from afar is pressed by another of its body that has, not by its own image over the axis."""
+    position, displaced = np.array([[0.0, 0.4], [0.0, -0.4]]), np.array([[0.0, -4.0], [0.0, 4.0]])
+
+    def push(ring):
+        found = rates_of(position, np.zeros(2), 2, law=Pressing(own_faces=True), revolved=True, START=0.0, D=displaced,
+                         TIED=1.0, RING=np.array([0.4, ring]))  # fmt: skip
+        return found[0, 1]
+
+    assert push(-0.4) == 0.0
+    assert push(0.4) > 0.0
 
 
 def test_work_goes_half_to_each_side():

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from composite_runs import advance
 from small_runs import GAS, METAL, final, row_of
 
 from hvisph.output.reader import list_snapshots, read_snapshot
+from hvisph.simulation.build import build
 from hvisph.simulation.run import run
 
 
@@ -34,6 +36,19 @@ def test_a_length_stays_between_its_limits(tmp_path):
     start, end = read_snapshot(list_snapshots(tmp_path / "run")[0]), final(tmp_path / "run")
     grown = end.fields["smoothing_length"] / start.fields["smoothing_length"]
     np.testing.assert_allclose([grown.min(), grown.max()], [0.95, 1.02], rtol=1e-12)
+
+
+def test_contact_sph_counts_no_change_of_a_length_at_its_limit():
+    smoothing = {"type": "variable", "min_over_initial": 0.95, "max_over_initial": 1.02}
+    form = {"type": "riemann", "smoothing_length": smoothing, "contact": {"type": "welded"}}
+    setup = build(row_of([GAS, GAS], dim=1, dx=2e-4, formulation=form))
+    setup.stepper.start()
+    start = setup.stepper.lengths[0]
+    advance(setup, 4e-7)
+    stepper = setup.stepper
+    free = (stepper.lengths > 0.95 * start * (1.0 + 1e-12)) & (stepper.lengths < 1.02 * start * (1.0 - 1e-12))
+    assert 0.1 < free.mean() < 0.9
+    np.testing.assert_array_equal(stepper.pairs.rows[:, stepper.pairs.slots["GROWS"]], free)
 
 
 @pytest.mark.parametrize("integrator", ["leapfrog", "predictor_corrector"])
