@@ -343,6 +343,15 @@ def test_pores_crush_and_an_explosive_burns_in_the_stress_update():
         assert memory[0] == pytest.approx(since, abs=1e-15)
 
 
+def test_what_crushes_pores_breaks_rock():
+    """Half of the pores crushed, half of it broken, where cracks alone would have done nothing; the stress falls with it."""
+    rock = Material("rock", 2700.0, MieGrueneisen(5350.0, 2.0, 1.34), ElasticStrength(27e9), GradyKipp(4e35, 9.0),
+                    porosity=Porosity(1.3, 0.05e9, 0.7e9))  # fmt: skip
+    sound = recalled(rock, 2180.7692, 1e4, memory=(1.3, 1.0, 9.0, 0.0, 0.0))
+    assert sound[2] == pytest.approx((1.3 - 1.2395944) / 0.3, rel=POINT)
+    assert recalled(rock, 2180.7692, 1e4, damage=0.9, memory=(1.3, 1.0, 9.0, 0.0, 0.0))[2] == 0.9
+
+
 def test_porous_material_has_the_solids_heat_and_its_share_of_the_strength():
     """At rest it is at room temperature; deviators act on the solid's share of a section, 1/alpha."""
     made = Material(

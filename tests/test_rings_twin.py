@@ -18,6 +18,9 @@ LAWS = {
 }
 
 
+APART = 1.3
+
+
 def viscous_pair(cloud, formulation, a, b, gradient):
     """Return force over m_b, what of it does the own work, and half of the viscosity, of a pair of the standard law."""
     x, u = cloud.x[a] - cloud.x[b], cloud.u[a] - cloud.u[b]
@@ -95,6 +98,8 @@ def ring_rates(cloud, hoop, formulation):
 def test_compiled_rates_of_rings_are_those_of_the_formulas(formulation):
     cloud = random_cloud(2)
     cloud.x[:, 1] = np.abs(cloud.x[:, 1]) + 0.3e-3
+    # three that have left, too far apart for the whole of a hoop
+    cloud.x[-3:] = [20e-3, 5e-3] + APART * cloud.h[-1] * np.array([[0.0, 0.0], [1.0, 0.0], [0.5, 0.87]])
     hoop = 1e9 * np.random.default_rng(8).normal(size=len(cloud.x))
     stored = hoop / cloud.rho**2 if isinstance(formulation, Eulerian) else hoop
     pairs = packed(cloud, formulation, (AXIS,), {"RING": cloud.x[:, 1], "HOOP": stored})
