@@ -54,7 +54,7 @@ class Teller:
         values = row["values"].get(SHOT) or ", ".join(
             f"{path} {written(value)}" for path, value in zip(paths, row["values"].values(), strict=True)
         )
-        said = row["message"] or _measured(row, _main(None, [row])[:3])
+        said = row["message"] or _measured(row, _main(self.driver.sweep.record, [row])[:3])
         left = self._left()
         say(f"{row['number']:5d}  {values}  {row['status']}  {said}{left}")
         sys.stdout.flush()
@@ -71,11 +71,13 @@ class Teller:
 
 
 def _main(record: Sequence[str] | None, rows: Sequence[dict[str, Any]]) -> list[str]:
-    """Return the measures to show: those recorded, or the main ones that have values."""
+    """Return the measures to show: those recorded, with or without values, or the main ones that have some."""
     from hvisph.core.measures import main_measures
 
+    if record is not None:
+        return [name for name in record if any(name in row["measures"] for row in rows)]
     there = dict.fromkeys(name for row in rows for name, one in row["measures"].items() if one["value"] is not None)
-    return main_measures([*there]) if record is None else [name for name in record if name in there]
+    return main_measures([*there])
 
 
 def _measured(row: dict[str, Any], names: Sequence[str]) -> str:
@@ -84,8 +86,8 @@ def _measured(row: dict[str, Any], names: Sequence[str]) -> str:
     parts = []
     for name in names:
         one = row["measures"].get(name, {})
-        if name == "perforated" and one.get("value") is not None:
-            parts.append("perforated" if one["value"] else "not perforated")
+        if name == "perforated":
+            parts.append({None: "perforated or not is open", 0.0: "not perforated"}.get(one.get("value"), "perforated"))
         elif isinstance(one.get("value"), int | float):
             parts.append(f"{name.replace('_', ' ')} {quantity(float(one['value']), one['unit'] or '')}")
     return ", ".join(parts)

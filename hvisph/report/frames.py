@@ -26,6 +26,7 @@ NOWHERE = 65535
 STEPS = 65534  # of a coordinate
 FIELDS = ("velocity", "pressure", "plastic_strain", "damage", "temperature", "internal_energy", "von_mises_stress")
 MOST_FIELDS = 6
+OUTSIDE = (0.5, 99.5)  # percentiles of the coordinates of all moments, between which one looks
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,7 @@ def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
     dim = first.dimensions
     positions = np.stack([_aligned(moment, moment.fields["position"], kept) for moment in moments])
     low, high = _box(positions)
+    view = _view(positions)
     parts = [_bytes16(_quantised(positions[..., axis], low[axis], high[axis])) for axis in range(dim)]
     headers = []
     for name in names:
@@ -92,6 +94,7 @@ def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
         "kinematics": str(first.metadata.get("kinematics", "")),
         "low": low.tolist(),
         "high": high.tolist(),
+        "view": [ends.tolist() for ends in view],
         "fields": headers,
         "bodies": [
             {"name": name, "colour": BODY_COLOURS[k % len(BODY_COLOURS)]} for k, name in enumerate(first.bodies)
@@ -130,6 +133,15 @@ def _box(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     flat = flat[np.isfinite(flat).all(axis=1)]
     low, high = flat.min(axis=0), flat.max(axis=0)
     return low, np.where(high > low, high, low + 1.0)
+
+
+def _view(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the box to look at first: without the few that have flown far, where they make it half as large again."""
+    low, high = _box(positions)
+    first = _box(positions[:1])
+    ends = np.nanpercentile(positions.reshape(-1, positions.shape[-1]), OUTSIDE, axis=0)
+    near = np.minimum(ends[0], first[0]), np.maximum(ends[1], first[1])
+    return near if np.any(high - low > 1.5 * (near[1] - near[0])) else (low, high)
 
 
 def _quantised(x: np.ndarray, low: float, high: float) -> np.ndarray:

@@ -195,8 +195,9 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
     if needed <= free:
         return
     room = max(free - interpreter, 0.0)
+    si = case.units == "si"
     shrink = (count * each / room) ** (1.0 / case.dim) if room else math.inf
-    fits = f"{case.resolution * shrink:.2g}{' m' if case.units == 'si' else ''}" if room else "none"
+    fits = f"{case.resolution * shrink * (1e3 if si else 1.0):.2g}{' mm' if si else ''}" if room else "none"
     several, fewer = "", ""
     if processes > 1:
         several = f" on this machine, which has {beside} of {processes} processes,"

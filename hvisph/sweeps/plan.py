@@ -18,6 +18,7 @@ from hvisph.casefile.problems import located
 from hvisph.casefile.sweep_file import load_sweep
 from hvisph.casefile.yaml_text import Document, Place
 from hvisph.core.errors import CaseError
+from hvisph.core.written import written
 from hvisph.simulation.estimate import estimated_steps, rough_count
 from hvisph.sweeps.points import points
 from hvisph.sweeps.values import EXPERIMENT, Values
@@ -93,7 +94,7 @@ class Plan:
                     document = setting(document, path, value)
             return validated(document)
         except CaseError as error:
-            shown = ", ".join(f"{path} = {value}" for path, value in values.items())
+            shown = ", ".join(f"{path} = {written(value)}" for path, value in values.items())
             raise located(("vary",), f"case {number} ({shown}): {error}", self.places) from None
 
     def _blamed(self, path: tuple[str, ...], call: Any) -> Any:

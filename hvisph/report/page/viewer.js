@@ -57,9 +57,9 @@ class View {
     return copies;
   }
   camera() {  // scale, middle, and the turned axes of the screen
-    const run = this.run, low = run.low.slice(), high = run.high.slice();
+    const run = this.run, [low, high] = run.view.map(ends => ends.slice());
     for (const copy of this.signs()) for (let k = 0; k < run.dimensions; k++) if (copy[k] < 0) {
-      low[k] = Math.min(low[k], -run.high[k]); high[k] = Math.max(high[k], -run.low[k]);
+      low[k] = Math.min(low[k], -run.view[1][k]); high[k] = Math.max(high[k], -run.view[0][k]);
     }
     const margin = 1.5 * run.spacing;
     const middle = low.map((l, k) => 0.5 * (l + high[k]));
