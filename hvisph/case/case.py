@@ -61,7 +61,10 @@ class Case(StrictModel):
         max_length=1000,
     )
     symmetry: tuple[SymmetryPlane, ...] = Field(
-        default=(), description="Symmetry planes, at most two per axis, what lies between them being kept", max_length=6
+        default=(),
+        description="Symmetry planes, which are rigid walls without friction too; at most two per axis, what lies "
+        "between them being kept",
+        max_length=6,
     )
     clamped: tuple[Clamp, ...] = Field(default=(), description="Regions that are held fixed", max_length=100)
     initial_loads: tuple[InitialLoad, ...] = Field(

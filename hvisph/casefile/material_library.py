@@ -48,8 +48,9 @@ class Source(StrictModel):
     confidence: Confidence = Field(default="opened", description="Whether the source was opened to check the number")
 
 
-# What names of explosives begin with, in letters and digits alone.
+# What names of explosives and of woven materials begin with, in letters and digits alone.
 EXPLOSIVES = ("tnt", "c4", "comp", "pbx", "hmx", "rdx", "petn", "octol", "anfo", "lx1", "semtex", "explosive")
+FABRICS = ("kevlar", "nextel", "aramid", "dyneema", "twaron", "zylon")
 # How like a name is that was probably meant: a slip of a letter or two, and no other substance.
 CLOSE = 0.8
 
@@ -150,6 +151,8 @@ class Library:
         if wanted.startswith(EXPLOSIVES):
             own = [one for one in self.names() if _letters(one).startswith(EXPLOSIVES)]
             return f"; the library's explosives are {', '.join(own)}; another is an eos {{type: jwl}} written out"
+        if wanted.startswith(FABRICS):
+            return "; the library has no fabrics: a plate of the same mass per area, of little strength, stands in"
         names = self.names()
         kin = [one for one in names if len(wanted) > 2 and wanted in _letters(one)]
         if kin:

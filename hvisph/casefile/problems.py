@@ -86,6 +86,7 @@ def user_path(root: type[BaseModel], loc: Sequence[str | int], data: Any) -> Pat
 
 
 # What people write for a key, the key, and how the two differ.
+RIGID_WALL = ": a plane of symmetry is a rigid wall without friction, [{axis: x}] for what stands at x > 0"
 OTHER_WORDS = {
     "radius": ("diameter", ", twice the radius"),
     "thickness": ("length", ", which is along x"),
@@ -99,6 +100,7 @@ OTHER_WORDS = {
     "place": ("at", ""),
     "position": ("at", ""),
     "dt": ("step", ""),
+    **dict.fromkeys(("wall", "walls", "boundary", "boundaries"), ("symmetry", RIGID_WALL)),
 }
 UNLIKE = ("model_type", "model_attributes_type", "dict_type", "tuple_type", "list_type")
 # How what is given as a text or a number alone is written out.

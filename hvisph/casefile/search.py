@@ -31,6 +31,10 @@ SYNONYMS = {
     "erosion": "damage",
     "friction": "contact",
     "mirror": "symmetry",
+    "wall": "symmetry",
+    "tnt": "jwl",
+    "explosive": "jwl",
+    "detonation": "jwl",
     "bumper": "whipple",
 }
 MOST = 40

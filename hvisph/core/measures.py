@@ -239,7 +239,8 @@ CLOUD_CATALOGUE: dict[str, Measure] = {
 }  # fmt: skip
 
 # What is asked first of a shot, and how many measures a table of several runs shows.
-MAIN = ("perforated", "crater_diameter", "penetration", "residual_velocity", "centre_pressure_peak")
+MAIN = ("perforated", "crater_diameter", "penetration", "residual_velocity", "final_length", "foot_diameter",
+        "centre_pressure_peak")  # fmt: skip
 MOST_COLUMNS = 5
 
 # What a run has conserved stands in tables beside its measures.

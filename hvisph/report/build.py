@@ -46,7 +46,9 @@ def report(runs: Sequence[str | os.PathLike[str]], path: str | os.PathLike[str] 
     tables = colour_tables([field["colours"] for one in contents for field in one["frames"]["fields"]])
     target = Path(path) if path is not None else told[0].folder / REPORT
     packed = {"colours": tables, "runs": [one["frames"] for one in contents]}
-    title = contents[0]["frames"]["title"] if len(contents) == 1 else " / ".join(one["name"] for one in contents)
+    titles = {one["frames"]["title"] for one in contents}
+    names = "" if len(contents) == 1 else " / ".join(one["name"] for one in contents)
+    title = ": ".join(part for part in (titles.pop() if len(titles) == 1 else "", names) if part)
     text = template("report.html.j2").render(
         title=title or contents[0]["name"], sections=SECTIONS, runs=contents, differences=_differences(told),
         linked=lambda file: quote(os.path.relpath(file, target.parent).replace(os.sep, "/")),

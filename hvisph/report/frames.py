@@ -27,6 +27,7 @@ STEPS = 65534  # of a coordinate
 FIELDS = ("velocity", "pressure", "plastic_strain", "damage", "temperature", "internal_energy", "von_mises_stress")
 MOST_FIELDS = 6
 OUTSIDE = (0.5, 99.5)  # percentiles of the coordinates of all moments, between which one looks
+MARGIN = 0.15  # beyond them, of what lies between
 
 
 @dataclass(frozen=True)
@@ -140,8 +141,10 @@ def _view(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     low, high = _box(positions)
     first = _box(positions[:1])
     ends = np.nanpercentile(positions.reshape(-1, positions.shape[-1]), OUTSIDE, axis=0)
-    near = np.minimum(ends[0], first[0]), np.maximum(ends[1], first[1])
-    return near if np.any(high - low > 1.5 * (near[1] - near[0])) else (low, high)
+    margin = MARGIN * (ends[1] - ends[0])
+    near_low = np.maximum(np.minimum(ends[0] - margin, first[0]), low)
+    near_high = np.minimum(np.maximum(ends[1] + margin, first[1]), high)
+    return (near_low, near_high) if np.any(high - low > 1.5 * (near_high - near_low)) else (low, high)
 
 
 def _quantised(x: np.ndarray, low: float, high: float) -> np.ndarray:

@@ -118,7 +118,10 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         except CaseError as error:
             raise CaseError(error.message, where=f"bodies.{name}") from error
         if not len(positions):
-            raise CaseError("the symmetry planes leave no particle of this body", where=f"bodies.{name}")
+            places = zip("xyz", filling.positions.T + centre[:, None], strict=False)
+            reach = ", ".join(f"{axis} from {x.min():.3g} to {x.max():.3g}" for axis, x in places)
+            raise CaseError(f"the symmetry planes leave no particle of this body, of {reach}; give it a `position`, or "
+                            "a plane its other side, `keep`", where=f"bodies.{name}")  # fmt: skip
         _refuse_distance(name, positions, float(spacing.min()), case.units)
         surface = None if shape is None else Placed(shape.shape, centre, shape.matrix)
         middle = centre + filling.volumes @ filling.positions / filling.volumes.sum()

@@ -37,13 +37,14 @@ def shown_moments(path: Path, at: Sequence[float] | str | None, named: bool) -> 
 
 
 def moment_of(snapshot: Snapshot, name: str = "") -> Moment:
-    """Return a snapshot to show, with time, spacing and formulation in its title."""
+    """Return a snapshot to show, with its name, and below it time, spacing and formulation, in its title."""
     unitless = snapshot.metadata.get("units") == "none"
-    told = [name]
+    told = []
     told.append(f"t = {snapshot.time:.4g}" if unitless else f"t = {snapshot.time * 1e6:.2f} us")
     spacing = snapshot.metadata.get("spacing")
     if isinstance(spacing, float):
         told.append(f"dx = {spacing:.3g}" if unitless else f"dx = {spacing * 1e3:.3g} mm")
     case = snapshot.metadata.get("case")
     told.append(formulation(case))
-    return Moment(snapshot, symmetry_axes(case), ", ".join(part for part in told if part))
+    words = ", ".join(part for part in told if part)
+    return Moment(snapshot, symmetry_axes(case), f"{name}\n{words}" if name else words)
