@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from hvisph.case.model import SCALAR_AS_LIST, DataFile, StrictModel
 from hvisph.case.units import Length, NonNegativeLength, PositiveLength
@@ -228,7 +228,12 @@ class MeshShape(ShapeOptions):
 
     type: Literal["mesh"] = "mesh"
     file: DataFile = Field(description="STL, OBJ, PLY or OFF file; beside the case file unless the path is absolute")
-    unit: PositiveLength = Field(description="Length of one unit of the file [m], such as 1 mm")
+    unit: PositiveLength = Field(description="Length of one unit of the file [m], such as 1 mm or 25.4 mm")
+
+    @field_validator("unit", mode="before")
+    @classmethod
+    def _of_one(cls, value: Any) -> Any:
+        return f"1 {value}" if isinstance(value, str) and value.strip().isalpha() else value
 
 
 class ParticlesShape(ShapeOptions):

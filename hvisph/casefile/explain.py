@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pydantic import BaseModel
+
 from hvisph.case.case import Case
 from hvisph.casefile.describe import Spot, keys_of, spot_of, walk
 from hvisph.casefile.wording import default_text, value_text
@@ -15,8 +17,9 @@ def explain(path: str) -> str:
     Parameters
     ----------
     path
-        Such as ``time.cfl``, ``bodies.target.shape`` or ``bodies.shape`` for that of any body; a body or a
-        list entry may have any name, and ``formulation.viscosity`` is looked up in every alternative that has it.
+        Such as ``time.cfl``, ``bodies.target.shape`` or ``bodies.shape`` for that of any body, ``bodies.shape.disc``
+        for one of its types; a body or a list entry may have any name, and ``formulation.viscosity`` is looked up in
+        every alternative that has it.
 
     Raises
     ------
@@ -27,6 +30,9 @@ def explain(path: str) -> str:
     for depth, key in enumerate(keys):
         if walk(Case, keys[: depth + 1]) is None:
             above = walk(Case, keys[:depth])
+            if above is not None and key in above.models:  # `eos.jwl`, `formulation.riemann.form`
+                rest = keys[depth + 1 :]
+                return explain(".".join([*keys[:depth], *rest])) if rest else _of_type(keys, above.models[key])
             allowed = keys_of(above) if above else []
             raise CaseError(f"unknown key{nearest(key, allowed)}", where=".".join(keys[: depth + 1]))
     spot = walk(Case, keys)
@@ -34,6 +40,16 @@ def explain(path: str) -> str:
     if len(keys) == 2 and keys[0] == "measures" and keys[1] in CATALOGUE:
         measure = CATALOGUE[keys[1]]
         lines.append(f"  {measure.meaning}{f' [{measure.unit}]' if measure.unit else ''}")
+    return "\n".join(lines)
+
+
+def _of_type(keys: list[str], model: type[BaseModel]) -> str:
+    """Return what a model of some type is, and its keys, a line each."""
+    lines = [f"{'.'.join(keys[:-1])}: {{type: {keys[-1]}}}", f"  {(model.__doc__ or '').strip().splitlines()[0]}"]
+    for name, info in model.model_fields.items():
+        if name != "type":
+            default = "required" if info.is_required() else f"default: {default_text(name, info).replace('`', '')}"
+            lines.append(f"  {name}: {info.description or ''} ({default})".replace("`", ""))
     return "\n".join(lines)
 
 

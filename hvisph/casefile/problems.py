@@ -108,6 +108,7 @@ WRITTEN_OUT = {
     "time": "{end: 10 us}",
     "output": "{every: 1 us}",
     "symmetry": "[{axis: y}]",
+    "rotation": "{axis: [0, 0, 1], angle: 30}, or an angle alone",
     "gauges": "{NAME: {type: material, at: [0, 0]}}",
     "clamped": "[{box: {min: [0, null]}, bodies: [NAME]}]",
     "witness": "{x: 100 mm}",

@@ -214,7 +214,13 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
 
 def rough_count(case: Case) -> float:
     """Return the number of particles by volume; each plane of symmetry is taken to halve it."""
-    return sum(_rough(body, case) for body in case.bodies.values())
+    counts = []
+    for name, body in case.bodies.items():
+        try:
+            counts.append(_rough(body, case))
+        except CaseError as error:
+            raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
+    return sum(counts)
 
 
 def _rough(body: Any, case: Case) -> float:

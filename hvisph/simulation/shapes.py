@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.errors import CaseError
 from hvisph.geometry.place import rotation_matrix
 from hvisph.geometry.shapes import (
     Annulus,
@@ -111,4 +112,7 @@ def _part(part: Any, dim: int) -> Shape:
 def _mesh(file: str, unit: float) -> Shape:
     from hvisph.geometry.shapes.mesh import load_mesh
 
-    return load_mesh(file, unit)
+    try:
+        return load_mesh(file, unit)
+    except CaseError as error:
+        raise CaseError(error.message, where=f"shape.{error.where}") from error
