@@ -8,8 +8,10 @@ import pytest
 from hvisph.casefile.loader import bundled_cases, load_case
 from hvisph.core.errors import CaseError
 from hvisph.pictures.setup import DrawnBody, Setup, setup_figure, setup_picture
+from hvisph.simulation.advice import advice
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import build
+from hvisph.simulation.estimate import rough_count
 from hvisph.simulation.first_contact import first_contact
 from hvisph.simulation.velocities import initial_velocity
 
@@ -177,6 +179,28 @@ def test_bundled_cases_of_shapes_weigh_what_their_shapes_do(name):
     pytest.importorskip("trimesh")
     for placed in placed_bodies(load_case(name)):
         assert placed.volumes.sum() == pytest.approx(placed.asked, rel=1e-9)
+
+
+def test_a_mesh_of_sheet_is_named_a_unit_stands_alone_and_a_bad_file_names_its_body(tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    box, inner = trimesh.creation.box((20, 20, 20)), trimesh.creation.box((17, 17, 17))
+    box.export(tmp_path / "solid.stl")
+    inner.invert()
+    trimesh.util.concatenate([box, inner]).export(tmp_path / "shell.stl")
+
+    def case(name):
+        body = {"material": METAL, "shape": {"type": "mesh", "file": str(tmp_path / name), "unit": "mm"}}
+        return load_case(
+            {"kinematics": "three_d", "resolution": "1 mm", "bodies": {"part": body}, "time": {"end": 1e-6}}
+        )
+
+    assert not [text for text in advice(case("solid.stl")) if "walls" in text]
+    (text,) = [text for text in advice(case("shell.stl")) if "walls" in text]
+    assert "1.49 mm" in text  # 2 (20^3 - 17^3)/(6 (20^2 + 17^2))
+    box.update_faces([k > 0 for k in range(12)])
+    box.export(tmp_path / "open.stl")
+    with pytest.raises(CaseError, match=r"bodies\.part\.shape\.file: .* not closed"):
+        rough_count(case("open.stl"))
 
 
 def test_fields_of_half_a_body_are_those_of_the_whole():

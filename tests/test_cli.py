@@ -150,6 +150,8 @@ def test_explain():
     assert "0.3" in found
     assert "Courant" in found
     assert "bodies" in call("explain").stdout
+    assert "diameter: " in call("explain", "bodies.b.shape.disc").stdout  # a type by its name
+    assert call("explain", "formulation.riemann.form").stdout == call("explain", "formulation.form").stdout
 
 
 def test_doctor_tries_a_compiled_loop():

@@ -29,6 +29,8 @@ SLENDER, EVEN, ERODING = 3.0, 20.0, 2500.0
 FELT = 20e9
 LIQUIDS = ("water",)
 # Particles across a body below which its waves and its bending are not resolved.
+FEWEST_IN_WALL = 3.0  # particles across a wall of a mesh
+SHEET = 0.2  # of the least extent of a mesh: below it a body is of sheet; a solid ball has a third
 FEWEST_ACROSS = 5
 
 
@@ -47,7 +49,23 @@ def advice(case: Case) -> list[str]:
         *_brittle(case, kind),
         *_spalling(case, kind),
         *_liquid(case, kind),
+        *_thin_walls(case),
     ]
+
+
+def _thin_walls(case: Case) -> Iterator[str]:
+    """Meshes of sheet that the spacing does not resolve: of shapes with sizes these are refused."""
+    for name, body in case.bodies.items():
+        if body.shape.type == "mesh":
+            from hvisph.simulation.shapes import shape_of
+
+            shape, dx = shape_of(body.shape, case.drawn), body.resolution or case.resolution
+            wall = getattr(shape, "thickness", math.inf)
+            if wall < min(FEWEST_IN_WALL * dx, SHEET * min(shape.extent())):
+                yield (
+                    f"bodies.{name}: its walls are {wall * 1e3:.3g} mm thick in the mean, {wall / dx:.2g} particles: "
+                    f"three are few, so give it a `resolution` of {wall / FEWEST_IN_WALL * 1e3:.2g} mm or finer"
+                )
 
 
 def sparse(across: dict[str, int]) -> list[str]:

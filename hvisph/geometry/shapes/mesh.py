@@ -62,6 +62,12 @@ class Mesh(Shape):
         """Volume [m^3]."""
         return self.volume_within
 
+    @property
+    def thickness(self) -> float:
+        """Mean thickness of walls [m]: twice the volume over the surface; of a compact body a third of its size."""
+        first, second = self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0]
+        return 4.0 * self.volume_within / float(np.linalg.norm(np.cross(first, second), axis=1).sum())
+
     def contains(self, points: np.ndarray) -> np.ndarray:
         """Tell which `points` (n, 3) [m] lie inside: booleans of shape (n,)."""
         points = np.asarray(points, dtype=float)
