@@ -280,6 +280,12 @@ class TestMeshes:
         points = np.random.default_rng(0).uniform(-3e-3, 3e-3, (3000, 3))
         difference = np.abs(mesh.distance(points) - ball.distance(points))
         assert (difference < 0.12 * np.abs(ball.distance(points)) + 0.04e-3).all()
+        # facets stand off the sphere by 4 degrees at most; the way to a sample farther off is that of one among several
+        away = points[np.abs(np.abs(mesh.distance(points)) - 0.4e-3) < 0.3e-3]
+        radial = away / np.linalg.norm(away, axis=1)[:, None]
+        off = np.degrees(np.arccos((mesh.outward(away, 1e-8) * radial).sum(axis=1)))
+        assert np.median(off) < 4.0
+        assert off.max() < 12.0
 
     def test_rays_through_edges_and_corners_count_once(self, folder):
         mesh = load_mesh(folder / "box.obj")

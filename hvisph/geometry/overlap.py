@@ -20,7 +20,6 @@ import numpy as np
 
 from hvisph.geometry.section import Section
 from hvisph.geometry.shapes import Placed, Shape
-from hvisph.geometry.surface import gradient
 
 # Depth [spacings of the finer body] from which on bodies stand in each other: less is how a place is typed.
 DEEPEST = 0.4
@@ -151,7 +150,7 @@ def _deepest(one: Standing, other: Standing, dx: float) -> tuple[np.ndarray, flo
         if len(points) == 0:
             break
         if step:
-            points = points - step * one.spacing[1] * gradient(solid_of(other.surface), points, SLOPE * dx)
+            points = points - step * one.spacing[1] * solid_of(other.surface).outward(points, SLOPE * dx)
             points = _kept(one, points, dx)
         depth = np.where(one.distance(points) <= SLACK * dx, -other.distance(points), -math.inf)
         if depth.max() > best:
@@ -168,7 +167,7 @@ def _kept(one: Standing, points: np.ndarray, dx: float) -> np.ndarray:
         out = np.flatnonzero(d > 0.1 * SLACK * dx)
         if len(out) == 0:
             break
-        points[out] -= d[out, None] * gradient(solid_of(one.surface), points[out], SLOPE * dx)
+        points[out] -= d[out, None] * solid_of(one.surface).outward(points[out], SLOPE * dx)
     return points
 
 

@@ -21,7 +21,6 @@ from hvisph.geometry.arrangements.hexagonal import NODE_DISTANCE as CLOSE_2D
 from hvisph.geometry.arrangements.hexagonal import fill_hexagonal
 from hvisph.geometry.filling import Filling, filled
 from hvisph.geometry.shapes import Intersection, Shape
-from hvisph.geometry.surface import gradient
 
 REACH = 1.5  # of the pair force, in close-packed distances
 ROUNDS = 80
@@ -118,5 +117,5 @@ def _pulled_in(shape: Shape, points: np.ndarray, depth: float) -> np.ndarray:
         out = np.flatnonzero(d > 1e-3 * depth)
         if len(out) == 0:
             break
-        points[out] -= d[out, None] * gradient(shape, points[out], 1e-3 * depth)
+        points[out] -= d[out, None] * shape.outward(points[out], 1e-3 * depth)
     return points

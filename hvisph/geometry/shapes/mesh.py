@@ -141,12 +141,28 @@ class Mesh(Shape):
 
         The sign is exact, the size is good to half the distance of those points.
         """
+        away, _, along = self._nearest(points)
+        # beside a sample of a flat face the distance to the face, farther away that to the sample
+        size = np.where(self._beside(away), np.abs(along), away / (1 + SLACK) - self._apart / 2)
+        return np.where(self.contains(points), -size, size)
+
+    def outward(self, points: np.ndarray, step: float) -> np.ndarray:
+        """Return unit vectors (n, 3) along which the distance to the surface grows; of a mesh without a `step`."""
+        away, (apart, normals), along = self._nearest(points)
+        ways = np.where(self._beside(away)[:, None], np.sign(along)[:, None] * normals,
+                        apart / np.maximum(away, 1e-300)[:, None])  # fmt: skip
+        return np.where(self.contains(points)[:, None], -ways, ways)
+
+    def _nearest(self, points: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
+        """Return how far a sample of the surface is (n,), the way from it and its normal (n, 3), and their product."""
         samples, normals, tree = self._surface
         away, nearest = tree.query(points, eps=SLACK)
-        along = np.abs(((points - samples[nearest]) * normals[nearest]).sum(axis=1))
-        # beside a sample of a flat face the distance to the face, farther away that to the sample
-        size = np.where(away < self._apart * 2, along, away / (1 + SLACK) - self._apart / 2)
-        return np.where(self.contains(points), -size, size)
+        apart, facing = points - samples[nearest], normals[nearest]
+        return away, (apart, facing), (apart * facing).sum(axis=1)
+
+    def _beside(self, away: np.ndarray) -> np.ndarray:
+        """Tell which distances to a sample are those of points beside the face that it is of."""
+        return np.asarray(away < self._apart * 2)
 
     @cached_property
     def _bins(self) -> _Bins:

@@ -45,6 +45,16 @@ class Shape(ABC):
         The sign is exact; the size is at most the true distance.
         """
 
+    def outward(self, points: np.ndarray, step: float) -> np.ndarray:
+        """Return unit vectors (n, dim) along which the distance to the surface grows, by differences of `step` [m]."""
+        slopes = np.empty_like(points)
+        for axis in range(points.shape[1]):
+            move = np.zeros(points.shape[1])
+            move[axis] = step
+            slopes[:, axis] = self.distance(points + move) - self.distance(points - move)
+        size = np.sqrt((slopes**2).sum(axis=1))
+        return slopes / np.maximum(size, 1e-300)[:, None]
+
     @property
     def kind(self) -> str:
         """Name of the kind of shape, for messages."""
