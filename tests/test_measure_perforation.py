@@ -83,6 +83,32 @@ def test_a_projectile_stuck_in_its_hole_has_not_perforated_the_plate(dim):
     assert layer_measures(Scene.of(now, start))[0].state == "yes"
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_loose_rubble_closes_no_hole(dim):
+    """What is in the hole closes it, crushed or sound, but rubble that is drawn apart does not, nor holds a plug."""
+    start, now = holed(dim, 10 * MM, 500.0, (False, False))
+    radius = np.sqrt((now.fields["position"][:, 1:] ** 2).sum(axis=1))
+    inside = (now.body == 1) & (radius < 4 * MM)
+    band = inside & (radius > 1.5 * MM)
+    before = replace(start, fields=start.fields | {"damage": np.zeros(len(start.body))})
+
+    def layer(damage, share, rubble=inside, speed=0.0):
+        fields = {name: values.copy() for name, values in now.fields.items()} | {"damage": damage * rubble}
+        fields["density"][rubble] *= share
+        fields["velocity"][inside, 0] = speed
+        return layer_measures(Scene.of(replace(now, fields=fields), before))[0]
+
+    assert layer(0.9, 0.4).state == layer(1.0, 0.7).state == layer(1.0, 0.7, now.body == 1).state == "no"
+    opened = layer(1.0, 0.4)
+    assert opened.state == "yes"
+    assert opened.results["hole_diameter"].value == pytest.approx(8 * MM, abs=1.5 * DX)
+    assert layer(1.0, 0.4, band, speed=100.0).state == "yes"  # what only rubble holds, flying
+    assert layer(1.0, 0.7, band, speed=100.0).state == "no"
+    narrow = inside & (radius > 3 * MM)
+    assert layer(1.0, 0.4, narrow, speed=100.0).state == "yes"
+    assert layer(1.0, 0.4, narrow).state == "no"  # stuck: what is left beside it is no way
+
+
 @pytest.mark.parametrize("radius", [0.6, 1.4, 4.0])
 def test_a_way_is_wider_than_three_spacings(radius):
     """Between a hole of one row and one of eight: what is linked at 2 dx is no hole."""

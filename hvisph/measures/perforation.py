@@ -3,8 +3,10 @@
 The attached part of the layer, groups linked at 2 dx that hold something of its rim, is drawn as balls of 1.5 dx
 on a grid in the layer's own axes. The layer is open where the space before it and the space behind it, within its
 edges, are connected: so a way counts that is wider than about three spacings, wherever it is and whatever its
-direction. Pieces that are stuck in it, of the projectile or of the layer, close it. Of a layer that was open before it
-was struck only a way counts that was not there (`ways`).
+direction. Pieces that are stuck in it, of the projectile or of the layer, close it. Loose rubble closes nothing and
+holds nothing: what has failed and is drawn apart so far that grains of it would not touch any more, thinner than the
+loosest packing of spheres (Onoda & Liniger 1990). Of a layer that was open before it was struck only a way counts that
+was not there (`ways`).
 
 - ``yes``: open.
 - ``not yet``: closed, and what flies at it still brings more than a thousandth of the shot's kinetic energy, which
@@ -19,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hvisph.measures.groups import connected_groups
 from hvisph.measures.plates import Plate
 from hvisph.measures.rims import Rim
 from hvisph.measures.scene import Scene
@@ -28,6 +31,7 @@ from hvisph.measures.ways import has_opened, is_open, place_of
 
 YES, NO, NOT_YET = "yes", "no", "not yet"
 SPENT = 1e-3  # share of the shot's kinetic energy below which nothing more is to come
+LOOSE = 0.56  # share of the density at the start below which grains do not touch
 SLOW = 0.03  # share of the shot's speed below which a piece is stuck
 
 
@@ -42,7 +46,8 @@ class Perforation:
     reason
         Why it is not, in words; empty where it is.
     attached
-        Indices of the particles of the layer that are still attached to its rim.
+        Indices of the particles of the layer that are still attached to its rim; without loose rubble, and what
+        hangs on it, where that alone closes the way.
     """
 
     state: str
@@ -63,9 +68,16 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
     fixed = scene.groups(plate.body).joined(scene.attached(plate.body))
     if plate.open and scene.start is None:
         return Perforation("", "it had openings, and a single snapshot does not tell where", fixed)
+    loose = _loose(scene)
+    closes = _closes(scene, plate, fixed)
+    if closes and loose[fixed].any():
+        held = _held(scene, plate, fixed[~loose[fixed]])
+        if len(held) and not _closes(scene, plate, held):
+            fixed, closes = held, False
     approach = _approach(scene, plate, fixed)
-    if len(fixed) == 0 or _open(scene, plate, fixed):
-        stuck = np.flatnonzero((np.abs(approach) < SLOW * _speed(scene)) & _within(scene, plate, fixed))
+    if not closes:
+        slow = (np.abs(approach) < SLOW * _speed(scene)) & ~loose
+        stuck = np.flatnonzero(slow & _within(scene, plate, fixed))
         if len(fixed) == 0 or len(stuck) == 0 or _open(scene, plate, np.concatenate([fixed, stuck])):
             return Perforation(YES, "", fixed)
         closed = "what struck it is stuck in it"
@@ -80,6 +92,26 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
     if share > SPENT:
         return Perforation(NOT_YET, f"{closed}, and {100.0 * share:.2g} % of the shot's energy still fly at it", fixed)
     return Perforation(NO, f"{closed}, and nothing comes any more", fixed)
+
+
+def _closes(scene: Scene, plate: Plate, fixed: np.ndarray) -> bool:
+    return len(fixed) > 0 and not _open(scene, plate, fixed)
+
+
+def _loose(scene: Scene) -> np.ndarray:
+    """Return whether a particle is loose rubble, shape (n,); no where damage or the density at the start is unknown."""
+    now, start = scene.now, scene.start
+    if start is None or not scene.permanent or not now.fields.keys() >= {"damage", "density"} <= start.fields.keys():
+        return np.zeros(now.count, dtype=bool)
+    order = np.argsort(start.id)
+    place = order[np.searchsorted(start.id, now.id, sorter=order)]
+    return np.asarray((now.fields["damage"] >= 1.0) & (now.fields["density"] < LOOSE * start.fields["density"][place]))
+
+
+def _held(scene: Scene, plate: Plate, rows: np.ndarray) -> np.ndarray:
+    """Return what of `rows` hangs on the layer's rim by itself."""
+    labels = connected_groups(scene.position[rows], scene.spacings(rows))
+    return rows[np.isin(labels, labels[scene.rim(plate.body)[rows]])]
 
 
 def _approach(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
