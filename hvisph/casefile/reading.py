@@ -7,7 +7,7 @@ import stat
 from pathlib import Path
 
 from hvisph.casefile.yaml_text import Document, parse
-from hvisph.core.errors import CaseError
+from hvisph.core.errors import FEW, CaseError
 
 LARGEST = 1_000_000  # [bytes]; a thousand times a usual case
 
@@ -25,7 +25,9 @@ def read_yaml(path: Path) -> Document:
     try:
         status = os.stat(path)
         if stat.S_ISDIR(status.st_mode):
-            raise CaseError("is a folder, not a case file", file=name)
+            held = sorted(one.name for one in path.glob("*.yaml"))[:FEW]
+            inside = f"; it holds {', '.join(held)}" if held else ""
+            raise CaseError(f"is a folder, not a case file{inside}", file=name)
         if not stat.S_ISREG(status.st_mode):
             raise CaseError("is not a regular file", file=name)
         # what pretends to be a regular file and then waits, as /proc/kmsg does, is not waited for

@@ -31,12 +31,14 @@ def watch(
         from hvisph.cli.compare import refuse_format
 
         refuse_format(picture, "--picture")
-    drawn = -1
+    drawn, said = -1, ""
     while True:
         text, ended, snapshots = _look(folder)
-        if not once and sys.stdout.isatty():
-            typer.echo("\x1b[2J\x1b[H", nl=False)
-        typer.echo(text)
+        if text != said:
+            if not once and sys.stdout.isatty():
+                typer.echo("\x1b[2J\x1b[H", nl=False)
+            typer.echo(text)
+            said = text
         if picture is not None and snapshots > drawn:
             _draw(folder, picture)
             drawn = snapshots
