@@ -77,15 +77,22 @@ def number_of(cell, nx, ny):
 
 
 @compiled
-def beside(cell, shift, nx, ny, nz):
-    """Return the number of one of the 3, 9 or 27 cells around the one numbered `cell`, itself in their middle.
+def place_of(cell, nx, ny):
+    """Return the coordinates of the cell numbered `cell`."""
+    row = cell // nx
+    return cell & (nx - np.uint64(1)), row & (ny - np.uint64(1)), row // ny
+
+
+@compiled
+def beside(place, shift, nx, ny, nz):
+    """Return the number of one of the 3, 9 or 27 cells around the one at `place`, itself in their middle.
 
     They are counted along x, then y, then z: `shift` is 0 to 3**dim - 1.
     """
     one, three = np.uint64(1), np.uint64(3)
-    x = ((cell & (nx - one)) + shift % three + nx - one) & (nx - one)
-    y = (((cell // nx) & (ny - one)) + (shift // three) % three + ny - one) & (ny - one)
-    z = (cell // (nx * ny) + shift // (three * three) + nz - one) & (nz - one)
+    x = (place[0] + shift % three + nx - one) & (nx - one)
+    y = (place[1] + (shift // three) % three + ny - one) & (ny - one)
+    z = (place[2] + shift // (three * three) + nz - one) & (nz - one)
     return number_of((x, y, z), nx, ny)
 
 

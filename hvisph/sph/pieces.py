@@ -18,7 +18,7 @@ import numpy as np
 from hvisph.core.chunks import each
 from hvisph.core.jit import compiled, specialise
 from hvisph.core.tensors import dot, minus, own_vector
-from hvisph.sph.cells import Grid, beside, count_and_place, find_cells
+from hvisph.sph.cells import Grid, beside, count_and_place, find_cells, place_of
 
 # Particles of the smallest piece that is a body: three a side, of which one may be inside.
 SMALLEST = {1: 3, 2: 9, 3: 27}
@@ -117,10 +117,10 @@ def joined(parent, i, j):
 def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent):
     """Connect each particle with one of its cell, and with one of each cell that is next along an axis."""
     for i in range(position.shape[0]):
-        x = own_vector(position, i, 0, DIM)
+        x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, ny)
         for side in range(DIM + 1):
             shift = (3**DIM - 1) // 2 + (3 ** (side - 1) if side > 0 else 0)
-            cell = beside(np.uint64(cells[i]), np.uint64(shift), nx, ny, nz)
+            cell = beside(place, np.uint64(shift), nx, ny, nz)
             for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
                 j = np.int64(order[k])
                 if j != i and labels[j] == labels[i]:
@@ -136,9 +136,9 @@ def _search(position, labels, cells, starts, order, nx, ny, nz, link2, left, par
         if left[i] == 0:
             continue
         own = root_of(parent, i)
-        x = own_vector(position, i, 0, DIM)
+        x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, ny)
         for shift in range(np.uint64(3**DIM)):
-            cell = beside(np.uint64(cells[i]), shift, nx, ny, nz)
+            cell = beside(place, shift, nx, ny, nz)
             for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
                 j = np.int64(order[k])
                 if labels[j] != labels[i] or root_of(parent, j) == own:

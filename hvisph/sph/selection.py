@@ -14,7 +14,7 @@ from hvisph.core.chunks import each
 from hvisph.core.fetching import fetch
 from hvisph.core.jit import prange, specialise
 from hvisph.core.tensors import own_vector
-from hvisph.sph.cells import Grid, beside, cell_at, number_of
+from hvisph.sph.cells import Grid, beside, cell_at, number_of, place_of
 
 CHUNK = 1024
 # Rows are asked for so many particles before they are needed.
@@ -62,9 +62,9 @@ def _spread(cell, nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
     if lowest[cell] == np.uint32(NO_BODY):
         spatial_near[cell] = np.uint8(0)
         return
-    low, high, euler = lowest[cell], highest[cell], spatial[cell]
+    low, high, euler, place = lowest[cell], highest[cell], spatial[cell], place_of(cell, nx, ny)
     for shift in range(np.uint64(3**DIM)):
-        at = beside(cell, shift, nx, ny, nz)
+        at = beside(place, shift, nx, ny, nz)
         low, high, euler = min(low, lowest[at]), max(high, highest[at]), euler | spatial[at]
     meets[cell] = low != high
     spatial_near[cell] = euler
@@ -74,9 +74,9 @@ def _widen(cell, nx, ny, nz, lowest, near, wider):
     """Mark the occupied cells that are, or lie beside, one that is marked in `near`."""
     if lowest[cell] == np.uint32(NO_BODY):
         return
-    beside_one = near[cell]
+    beside_one, place = near[cell], place_of(cell, nx, ny)
     for shift in range(np.uint64(3**DIM)):
-        beside_one |= near[beside(cell, shift, nx, ny, nz)]
+        beside_one |= near[beside(place, shift, nx, ny, nz)]
     wider[cell] = beside_one
 
 
