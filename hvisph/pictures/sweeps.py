@@ -188,7 +188,7 @@ def _measures(rows: Sequence[Mapping[str, Any]], record: Sequence[str] | None) -
     first, *others = varied
     groups: dict[str, list[int]] = {}
     for k, cells in enumerate(told):
-        groups.setdefault(", ".join(f"{paths[j].rpartition('.')[2]} {cells[j]}" for j in others), []).append(k)
+        groups.setdefault(", ".join(f"{_end(paths[j])} {cells[j]}" for j in others), []).append(k)
     x, ticks, label = _places([cells[first] for cells in told], paths[first])
     figure, panels = _figure(len(names))
     for name, axes in zip(names, panels, strict=True):
@@ -207,6 +207,12 @@ def _measures(rows: Sequence[Mapping[str, Any]], record: Sequence[str] | None) -
     if 1 < len(groups) <= MOST_GROUPS:
         panels[0].legend(fontsize=7)
     return figure
+
+
+def _end(path: str) -> str:
+    """Return the last key of a path, a number with the key that it belongs to."""
+    *_, above, last = ("", *path.split("."))
+    return f"{above}.{last}" if last.isdigit() else last
 
 
 def _places(cells: Sequence[str], path: str) -> tuple[list[float], list[str], str]:
