@@ -38,9 +38,21 @@ from hvisph.cli.group import Group
 from hvisph.cli.guard import guarded
 from hvisph.cli.say import say
 
+_USUAL, _FIRST = gc.get_threshold(), 250_000  # objects made between two collections, and before the first
+
+
+def _imported(phase: str, _: dict[str, int]) -> None:
+    """Leave what was there at the first collection alone from then on, and collect as usual."""
+    if phase == "stop" and gc.get_threshold()[0] == _FIRST:  # not that of a loop that is compiled
+        gc.callbacks.remove(_imported)
+        gc.freeze()
+        gc.set_threshold(*_USUAL)
+
+
 # Python's collector looks through all that is imported, again and again, a sixth of the time of `check`, and twice more
-# at the end, 0.2 s. Imports leave next to nothing to collect; what comes after them is collected in larger lots.
-gc.set_threshold(250_000)
+# at the end, 0.2 s. Imports leave next to nothing to collect: the first collection waits for more than they make.
+gc.set_threshold(_FIRST)
+gc.callbacks.append(_imported)
 atexit.register(gc.freeze)
 # numpy's linear algebra starts its threads when it is imported, 0.06 s; matrices here are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
