@@ -180,12 +180,17 @@ def contact(pairs, grad_u, grad_s, a, b):
     return u_own, traction, e, slope, gate, 0.5 * traction @ (u_its - u_own), slipped, x_ba, exchanged
 
 
+def correctable(moment):
+    """Return whether the neighbourhood tells all of a gradient."""
+    dim = len(moment)
+    return np.linalg.det(moment) > SOUND**dim and np.trace(moment) / dim > SOUND_MEAN
+
+
 def at_edges(gradient, rate, moment, closing, dim, bear):
     """Return velocity gradient and rate of volume, corrected where the neighbourhood is open."""
-    size = np.linalg.det(moment)
-    if not (bear > 0.0 and size > SOUND**dim and np.trace(moment) / dim > SOUND_MEAN):
+    if not (bear > 0.0 and correctable(moment)):
         return gradient, rate
-    w = np.clip((0.95 - size) / 0.2, 0.0, 1.0) * max(0.0, 1.0 - 20.0 * closing)
+    w = np.clip((0.95 - np.linalg.det(moment)) / 0.2, 0.0, 1.0) * max(0.0, 1.0 - 20.0 * closing)
     gradient = gradient @ (np.eye(dim) + w * (np.linalg.inv(moment) - np.eye(dim)))
     return gradient, (1.0 - w) * rate + w * np.trace(gradient)
 
@@ -241,6 +246,8 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         if formulation.parted:
             further = [*(further or [0.0]), slip]
         if formulation.spins:
+            if not correctable(moment):
+                spin = -2.0 * volume[a] / cloud.m[a] * cloud.twist[a]
             further = [*further, *[0.0] * (2 - len(further)), *spin]
         rows.append([*acceleration, power, mu, *gradient.ravel(), *further])
     return np.array(rows)

@@ -33,6 +33,12 @@ FRONT = 0.05
 
 
 @compiled
+def correctable(moment):
+    """Return whether B, row by row, tells all of a gradient: a string of particles or a crumb sees a part of it."""
+    return determinant(moment) > to_dimensions(SOUND, moment) and mean_diagonal(moment) > SOUND_MEAN
+
+
+@compiled
 def at_edges(l, rate, moment, closing, bear):
     """Return the velocity gradient and the rate of volume, corrected as the neighbourhood is open.
 
@@ -47,9 +53,9 @@ def at_edges(l, rate, moment, closing, bear):
     bear
         Largest tension that the particle bears [Pa].
     """
-    size = determinant(moment)
-    if not (bear > 0.0 and size > to_dimensions(SOUND, moment) and mean_diagonal(moment) > SOUND_MEAN):
+    if not (bear > 0.0 and correctable(moment)):
         return l, rate
+    size = determinant(moment)
     opened = min(max((WHOLE - size) / RANGE, 0.0), 1.0) * max(1.0 - closing / FRONT, 0.0)
     change = minus(times(1.0 / size, adjugate(moment)), identity(moment))
     l = plus(l, times(opened, product(l, change)))

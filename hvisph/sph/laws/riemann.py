@@ -53,6 +53,8 @@ Shear tractions lie beside the line of centres and make angular momentum. With S
 half of the pairs' torque and what its own w takes back; the sum over all particles is all that is made. In the next
 step dt the own body's pairs carry (w_a + w_b) x e/2 beside t*, w_a = rho_a s_a/(2 dt): an antisymmetric stress, equal
 and opposite in each pair as the rest of it, whose work is the pair's. What is left at any time is one step's worth.
+Where B is too poor to correct gradients by (`sph.laws.edges.correctable`), in strings and crumbs that have torn off, s
+is dropped: they take their own turning for strain, and given back it would be strained without end.
 
 Source: Parshikov & Medin 2002 as used by Mehra & Chaturvedi 2006; reconstruction after van Leer 1979; h that
 follows density after Springel & Hernquist 2002.
@@ -106,7 +108,7 @@ from hvisph.core.tensors import (
 )
 from hvisph.sph.shape_matrix import sound_inverse
 
-from .edges import at_edges
+from .edges import at_edges, correctable
 from .interface import across
 from .limiters import TINY
 from .pair_states import at_most, counted, drawn, let_go, met, met_beside, moved, pressed, slid
@@ -272,7 +274,9 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, tu
         made, across_bodies = turning
         spin = times(-0.5, made)
         if not ONLY_OTHER:
-            spin = minus(spin, on_rows(inertia(minus(moment, across_bodies)), own_axial(rows, i, TWIST, DIM)))
+            w = own_axial(rows, i, TWIST, DIM)
+            given = on_rows(inertia(minus(moment, across_bodies)), w)
+            spin = minus(spin, given) if correctable(matrix(moment)) else times(-2.0, w)
         put(out, i, R_SPIN, times(inverse_density, spin))
     if PARTED:
         out[i, R_SLIP] = inverse_density * slip
