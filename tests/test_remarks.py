@@ -136,6 +136,9 @@ def test_tension_beyond_what_a_material_bears_is_named_with_place_and_time(plate
     assert remarks(last, moments[0], ["plate"], [True], DX, [aluminium()], before) == [text]
 
 
+EXPLOSIVES = {"c-4", "composition-b", "pbx-9404", "petn", "tnt"}
+
+
 @pytest.mark.parametrize("name", [*library()][::4])
 def test_a_material_at_rest_and_behind_a_shock_is_within_its_range(name):
     material = material_of(load_material(name))
@@ -144,6 +147,8 @@ def test_a_material_at_rest_and_behind_a_shock_is_within_its_range(name):
     rest = np.array([material.density]), np.array([material.eos.ambient_energy])
     assert not outside_range(material, *rest, np.array([300.0])).any()
     assert found.least_density < 0.95 * material.density < 1.05 * material.density < found.greatest_density
+    if name in EXPLOSIVES:  # whose products are a gas
+        return
     assert 1e-3 * bulk < found.tension <= 0.1 * bulk
     assert outside_range(material, np.array([0.4, 4.0]) * material.density, np.zeros(2)).all()
 
