@@ -60,7 +60,7 @@ KNOWN = {
     "shield": Experience(
         "27 Whipple shields", {"perforated": 0.630}, 4, (2600.0, 7400.0), " the bumper", verdicts=True
     ),
-    "crater": Experience("craters at 7 km/s, by the equation", {"crater_depth": 0.051}, 16, (7000.0, 7000.0)),
+    "crater": Experience("craters at 7 km/s, by the equation", {"crater_depth": 0.081}, 16, (7000.0, 7000.0)),
 }
 
 
