@@ -171,6 +171,19 @@ def test_principal_stress_of_a_deviator():
         assert found == pytest.approx(tuple(np.linalg.eigvalsh(s)[[2, 0]]), abs=1e-9)
 
 
+@pytest.mark.parametrize("size", [1e-90, 1e-105, 1e-140, 1e-300])
+def test_forerunners_too_faint_for_a_cube_do_no_harm(size):
+    """What runs ahead of a wave falls by powers of ten a particle: of 1e-110 Pa the cube is 0."""
+    s = tuple(size * np.array((2.0, -1.0, -1.0, 0.5, 0.0, 0.0)))
+    greatest, least = tensile.principal_deviators(np.sqrt(1.5) * size, 1e-320)
+    assert 0.0 <= greatest <= 1.3 * size
+    assert -1.3 * size <= least <= 0.0
+    for damage in (CockcroftLatham(1e9), PrincipalStress(9e9), GradyKipp(1e33, 9.0)):
+        found = recalled(Material("al", 2703.0, EOS, VonMises(27e9, 0.3e9), damage), 2703.0, s=s)
+        assert found[2] == 0.0
+        assert np.isfinite(found[0]).all()
+
+
 def test_cockcroft_latham_work_in_tension_and_shear():
     """Y = 0.4 GPa to a plastic strain of 0.5: 2e8 in tension, Y/sqrt(3) times it in shear."""
     eos = MieGrueneisen(5240.0, 0.0, 1.4)

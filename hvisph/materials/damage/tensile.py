@@ -28,6 +28,9 @@ INVERSE_WORK = slots.DAMAGE[0]
 TOUGHNESS, CRITICAL_STRAIN, SPALL_YIELD = slots.DAMAGE[0], slots.DAMAGE[1], slots.DAMAGE[2]
 
 _THIRD_OF_A_TURN = 2.0943951023931953
+# Von Mises stress below which a deviator is none [Pa]: its cube is no number any more, and a wave's first forerunners
+# are as faint.
+_NOTHING = 1e-100
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,7 @@ class GradySpall:
 @compiled
 def principal_deviators(q, determinant):
     """Greatest and least eigenvalue [Pa] of a deviator with von Mises stress `q` and its determinant."""
-    if q <= 0.0:
+    if q < _NOTHING:
         return 0.0, 0.0
     angle = acos(min(max(13.5 * determinant / (q * q * q), -1.0), 1.0)) / 3.0
     return 2.0 / 3.0 * q * cos(angle), 2.0 / 3.0 * q * cos(angle + _THIRD_OF_A_TURN)
