@@ -146,6 +146,18 @@ MATERIALS = {
     "Tillotson, water": Material(
         "m", 1000.0, Tillotson(2.18e9, 13.25e9, 0.7, 0.15, 7e6, 10.0, 5.0, 4.19e5, 2.69e6), NoStrength()
     ),
+    "rated spall": Material(
+        "m", 2785.0, METAL, VonMises(27.6e9, 0.3e9), PressureCutoff(-1e9, True), spall_strength=1e9, spall_exponent=0.2
+    ),
+    "rated spall, Johnson-Cook": Material(
+        "m",
+        2785.0,
+        MieGrueneisen(5328.0, 2.0, 1.338),
+        JOHNSON_COOK,
+        JohnsonCookDamage(0.1, 0.1, 1.0, 0.01, 0.0),
+        spall_strength=9e9,
+        spall_exponent=0.25,
+    ),
     "by stress": Material("m", 2785.0, METAL, VonMises(27.6e9, 0.3e9), PrincipalStress(0.3e9)),
     "cracking": Material("m", 2785.0, METAL, VonMises(27.6e9, 0.3e9), GradyKipp(1e34, 9.0)),
 }

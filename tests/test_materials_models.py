@@ -18,10 +18,11 @@ from hvisph.materials.damage import (
     PressureCutoff,
     PrincipalStress,
     grady_kipp,
+    johnson_cook,
     johnson_holmquist,
     tensile,
 )
-from hvisph.materials.eos import JonesWilkinsLee, MieGrueneisen, Polynomial
+from hvisph.materials.eos import JonesWilkinsLee, Linear, MieGrueneisen, Polynomial
 from hvisph.materials.porosity import Porosity
 from hvisph.materials.state import flow_stress, shear_modulus, temperature_of
 from hvisph.materials.strength import (
@@ -294,6 +295,61 @@ def test_a_spall_strength_fails_beside_damage_of_another_cause(damage):
     at = 2703.0 * (1 - 1e9 / (2703.0 * 5240.0**2))
     assert recalled(made, at * 1.001)[2] < 1.0
     assert recalled(made, at * 0.995)[2:4] == (1.0, 0.0)
+
+
+def rated(exponent=0.2, damage=None):
+    damage = PressureCutoff(-1.8e9, fails=True) if damage is None else damage
+    eos, strength = Linear(2703.0 * 5240.0**2), VonMises(27e9, 0.3e9)
+    return Material("al", 2703.0, eos, strength, damage, spall_strength=1.8e9, spall_exponent=exponent)
+
+
+def tension_reached(made, rate, steps=4000):
+    """Greatest tension [Pa] of matter whose volume grows at `rate` [1/s] until it fails."""
+    bulk, damage, most = made.density * made.bulk_sound_speed**2, 0.0, 0.0
+    dt = 10e9 / bulk / rate / steps
+    for k in range(1, steps + 1):
+        state = recalled(made, made.density * (1.0 - rate * dt * k), damage=damage, dt=dt)
+        damage, p = state[2], state[3]
+        if damage >= 1.0:
+            assert p == 0.0
+            return most
+        most = -p
+    raise AssertionError
+
+
+@pytest.mark.parametrize("exponent", [0.1, 0.2, 1.0 / 3.0])
+@pytest.mark.parametrize("rate", [3e4, 1e5, 1e6])
+def test_a_spall_strength_grows_with_the_rate_of_expansion(exponent, rate):
+    made = rated(exponent)
+    # no harm is done below the strength at 1e4 1/s: (rate/1e4)^-1 of the sum is not taken; steps of 2.5 MPa
+    share = (1.0 + 1e4 / rate) ** exponent
+    assert tension_reached(made, rate) == pytest.approx(1.8e9 * (rate / 1e5) ** exponent * share, rel=4e-3)
+
+
+def test_a_rated_spall_strength_is_bounded_and_tension_that_is_held_fails_later():
+    made, bulk = rated(), 2703.0 * 5240.0**2
+    assert tension_reached(made, 1e9) == pytest.approx(1.8e9 * 100.0**0.2, rel=2e-3)  # as at 1e7 1/s
+    least = 1.8e9 * 0.1**0.2
+
+    def rho(tension):
+        return 2703.0 * (1.0 - tension / bulk)
+
+    assert recalled(made, rho(0.99 * least), damage=0.3, dt=1.0)[2] == 0.3
+    whole = 0.2 * least / (bulk * 1e4) * 1.4**-4  # time that 1.4 times the least tension takes
+    assert recalled(made, rho(1.4 * least), dt=0.5 * whole)[2] == pytest.approx(0.5, rel=1e-6)
+    assert recalled(made, rho(1.4 * least), damage=0.6, dt=0.5 * whole)[2:4] == (1.0, 0.0)
+    assert recalled(made, rho(1.4 * least), damage=0.6, dt=0.0)[2] == 0.6
+
+
+def test_strain_adds_no_damage_where_only_tension_was_tested():
+    """Beside a rated spall strength Johnson and Cook's formula ends at a triaxiality of 1.5."""
+    model = JohnsonCookDamage(0.1, 0.5, -2.0)
+    plain_row, with_spall = (rated(m, model).row() for m in (0.0, 0.2))
+    function = plain(johnson_cook.fracture_strain)
+    for t in (-1.0, 0.0, 1.0, 1.49):
+        assert function(-t, 1.0, 0.0, 0.0, with_spall) == function(-t, 1.0, 0.0, 0.0, plain_row)
+    assert function(-1.51, 1.0, 0.0, 0.0, with_spall) == np.inf
+    assert function(-1.51, 1.0, 0.0, 0.0, plain_row) < 0.2
 
 
 def test_what_has_failed_flows_rubs_or_keeps_its_stress():

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from hvisph.case.dimensions import NUMBER, TOUGHNESS
+from hvisph.case.dimensions import NUMBER, RATE, TOUGHNESS
 from hvisph.case.model import StrictModel
 from hvisph.case.units import (
     NegativePressure,
@@ -42,6 +42,19 @@ class _Failing(StrictModel):
     )
 
 
+class _Rated(_Failing):
+    """What lets a spall strength grow with the rate of expansion."""
+
+    spall_exponent: Annotated[float, Quantity(NUMBER, minimum=0, maximum=0.5)] = Field(
+        default=0.0,
+        description="m, where the spall strength is that of `spall_rate` times (rate/spall_rate)^m, from 1e4 to "
+        "1e7 1/s [-], at most 0.5; plate impacts have 0.1 to 0.3. 0: the same at all rates",
+    )
+    spall_rate: Annotated[float, Quantity(RATE, minimum=1e4, maximum=1e7)] = Field(
+        default=1e5, description="Rate of expansion at which it has its spall strength [1/s], 1e4 to 1e7"
+    )
+
+
 class _Spalling(_Failing):
     """What models of another cause have in common: tension alone may fail the material, too."""
 
@@ -52,15 +65,31 @@ class _Spalling(_Failing):
     )
 
 
-class PressureCutoff(_Failing):
+class _RatedSpalling(_Spalling, _Rated):
+    """The same, where that tension may grow with the rate."""
+
+    @model_validator(mode="after")
+    def _rated_strength(self) -> Self:
+        if self.spall_exponent and self.spall_strength is None:
+            raise ValueError("spall_exponent says how spall_strength grows with the rate: give spall_strength, too")
+        return self
+
+
+class PressureCutoff(_Rated):
     """Tension is limited: p >= pressure. With `fails` what reaches the limit has spalled; otherwise it holds on."""
 
     type: Literal["pressure_cutoff"] = "pressure_cutoff"
     pressure: NegativePressure = Field(description="Lowest pressure that the material bears [Pa]; negative, tension")
     fails: bool = Field(default=False, description="Whether it fails there for good; without, scabs heal")
 
+    @model_validator(mode="after")
+    def _rated_fails(self) -> Self:
+        if self.spall_exponent and not self.fails:
+            raise ValueError("spall_exponent adds up damage: give fails: true, too")
+        return self
 
-class JohnsonCookDamage(_Spalling):
+
+class JohnsonCookDamage(_RatedSpalling):
     """Strain to failure eps_f = (D1 + D2 exp(D3 s*)) (1 + D4 ln(rate/reference)) (1 + D5 T*).
 
     s* is the mean stress (tension positive) over the von Mises stress, held at 1.5; damage grows by
@@ -129,7 +158,7 @@ class GradySpallDamage(_Failing):
     critical_strain: PositiveNumber = Field(default=0.15, description="eps_c of ductile spall [-], above 0")
 
 
-class PrincipalStressDamage(_Spalling):
+class PrincipalStressDamage(_RatedSpalling):
     """Fails for good where the greatest principal stress reaches a limit."""
 
     type: Literal["principal_stress"] = "principal_stress"
@@ -140,7 +169,7 @@ class PrincipalStressDamage(_Spalling):
     )
 
 
-class CockcroftLathamDamage(_Spalling):
+class CockcroftLathamDamage(_RatedSpalling):
     """Damage is plastic work of the greatest principal stress in tension, sum max(sigma_1, 0) d(eps_p), over W_cr."""
 
     type: Literal["cockcroft_latham"] = "cockcroft_latham"

@@ -28,7 +28,7 @@ from ..core.jit import called, compiled
 from ..core.solid import curl, rotation, stretching, turned, turned_in_plane
 from ..core.tensors import determinant, divergence, double_dot, matrix, no_symmetric, plus, plus_identity, times
 from . import tags
-from .damage import grady_kipp, johnson_holmquist, tensile
+from .damage import grady_kipp, johnson_holmquist, rated_spall, tensile
 from .damage import johnson_cook as damage_model
 from .present import FURTHER_DAMAGE, FURTHER_EOS, FURTHER_STRENGTH, POROUS
 from .slots import (
@@ -40,6 +40,7 @@ from .slots import (
     PRESSURE_MINIMUM,
     RATE_WEIGHT,
     SHEAR_MODULUS,
+    SPALL_GROWTH,
     STRENGTH_TAG,
     SURE_ENERGY,
     SURE_STRESS,
@@ -123,6 +124,8 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
         solid += first
     if POROUS and FURTHER_DAMAGE and row[DISTENSION] > 1.0 and damage_tag == tags.GRADY_KIPP:  # crushing breaks
         damage = max(damage, (row[DISTENSION] - first) / (row[DISTENSION] - 1.0))
+    if row[SPALL_GROWTH] > 0.0:
+        damage = rated_spall.grown(damage, solid, dt, row)
     if row[FAILS_IN_TENSION] > 0.0 and solid < row[PRESSURE_MINIMUM]:
         damage = 1.0
     limit = memory[1]

@@ -13,7 +13,7 @@ import numpy as np
 from ..core.errors import CaseError
 from ..core.jit import narrowed, plain
 from . import isentrope, moduli, slots, tags
-from .damage import GradyKipp, GradySpall, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage
+from .damage import GradyKipp, GradySpall, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage, rated_spall
 from .eos import MODULES, JonesWilkinsLee
 from .melting import Lindemann, Simon
 from .porosity import Porosity
@@ -48,6 +48,9 @@ class Material:
         Steps over which the strain rate is smoothed; 0 for that of the step.
     spall_strength
         Tension at which the material fails for good, whatever its damage [Pa]; infinite where none is known.
+    spall_exponent, spall_rate
+        How that tension grows with the rate of expansion, see `damage.rated_spall`: exponent m [-], 0 where it is the
+        same at all rates, and the rate at which it is `spall_strength` [1/s].
     heat_capacities
         Points (T [K], c_p [J/(kg K)]) without pressure, in place of a constant c_v; none unless given.
     heat_of_melting
@@ -67,6 +70,8 @@ class Material:
     failed_friction: float = 0.0  # of failed material [-]; `slots.KEEPS_STRESS` where failing takes nothing
     rate_smoothing: int = 0  # steps over which the strain rate is smoothed
     spall_strength: float = inf  # [Pa]
+    spall_exponent: float = 0.0  # m of `damage.rated_spall` [-]; 0 for one strength at all rates
+    spall_rate: float = 1e5  # of expansion, at which it has its strength [1/s]
     heat_capacities: tuple[tuple[float, float], ...] = ()  # T [K], c_p [J/(kg K)]
     heat_of_melting: tuple[float, float] | None = None  # T [K], [J/kg]
 
@@ -167,6 +172,9 @@ class Material:
             model.pack(row, self.density)
         if self.spall_strength < inf:
             row[slots.PRESSURE_MINIMUM], row[slots.FAILS_IN_TENSION] = -self.spall_strength, 1.0
+            if self.spall_exponent > 0.0:
+                bulk = self.density * self.bulk_sound_speed**2
+                rated_spall.pack(row, self.spall_strength, self.spall_exponent, self.spall_rate, bulk)
         if self.heat_capacity > 0.0:
             row[slots.INVERSE_HEAT_CAPACITY] = 1.0 / self.heat_capacity
         if self.room_temperature > 0.0:

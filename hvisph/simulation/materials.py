@@ -83,10 +83,18 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
         _melting(model.melting),
         _failed_friction(model.damage),
         getattr(model.strength, "rate_smoothing", 0),
-        getattr(model.damage, "spall_strength", None) or inf,
+        *_spall(model.damage),
         getattr(heat, "heat_capacities", ()),
         _heat_of_melting(heat),
     )
+
+
+def _spall(damage: DamageModel) -> tuple[float, float, float]:
+    """Return spall strength [Pa], infinite where none is given, its exponent [-] and the rate of it [1/s]."""
+    exponent: float = getattr(damage, "spall_exponent", 0.0)
+    if damage.type == "pressure_cutoff":
+        return (-damage.pressure if exponent else inf), exponent, damage.spall_rate
+    return getattr(damage, "spall_strength", None) or inf, exponent, getattr(damage, "spall_rate", 1.0)
 
 
 def _heat_of_melting(heat: TemperatureModel) -> tuple[float, float] | None:

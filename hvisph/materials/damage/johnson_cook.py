@@ -12,7 +12,8 @@ whom the formula has its form), it goes on by that law, at any tension. Below D 
 damage leaves the stress alone, or takes the share D_c D of the yield stress (the coupled model
 of Borvik, Hopperstad, Berstad & Langseth 2001, who call D_c D the damage); at D = 1 the particle
 has failed: it carries no deviator and no tension, but still compression. A cut-off of the pressure
-can go with it.
+can go with it. Beside a spall strength that grows with the rate the formula ends at 1.5: beyond, where no
+tests of strain reach, plastic strain adds nothing and tension fails the material as in plate impacts.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ import numpy as np
 from ...core.errors import CaseError
 from ...core.jit import compiled
 from .. import slots, tags
-from ..slots import PRESSURE_MINIMUM
+from ..slots import PRESSURE_MINIMUM, SPALL_GROWTH
 from .pressure_cutoff import require_tension
 
 D1 = slots.DAMAGE[0]
@@ -99,6 +100,8 @@ def borne_share(harm, row):
 @compiled
 def fracture_strain(p, von_mises_stress, logged, homologous, row):
     """Equivalent plastic strain at which the material fails in the given state, `logged` the logarithm of its rate."""
+    if row[SPALL_GROWTH] > 0.0 and -p >= TRIAXIALITY_LIMIT * von_mises_stress:
+        return inf
     grown = row[VOID_GROWTH_FROM]
     limit = TRIAXIALITY_LIMIT if grown == inf else _LARGEST
     if von_mises_stress * limit <= -p:

@@ -4,6 +4,10 @@
 
 By itself the material keeps no memory of it: it goes on pulling with p_min however far it opens, and once compressed
 again it is as before, so that scabs heal. With `fails` it spalls: the first state below p_min fails for good.
+
+With an exponent m the strength -p_min is that at one rate of expansion and grows with it (`rated_spall`):
+
+    d D/dt = K r/(m s) (-p/s)^(1/m - 1)   where -p > s,    s = -p_min (r/rate_0)^m,  r = 1e4 1/s
 """
 
 from __future__ import annotations
