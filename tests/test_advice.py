@@ -163,16 +163,18 @@ def test_coarse_runs_are_told_that_the_figures_are_of_finer_ones():
 
 
 def test_punching_is_named_for_the_default_only():
-    def named(speed, word="punches", **further):
-        texts = advice(row_of(["steel-4340", "aluminium-6061-t6"], speed=speed, **further))
+    def named(speed, word="punches", plate="aluminium-6061-t6", **further):
+        texts = advice(row_of(["steel-4340", plate], speed=speed, **further))
         return any(word in text for text in texts)
 
     assert named(850.0)
     assert not named(3100.0)
     assert not named(850.0, formulation={"type": "eulerian"})
     assert named(850.0, word="plug", formulation={"type": "adaptive", "conversion": {"strain": 0.85}})
-    assert named(3100.0, word="adds up plastic strain")
-    assert not named(850.0, word="adds up plastic strain")
+    strain_alone = {"base": "aluminium-6061-t6", "damage": {"spall_strength": None, "spall_exponent": 0}}
+    assert named(3100.0, word="adds up plastic strain", plate=strain_alone)
+    assert not named(3100.0, word="adds up plastic strain")
+    assert not named(850.0, word="adds up plastic strain", plate=strain_alone)
     assert not named(3100.0, word="plug")
 
 
