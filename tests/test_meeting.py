@@ -1,5 +1,6 @@
 """Which two bodies meet first, and how fast, wherever they stand in the file and in space."""
 
+import numpy as np
 import pytest
 from small_runs import METAL
 
@@ -97,3 +98,22 @@ def test_what_fits_a_tube_does_not_strike_it(diameter, meets):
     tube = {"material": METAL, "shape": {"type": "tube", "inner_diameter": 6e-3, "outer_diameter": 1e-2,
                                          "length": 1e-2}, "position": [0.0, 0.0]}  # fmt: skip
     assert (meeting(case_of("axisymmetric", plug=plug, tube=tube)) is not None) == meets
+
+
+@pytest.mark.parametrize("whole", [0.0, 37.0, 90.0, 200.0])
+def test_an_oblique_plate_is_met_across_its_face_however_the_shot_is_turned(whole):
+    turn, tilted = np.radians(whole), np.radians(whole + 30.0)
+    ahead = np.array([np.cos(turn), np.sin(turn)])
+    case = case_of(
+        "plane_strain",
+        ball=disc((900.0 * ahead).tolist(), position=(-1e-2 * ahead).tolist(), rotation=whole),
+        plate=box(2e-3, 2e-2, position=[0.0, 0.0], rotation=float(np.degrees(tilted))),
+    )
+    assert meeting(case).velocity == pytest.approx(900.0 * np.cos(np.radians(30.0)), rel=1e-12)
+
+
+def test_an_oblique_plate_of_a_row_is_met_across_its_face():
+    plate = {"material": METAL, "shape": {"type": "box", "size": [2e-3, 1e-2, 1e-2]}}
+    ball = {"material": METAL, "shape": {"type": "sphere", "diameter": 4e-3}, "velocity": [800.0, 0.0, 0.0]}
+    turn = {"angle": 60.0, "axis": [0, 1, 0]}
+    assert meeting(case_of("three_d", ball=ball, plate=plate | {"rotation": turn})).velocity == pytest.approx(400.0)

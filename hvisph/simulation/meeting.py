@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 Box = tuple[np.ndarray, np.ndarray]
 MOST_PAIRS = 2000  # of bodies that are looked at
 ROUND = ("sphere", "cylinder", "cone", "ogive", "frustum", "dome", "rounded_cylinder", "tube")  # about x
+BALLS = ("disc", "annulus", "sphere", "hollow_sphere")
 TOUCHING = 1e-6  # of the larger box: what rounding leaves between faces that touch
 
 
@@ -41,16 +42,22 @@ def meeting(case: Case) -> Meeting | None:
 
     Of several that meet at once, such as core and jacket of a bullet, it is those of the highest pressure.
     """
-    names, boxes = list(case.bodies), _boxes(case)
-    velocities = [_velocity(body, case.dim) for body in case.bodies.values()]
-    impedance = [_impedance(body) for body in case.bodies.values()]
+    names, bodies, (boxes, shifts) = list(case.bodies), list(case.bodies.values()), _boxes(case)
+    velocities = [_velocity(body, case.dim) for body in bodies]
+    impedance = [_impedance(body) for body in bodies]
+    turns = [None if case.drawn != case.dim else _turn(body, case) for body in bodies]
     found: list[tuple[float, float, int, int, float]] = []
     for count, (a, b) in enumerate(combinations(range(len(names)), 2)):
         if count >= MOST_PAIRS:
             break
         closing = velocities[a] - velocities[b]
         threads = not closing[1:].any() and _threads(case, boxes, names, a, b)
-        met = None if threads else _met(boxes[a], boxes[b], closing)
+        one, other = boxes[a], boxes[b]
+        turn = turns[a] if np.linalg.norm(velocities[b]) > np.linalg.norm(velocities[a]) else turns[b]
+        if turn is not None:  # along the axes of what is struck, so that a shot turned as a whole is the same
+            one, other = (_box(bodies[k], case, shifts[k], turn) for k in (a, b))
+            closing = closing @ turn
+        met = None if threads else _met(one, other, closing)
         if met is not None:
             pressure = met[1] * impedance[a] * impedance[b] / max(impedance[a] + impedance[b], 1e-300)
             found.append((met[0], -pressure, a, b, met[1]))
@@ -94,36 +101,51 @@ def _impedance(body: Body) -> float:
     return material.density_at_rest * material.bulk_sound_speed
 
 
-def _boxes(case: Case) -> list[Box]:
-    """Return a box around each body at its place, those of the row as `geometry.place.row` has them."""
+def _boxes(case: Case) -> tuple[list[Box], list[float]]:
+    """Return a box around each body at its place, those of the row as `geometry.place.row` has them, and their shifts.
+
+    These are how far a body stands along x from where it would be about the origin [m]; 0 of those with a place.
+    """
     bodies = list(case.bodies.values())
-    boxes = [_box(body, case) for body in bodies]
+    boxes, shifts = [_box(body, case) for body in bodies], [0.0] * len(bodies)
     row = [k for k, body in enumerate(bodies) if body.position is None]
     front = -bodies[row[1]].gap - _length(boxes[row[0]]) if len(row) > 1 else 0.0  # the second has its face at 0
     for before, k in zip([None, *row], row, strict=False):
         front += 0.0 if before is None else bodies[k].gap
         low, high = boxes[k]
-        shift = front - low[0]
-        low[0], high[0] = front, high[0] + shift
+        shifts[k] = front - low[0]
+        low[0], high[0] = front, high[0] + shifts[k]
         front = high[0]
-    return boxes
+    return boxes, shifts
 
 
 def _length(box: Box) -> float:
     return float(box[1][0] - box[0][0])
 
 
-def _box(body: Any, case: Case) -> Box:
-    """Return the corners of a box around a body at its stated place, about the origin where it has none."""
-    from hvisph.core.errors import CaseError
+def _turn(body: Any, case: Case) -> np.ndarray | None:
     from hvisph.geometry.place import rotation_matrix
+
+    return None if body.rotation is None else rotation_matrix(case.drawn, body.rotation.radians, body.rotation.axis)
+
+
+def _box(body: Any, case: Case, shift: float = 0.0, axes: np.ndarray | None = None) -> Box:
+    """Return the corners of a box around a body at its stated place, about the origin where it has none.
+
+    It stands `shift` [m] further along x. The box is along the columns of `axes`, those of the case unless given.
+    """
+    from hvisph.core.errors import CaseError
     from hvisph.geometry.shapes import Placed
     from hvisph.simulation.shapes import shape_of
 
-    centre = np.zeros(case.drawn)
+    centre, turn = np.zeros(case.drawn), _turn(body, case)
     if body.position is not None:
         centre[: case.dim] = body.position
-    turn = None if body.rotation is None else rotation_matrix(case.drawn, body.rotation.radians, body.rotation.axis)
+    centre[0] += shift
+    if axes is not None:
+        centre, turn = centre @ axes, axes.T if turn is None else axes.T @ turn
+    if body.shape.type in BALLS:  # as wide however it is turned
+        turn = None
     try:
         low, high = Placed(shape_of(body.shape, case.drawn), centre, turn).bounds()
     except (CaseError, ValueError):  # particles of a file: a point in the row, as wide as what it meets
