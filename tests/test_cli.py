@@ -51,6 +51,16 @@ def test_help_is_light():
     assert in_new_process(code).stdout.strip() == "[]"
 
 
+@pytest.mark.parametrize("case", ["al_al", "sphere_on_plate", "quickstart"])
+def test_check_loads_no_compiler(case):
+    code = (
+        "import sys\nfrom typer.testing import CliRunner\nfrom hvisph.cli.main import app\n"
+        f"assert CliRunner().invoke(app, ['check', {case!r}]).exit_code == 0\n"
+        "print(sorted({'numba', 'scipy', 'pint', 'matplotlib', 'h5py', 'rich', 'meshio'} & set(sys.modules)))"
+    )
+    assert in_new_process(code).stdout.strip() == "[]"
+
+
 def test_version_and_module():
     assert call("--version").stdout == f"hvisph {hvisph.__version__}\n"
     found = in_new_process("import sys; sys.argv = ['hvisph', '--version']; import hvisph.__main__")

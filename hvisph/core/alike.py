@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import hashlib
 
-import numba
 from llvmlite import binding
 
 import hvisph
 
-from .lanes import LANES
+from .vectors import LANES
 
 
 def kind_of_machine() -> str:
     """Return in words what must be alike on processes that share a run."""
+    import numba
+
     name = numba.config.CPU_NAME or binding.get_host_cpu_name()
     features = numba.config.CPU_FEATURES or binding.get_host_cpu_features().flatten()
     short = hashlib.sha256(features.encode()).hexdigest()[:8]

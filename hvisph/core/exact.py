@@ -15,9 +15,7 @@ from math import ceil, fsum, log2
 import numpy as np
 
 from .jit import compiled
-from .lanes import LANES
-from .masks import chosen
-from .simd import add_rounded
+from .vectors import LANES, add_rounded, chosen
 
 # Bits of the finer part, which leave room for 2^29 terms, and those of a unit below the whole.
 FINER, BELOW = 34, 40

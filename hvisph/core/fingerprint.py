@@ -15,16 +15,14 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import llvmlite
-import numba
 import numpy as np
-from numba.core.dispatcher import Dispatcher
-from numba.extending import _Intrinsic
+
+from .later import Later
 
 # What makes code without being called by name, such as the arithmetic of lanes: taken as whole texts.
 _MACHINERY = (
-    *("branches", "fingerprint", "jit", "lanes", "many", "masks", "memory", "nearby", "on_demand", "operation"),
-    *("simd", "solid", "tensors"),
+    *("addresses", "blocks", "branches", "dispatch", "fingerprint", "jit", "lanes", "later", "many", "masks", "memory"),
+    *("nearby", "on_demand", "operation", "scalars", "simd", "solid", "tensors", "unrolled", "vectors"),
 )
 _WHOLE = {f"{__package__}.{name}" for name in _MACHINERY}
 # Functions of these packages are known by name and version.
@@ -44,6 +42,9 @@ _READS = {
 @cache
 def machinery() -> str:
     """Hash of the texts that shape every compiled loop, and of the versions of the compiler below them."""
+    import llvmlite
+    import numba
+
     versions = (sys.version_info[:3], numba.__version__, llvmlite.__version__, np.__version__)
     digest = hashlib.sha256(repr(versions).encode())
     for name in _MACHINERY:
@@ -90,11 +91,9 @@ def _parts(value: Any, seen: set[int]) -> Iterator[str]:
 
 
 def _plain(value: Any) -> Any:
-    """Return the Python function behind a compiled one or an intrinsic, or the value itself."""
-    if isinstance(value, Dispatcher):
-        return value.py_func
-    if isinstance(value, _Intrinsic):
-        return value._defn
+    """Return the Python function behind a compiled one, the name of what is imported later, or the value itself."""
+    if isinstance(value, Later):
+        return repr(value)
     text = getattr(value, "py_func", None)
     return text if isinstance(text, types.FunctionType) else value
 

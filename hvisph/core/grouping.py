@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .jit import compiled
-from .lanes import LANES
+from .vectors import LANES
 
 # More than any key: of a particle that is not listed, and what is above the largest key.
 NONE = 2**62

@@ -15,25 +15,16 @@ import math
 import operator
 from typing import Any
 
-import numba
 import numpy as np
-from llvmlite import binding, ir
+from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 
+from .vectors import LANES
 
-def _has_wide_vectors() -> bool:
-    """Whether the processor that numba compiles for has AVX-512."""
-    chosen: str | None = numba.config.CPU_FEATURES
-    if chosen is not None:
-        return "+avx512f" in chosen
-    return bool(binding.get_host_cpu_features().get("avx512f", False))
-
-
-LANES = 8 if _has_wide_vectors() else 4
 FAST = ("reassoc", "contract", "arcp", "nsz", "afn")
 _f64, _i32 = ir.DoubleType(), ir.IntType(32)
 VECTOR = ir.VectorType(_f64, LANES)

@@ -19,7 +19,7 @@ import pickle
 import stat
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -95,10 +95,10 @@ class MadeElsewhereError(Exception):
 
 
 class LoopCache(_Cache):
-    """The compiled forms of one function in the cache folder."""
+    """The compiled forms of one function in the cache folder; `missed` is called before one is compiled."""
 
-    def __init__(self, function: Any, folder: Path) -> None:
-        self._function, self._folder = function, folder
+    def __init__(self, function: Any, folder: Path, missed: Callable[[], object]) -> None:
+        self._function, self._folder, self._missed = function, folder, missed
         self._print: str | None = None
         self._enabled = True
         self._turn = ExitStack()
@@ -129,6 +129,7 @@ class LoopCache(_Cache):
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Return the loop compiled for `sig`, or None where it is absent, damaged or of another make."""
         if not self._enabled:
+            self._missed()
             return None
         # What a finished loop calls; numba's compiler, which takes 0.3 s to load, is for a loop that is not there.
         rtsys.initialize(target_context)
@@ -140,6 +141,7 @@ class LoopCache(_Cache):
             loop = _loop(path, target_context)  # another process may have had its turn before
             if loop is None:
                 self._turn.enter_context(_seldom_collected())
+                self._missed()
         return loop
 
     def end_turn(self) -> None:

@@ -16,7 +16,8 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, models, register_model
 
-from .lanes import LANES, VECTOR, Lanes, splat, strict
+from .lanes import VECTOR, Lanes, splat, strict
+from .vectors import LANES
 
 _i8, _i32, _i64 = ir.IntType(8), ir.IntType(32), ir.IntType(64)
 

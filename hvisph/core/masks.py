@@ -18,7 +18,8 @@ from numba.core.typeconv import Conversion
 from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
 from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
 
-from .lanes import LANES, VECTOR, splat, strict
+from .lanes import VECTOR, splat, strict
+from .vectors import LANES
 
 _i1, _i32, _i64 = ir.IntType(1), ir.IntType(32), ir.IntType(64)
 _MASK, _BITS = ir.VectorType(_i1, LANES), ir.IntType(LANES)

@@ -14,12 +14,9 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from .lanes import LANES, splat
-from .simd import EIGHT, _address, _kept_lanes
-
-SIXTEEN = 16  # candidates that the second filter takes at once
-# Whether lists hold numbers of particles, or places among the candidates: without AVX-512 nothing compresses a vector.
-NUMBERED = LANES == EIGHT
+from .lanes import splat
+from .simd import _address, _kept_lanes
+from .vectors import EIGHT, NUMBERED, SIXTEEN
 
 _i8, _i32, _i64 = ir.IntType(8), ir.IntType(32), ir.IntType(64)
 _f32, _f64 = ir.FloatType(), ir.DoubleType()

@@ -12,9 +12,8 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from .lanes import LANES, lanes, splat, strict
-
-EIGHT = 8  # candidates that the first filter takes at once, on every machine
+from .lanes import lanes, splat, strict
+from .vectors import EIGHT, LANES
 
 _i8, _i32, _i64, _f64 = ir.IntType(8), ir.IntType(32), ir.IntType(64), ir.DoubleType()
 

@@ -20,11 +20,9 @@ from hvisph.core.exact import add_lanes, add_lanes_of, sum_lanes
 from hvisph.core.fetching import fetch_row
 from hvisph.core.grouping import NONE, listed
 from hvisph.core.jit import prange
-from hvisph.core.lanes import LANES, all_strict
-from hvisph.core.many import many
-from hvisph.core.masks import first_lanes, lane
 from hvisph.core.solid import in_space
 from hvisph.core.tensors import divergence, dot, no_axial, no_vector, own_axial, own_vector, plus, put, times
+from hvisph.core.vectors import LANES, all_strict, first_lanes, lane, many
 from hvisph.sph.viscosity import shear_share
 
 from .particle import Limits, Shown, State

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.jit import specialise
-from hvisph.core.simd import EIGHT
+from hvisph.core.vectors import EIGHT
 
 from . import cells, traversal
 from .copies import Halo

@@ -11,8 +11,8 @@ import numpy as np
 from hvisph.core.binding import bind
 from hvisph.core.errors import RunError
 from hvisph.core.jit import specialise
-from hvisph.core.simd import EIGHT
 from hvisph.core.tensors import SIZE
+from hvisph.core.vectors import EIGHT
 
 from . import cells, rates, traversal
 from .copies import Halo, ImageCopies

@@ -11,9 +11,9 @@ from itertools import product
 import numpy as np
 
 from hvisph.core.chunks import each
-from hvisph.core.fetching import fetch
 from hvisph.core.jit import prange, specialise
 from hvisph.core.tensors import own_vector
+from hvisph.core.vectors import fetch
 from hvisph.sph.cells import Grid, beside, cell_at, number_of, place_of
 
 CHUNK = 1024

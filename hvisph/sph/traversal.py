@@ -20,10 +20,9 @@ import numpy as np
 
 from hvisph.core.errors import RunError
 from hvisph.core.jit import prange, specialise
-from hvisph.core.lanes import LANES
-from hvisph.core.nearby import NUMBERED, SIXTEEN, append_near, append_near_box
 from hvisph.core.solid import in_space
 from hvisph.core.tensors import own_vector
+from hvisph.core.vectors import LANES, NUMBERED, SIXTEEN, append_near, append_near_box
 from hvisph.sph import cells
 from hvisph.sph.cells import cell_at, number_of
 

@@ -29,8 +29,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.core.lanes import LANES, all_lanes, total
-from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     dot,
     minus,
@@ -45,6 +43,7 @@ from hvisph.core.tensors import (
     totals,
     vector,
 )
+from hvisph.core.vectors import LANES, all_lanes, neighbours, total
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout, those

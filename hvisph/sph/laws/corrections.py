@@ -16,8 +16,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.lanes import LANES, all_lanes, total
-from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     dot,
     identity,
@@ -37,6 +35,7 @@ from hvisph.core.tensors import (
     totals,
     vector,
 )
+from hvisph.core.vectors import LANES, all_lanes, neighbours, total
 from hvisph.sph.laws.standard import HUGE
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.shape_matrix import sound_inverse

@@ -25,13 +25,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.fetching import fetch, fetch_row, fetch_rows
+from hvisph.core.fetching import fetch_row, fetch_rows
 from hvisph.core.grouping import NONE, listed
 from hvisph.core.growth import grown
 from hvisph.core.jit import compiled, prange
-from hvisph.core.lanes import LANES
-from hvisph.core.many import many
-from hvisph.core.simd import neighbours
 from hvisph.core.solid import full_gradient, stretching, with_zz
 from hvisph.core.tensors import (
     adjugate,
@@ -59,6 +56,7 @@ from hvisph.core.tensors import (
     transposed,
     vector,
 )
+from hvisph.core.vectors import LANES, fetch, many, neighbours
 from hvisph.sph.viscosity import shear_share
 
 CHUNK = 256

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import compiled
-from hvisph.core.lanes import anywhere
 from hvisph.core.tensors import dot, minus, plus, times, to_dimensions
+from hvisph.core.vectors import anywhere
 
 from .limiters import TINY
 

@@ -39,8 +39,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvisph.core.jit import compiled
-from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
-from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     dot,
     minus,
@@ -56,6 +54,7 @@ from hvisph.core.tensors import (
     totals,
     vector,
 )
+from hvisph.core.vectors import LANES, all_lanes, larger_lanes, largest, neighbours, total
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout, those

@@ -18,9 +18,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.blocks import lanes_at, put_lanes
-from hvisph.core.lanes import LANES, all_lanes, total
-from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     dot,
     minus,
@@ -37,6 +34,7 @@ from hvisph.core.tensors import (
     totals,
     vector,
 )
+from hvisph.core.vectors import LANES, all_lanes, lanes_at, neighbours, put_lanes, total
 from hvisph.sph.rows import RowLayout
 
 

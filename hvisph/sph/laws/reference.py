@@ -22,8 +22,6 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.fetching import fetch_rows
-from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
-from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     dot,
     gradient,
@@ -41,6 +39,7 @@ from hvisph.core.tensors import (
     totals,
     vector,
 )
+from hvisph.core.vectors import LANES, all_lanes, larger_lanes, largest, neighbours, total
 from hvisph.sph.rows import RowLayout, those
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 

@@ -64,8 +64,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.lanes import LANES, all_lanes, anywhere, larger_lanes, largest, total
-from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     about,
     aside,
@@ -106,6 +104,7 @@ from hvisph.core.tensors import (
     totals,
     vector,
 )
+from hvisph.core.vectors import LANES, all_lanes, anywhere, larger_lanes, largest, neighbours, total
 from hvisph.sph.shape_matrix import sound_inverse
 
 from .edges import at_edges, correctable

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.lanes import LANES
-from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     dot,
     matrix,
@@ -31,6 +29,7 @@ from hvisph.core.tensors import (
     totals,
     vector,
 )
+from hvisph.core.vectors import LANES, neighbours
 from hvisph.sph.rows import RowLayout, those
 from hvisph.sph.shape_matrix import sound_inverse
 

@@ -47,8 +47,6 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import compiled
-from hvisph.core.lanes import LANES, all_lanes, larger_lanes, largest, total
-from hvisph.core.simd import neighbours
 from hvisph.core.tensors import (
     about,
     axial,
@@ -86,6 +84,7 @@ from hvisph.core.tensors import (
     vector,
     whirl,
 )
+from hvisph.core.vectors import LANES, all_lanes, larger_lanes, largest, neighbours, total
 from hvisph.sph.rows import RowLayout, those
 from hvisph.sph.shape_matrix import sound_inverse
 from hvisph.sph.viscosity import SOFTENING, approach, monaghan

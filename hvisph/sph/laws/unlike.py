@@ -16,9 +16,8 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.core.jit import compiled
-from hvisph.core.lanes import LANES
-from hvisph.core.simd import neighbours
 from hvisph.core.tensors import dot, minus, no_vector, own_vector, plus, put, spread, times, totals, vector
+from hvisph.core.vectors import LANES, neighbours
 from hvisph.sph.kernels import Kernel
 
 from .limiters import TINY

@@ -1,0 +1,84 @@
+"""Scalar functions under compilation, and all that numba must know of to compile what names them."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numba
+from numba.core.registry import CPUDispatcher
+from numba.core.sigutils import normalize_signature
+
+from . import addresses, blocks, branches, nearby, simd  # noqa: F401  numba learns of what they have
+from .dispatch import LEAN, OPTIONS
+from .fingerprint import ATTRIBUTE, names_read
+from .lanes import strict
+from .later import Compiled
+from .many import Many
+from .masks import mask
+from .operation import each_operation
+from .unrolled import unrolled
+
+each_operation(unrolled)
+
+# What makes an array counts who holds it. What is only handed arrays need not: to count them in and out of every call
+# takes 10 ns each, for threads share the counters.
+_MAKING = {"empty", "zeros"}
+
+
+class Scalar(CPUDispatcher):
+    """A compiled scalar function that Python calls through another one, made when it does.
+
+    Loops may call it with strict lanes, many particles at once: see `core.branches`.
+    """
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call it from Python."""
+        return _entry(self)(*arguments)
+
+    def get_call_template(self, args: Any, kws: Any) -> Any:
+        """Return how the function is called with arguments of these types."""
+        wide = _wide(args)
+        if wide:
+            return _in_lanes(self, wide).get_call_template(args, kws)
+        return super().get_call_template(args, kws)
+
+    def get_overload(self, sig: Any) -> Any:
+        """Return the compiled form for a signature."""
+        wide = _wide(normalize_signature(sig)[0])
+        return _in_lanes(self, wide).get_overload(sig) if wide else super().get_overload(sig)
+
+
+def _wide(kinds: Any) -> tuple[int, ...]:
+    """Return which of some types hold strict lanes."""
+    return tuple(k for k, kind in enumerate(kinds) if _holds_lanes(kind))
+
+
+def _holds_lanes(kind: Any) -> bool:
+    if isinstance(kind, numba.types.BaseTuple):
+        return any(map(_holds_lanes, kind))
+    return kind in (strict, mask) or isinstance(kind, Many)
+
+
+def made_scalar(one: Compiled) -> Any:
+    """Return what numba makes of a scalar function."""
+    making = any(kind == ATTRIBUTE and name in _MAKING for kind, name in names_read(one.py_func.__code__))
+    made = numba.njit(**({"forceinline": True} if one.inlined else {}), **LEAN, _nrt=making)(one.py_func)
+    made.__class__ = Scalar
+    return made
+
+
+@cache
+def _in_lanes(function: Scalar, wide: tuple[int, ...]) -> Any:
+    """Return what does for lanes in the arguments `wide` what `function` does for numbers."""
+    if function.targetoptions.get("forceinline"):
+        try:
+            return numba.njit(forceinline=True, **LEAN)(branches.in_lanes(function.py_func, wide))
+        except branches.UnsuitableError:
+            function = made_scalar(Compiled(function.py_func, False, made_scalar))
+    return numba.njit(**LEAN)(branches.lane_by_lane(function))
+
+
+@cache
+def _entry(function: Scalar) -> Any:
+    return numba.njit(**OPTIONS)(lambda *arguments: function(*arguments))
