@@ -116,7 +116,8 @@ class Pairs:
 
 
 def contact(pairs, grad_u, grad_s, a, b):
-    """Return u* of `a`, t*, normal, |dW/dr|, weight in the gradient, heat of slip and of the gate, of a pair."""
+    """Return u* of `a`, t*, normal, |dW/dr|, weight in the gradient, heat of slip and of the gate, what the density
+    goes without, and the heat that `b` conducts to `a`, of a pair."""
     cloud, formulation = pairs.cloud, pairs.formulation
     r, e, slope = pairs.geometry(a, b)
     x_ba, parted, gate = r * e, pairs.parted(a, b), 1.0
@@ -140,13 +141,15 @@ def contact(pairs, grad_u, grad_s, a, b):
             tb = tb - 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[b] @ x_ba) @ e - for_t)
         sides[name] = ua, ub, ta, tb
     u_own, u_its, traction = np.zeros(pairs.dim), np.zeros(pairs.dim), np.zeros(pairs.dim)
-    slipped = exchanged = 0.0
+    slipped = exchanged = conducted = 0.0
     for name, (ua, ub, ta, tb) in sides.items():
         speed = cloud.c_l if name == "normal" else cloud.c_t
         za, zb = cloud.rho[a] * speed[a], cloud.rho[b] * speed[b]
         if formulation.consistent and name == "normal":
             closing = SHOCK_SLOPE * max((ua - ub) @ e, 0.0)
             za, zb = za + cloud.rho[a] * closing, zb + cloud.rho[b] * closing
+            if formulation.leads and not parted:
+                conducted = 0.25 * (cloud.rho[a] + cloud.rho[b]) * closing * (cloud.heat[b] - cloud.heat[a])
         t = (zb * ta + za * tb + za * zb * (ub - ua)) / (za + zb)
         common = (za * ua + zb * ub + tb - ta) / (za + zb)
         if name == "normal":
@@ -177,7 +180,7 @@ def contact(pairs, grad_u, grad_s, a, b):
         slipped = 0.5 * t @ (its - own)  # of the last, tangential part
     if pairs.dim == 1:
         slipped = 0.0
-    return u_own, traction, e, slope, gate, 0.5 * traction @ (u_its - u_own), slipped, x_ba, exchanged
+    return u_own, traction, e, slope, gate, 0.5 * traction @ (u_its - u_own), slipped, x_ba, exchanged, conducted
 
 
 def correctable(moment):
@@ -186,12 +189,12 @@ def correctable(moment):
     return np.linalg.det(moment) > SOUND**dim and np.trace(moment) / dim > SOUND_MEAN
 
 
-def at_edges(gradient, rate, moment, closing, dim, bear):
+def at_edges(gradient, rate, moment, calm, bear):
     """Return velocity gradient and rate of volume, corrected where the neighbourhood is open."""
     if not (bear > 0.0 and correctable(moment)):
         return gradient, rate
-    w = np.clip((0.95 - np.linalg.det(moment)) / 0.2, 0.0, 1.0) * max(0.0, 1.0 - 20.0 * closing)
-    gradient = gradient @ (np.eye(dim) + w * (np.linalg.inv(moment) - np.eye(dim)))
+    w = np.clip((0.95 - np.linalg.det(moment)) / 0.2, 0.0, 1.0) * calm
+    gradient = gradient @ (np.eye(len(moment)) + w * (np.linalg.inv(moment) - np.eye(len(moment))))
     return gradient, (1.0 - w) * rate + w * np.trace(gradient)
 
 
@@ -204,12 +207,15 @@ def riemann_rates(cloud, formulation, neighbours, singular):
     rows = []
     for a in range(n):
         acceleration, power, gradient, slip, mu = np.zeros(dim), 0.0, np.zeros((dim, dim)), 0.0, 0.0
-        rate, moment = 0.0, np.zeros((dim, dim))
+        rate, away, moment = 0.0, 0.0, np.zeros((dim, dim))
         h, spin = cloud.h[a], np.zeros(cloud.twist.shape[1])
         unit = kernel.norm(dim) / h**dim
         omega = 1.0 - volume[a] * unit * kernel.shape.py_func(0.0) * cloud.grows[a]
         for b in pairs.near[a]:
-            u_star, t_star, e, slope, gate, heat, slipped, x_ba, exchanged = contact(pairs, grad_u, grad_s, a, b)
+            u_star, t_star, e, slope, gate, heat, slipped, x_ba, exchanged, conducted = contact(
+                pairs, grad_u, grad_s, a, b
+            )
+            heat += conducted
             r = np.linalg.norm(x_ba)
             if formulation.spins:
                 share, acting = 2.0 * volume[a] * volume[b] * slope / cloud.m[a], np.zeros(dim)
@@ -231,6 +237,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             strain = weight * 2.0 * slope * np.outer(u_star - cloud.u[a], e)
             gradient += volume[b] * strain
             rate += volume[a] * (crowd * np.trace(strain) + 2.0 * slope * exchanged)
+            away += weight * crowd * slope * (cloud.u[b] - cloud.u[a]) @ e
             moment += weight * volume[b] * slope * (x_ba @ e) * np.outer(e, e)
             if following:
                 receding = weight * (cloud.u[b] - cloud.u[a]) @ e
@@ -241,13 +248,16 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         further = []
         if formulation.consistent:
             rate = rate / omega if following else rate
-            gradient, rate = at_edges(gradient, rate, moment, mu / cloud.c_l[a], dim, cloud.bear[a])
-            further = [np.trace(gradient) - rate]
+            calm = max(0.0, 1.0 - 20.0 * mu / cloud.c_l[a])
+            leaves = 0.0 if following else calm * cloud.leaves[a]
+            leading = cloud.counts[a] * away - rate - leaves
+            gradient, rate = at_edges(gradient, rate, moment, calm, cloud.bear[a])
+            further = [np.trace(gradient) - rate - leaves] + [leading] * formulation.leads
         if formulation.parted:
-            further = [*(further or [0.0]), slip]
+            further = [*further, *[0.0] * (2 - len(further)), slip]
         if formulation.spins:
             if not correctable(moment):
                 spin = -2.0 * volume[a] / cloud.m[a] * cloud.twist[a]
-            further = [*further, *[0.0] * (2 - len(further)), *spin]
+            further = [*further, *[0.0] * (3 - len(further)), *spin]
         rows.append([*acceleration, power, mu, *gradient.ravel(), *further])
     return np.array(rows)

@@ -33,6 +33,9 @@ class Cloud:
     grows: np.ndarray
     face: np.ndarray
     twist: np.ndarray
+    heat: np.ndarray
+    counts: np.ndarray
+    leaves: np.ndarray
 
     @property
     def dim(self):
@@ -73,7 +76,9 @@ def random_cloud(dim, seed=0, spacing=1e-3):
     m = rho * spacing**dim * (1 + 0.1 * rng.normal(size=n))
     face = 0.4 * np.random.default_rng(seed + 1).normal(size=x.shape)
     twist = 0.1e9 * np.random.default_rng(seed + 2).normal(size=(n, (0, 1, 3)[dim - 1]))
-    return Cloud(x, u, h, m, rho, c, 1.2 * c, 0.6 * c, stress, body, *limits, face, twist)
+    later = np.random.default_rng(seed + 3)
+    heat, counts, leaves = 1e6 * later.uniform(size=n), m / rho * later.uniform(0.9, 1.1, n), 1e5 * later.normal(size=n)
+    return Cloud(x, u, h, m, rho, c, 1.2 * c, 0.6 * c, stress, body, *limits, face, twist, heat, counts, leaves)
 
 
 def components(tensor):
@@ -143,7 +148,7 @@ def standard_rates(cloud, formulation):
         further = []
         if formulation.spins:
             gradient = without_spin(gradient, moment)
-            further = [0.0, 0.0, *spin]
+            further = [0.0, 0.0, 0.0, *spin]
         rows.append([*acceleration, power, mu_max, *gradient.ravel(), *further])
     return np.array(rows)
 
@@ -165,6 +170,9 @@ def packed(cloud, formulation, planes=(), further=None):
     known |= {"BODY": cloud.body, "BEAR": cloud.bear, "SHEAR": cloud.shear, "ORDER": cloud.order, "GROWS": cloud.grows}
     known |= {
         "FACE": cloud.face,
+        "HEAT": cloud.heat,
+        "COUNTS": cloud.counts,
+        "LEAVES": cloud.leaves,
         "RHO": cloud.rho,
         "C": cloud.c,
         "ZN": cloud.rho * cloud.c_l,

@@ -74,6 +74,7 @@ CATALOGUE: dict[str, Field] = {
         Field("reference_position", "vector", "m", "position in the reference configuration"),
         Field("previous_hoop_rate", "scalar", "1/s", "rate of the circumference at the last evaluation"),
         Field("previous_density_rate", "scalar", "1/s", "rate of ln(rho) by dissipation at the last evaluation"),
+        Field("density_lead", "scalar", "", "ln of density over the number of particles, since the start"),
         Field("previous_spin", "axial", "m^2/s", "angular momentum a mass that pairs made and have not taken back"),
         Field("viscosity_share", "scalar", "", "own share of the viscosity by Morris and Monaghan's switch", 0.1),
         Field("thickness", "scalar", "", "thickness over that at the start, in plane stress", 1.0),

@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.growth import grown
 from hvisph.core.particles import Particles
 from hvisph.core.solid import in_plane
 from hvisph.core.tensors import plus_identity, put, times
 from hvisph.integrators.parts import WHOLE
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import interface, riemann, riemann_row, unlike
+from hvisph.sph.laws.edges import leaving
 from hvisph.sph.laws.limiters import LIMITERS, Limiter
 from hvisph.sph.laws.riemann import SLIPPERY
 from hvisph.sph.pairs import Pairs, Pass
@@ -82,7 +84,13 @@ class Riemann:
     def fields(self) -> tuple[str, ...]:
         """What particles carry beside the state."""
         own = ("previous_density_rate",) if self.consistent else ()
+        own = (*own, "density_lead") if self.leads else own
         return (*own, "previous_spin") if self.spins else own
+
+    @property
+    def leads(self) -> bool:
+        """Whether density is given back what it led the number of particles by; one that follows h has no lead."""
+        return self.consistent and not self.smoothing.variable
 
     @property
     def viscous_factor(self) -> float:
@@ -102,7 +110,7 @@ class Riemann:
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         following = self.consistent and self.smoothing.variable
         return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, following, self.revolved,
-                                  self.meets_unlike, self.faces, self.spins)  # fmt: skip
+                                  self.meets_unlike, self.faces, self.spins, self.leads)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
@@ -116,9 +124,9 @@ class Riemann:
         flux = Pass(riemann.accumulate, riemann_row.read_by_all(row), ways | {
             "limit": self.reconstruction.limit, "share": self.reconstruction.share, "CONSISTENT": int(self.consistent),
             "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.consistent and self.smoothing.variable),
-            "REVOLVED": int(self.revolved), "SPINS": int(self.spins),
-        }, (riemann.conclude, interface.of_other), density_rate=self.consistent, slips=self.parted, rings=self.revolved,
-            spins=self.spins)  # fmt: skip
+            "REVOLVED": int(self.revolved), "SPINS": int(self.spins), "LEADS": int(self.leads),
+        }, (riemann.conclude, interface.of_other), density_rate=self.consistent, leads=self.leads, slips=self.parted,
+            rings=self.revolved, spins=self.spins)  # fmt: skip
         if not (self.reconstruction.acts or self.parted):
             return [flux]
         first = [Pass(riemann_row.gradients, riemann_row.read_by_all(row), ways, (interface.of_other,), into_rows=True)]
@@ -149,7 +157,8 @@ class Riemann:
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
-        return _pack, {"PARTED": int(self.parted), "REVOLVED": int(self.revolved), "SPINS": int(self.spins)}
+        return _pack, {"PARTED": int(self.parted), "REVOLVED": int(self.revolved), "SPINS": int(self.spins),
+                       "LEADS": int(self.leads)}  # fmt: skip
 
     def sparsest(self, dim: int) -> float:
         """Return the least rho h^dim/m: that of a particle alone, W(0), where density is the number of particles."""
@@ -179,6 +188,10 @@ def _pack(rows, s, coefficients, one):
         rows[s, HOOP] = one.s[2] - one.p
     if SPINS:
         put(rows, s, TWIST, times(0.5 * one.rho, one.spin))
+    if LEADS:
+        rows[s, HEAT] = one.e
+        rows[s, COUNTS] = rows[s, V] * grown(one.lead)
+        rows[s, LEAVES] = one.lead * leaving(one.p, one.rho, one.c_l, one.h)
     return coefficients[0] * one.c_l
 
 

@@ -119,6 +119,7 @@ class Stepper:
             "PLANE_STRESS": int(particles.kinematics.thins), "REVOLVED": int(particles.kinematics.revolved),
             "SWITCH": self.formulation.switch,
             "SHEARS": int(self.formulation.softens),
+            "LEADS": int("density_lead" in particles.offsets),
             "SPINS": int("previous_spin" in particles.offsets), "AHEAD": self.stage_share,
             "NOTHING": response.NOTHING, "REMEMBERS": int("memory" in particles.offsets),
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),

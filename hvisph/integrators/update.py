@@ -93,6 +93,8 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
             state[s, S_VISCOSITY_SHARE] = viscous_share(state[s, S_VISCOSITY_SHARE], l, c, now.h, dt, coefficients)
         if PREVIOUS:
             remember(state, s, u, acting)
+        if LEADS:
+            state[s, S_DENSITY_LEAD] += dt * rates[s, R_LEAD]
         if SPINS:
             made = times(dt, own_axial(rates, s, R_SPIN, DIM))
             put(state, s, S_PREVIOUS_SPIN, plus(own_axial(state, s, S_PREVIOUS_SPIN, DIM), made))
@@ -122,9 +124,10 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
     planar = mass / (2.0 * pi * ring) if REVOLVED else mass
     per_step = AHEAD / stage if stage > 0.0 else 0.0
     spin = times(per_step, own_axial(state, s, S_PREVIOUS_SPIN, DIM)) if SPINS else no_axial(DIM)
+    lead = state[s, S_DENSITY_LEAD] + stage * rates[s, R_LEAD] if LEADS else 0.0
     signal = pack(rows, s, coefficients, Shown(
         ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
-        times(thickness, ahead.s), tags[s, 1], ring, spin))  # fmt: skip
+        times(thickness, ahead.s), tags[s, 1], ring, spin, lead))  # fmt: skip
     if SHEARS:  # alpha goes with this speed of sound
         left = shear_share(l)
         if REVOLVED:  # nothing else holds the rows at the axis
@@ -156,9 +159,9 @@ def update(state, tags, place, rates, materials, coefficients, times_ahead, h_li
     SPARSEST (least rho h^dim/m, 0 for none), DENSITY_RATE (1 where the rates hold one of ln(rho)),
     DRIFT (share of the acceleration in the stage's
     position), PLANE_STRESS, REVOLVED, SWITCH (share of the viscosity), SHEARS (1 where
-    shear takes a share of it), SPINS (1 where pairs take back the angular momentum that they made), AHEAD (share of
-    the step that the stage is ahead), REMEMBERS (1 where
-    particles have a memory), NOTHING (else), columns of the state (S_...) and of the rates (R_...),
+    shear takes a share of it), LEADS (1 where density gives up its lead over the number of particles), SPINS (1 where
+    pairs take back the angular momentum that they made), AHEAD (share of the step that the stage is ahead),
+    REMEMBERS (1 where particles have a memory), NOTHING (else), columns of the state (S_...) and of the rates (R_...),
     slots of the row (U, C, SHARE), `carried` and the templates of `parts`, and functions of `hvisph.materials` and
     `pack`.
 

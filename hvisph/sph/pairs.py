@@ -41,6 +41,8 @@ class Pass:
         Whether the law writes into the particles' own rows, for a later pass to read, instead of rates.
     density_rate
         Whether the law writes a rate of ln(rho) behind the other rates.
+    leads
+        Whether it writes the rate of the density's lead behind that.
     slips
         Whether it writes the heat of slip between bodies behind that.
     rings
@@ -55,6 +57,7 @@ class Pass:
     parts: tuple[Callable[..., None], ...] = ()
     into_rows: bool = False
     density_rate: bool = False
+    leads: bool = False
     slips: bool = False
     rings: bool = False
     spins: bool = False
@@ -62,8 +65,8 @@ class Pass:
     def further(self, dim: int) -> int:
         """Return how many rates it writes behind the velocity gradient."""
         if self.spins:
-            return 2 + SIZE["axial"][dim - 1]
-        return 3 * self.rings or 2 * self.slips or int(self.density_rate)
+            return 3 + SIZE["axial"][dim - 1]
+        return 4 * self.rings or 3 * self.slips or 2 * self.leads or int(self.density_rate)
 
 
 class Pairs:

@@ -1,9 +1,9 @@
 """The rates that a pair law writes for each particle, and where they stand in the row of rates.
 
 In order: acceleration (dim), rate of specific internal energy, largest |mu| of its pairs,
-velocity gradient (dim^2); from laws that have them, a rate of ln(rho) beside the gradient's and the heat of slip
-between bodies, which is in the rate of energy; of rings the rate of their circumference, of others, where angular
-momentum is kept, the rate at which their pairs make it (axial, for each mass).
+velocity gradient (dim^2); from laws that have them, a rate of ln(rho) beside the gradient's, the rate of its lead over
+the number of particles, and the heat of slip between bodies, which is in the rate of energy; of rings the rate of their
+circumference, of others, where angular momentum is kept, the rate at which their pairs make it (axial, for each mass).
 """
 
 from __future__ import annotations
@@ -23,8 +23,9 @@ def width(dim: int) -> int:
 @cache
 def slots(dim: int) -> dict[str, int]:
     """Return where each rate stands, as constants for compiled loops."""
-    return {"R_ACCELERATION": 0, "R_POWER": dim, "R_APPROACH": dim + 1, "R_GRADIENT": dim + 2, "R_DENSITY": width(dim),
-            "R_SLIP": width(dim) + 1, "R_HOOP": width(dim) + 2, "R_SPIN": width(dim) + 2}  # fmt: skip
+    end = width(dim)
+    return {"R_ACCELERATION": 0, "R_POWER": dim, "R_APPROACH": dim + 1, "R_GRADIENT": dim + 2, "R_DENSITY": end,
+            "R_LEAD": end + 1, "R_SLIP": end + 2, "R_HOOP": end + 3, "R_SPIN": end + 3}  # fmt: skip
 
 
 def _write(out, i, a, power, mu, l):

@@ -26,8 +26,14 @@ density even, loses half in pairs of one body that press hard, where it parts de
 
     u*  <-  u* + s ((u_a + u_b)/2 - u*)  in the density's rate,      s = min((10 t*_n / rho c^2)^2, 1/2),  t*_n < 0
 
-and all, 1 for 1/2, where h follows density (FOLLOWING). There the number is that of the kernel at the own h, whose
-change divides by Omega_a = 1 + V_a h_a/d sum dW/dh.
+and gives up its lead x = ln(rho/m) - ln(sum W) behind the front (LEADS; `sph.laws.edges.leaving`), where fronts also
+conduct, at a Prandtl number of one,
+
+    d ln(rho)/dt -= q,   dx/dt -= q,   q = x leaving(p) max(0, 1 - 20 mu/c_l)
+    m_a de_a += 2 V_a V_b |dW/dr| (rho_a + rho_b)/4 1.2 max(u_an - u_bn, 0) (e_b - e_a)          within a body
+
+but loses all, 1 for 1/2, where h follows density (FOLLOWING). There the number is that of the kernel at the own h,
+whose change divides by Omega_a = 1 + V_a h_a/d sum dW/dh.
 
 Tension makes a lattice of particles unstable, for disorder raises sum W. HELD keeps it where o_ab says that the
 bodies have not flowed: tension leaves pairs that are closer than their volumes allow,
@@ -107,7 +113,7 @@ from hvisph.core.tensors import (
 from hvisph.core.vectors import LANES, all_lanes, anywhere, larger_lanes, largest, neighbours, total
 from hvisph.sph.shape_matrix import sound_inverse
 
-from .edges import at_edges, correctable
+from .edges import FRONT, at_edges, correctable
 from .interface import across
 from .limiters import TINY
 from .pair_states import at_most, counted, drawn, let_go, met, met_beside, moved, pressed, slid
@@ -115,7 +121,7 @@ from .rings import brake, hoop_share, ring_weight
 from .unlike import along_normal, stretched
 
 # Options of the law, off unless bound.
-RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = UNLIKE = ONLY_OTHER = REVOLVED = SPINS = 0
+RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = UNLIKE = ONLY_OTHER = REVOLVED = SPINS = LEADS = 0
 
 # Slope of the shock's speed over its jump of velocity, for the impedance; metals have 1.2 to 1.5.
 SHOCK_SLOPE = 1.2
@@ -140,7 +146,7 @@ def accumulate(near, n, rows, i, constants, out):
     made, across_bodies = spread(no_axial(DIM)), spread(no_symmetric(DIM))
     if SPINS and not ONLY_OTHER:
         twist = own_axial(rows, i, TWIST, DIM)
-    nowhere = power = mu = number = own_number = widening = slip = fullness = all_lanes(0.0)
+    nowhere = power = mu = number = receding = own_number = widening = slip = fullness = all_lanes(0.0)
     inverse_ring = 1.0 / rows[i, RING] if REVOLVED else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
@@ -222,6 +228,8 @@ def accumulate(near, n, rows, i, constants, out):
             if not ONLY_OTHER:
                 ts = plus(ts, about(times(half, plus(twist, axial(b, TWIST, DIM))), e))
         power += worked * dot(ts, us)
+        if LEADS:
+            power += worked * (1.0 - other) * (0.25 * (rows[i, RHO] + b[RHO])) * closing * (b[HEAT] - rows[i, HEAT])
         if REVOLVED:
             fullness += (0.5 * weight) * vg * radial(e) * radial(dx)
             power -= vg * mean * (1.0 - real) * (0.5 * radial(ts)) * (2.0 * radial(u) + radial(jump))
@@ -237,27 +245,34 @@ def accumulate(near, n, rows, i, constants, out):
             space = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if UNLIKE else 1.0
             evening = counted(us_n, du_n, t_n, za, zb, rows[i, RHO] + b[RHO], 1.0 if FOLLOWING else 0.5)
             number += weight * g * space * (us_n - (1.0 - other) * evening)
+            if LEADS:
+                receding += weight * g * space * (0.5 * du_n)
             if FOLLOWING:
-                q, receding = r / h, weight * du_n
-                number -= 0.5 * g * receding
-                own_number -= scale(1.0 / h) * slope(q) * receding
+                q, away = r / h, weight * du_n
+                number -= 0.5 * g * away
+                own_number -= scale(1.0 / h) * slope(q) * away
                 widening += weight * scale(1.0 / h) * (DIM * shape(q) + q * slope(q))
     conclude(rows, i, out, totals(a), totals(l), times(0.5, totals(moment)), total(power), largest(mu),
-             (total(number), total(own_number), total(widening)), (totals(made), times(0.5, totals(across_bodies))),
-             total(slip), total(fullness))  # fmt: skip
+             (total(number), total(receding), total(own_number), total(widening)),
+             (totals(made), times(0.5, totals(across_bodies))), total(slip), total(fullness))  # fmt: skip
 
 
 def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, turning, slip, full):
     """Write the rates of particle `i`, from what its pairs sum to: a part of `accumulate`."""
     h, volume, inverse_density = rows[i, H], rows[i, V], rows[i, V] / rows[i, M]
     if CONSISTENT:
-        number, own_number, widening = numbers
+        number, receding, own_number, widening = numbers
         rate = volume * number
         if FOLLOWING:
             widened = widening + scale(1.0 / h) * DIM * shape(0.0)
             rate = (rate + volume * own_number) / (1.0 - rows[i, GROWS] * volume * h / DIM * widened)
-        fastest = closing * rows[i, RHO] / rows[i, ZN]
-        gradient_u, rate = at_edges(gradient_u, rate, matrix(moment), fastest, rows[i, BEAR])
+        calm = max(1.0 - closing * rows[i, RHO] / (FRONT * rows[i, ZN]), 0.0)
+        if LEADS:
+            leaves = calm * rows[i, LEAVES]
+            out[i, R_LEAD] = rows[i, COUNTS] * receding - rate - leaves
+        gradient_u, rate = at_edges(gradient_u, rate, matrix(moment), calm, rows[i, BEAR])
+        if LEADS:
+            rate += leaves
         out[i, R_DENSITY] = divergence(gradient_u) - rate
     if REVOLVED:
         if not (CONSISTENT or ONLY_OTHER):

@@ -43,19 +43,22 @@ RECONSTRUCTION = PARTED = UNLIKE = 0
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
                following: bool = False, revolved: bool = False, unlike: bool = False,
-               faces: bool = False, spins: bool = False) -> RowLayout:  # fmt: skip
+               faces: bool = False, spins: bool = False, leads: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
-    BEAR and SHEAR are the tractions it bears, ORDER whether it has flowed, TWIST w, FILLS and ENDS N and O of its body,
-    FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop stress of a ring.
+    BEAR and SHEAR are the tractions it bears, HEAT its energy, ORDER whether it has flowed, TWIST w, FILLS and ENDS N
+    and O of its body, FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop stress of a
+    ring, COUNTS 1 over the number of particles, LEAVES the rate at which density gives its lead up.
     """
     return RowLayout(dim, those(
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
         parted and ("body", "scalar"), faces and ("face", "vector"), ("zn", "scalar"), ("zt", "scalar"),
-        consistent and ("rho", "scalar"), consistent and ("shear", "scalar"), spins and ("twist", "axial"),
+        consistent and ("rho", "scalar"), leads and ("heat", "scalar"), consistent and ("shear", "scalar"),
+        spins and ("twist", "axial"),
         revolved and ("ring", "radius"), consistent and ("bear", "scalar"), consistent and ("order", "scalar"),
         ("m", "scalar"),  # pairs read neither this nor what follows
         following and ("grows", "scalar"), revolved and ("hoop", "scalar"),
+        leads and ("counts", "scalar"), leads and ("leaves", "scalar"),
     ), those(
         reconstruct and ("gu", "gradient"), reconstruct and ("gt", "symmetric_gradient"),
         parted and ("fills", "vector"), parted and ("ends", "vector"), unlike and ("depth", "scalar"),
