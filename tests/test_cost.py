@@ -10,7 +10,8 @@ import pytest
 from hvisph.casefile.loader import load_case
 from hvisph.output.history import HistoryWriter
 from hvisph.simulation import cost
-from hvisph.simulation.run import set_threads
+from hvisph.simulation.estimate import estimate
+from hvisph.simulation.run import run, set_threads
 
 
 @pytest.fixture(autouse=True)
@@ -59,6 +60,20 @@ def test_an_explicit_number_is_obeyed(threads_kept):
     assert numba.get_num_threads() == 1
     set_threads(None, most + 5)
     assert numba.get_num_threads() == most
+
+
+def test_a_run_takes_no_more_threads_than_a_step_feeds(tmp_path, threads_kept, monkeypatch):
+    monkeypatch.setattr(cost, "FEEDS_A_THREAD", 5e-4)
+    monkeypatch.setenv("NUMBA_NUM_THREADS", str(numba.config.NUMBA_NUM_THREADS))
+    two = min(2, numba.config.NUMBA_NUM_THREADS)
+    case = load_case("quickstart", ["resolution=0.5 mm", "time.max_steps=2"])
+    run(case, tmp_path / "small", threads=two)
+    assert numba.get_num_threads() == 1
+    log = (tmp_path / "small" / "run.log").read_text()
+    assert ("note: 1 thread of 2 asked for: a step of" in log) == (two > 1)
+    assert estimate(case, two).threads == 1
+    assert cost.fed_threads(case, 10**6) > 8
+    assert not cost.too_many(8, case, 10**6)
 
 
 def test_words_name_the_cores_left_free():

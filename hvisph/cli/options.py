@@ -20,7 +20,12 @@ SetOption = Annotated[
 ]
 ThreadsOption = Annotated[
     int | None,
-    typer.Option("--threads", min=1, metavar="N", help="Number of threads; as many as the case is worth unless given."),
+    typer.Option(
+        "--threads",
+        min=1,
+        metavar="N",
+        help="Number of threads; as many as the case is worth unless given. A step must feed them.",
+    ),
 ]
 PictureOption = Annotated[
     str | None, typer.Option("--picture", metavar="FILE", help="Draw the set-up into this file: setup.png.")

@@ -20,11 +20,30 @@ THREAD_GAIN = 0.85  # of each further thread
 # Work of a step that a further thread must find [s]. A step shares out its work four to eight times, and each costs
 # the waking of a thread, 0.05 ms and far more on a busy machine: `benchmarks/small_cases.py`.
 WORTH_A_THREAD = 1.5e-3
+# And below which it waits for longer than it works, on a quiet machine too [s].
+FEEDS_A_THREAD = 0.5e-3
 
 
 def worthwhile_threads(case: Case, particles: int) -> int:
     """Return how many threads the case is worth, at most those that this process may use."""
     return max(1, min(available_threads(), int(_work(case, particles) / WORTH_A_THREAD)))
+
+
+def fed_threads(case: Case, particles: int) -> int:
+    """Return the most threads that a step finds work for: with more of them it takes longer."""
+    return max(1, int(_work(case, particles) / FEEDS_A_THREAD))
+
+
+def too_many(threads: int, case: Case, particles: int) -> str:
+    """Return why a run takes fewer threads than it was asked to; nothing where it takes them."""
+    fed = fed_threads(case, particles)
+    if threads <= fed:
+        return ""
+    work = 1e3 * _work(case, particles)
+    return (
+        f"{of_cores(fed, threads)} asked for: a step of {particles} particles is {work:.2g} ms of work, and a thread "
+        f"that finds less than {1e3 * FEEDS_A_THREAD:g} ms makes it slower; the results are the same"
+    )
 
 
 def step_seconds(case: Case, particles: int, threads: int) -> float:

@@ -19,7 +19,7 @@ from hvisph.geometry.section import Section
 from hvisph.geometry.shapes import Shape
 from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.build import build
-from hvisph.simulation.cost import step_seconds, worthwhile_threads
+from hvisph.simulation.cost import fed_threads, step_seconds, worthwhile_threads
 from hvisph.simulation.materials import material_of
 from hvisph.simulation.memory import free_memory
 from hvisph.simulation.shapes import shape_of
@@ -131,7 +131,7 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     case
         The case.
     threads
-        Number of threads; those that a run would use unless given.
+        Number of threads asked for; those that a run would use unless given.
 
     Raises
     ------
@@ -147,7 +147,8 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     else:
         bodies = tuple(_uncounted(case))
     particles = sum(body.particles for body in bodies)
-    steps, threads = estimated_steps(case), threads or worthwhile_threads(case, particles)
+    steps = estimated_steps(case)
+    threads = min(threads, fed_threads(case, particles)) if threads else worthwhile_threads(case, particles)
     snapshots = 1 + math.ceil(case.time.end / case.snapshot_interval - 1e-9)
     written = _snapshot_bytes(case.dim) * sum(VTU_GROWTH if f == "vtu" else 1.0 for f in case.output.formats)
     return Estimate(

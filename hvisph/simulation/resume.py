@@ -18,12 +18,11 @@ from hvisph.parallel.world import world_here
 from hvisph.simulation.beginning import Beginning, begin
 from hvisph.simulation.build import set_up
 from hvisph.simulation.checkpoint import refuse_changed
-from hvisph.simulation.cost import worthwhile_threads
 from hvisph.simulation.ending import Outcome
 from hvisph.simulation.handing import compile_for_all
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.loop import Run
-from hvisph.simulation.run import begun, folder_of, set_threads
+from hvisph.simulation.run import begun, folder_of, with_threads
 
 
 def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_steps: int | None = None,
@@ -100,7 +99,7 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
         header = world.from_first(lambda: checkpoint and replace(checkpoint, arrays={}))
         with heard_compiling(listener.compiling):
             with world.alike():
-                set_threads(threads, worthwhile_threads(case, -(-start.count // world.size)), world.beside)
+                start = with_threads(case, start, threads, world)
                 setup = set_up(case, start)
             setup.share.join(world, parts)
             world.from_first(lambda: clear_unfinished(path))

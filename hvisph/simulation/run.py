@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numba
@@ -20,7 +21,7 @@ from hvisph.parallel.parts import Parts
 from hvisph.parallel.world import Alone, world_here
 from hvisph.simulation.beginning import Beginning, begin
 from hvisph.simulation.build import set_up
-from hvisph.simulation.cost import worthwhile_threads
+from hvisph.simulation.cost import fed_threads, too_many, worthwhile_threads
 from hvisph.simulation.ending import Outcome
 from hvisph.simulation.estimate import refuse_impossible
 from hvisph.simulation.handing import compile_for_all, handed_out
@@ -41,8 +42,8 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
     force
         Replace what an earlier run wrote there.
     threads
-        Number of threads; by default as many as a step's work is worth, at most one per core. The results are the same
-        bits for any number.
+        Number of threads, at most as many as a step finds work for; by default as many as its work is worth, at most
+        one per core. The results are the same bits for any number.
     listener
         Hears of the run while it goes on.
 
@@ -61,7 +62,7 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
     listener = listener if listener and world.first else Listener()
     start, parts = begun(case, world, lambda: begin(case))
     with world.alike():
-        set_threads(threads, worthwhile_threads(case, -(-start.count // world.size)), world.beside)
+        start = with_threads(case, start, threads, world)
         with heard_compiling(listener.compiling), computable():
             setup = set_up(case, start)
     setup.share.join(world, parts)
@@ -87,6 +88,17 @@ def folder_of(world: Alone, path: Path, make: Callable[[], RunFolder]) -> RunFol
     made: list[RunFolder] = []
     world.from_first(lambda: made.append(make()))
     return made[0] if made else SilentFolder(path)
+
+
+def with_threads(case: Case, start: Beginning, threads: int | None, world: Alone) -> Beginning:
+    """Use so many threads as `set_threads` says, or as a step feeds, which the beginning then notes."""
+    count = -(-start.count // world.size)
+    set_threads(threads, worthwhile_threads(case, count), world.beside)
+    note = too_many(threads, case, count) if threads else ""
+    if not note:
+        return start
+    set_threads(fed_threads(case, count))
+    return replace(start, notes=(*start.notes, note))
 
 
 def set_threads(threads: int | None, worthwhile: int | None = None, beside: int = 1) -> None:
