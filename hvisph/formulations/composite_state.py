@@ -40,7 +40,9 @@ class CompositeState(ReferenceChanges, Stepper):
         """Make the arrays that have a row for each of the particles that there are now."""
         particles, formulation, dim = self.particles, self.formulation, self.particles.dim
         count, body = particles.count, self.particles.body
-        self._rates = np.zeros((count, rate_slots.width(dim) + (3 if formulation.revolved else 2 * formulation.slips)))
+        at = rate_slots.slots(dim)
+        last = at["R_HOOP"] + 1 if formulation.revolved else at["R_SLIP"] + 1 if formulation.slips else at["R_DENSITY"]
+        self._rates = np.zeros((count, last))
         self._place = np.arange(count, dtype=np.uint32)
         self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)
         self.swellings, self.loose = np.ones(count), np.zeros(count, bool)
