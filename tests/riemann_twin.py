@@ -240,7 +240,8 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             away += weight * crowd * slope * (cloud.u[b] - cloud.u[a]) @ e
             moment += weight * volume[b] * slope * (x_ba @ e) * np.outer(e, e)
             if following:
-                receding = weight * (cloud.u[b] - cloud.u[a]) @ e
+                apart = 2.0 * (u_star - cloud.u[a]) if pairs.parted(a, b) else cloud.u[b] - cloud.u[a]
+                receding = weight * apart @ e
                 q = r / h
                 rate -= volume[a] * slope * receding + volume[a] * unit / h * kernel.slope.py_func(q) * receding
                 spread = dim * kernel.shape.py_func(q) + q * kernel.slope.py_func(q)

@@ -33,7 +33,8 @@ conduct, at a Prandtl number of one,
     m_a de_a += 2 V_a V_b |dW/dr| (rho_a + rho_b)/4 1.2 max(u_an - u_bn, 0) (e_b - e_a)          within a body
 
 but loses all, 1 for 1/2, where h follows density (FOLLOWING). There the number is that of the kernel at the own h,
-whose change divides by Omega_a = 1 + V_a h_a/d sum dW/dh.
+whose change divides by Omega_a = 1 + V_a h_a/d sum dW/dh; between bodies it counts 2 (u* - u_a) for u_b - u_a: a wall
+that counted what a gas of another h closes at would be strained by it.
 
 Tension makes a lattice of particles unstable, for disorder raises sum W. HELD keeps it where o_ab says that the
 bodies have not flowed: tension leaves pairs that are closer than their volumes allow,
@@ -248,7 +249,7 @@ def accumulate(near, n, rows, i, constants, out):
             if LEADS:
                 receding += weight * g * space * (0.5 * du_n)
             if FOLLOWING:
-                q, away = r / h, weight * du_n
+                q, away = r / h, weight * (du_n + other * (2.0 * us_n - du_n))
                 number -= 0.5 * g * away
                 own_number -= scale(1.0 / h) * slope(q) * away
                 widening += weight * scale(1.0 / h) * (DIM * shape(q) + q * slope(q))
