@@ -18,7 +18,6 @@ from hvisph.core.tensors import plus_identity, put, times
 from hvisph.integrators.parts import WHOLE
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import interface, riemann, riemann_row, unlike
-from hvisph.sph.laws.edges import leaving
 from hvisph.sph.laws.limiters import LIMITERS, Limiter
 from hvisph.sph.laws.riemann import SLIPPERY
 from hvisph.sph.pairs import Pairs, Pass
@@ -28,6 +27,9 @@ from hvisph.sph.symmetry import Plane
 from .formulation import Smoothing
 from .separating import NoContact
 from .stepper import Stepper
+
+# What is pressed by rho c^2 over this gives its lead up within PASSING times h over c, see `sph.laws.riemann`.
+HARD, PASSING = 10.0, 10.0
 
 
 @dataclass(frozen=True)
@@ -191,7 +193,8 @@ def _pack(rows, s, coefficients, one):
     if LEADS:
         rows[s, HEAT] = one.e
         rows[s, COUNTS] = rows[s, V] * grown(one.lead)
-        rows[s, LEAVES] = one.lead * leaving(one.p, one.rho, one.c_l, one.h)
+        pressing = min(HARD * max(one.p, 0.0) / (one.rho * one.c_l * one.c_l), 1.0)
+        rows[s, LEAVES] = one.lead * pressing * pressing * one.c_l / (PASSING * one.h)
     return coefficients[0] * one.c_l
 
 

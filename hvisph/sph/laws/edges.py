@@ -39,16 +39,6 @@ def correctable(moment):
 
 
 @compiled
-def leaving(p, rho, c, h):
-    """Return the rate [1/s] at which density gives up its lead over the number of particles, where nothing closes.
-
-    Ten times h over c for what is pressed by a tenth of rho c^2 or more, the slower the less; never in tension.
-    """
-    pressing = min(10.0 * max(p, 0.0) / (rho * c * c), 1.0)
-    return pressing * pressing * c / (10.0 * h)
-
-
-@compiled
 def at_edges(l, rate, moment, calm, bear):
     """Return the velocity gradient and the rate of volume, corrected as the neighbourhood is open.
 

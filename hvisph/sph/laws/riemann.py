@@ -26,10 +26,10 @@ density even, loses half in pairs of one body that press hard, where it parts de
 
     u*  <-  u* + s ((u_a + u_b)/2 - u*)  in the density's rate,      s = min((10 t*_n / rho c^2)^2, 1/2),  t*_n < 0
 
-and gives up its lead x = ln(rho/m) - ln(sum W) behind the front (LEADS; `sph.laws.edges.leaving`), where fronts also
-conduct, at a Prandtl number of one,
+and gives up its lead x = ln(rho/m) - ln(sum W) behind the front (LEADS), where fronts also conduct, at a Prandtl number
+of one,
 
-    d ln(rho)/dt -= q,   dx/dt -= q,   q = x leaving(p) max(0, 1 - 20 mu/c_l)
+    d ln(rho)/dt -= q,   dx/dt -= q,   q = x c_l/(10 h) min((10 p/rho c_l^2)^2, 1) max(0, 1 - 20 mu/c_l),   p > 0
     m_a de_a += 2 V_a V_b |dW/dr| (rho_a + rho_b)/4 1.2 max(u_an - u_bn, 0) (e_b - e_a)          within a body
 
 but loses all, 1 for 1/2, where h follows density (FOLLOWING). There the number is that of the kernel at the own h,
@@ -246,8 +246,7 @@ def accumulate(near, n, rows, i, constants, out):
             space = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if UNLIKE else 1.0
             evening = counted(us_n, du_n, t_n, za, zb, rows[i, RHO] + b[RHO], 1.0 if FOLLOWING else 0.5)
             number += weight * g * space * (us_n - (1.0 - other) * evening)
-            if LEADS:
-                receding += weight * g * space * (0.5 * du_n)
+            receding += weight * g * space * (0.5 * du_n)
             if FOLLOWING:
                 q, away = r / h, weight * (du_n + other * (2.0 * us_n - du_n))
                 number -= 0.5 * g * away
@@ -268,13 +267,11 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, tu
             widened = widening + scale(1.0 / h) * DIM * shape(0.0)
             rate = (rate + volume * own_number) / (1.0 - rows[i, GROWS] * volume * h / DIM * widened)
         calm = max(1.0 - closing * rows[i, RHO] / (FRONT * rows[i, ZN]), 0.0)
+        leaves = calm * rows[i, LEAVES] if LEADS else 0.0
         if LEADS:
-            leaves = calm * rows[i, LEAVES]
             out[i, R_LEAD] = rows[i, COUNTS] * receding - rate - leaves
         gradient_u, rate = at_edges(gradient_u, rate, matrix(moment), calm, rows[i, BEAR])
-        if LEADS:
-            rate += leaves
-        out[i, R_DENSITY] = divergence(gradient_u) - rate
+        out[i, R_DENSITY] = divergence(gradient_u) - (rate + leaves)
     if REVOLVED:
         if not (CONSISTENT or ONLY_OTHER):
             gradient_u = product(gradient_u, sound_inverse(matrix(moment))[0])
