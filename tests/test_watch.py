@@ -107,6 +107,11 @@ def test_limits_are_the_cases(tmp_path):
     case = row_of([METAL, METAL], watch={"speed_over_initial": 1.01}, speed=800.0, time={"end": 3e-6}, **EULERIAN)
     outcome = spoiled(case, tmp_path / "low", spoil_with("velocity", 820.0))
     assert outcome.summary["failure"]["criterion"] == "runaway"
+    assert ("give it a damage" in outcome.summary["failure"]["message"]) == ("damage" not in METAL)
+    held = METAL | {"damage": {"type": "pressure_cutoff", "pressure": -1e9}}
+    case = row_of([held, held], watch={"speed_over_initial": 1.01}, speed=800.0, time={"end": 3e-6}, **EULERIAN)
+    outcome = spoiled(case, tmp_path / "held", spoil_with("velocity", 820.0))
+    assert "give it a damage" not in outcome.summary["failure"]["message"]
     loose = {"speed_over_initial": None, "energy_drift": None, "density": False}
     case = row_of([METAL, METAL], watch=loose, **EULERIAN)
     assert spoiled(case, tmp_path / "off", spoil_with("internal_energy", 1e8)).summary["status"] == "done"

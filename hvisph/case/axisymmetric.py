@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from hvisph.case.bodies import Body
-from hvisph.case.formulations.riemann import is_gas
+from hvisph.case.formulations.riemann import bears_any_tension, is_gas
 from hvisph.case.model import Problem
 from hvisph.case.regions import SymmetryPlane
 from hvisph.case.surroundings import Surroundings
@@ -148,8 +148,9 @@ def axisymmetric_warnings(case: Surroundings) -> Iterator[str]:
             "run away; leave it out"
         )
     for name, body in case.bodies.items():
-        if body.material.damage.type == "none" and body.material.strength.type != "elastic" and not is_gas(body):
+        if bears_any_tension(body):
             yield (
                 f"bodies.{name}.material: has neither damage nor a cut-off of tension, and rings do not break round "
-                "the axis: a cloud of debris is held by its own hoops; give one"
+                "the axis: a cloud of debris is held by its own hoops, and what is drawn beyond all that its equation "
+                "of state bears, as on the axis, runs away; give one"
             )

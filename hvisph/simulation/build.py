@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hvisph.case.formulations.riemann import bears_any_tension
 from hvisph.core.particles import Particles
 from hvisph.formulations.protocol import AnyStepper
 from hvisph.formulations.stepper import Stepper
@@ -46,6 +47,8 @@ class Setup:
         Which sizes had to give way to the spacing of particles.
     watched
         As that of `Beginning`.
+    bears_any_tension
+        Of each body, whether its equation of state alone limits the tension that it bears.
     """
 
     stepper: AnyStepper
@@ -58,6 +61,7 @@ class Setup:
     share: Share
     notes: tuple[str, ...] = ()
     watched: dict[str, np.ndarray] | None = None
+    bears_any_tension: tuple[bool, ...] = ()
 
     @property
     def particles(self) -> Particles:
@@ -86,7 +90,8 @@ def set_up(case: Case, start: Beginning) -> Setup:
     limits = np.array([_largest_density(material) for material in start.materials])
     share = Share(stepper, criteria, start.planes, start.count)
     return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
-                 Gauges(start.gauges, stepper), limits, share, start.notes, start.watched)  # fmt: skip
+                 Gauges(start.gauges, stepper), limits, share, start.notes, start.watched,
+                 tuple(bears_any_tension(case.bodies[name]) for name in start.bodies))  # fmt: skip
 
 
 def _largest_density(material: Material) -> float:

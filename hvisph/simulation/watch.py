@@ -18,6 +18,11 @@ DENSITY_EVERY = 8
 # Share of the energy at the start that the internal energy may be below zero without a word: a first step of contact
 # of bodies at zero energy ends so by 2e-5, for that step.
 UNNOTICED = 1e-4
+# A liquid or metal that is drawn beyond the largest tension of its isentrope falls into itself at any step.
+TORN = (
+    ". Nothing limits the tension of its material: drawn to where the speed of sound ends, it runs away at any step; "
+    "give it a damage, as {type: pressure_cutoff, pressure: ...}"
+)
 
 
 class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever reads about it
@@ -204,12 +209,12 @@ class Watch:
         place = ", ".join(f"{x:.6g}" for x in seen.position)
         message = (
             f"{what}: particle {seen.number} of body '{body}' at ({place}) m, time {time:.6g} s, step {step}; "
-            f"{_likely_cause(seen)}"
+            f"{_likely_cause(seen, self._setup.bears_any_tension[seen.body])}"
         )
         return Failure(criterion, message, seen.number, body, seen.position, time, step)
 
 
-def _likely_cause(seen: Seen) -> str:
+def _likely_cause(seen: Seen, bears_any_tension: bool) -> str:
     density, energy = seen.density, seen.energy
     if not np.isfinite(density) or not np.isfinite(energy):
         return "its state is not finite: the step is too long for what happens there; try a smaller time.cfl"
@@ -218,4 +223,5 @@ def _likely_cause(seen: Seen) -> str:
     return (
         f"its density is {density:.4g} kg/m^3 and its energy {energy:.4g} J/kg; the step is too long, or the "
         "material's equation of state is beyond its range there; try a smaller time.cfl"
+        + (TORN if bears_any_tension else "")
     )

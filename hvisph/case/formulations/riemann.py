@@ -79,6 +79,12 @@ def is_gas(body: Any, kinds: tuple[str, ...] = GASES) -> bool:
     return bool(kind in kinds)
 
 
+def bears_any_tension(body: Any) -> bool:
+    """Whether nothing limits the tension of what a body is made of but its equation of state."""
+    material = body.material
+    return bool(material.damage.type == "none" and material.strength.type != "elastic") and not is_gas(body)
+
+
 class RiemannFormulation(KernelOptions):
     """Contact SPH (CON): each pair meets through an acoustic Riemann problem; nothing to tune."""
 
