@@ -130,6 +130,14 @@ def test_a_bar_against_a_wall_meets_its_image():
     assert regime(load_case("validation/taylor/case", ["bodies.bar.velocity.0=190 m/s"])).velocity == 0.0
 
 
+def test_the_foot_of_a_bar_in_3d_needs_a_wide_kernel():
+    (text,) = advice(load_case("shapes/taylor_bar"))
+    assert text.startswith("formulation.h_over_dx: in a foot")
+    assert advice(load_case("shapes/taylor_bar", ["formulation.h_over_dx=1.5"])) == []
+    assert advice(load_case("shapes/taylor_bar", ["kinematics=axisymmetric"])) == []
+    assert advice(load_case("shapes/taylor_bar", ["bodies.bar.velocity.0=-20 m/s"])) == []
+
+
 def test_a_strain_to_failure_that_vanishes_in_tension_is_named():
     texts = advice(load_case("validation/taylor_damage/case", ["bodies.bar.material.damage.high_triaxiality=held"]))
     assert len(texts) == 1
