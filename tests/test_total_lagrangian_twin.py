@@ -63,7 +63,7 @@ def written_out(stepper, young_modulus, correction="mixed", hourglass=0.0, print
     rho, l = rho0 / j, rate @ inverse
     c = stepper.materials[0].bulk_sound_speed * np.array([share_of_viscosity(one) for one in l])
     modulus = young_modulus / (1.0 + young_modulus * particles["plastic_strain"] / yield_stress)
-    modulus = modulus * (1.0 - rows[:, slots["DAMAGE"]])
+    modulus = modulus * (1.0 - particles["damage"])
     sigma = np.zeros((count, dim, dim))
     for k, (p, q) in enumerate(HALF[dim]):
         sigma[:, p, q] = sigma[:, q, p] = rows[:, slots["S"] + k]

@@ -188,8 +188,6 @@ class CompositeStepper(CompositeState):
         self._rates[:] = 0.0
         if self._any_active:
             self._mirror()
-            if self._can_fail:
-                self.rows_[: self.particles.count, self.slots["DAMAGE"]] = self.particles["damage"]
             self._loops.deform(
                 self.rows_, self._active, self._eulerian,
                 (self.particles.data, self.particles.tags, ref.volume, self.loads, self.swellings, self.before),

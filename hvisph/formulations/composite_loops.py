@@ -11,6 +11,7 @@ from hvisph.core.binding import bind
 from hvisph.core.chunks import each
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
+from hvisph.core.vectors import LANES
 from hvisph.materials import state
 from hvisph.materials.table import fitted
 from hvisph.sph import rates as rate_slots
@@ -53,14 +54,14 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
         "DIM": dim, "MIXED": int(formulation.correction.shepard), "PRINTED": int(formulation.printed_viscosity),
         "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": read, "PLACES": 3 * dim,
         "ROW": formulation.row(dim)[0].used, "RATE": dim**2, "SHAPED": 2 * dim**2, "RATE_SHAPED": dim * (2 * dim + 1),
-        "SUMS": 2 * dim * (dim + 1),
+        "SUMS": -(-2 * dim * (dim + 1) // LANES) * LANES,  # whole vectors
         "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
         "RENEWS": int(formulation.renew_strain is not None), "REVOLVED": int(formulation.revolved),
         "remembered_state": fitted(state.remembered_state, *materials), "longitudinal_speed": state.longitudinal_speed,
         "shear_modulus": fitted(state.shear_modulus, *materials),
         "REMEMBERS": int("memory" in particles.offsets), "S_MEMORY": 0,
         **{name: at for name, at in particles.bindings().items()
-           if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_MEMORY")},
+           if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_DAMAGE", "S_MEMORY")},
         "slope": kernel.slope,
         "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
     }  # fmt: skip

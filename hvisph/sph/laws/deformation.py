@@ -52,11 +52,10 @@ from hvisph.core.tensors import (
     put,
     spread,
     times,
-    totals,
     transposed,
     vector,
 )
-from hvisph.core.vectors import LANES, fetch, many, neighbours
+from hvisph.core.vectors import LANES, fetch, many, neighbours, put_totals
 from hvisph.sph.viscosity import shear_share
 
 CHUNK = 256
@@ -100,10 +99,7 @@ def collect(rows, i, lists, sums, k):
         if MIXED:
             w = kernel[1]
             of_shape, rate_of_shape = plus(of_shape, times(w, dx)), plus(rate_of_shape, times(w, du))
-    put(sums, k, 0, totals(m))
-    put(sums, k, RATE, totals(n))
-    put(sums, k, SHAPED, totals(of_shape))
-    put(sums, k, RATE_SHAPED, totals(rate_of_shape))
+    put_totals(sums, np.uint64(k), m + n + of_shape + rate_of_shape)
 
 
 def mapped(sums, k, i, corrections):
@@ -161,7 +157,7 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
     if RENEWS:
         latest[i] = strain
     if SECANT:
-        rows[i, EM] = secant_modulus(moduli[m, 0], moduli[m, 1], state[i, S_PLASTIC_STRAIN], rows[i, DAMAGE])
+        rows[i, EM] = secant_modulus(moduli[m, 0], moduli[m, 1], state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE])
     if tied:
         if RENEWS:
             before_it = before[i, DIM * DIM] if REVOLVED else 1.0
@@ -176,7 +172,7 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
         # mass over volume; of rings both are those of the section
         rho = rows[i, M] / (volume[i] * section)
         memory = state[i, S_MEMORY] if REMEMBERS else 1.0
-        p, c = remembered_state(table, models, m, rho, rows[i, E], rows[i, DAMAGE], memory)
+        p, c = remembered_state(table, models, m, rho, rows[i, E], state[i, S_DAMAGE], memory)
         shear = shear_modulus(table, models, m, rho, rows[i, E], p)
         shrunk = RESERVE * np.sqrt(max(dot(inverse, inverse) - (DIM - 1.0), 0.0))
         signals[i] = (longitudinal_speed(c, rho, shear) + signal_alpha * c) * max(shrunk, 1.0)
@@ -203,7 +199,7 @@ def deform(rows, active, eulerian, particles, lists, corrections, materials, ahe
     """Compute the deformation of all particles that are `active`: the template.
 
     Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, REVOLVED, PLACES, slots of the row, columns of
-    the rates (R_...), S_DENSITY, S_PLASTIC_STRAIN, the templates above, and functions of `hvisph.materials`.
+    the rates (R_...), S_DENSITY, S_PLASTIC_STRAIN, S_DAMAGE, the templates above, and functions of `hvisph.materials`.
 
     Parameters
     ----------

@@ -65,7 +65,7 @@ def row_layout(
         printed_viscosity and ("ij", "scalar"), hourglass and ("ef", "gradient"), hourglass and ("em", "scalar"),
         revolved and ("ring", "radius"), revolved and ("ring0", "radius"), ("kind", "scalar"),
     )  # fmt: skip
-    own = ("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), ("damage", "scalar")
+    own = ("h", "scalar"), ("s", "symmetric"), ("e", "scalar")
     return RowLayout(dim, (*read, *own)), RowLayout(dim, read).used
 
 
