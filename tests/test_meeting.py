@@ -117,3 +117,12 @@ def test_an_oblique_plate_of_a_row_is_met_across_its_face():
     ball = {"material": METAL, "shape": {"type": "sphere", "diameter": 4e-3}, "velocity": [800.0, 0.0, 0.0]}
     turn = {"angle": 60.0, "axis": [0, 1, 0]}
     assert meeting(case_of("three_d", ball=ball, plate=plate | {"rotation": turn})).velocity == pytest.approx(400.0)
+
+
+def test_a_field_of_velocities_moves_a_body_as_its_middle(tmp_path):
+    (tmp_path / "bend.csv").write_text("x,y,u,v\n-4e-3,-2e-3,100,0\n-4e-3,2e-3,200,0\n0,-2e-3,100,0\n0,2e-3,200,0\n")
+    table = {"type": "table", "file": str(tmp_path / "bend.csv")}
+    around = {"type": "spin", "rate": 1e5, "centre": [0.0, 1e-2]}  # its middle at 2 mm, 10 mm below the centre
+    for field, speed in ((table, 150.0), (around, 1000.0), ({"type": "spin", "rate": 1e5}, None)):
+        met = meeting(case_of("plane_strain", a=box(4e-3, 4e-3, initial_velocity=[field]), b=box(2e-3, 2e-2)))
+        assert met is None if speed is None else met.velocity == pytest.approx(speed, rel=1e-9)

@@ -43,7 +43,7 @@ def meeting(case: Case) -> Meeting | None:
     Of several that meet at once, such as core and jacket of a bullet, it is those of the highest pressure.
     """
     names, bodies, (boxes, shifts) = list(case.bodies), list(case.bodies.values()), _boxes(case)
-    velocities = [_velocity(body, case.dim) for body in bodies]
+    velocities = [_velocity(body, box) for body, box in zip(bodies, boxes, strict=True)]
     impedance = [_impedance(body) for body in bodies]
     turns = [None if case.drawn != case.dim else _turn(body, case) for body in bodies]
     found: list[tuple[float, float, int, int, float]] = []
@@ -86,12 +86,12 @@ def _threads(case: Case, boxes: list[Box], names: list[str], a: int, b: int) -> 
     return False
 
 
-def _velocity(body: Body, dim: int) -> np.ndarray:
-    velocity = np.zeros(dim) + np.asarray(body.velocity)
-    for field in body.initial_velocity:
-        if field.type == "uniform":
-            velocity += np.asarray(field.velocity)
-    return velocity
+def _velocity(body: Body, box: Box) -> np.ndarray:
+    """Return the velocity of a body's middle, where fields that turn and spread about it have none."""
+    from hvisph.simulation.velocities import initial_velocity
+
+    middle = 0.5 * (box[0] + box[1])
+    return initial_velocity(body, middle[None], middle)[0]
 
 
 def _impedance(body: Body) -> float:
