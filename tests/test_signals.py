@@ -13,6 +13,7 @@ import pytest
 from small_runs import LIQUID, METAL, assert_same_results, row_of
 
 from hvisph.casefile.loader import dump_case
+from hvisph.cli.ending import kept
 from hvisph.output.checkpoint import list_checkpoints, read_checkpoint
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 
@@ -93,6 +94,18 @@ def test_a_signal_finishes_the_step_and_says_how_to_go_on(number, code, case, wh
     assert read_checkpoint(list_checkpoints(folder / "checkpoint")[0]).step == last
     assert command("resume", folder).wait() == 0
     assert_same_results(folder, whole)
+
+
+@pytest.mark.parametrize("held", [(), ("checkpoint",), ("checkpoint", "summary")])
+def test_a_run_that_is_interrupted_while_it_is_summed_up_says_how_to_go_on(held, tmp_path, capsys):
+    (tmp_path / "checkpoint").mkdir()
+    names = {"checkpoint": "checkpoint/000000000007.h5", "summary": "summary.json"}  # the latter of a run before it
+    for one in held:
+        (tmp_path / names[one]).touch()
+    with pytest.raises(KeyboardInterrupt), kept(tmp_path):
+        raise KeyboardInterrupt
+    said = capsys.readouterr().err
+    assert (f"go on with: hvisph resume {tmp_path}" in said.replace("\n", "")) == (held == ("checkpoint",))
 
 
 def test_killed_again_and_again_it_loses_nothing_but_steps(case, whole, tmp_path):

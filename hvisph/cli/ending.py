@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -50,6 +52,18 @@ def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool, report: b
     if outcome.summary["status"] == "interrupted":
         say(f"stopped by {outcome.signal}; go on with: hvisph resume {outcome.folder}", err=True)
     raise typer.Exit(outcome.exit_code or (FAILED if failure is not None else 0))
+
+
+@contextmanager
+def kept(folder: Path | str) -> Iterator[None]:
+    """Say of a run that a second Ctrl-C ends in this block, its summary unwritten, where it can be taken up."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        begun = any(Path(folder).glob("checkpoint/*.h5")) and not (Path(folder) / "summary.json").exists()
+        if begun and is_first():
+            say(f"stopped before it was summed up; go on with: hvisph resume {folder}", err=True)
+        raise
 
 
 def _page(folder: Path) -> Path | None:

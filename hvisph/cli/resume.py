@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hvisph.cli.ending import conclude, listener_for
+from hvisph.cli.ending import conclude, kept, listener_for
 from hvisph.cli.interrupt import noted_interrupts
 from hvisph.cli.options import JsonOption, QuietOption, ReportOption, ThreadsOption
 from hvisph.parallel.launch import is_first
@@ -36,7 +36,7 @@ def resume(
     listener = listener_for(case, quiet or as_json)
     listener.opening()
     try:
-        with noted_interrupts():
+        with kept(folder), noted_interrupts():
             outcome = resume_run(folder, case, threads=threads, listener=listener)
     finally:
         listener.close()

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from hvisph.cli.ending import conclude, listener_for
+from hvisph.cli.ending import conclude, kept, listener_for
 from hvisph.cli.interrupt import noted_interrupts
 from hvisph.cli.loading import load, placed, run_folder
 from hvisph.cli.options import (
@@ -41,9 +41,10 @@ def run(
     listener.opening()
     from hvisph.simulation.run import run as run_case
 
+    folder = out or run_folder(case)
     try:
-        with placed(case), noted_interrupts():
-            outcome = run_case(loaded, out or run_folder(case), force=force, threads=threads, listener=listener)
+        with placed(case), kept(folder), noted_interrupts():
+            outcome = run_case(loaded, folder, force=force, threads=threads, listener=listener)
     finally:
         listener.close()
     conclude(outcome, loaded.units == "none", quiet, as_json, report)
