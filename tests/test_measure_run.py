@@ -183,7 +183,8 @@ def test_comparison_with_expected_values():
     ("value", "spread", "text"),
     [
         (0.021, 0.0005, "2.10 ± 0.05 cm"),
-        (3.8e-5, 2.5e-6, "0.0038 ± 0.00025 cm"),  # the crater of a grain of dust
+        (3.8e-5, 2.5e-6, "38 ± 2.5 um"),  # the crater of a grain of dust
+        (4006.1, 58.5, "4.01 ± 0.0585 km"),  # and that of an asteroid
         (0.0, 0.0, "0.00 cm"),
         (0.0, 5e-4, "0.00 ± 0.05 cm"),
         (1e-12, 0.0, "0.00 cm"),
@@ -191,6 +192,22 @@ def test_comparison_with_expected_values():
 )
 def test_small_sizes_keep_their_figures(value, spread, text):
     (row,) = rows({"crater_diameter": Result(value, "m", spread)})
+    assert row.value == text
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "value", "text"),
+    [
+        ("impulse", "N s", 1.05e-11, "10.5 pN s"),
+        ("impulse", "N s/m", 2e-6, "2 uN s/m"),
+        ("impulse", "N s", 3e-17, "0.0000 N s"),  # rounding
+        ("impulse", "N s", 0.7731, "0.7731 N s"),
+        ("mass_lost", "kg", 4e12, "4e+12 kg"),
+        ("perforation_time", "s", 0.1875, "188 ms"),
+    ],
+)
+def test_units_suit_the_size(name, unit, value, text):
+    (row,) = rows({name: Result(value, unit)})
     assert row.value == text
 
 

@@ -12,6 +12,8 @@ from hvisph.core.kinematics import KINEMATICS
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
+LARGE = 1e7  # grammes and cubic millimetres from which on kilogrammes and metres are read
+
 
 def check(
     case: CaseArgument,
@@ -168,8 +170,11 @@ def _filling(body: Any, case: Case, number: Any) -> str:
     if case.units == "si":
         depth = {1: "/m^2", 2: "/m", 3: ""}[case.drawn]
         millimetres = {1: "mm", 2: "mm^2", 3: "mm^3"}[case.drawn]
-        volume = f"{1e3**case.drawn * body.volume:.5g} {millimetres}"
-        words = f"mass {1e3 * body.mass:.5g} g{depth}, volume of the shape {volume}"
+        metres = "m" if case.drawn == 1 else f"m^{case.drawn}"
+        small = 1e3**case.drawn * body.volume
+        volume = f"{small:.5g} {millimetres}" if small < LARGE else f"{body.volume:.5g} {metres}"
+        weight = f"{1e3 * body.mass:.5g} g" if 1e3 * body.mass < LARGE else f"{body.mass:.5g} kg"
+        words = f"mass {weight}{depth}, volume of the shape {volume}"
     else:
         words = f"mass {body.mass:.5g}, volume of the shape {body.volume:.5g}"
     if body.along:

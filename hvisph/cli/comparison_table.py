@@ -47,7 +47,7 @@ def _measures(rows: Sequence[Row], unitless: bool, every: bool) -> str:
     names = shown_measures(rows)
     most = names if every or any(row.published for row in rows) else main_measures(names)
     left, names = len(names) - len(most), most
-    looks = {name: _look(rows, name, unitless) for name in names}
+    looks = {name: _look(rows, name, unitless).fitting(_largest(rows, name)) for name in names}
     lines = [
         ["", *(look.short for look in looks.values())],
         ["", *(look.unit for look in looks.values())],
@@ -60,6 +60,10 @@ def _measures(rows: Sequence[Row], unitless: bool, every: bool) -> str:
 def _look(rows: Sequence[Row], name: str, unitless: bool) -> Look:
     own = next((row.measures[name]["unit"] for row in rows if name in row.measures), "")
     return look_of(name, own, unitless)
+
+
+def _largest(rows: Sequence[Row], name: str) -> float:
+    return max((abs(row.value(name) or 0.0) for row in rows), default=0.0)
 
 
 def _cell(row: Row, name: str, look: Look) -> str:

@@ -121,7 +121,8 @@ def _rows(rows: Sequence[dict[str, Any]], record: Sequence[str] | None) -> str:
 
     paths = list(dict.fromkeys(key for row in rows for key in row["values"]))
     names = _main(record, rows)
-    looks = {name: look_of(name) for name in names}
+    sizes = {name: [abs(row["measures"].get(name, {}).get("value") or 0.0) for row in rows] for name in names}
+    looks = {name: look_of(name).fitting(max(sizes[name], default=0.0)) for name in names}
     head = ["", *_shortest(paths), "", *(looks[name].short for name in names)]
     units = ["", *("" for _ in paths), "", *(looks[name].unit for name in names)]
     lines = [head, units]

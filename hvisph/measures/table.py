@@ -12,6 +12,7 @@ from hvisph.measures.result import Result
 # Units of shares and angles, of which little is nothing; and what is next to nothing of any unit for people.
 UNSIZED = ("", "%", "deg")
 LEAST = 1e-6
+_TIME = Look("time", "t", "us", 2)
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ def rows(
         if not result.settled:
             notes.append("not settled")
         if result.time is not None:
-            notes.append(f"at t = {result.time:.4g}" if unitless else f"at {result.time * 1e6:.2f} us")
+            notes.append(f"at t = {result.time:.4g}" if unitless else f"at {_text(result.time, None, _TIME)}")
         target = ""
         if entry is not None:
             target = _shown(name, entry["expected"], entry["tolerance"], look)
@@ -93,6 +94,7 @@ def _text(value: float | None, spread: float | None, look: Look) -> str:
     if value is None:
         return "-"
 
+    look = look.fitting(max(abs(value), abs(spread or 0.0)))
     fixed = look.decimals >= 0 and not _tiny(value, spread, look)
 
     def number(figure: float) -> str:

@@ -182,7 +182,8 @@ class Watch:
             raise self._failure(
                 "density", worst, time, step,
                 f"a density of {worst.density:.4g} kg/m^3 is outside the range of the equation of state of '"
-                f"{self._setup.materials[material]}', 0 to {limits[material]:.4g} kg/m^3",
+                f"{self._setup.materials[material]}', 0 to {limits[material]:.4g} kg/m^3 (where it is one of few, in a "
+                "jet or a spike, watch.density: false goes on without this limit)",
             )  # fmt: skip
 
     def _one_of(self, chosen: Any) -> Seen | None:
