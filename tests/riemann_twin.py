@@ -251,7 +251,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             rate = rate / omega if following else rate
             calm = max(0.0, 1.0 - 20.0 * mu / cloud.c_l[a])
             leaves = 0.0 if following else calm * cloud.leaves[a]
-            leading = cloud.counts[a] * away - rate - leaves
+            leading = cloud.counts[a] * away - rate - calm * cloud.fades[a]
             gradient, rate = at_edges(gradient, rate, moment, calm, cloud.bear[a])
             further = [np.trace(gradient) - rate - leaves] + [leading] * formulation.leads
         if formulation.parted:

@@ -36,6 +36,7 @@ class Cloud:
     heat: np.ndarray
     counts: np.ndarray
     leaves: np.ndarray
+    fades: np.ndarray
 
     @property
     def dim(self):
@@ -78,7 +79,8 @@ def random_cloud(dim, seed=0, spacing=1e-3):
     twist = 0.1e9 * np.random.default_rng(seed + 2).normal(size=(n, (0, 1, 3)[dim - 1]))
     later = np.random.default_rng(seed + 3)
     heat, counts, leaves = 1e6 * later.uniform(size=n), m / rho * later.uniform(0.9, 1.1, n), 1e5 * later.normal(size=n)
-    return Cloud(x, u, h, m, rho, c, 1.2 * c, 0.6 * c, stress, body, *limits, face, twist, heat, counts, leaves)
+    fades = leaves * later.uniform(1.0, 2.0, n)
+    return Cloud(x, u, h, m, rho, c, 1.2 * c, 0.6 * c, stress, body, *limits, face, twist, heat, counts, leaves, fades)
 
 
 def components(tensor):
@@ -173,6 +175,7 @@ def packed(cloud, formulation, planes=(), further=None):
         "HEAT": cloud.heat,
         "COUNTS": cloud.counts,
         "LEAVES": cloud.leaves,
+        "FADES": cloud.fades,
         "RHO": cloud.rho,
         "C": cloud.c,
         "ZN": cloud.rho * cloud.c_l,

@@ -194,7 +194,8 @@ def _pack(rows, s, coefficients, one):
         rows[s, HEAT] = one.e
         rows[s, COUNTS] = rows[s, V] * grown(one.lead)
         pressing = min(HARD * max(one.p, 0.0) / (one.rho * one.c_l * one.c_l), 1.0)
-        rows[s, LEAVES] = one.lead * pressing * pressing * one.c_l / (PASSING * one.h)
+        rows[s, FADES] = one.lead * one.c_l / (PASSING * one.h)
+        rows[s, LEAVES] = rows[s, FADES] * pressing * pressing
     return coefficients[0] * one.c_l
 
 

@@ -32,6 +32,8 @@ from .sums import COUNTED, HEATING, INTERNAL, KINETIC, LENGTH, MOMENTUM, PLASTIC
 CHUNK = 256
 # Rings in shear flow have all of the viscosity at the axis, none beyond the reduced share from h over this on.
 AT_AXIS = 0.5
+# The most that density leads the number of particles by: fronts make a tenth of it.
+AFAR = 0.5
 
 
 def carried(particles, here, alike, materials, coefficients, times_ahead, h_limits, rows, limits, counted, most,
@@ -94,7 +96,7 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
         if PREVIOUS:
             remember(state, s, u, acting)
         if LEADS:
-            state[s, S_DENSITY_LEAD] += dt * rates[s, R_LEAD]
+            state[s, S_DENSITY_LEAD] = min(max(state[s, S_DENSITY_LEAD] + dt * rates[s, R_LEAD], -AFAR), AFAR)
         if SPINS:
             made = times(dt, own_axial(rates, s, R_SPIN, DIM))
             put(state, s, S_PREVIOUS_SPIN, plus(own_axial(state, s, S_PREVIOUS_SPIN, DIM), made))

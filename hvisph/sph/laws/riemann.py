@@ -29,7 +29,7 @@ density even, loses half in pairs of one body that press hard, where it parts de
 and gives up its lead x = ln(rho/m) - ln(sum W) behind the front (LEADS), where fronts also conduct, at a Prandtl number
 of one,
 
-    d ln(rho)/dt -= q,   dx/dt -= q,   q = x c_l/(10 h) min((10 p/rho c_l^2)^2, 1) max(0, 1 - 20 mu/c_l),   p > 0
+    dx/dt -= q,   d ln(rho)/dt -= q min((10 p/rho c_l^2)^2, 1),   q = x c_l/(10 h) max(0, 1 - 20 mu/c_l),   p > 0
     m_a de_a += 2 V_a V_b |dW/dr| (rho_a + rho_b)/4 1.2 max(u_an - u_bn, 0) (e_b - e_a)          within a body
 
 but loses all, 1 for 1/2, where h follows density (FOLLOWING). There the number is that of the kernel at the own h,
@@ -269,7 +269,7 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, tu
         calm = max(1.0 - closing * rows[i, RHO] / (FRONT * rows[i, ZN]), 0.0)
         leaves = calm * rows[i, LEAVES] if LEADS else 0.0
         if LEADS:
-            out[i, R_LEAD] = rows[i, COUNTS] * receding - rate - leaves
+            out[i, R_LEAD] = rows[i, COUNTS] * receding - rate - calm * rows[i, FADES]
         gradient_u, rate = at_edges(gradient_u, rate, matrix(moment), calm, rows[i, BEAR])
         out[i, R_DENSITY] = divergence(gradient_u) - (rate + leaves)
     if REVOLVED:

@@ -48,7 +48,7 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
 
     BEAR and SHEAR are the tractions it bears, HEAT its energy, ORDER whether it has flowed, TWIST w, FILLS and ENDS N
     and O of its body, FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop stress of a
-    ring, COUNTS 1 over the number of particles, LEAVES the rate at which density gives its lead up.
+    ring, COUNTS 1 over the number of particles, FADES and LEAVES the rates at which its lead goes and density follows.
     """
     return RowLayout(dim, those(
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
@@ -57,7 +57,7 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
         leads and ("heat", "scalar"), revolved and ("ring", "radius"), consistent and ("bear", "scalar"),
         consistent and ("order", "scalar"), ("m", "scalar"),  # pairs read neither m nor what follows
         following and ("grows", "scalar"), revolved and ("hoop", "scalar"),
-        leads and ("counts", "scalar"), leads and ("leaves", "scalar"),
+        leads and ("counts", "scalar"), leads and ("fades", "scalar"), leads and ("leaves", "scalar"),
     ), those(
         reconstruct and ("gu", "gradient"), reconstruct and ("gt", "symmetric_gradient"),
         parted and ("fills", "vector"), parted and ("ends", "vector"), unlike and ("depth", "scalar"),
