@@ -13,6 +13,7 @@ from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import build
 from hvisph.simulation.estimate import rough_count
 from hvisph.simulation.first_contact import first_contact
+from hvisph.simulation.meeting import meeting
 from hvisph.simulation.velocities import initial_velocity
 
 METAL = "aluminium-howell-ball"
@@ -140,14 +141,38 @@ def test_two_planes_on_one_axis():
 
 
 def test_particles_from_a_file(tmp_path):
-    (tmp_path / "p.csv").write_text("x,y,mass\n0,0,2\n1,0,3\n0,1,5\n")
+    (tmp_path / "p.csv").write_text("x,y,mass\n0,0,2e-3\n1,0,3e-3\n0,1,5e-3\n")
     shape = {"type": "particles", "file": str(tmp_path / "p.csv"), "unit": "1 mm"}
     (placed,) = placed_bodies(load_case(PLANE | {"bodies": {"a": body(shape, position=[0, 0])}}))
-    assert placed.volumes * 2785 == pytest.approx([2, 3, 5])
+    assert placed.volumes * 2785 == pytest.approx([2e-3, 3e-3, 5e-3])
     assert placed.positions.tolist() == [[0, 0], [1e-3, 0], [0, 1e-3]]
     (tmp_path / "p.csv").write_text("x,y\n0,0\n")
     with pytest.raises(CaseError, match="no column mass; it has x, y"):
         placed_bodies(load_case(PLANE | {"bodies": {"a": body(shape)}}))
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "said"),
+    [
+        ("x,y,mass\n0,0,2e-3\n1,0,2e-3\n0,1,2e-3\n1,0,2e-3\n", "1 mm", "two particles at one place, those of lines 2 and 4"),
+        ("x,y,mass\n0,0,2e-3\n1,0,2e-3\n0,1,2e-3\n", "1 m", "are 1 m apart, and by their masses .* 0.000847 m wide"),
+        ("", "1 mm", "is empty"),
+    ],
+)  # fmt: skip
+def test_particles_that_cannot_be_meant_are_refused(text, unit, said, tmp_path):
+    (tmp_path / "p.csv").write_text(text)
+    shape = {"type": "particles", "file": str(tmp_path / "p.csv"), "unit": unit}
+    with pytest.raises(CaseError, match=rf"bodies\.a\.shape\.file: .*{said}"):
+        placed_bodies(load_case(PLANE | {"bodies": {"a": body(shape)}}))
+
+
+def test_a_table_of_velocities_that_is_missing_is_told_with_its_place(tmp_path):
+    table = {"type": "table", "file": str(tmp_path / "none.csv")}
+    case = load_case(PLANE | {"bodies": {"a": PLATE | {"initial_velocity": [table]}}})
+    (placed,) = placed_bodies(case)
+    with pytest.raises(CaseError, match=r"bodies\.a\.initial_velocity\.0\.file: there is no file"):
+        _ = placed.velocity
+    assert meeting(case) is None
 
 
 @pytest.mark.parametrize("dim", [1, 2, 3])

@@ -9,6 +9,10 @@ import numpy as np
 from hvisph.core.errors import CaseError
 from hvisph.geometry.filling import Filling
 
+# Of a particle's breadth: closer ones stand at one place. And how far distance and breadth may be apart: random places
+# have half, gaps a multiple of a lattice's 1.
+ONE_PLACE, MISFIT = 1e-3, 4.0
+
 
 def read_particles(path: str | Path, dim: int, density: float, scale: float = 1.0) -> Filling:
     """Return the particles in a file.
@@ -32,25 +36,52 @@ def read_particles(path: str | Path, dim: int, density: float, scale: float = 1.
     """
     path = Path(path)
     if not path.is_file():
-        raise CaseError(f"there is no file '{path}'", where="file")
+        raise CaseError(f"there is no file '{path}'", where="shape.file")
     try:
         positions, mass = _read(path, dim)
-    except CaseError:
-        raise
+    except CaseError as error:
+        raise CaseError(error.message, where="shape.file") from error
     except Exception as error:  # whatever the readers of foreign files raise
-        raise CaseError(f"'{path}' cannot be read: {error}", where="file") from None
+        raise CaseError(f"'{path}' cannot be read: {error}", where="shape.file") from None
     positions = np.ascontiguousarray(positions, dtype=float) * scale
     mass = np.ascontiguousarray(mass, dtype=float).ravel()
     if positions.ndim != 2 or positions.shape[1] != dim or len(positions) == 0 or len(mass) != len(positions):
         raise CaseError(
             f"'{path}' has positions of shape {positions.shape} and {len(mass)} masses; needs (n, {dim}) and n",
-            where="file",
+            where="shape.file",
         )
     if not np.isfinite(positions).all() or not (np.isfinite(mass) & (mass > 0)).all():
-        raise CaseError(f"'{path}' holds a position that is not finite or a mass that is not positive", where="file")
+        raise CaseError(
+            f"'{path}' holds a position that is not finite or a mass that is not positive", where="shape.file"
+        )
     volumes = mass / density
+    _refuse_misfit(path.name, positions, volumes ** (1 / dim))
     size = tuple(float(s) for s in np.ptp(positions, axis=0))
     return Filling(positions, volumes, size, volumes ** (1 / dim), f"{len(mass)} particles from {path.name}")
+
+
+def _refuse_misfit(name: str, positions: np.ndarray, breadth: np.ndarray) -> None:
+    """Refuse particles at one place, and distances that are not those of particles of their `breadth` (n,) [m]."""
+    from scipy.spatial import cKDTree
+
+    if len(positions) < 2:
+        return
+    distances, numbers = cKDTree(positions).query(positions, k=2)
+    distance = distances[:, 1]
+    one = int(np.argmin(distance / breadth))
+    if distance[one] < ONE_PLACE * breadth[one]:
+        first, second = sorted(numbers[one] + 1)
+        raise CaseError(
+            f"'{name}' has two particles at one place, those of lines {first} and {second} of its data; keep one "
+            "of them", where="shape.file",
+        )  # fmt: skip
+    usual, wide = float(np.median(distance)), float(np.median(breadth))
+    if not 1.0 / MISFIT < usual / wide < MISFIT:
+        raise CaseError(
+            f"particles of '{name}' are {usual:.3g} m apart, and by their masses and the material's density {wide:.3g} "
+            "m wide; give the right `unit`, masses (per metre of depth in 2D) or material",
+            where="shape.file",
+        )
 
 
 def _read(path: Path, dim: int) -> tuple[np.ndarray, np.ndarray]:
@@ -65,13 +96,13 @@ def _read(path: Path, dim: int) -> tuple[np.ndarray, np.ndarray]:
             missing = [name for name in ("position", "mass") if name not in file]
             if missing:
                 given = ", ".join(file)
-                raise CaseError(f"'{path}' has no data set {', '.join(missing)}; it has {given}", where="file")
+                raise CaseError(f"'{path}' has no data set {', '.join(missing)}; it has {given}", where="shape.file")
             return np.asarray(file["position"])[:, :dim], np.asarray(file["mass"])
     import meshio
 
     mesh = meshio.read(path)
     if "mass" not in mesh.point_data:
-        raise CaseError(f"'{path}' has no point data 'mass'; it has {', '.join(mesh.point_data)}", where="file")
+        raise CaseError(f"'{path}' has no point data 'mass'; it has {', '.join(mesh.point_data)}", where="shape.file")
     return mesh.points[:, :dim], mesh.point_data["mass"]
 
 
@@ -85,6 +116,8 @@ def read_columns(path: str | Path, names: tuple[str, ...]) -> list[np.ndarray]:
     """
     if not Path(path).is_file():
         raise CaseError(f"there is no file '{path}'", where="file")
+    if not Path(path).stat().st_size:
+        raise CaseError(f"'{path}' is empty", where="file")
     table = np.genfromtxt(path, delimiter=",", names=True, dtype=float, encoding="utf-8", ndmin=1)
     given = table.dtype.names or ()
     missing = [name for name in names if name not in given]

@@ -21,7 +21,6 @@ from hvisph.simulation.gauges import PlacedGauge, placed_gauges
 from hvisph.simulation.impact_pressure import stiff_enough
 from hvisph.simulation.kernel_types import filled_region, refuse_outside, set_kernel_types
 from hvisph.simulation.starting import MEMORY, body_material, remembered, start_of
-from hvisph.simulation.velocities import initial_velocity
 from hvisph.sph.kernels import KERNELS
 from hvisph.sph.symmetry import AXIS, Plane
 
@@ -152,7 +151,7 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
         part = slice(first, first + len(body.positions))
         first = part.stop
         particles["position"][part] = body.positions
-        particles["velocity"][part] = initial_velocity(body.model, body.positions, body.middle)
+        particles["velocity"][part] = body.velocity
         density, energy = start_of(body.name, body.model, material)
         particles["mass"][part] = density * body.volumes
         particles["density"][part] = density

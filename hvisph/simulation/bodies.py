@@ -70,10 +70,17 @@ class PlacedBody:
         return np.asarray(self.volumes ** (1.0 / self.positions.shape[1]))
 
     @property
+    def velocity(self) -> np.ndarray:
+        """Velocity of each particle at the start, (n, dim) [m/s]; refused with its place where a table is wrong."""
+        try:
+            return initial_velocity(self.model, self.positions, self.middle)
+        except CaseError as error:
+            raise CaseError(error.message, where=f"bodies.{self.name}.{error.where}") from error
+
+    @property
     def mean_velocity(self) -> np.ndarray:
         """Velocity of the middle of its mass at the start, (dim,) [m/s]."""
-        velocity = initial_velocity(self.model, self.positions, self.middle)
-        return np.asarray(self.volumes @ velocity / self.volumes.sum())
+        return np.asarray(self.volumes @ self.velocity / self.volumes.sum())
 
     @property
     def asked(self) -> float:

@@ -88,10 +88,15 @@ def _threads(case: Case, boxes: list[Box], names: list[str], a: int, b: int) -> 
 
 def _velocity(body: Body, box: Box) -> np.ndarray:
     """Return the velocity of a body's middle, where fields that turn and spread about it have none."""
+    from hvisph.core.errors import CaseError
     from hvisph.simulation.velocities import initial_velocity
 
-    middle = 0.5 * (box[0] + box[1])
-    return initial_velocity(body, middle[None], middle)[0]
+    ends = np.nan_to_num(np.array(box), posinf=0.0, neginf=0.0)  # particles of a file have no sides here
+    middle = 0.5 * (ends[0] + ends[1])
+    try:
+        return initial_velocity(body, middle[None], middle)[0]
+    except CaseError:  # a table that cannot be read is said where bodies are made, with its place
+        return np.array(body.velocity, dtype=float)
 
 
 def _impedance(body: Body) -> float:

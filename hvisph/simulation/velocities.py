@@ -25,10 +25,13 @@ def initial_velocity(model: Any, positions: np.ndarray, middle: np.ndarray) -> n
         Middle of the mass of the whole body (dim,) [m], about which fields turn and spread unless they say otherwise.
     """
     velocity = np.tile(np.asarray(model.velocity, dtype=float), (len(positions), 1))
-    for field in model.initial_velocity:
+    for number, field in enumerate(model.initial_velocity):
         centre = getattr(field, "centre", None)
         about = middle if centre is None else np.asarray(centre)
-        velocity += _FIELDS[field.type](field, positions, positions - about)
+        try:
+            velocity += _FIELDS[field.type](field, positions, positions - about)
+        except CaseError as error:
+            raise CaseError(error.message, where=f"initial_velocity.{number}.{error.where}") from error
     return velocity
 
 
@@ -102,5 +105,5 @@ def _unit(direction: Any) -> np.ndarray:
     vector = np.asarray(direction, dtype=float)
     length = float(np.sqrt(vector @ vector))
     if not length > 0:
-        raise CaseError("the axis of a velocity field must not be all zero", where="initial_velocity.axis")
+        raise CaseError("the axis of a velocity field must not be all zero", where="axis")
     return vector / length
