@@ -151,6 +151,16 @@ def test_particles_from_a_file(tmp_path):
         placed_bodies(load_case(PLANE | {"bodies": {"a": body(shape)}}))
 
 
+@pytest.mark.parametrize("more", [{}, {"temperature": 700.0}, {"material": {"base": "copper-ofhc", "porosity": {
+    "distension": 2.0, "elastic_pressure": 1e7, "solid_pressure": 1e9}}}])  # fmt: skip
+def test_particles_of_a_file_weigh_what_it_says(more, tmp_path):
+    """Warm and porous bodies are thinner: their particles are as much wider."""
+    (tmp_path / "p.csv").write_text("x,y,mass\n0,0,2e-3\n0.5,0,3e-3\n0,0.5,2e-3\n")
+    shape = {"type": "particles", "file": str(tmp_path / "p.csv"), "unit": "1 mm"}
+    setup = build(load_case(PLANE | {"bodies": {"a": {"material": "copper-ofhc", "shape": shape} | more}}))
+    assert setup.particles["mass"] == pytest.approx([2e-3, 3e-3, 2e-3], rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("text", "unit", "said"),
     [

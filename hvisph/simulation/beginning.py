@@ -20,7 +20,8 @@ from hvisph.simulation.formulations import formulation_of
 from hvisph.simulation.gauges import PlacedGauge, placed_gauges
 from hvisph.simulation.impact_pressure import stiff_enough
 from hvisph.simulation.kernel_types import filled_region, refuse_outside, set_kernel_types
-from hvisph.simulation.starting import MEMORY, body_material, remembered, start_of
+from hvisph.simulation.materials import start_of
+from hvisph.simulation.starting import MEMORY, body_material, remembered
 from hvisph.sph.kernels import KERNELS
 from hvisph.sph.symmetry import AXIS, Plane
 

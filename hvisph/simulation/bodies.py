@@ -20,6 +20,7 @@ from hvisph.geometry.particle_file import read_particles
 from hvisph.geometry.place import needed_turn, rotated, rotation_matrix, row
 from hvisph.geometry.section import Section, fill_section
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
+from hvisph.simulation.materials import material_of, start_of
 from hvisph.simulation.shapes import shape_of
 from hvisph.simulation.velocities import initial_velocity, refuse_unlike_halves
 
@@ -152,7 +153,11 @@ def _filled(case: Case, model: Any, turn: np.ndarray | None, mirrors: Sequence[M
     """Return a body's shape and its particles about its origin."""
     dx = model.resolution or case.resolution
     if model.shape.type == "particles":
-        return None, read_particles(model.shape.file, case.dim, model.material.density, model.shape.unit)
+        try:  # porous or warm, they weigh what the file says
+            density, _ = start_of("", model, material_of(model.material, model.internal_energy))
+        except CaseError as error:
+            raise CaseError(error.message, where="temperature") from error
+        return None, read_particles(model.shape.file, case.dim, density, model.shape.unit)
     exact = model.mass == "exact"
     revolved = case.drawn != case.dim
     solid = shape_of(model.shape, case.drawn)

@@ -20,10 +20,9 @@ from hvisph.geometry.shapes import Shape
 from hvisph.simulation.bodies import PlacedBody, placed_bodies
 from hvisph.simulation.build import build
 from hvisph.simulation.cost import fed_threads, step_seconds, worthwhile_threads
-from hvisph.simulation.materials import material_of
+from hvisph.simulation.materials import material_of, start_of
 from hvisph.simulation.memory import free_memory
 from hvisph.simulation.shapes import shape_of
-from hvisph.simulation.starting import start_of
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from hvisph.core.errors import CaseError
 from hvisph.materials.damage import (
     CockcroftLatham,
     GradyKipp,
@@ -209,3 +210,21 @@ def _damage(damage: DamageModel) -> Model:
             strain = (damage.d1, damage.d2, damage.d3, damage.d4, damage.d5, damage.reference_rate)
             return JohnsonCookDamage(*strain, cutoff, damage.softening, damage.high_triaxiality == "void_growth")
     raise ValueError(damage.type)
+
+
+def start_of(name: str, model: Any, material: Material) -> tuple[float, float]:
+    """Return density [kg/m^3] and specific internal energy [J/kg] that a body of the case starts with.
+
+    Raises
+    ------
+    CaseError
+        For a temperature that the material cannot have at no pressure.
+    """
+    rest = material.density_at_rest
+    if model.temperature is None:
+        return rest, model.internal_energy or material.eos.ambient_energy
+    try:
+        density, energy = material.at_temperature(model.temperature)
+    except CaseError as error:
+        raise CaseError(error.message, where=f"bodies.{name}.temperature") from None
+    return density * rest / material.density, energy

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -40,24 +39,6 @@ def with_cracks(material: Material, volume: float) -> Material:
     young = material.young_modulus
     damage = replace(material.damage, crack_speed=speed, young_modulus=young, particle_volume=volume)
     return replace(material, damage=damage)
-
-
-def start_of(name: str, model: Any, material: Material) -> tuple[float, float]:
-    """Return density [kg/m^3] and specific internal energy [J/kg] that a body of the case starts with.
-
-    Raises
-    ------
-    CaseError
-        For a temperature that the material cannot have at no pressure.
-    """
-    rest = material.density_at_rest
-    if model.temperature is None:
-        return rest, model.internal_energy or material.eos.ambient_energy
-    try:
-        density, energy = material.at_temperature(model.temperature)
-    except CaseError as error:
-        raise CaseError(error.message, where=f"bodies.{name}.temperature") from None
-    return density * rest / material.density, energy
 
 
 def remembered(body: PlacedBody, material: Material, dim: int, drawn: int, dx: float) -> np.ndarray:
