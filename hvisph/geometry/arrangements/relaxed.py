@@ -26,6 +26,7 @@ REACH = 1.5  # of the pair force, in close-packed distances
 ROUNDS = 80
 PAIRS_EVERY = 5
 FIRST_STEP, LAST_STEP = 0.25, 0.02  # [a]
+UNSURE = 0.25  # [a]; how well a distance to the surface is known
 DEPTH = 0.5  # of the outer layer below the surface, in spacings
 
 
@@ -91,10 +92,12 @@ def _relaxed(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
     # a lattice is in balance wherever it stands: shaken, so that it finds the shape
     points = points + 0.05 * a * np.random.default_rng(0).uniform(-1, 1, points.shape)
     pairs, outer = np.empty((0, 2), int), np.empty(0, int)
-    for step in range(ROUNDS):
+    lengths = [FIRST_STEP * (LAST_STEP / FIRST_STEP) ** (step / (ROUNDS - 1)) * a for step in range(ROUNDS)]
+    for step, length in enumerate(lengths):
         if step % PAIRS_EVERY == 0:
             pairs = cKDTree(points).query_pairs(reach + 0.3 * a, output_type="ndarray")
-            outer = np.flatnonzero(shape.distance(points) > -DEPTH * dx - 1.5 * a)
+            farthest = sum(lengths[step : step + PAIRS_EVERY]) + UNSURE * a  # that a point goes until the next look
+            outer = np.flatnonzero(shape.distance(points) > -DEPTH * dx - farthest)
         first, second = pairs.T
         apart = points[first] - points[second]
         r = np.maximum(np.sqrt((apart**2).sum(axis=1)), 1e-6 * a)
@@ -103,7 +106,6 @@ def _relaxed(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
             np.bincount(first, push[:, k], len(points)) - np.bincount(second, push[:, k], len(points))
             for k in range(shape.dim)
         ], axis=1)  # fmt: skip
-        length = FIRST_STEP * (LAST_STEP / FIRST_STEP) ** (step / (ROUNDS - 1)) * a
         size = np.sqrt((move**2).sum(axis=1)).max()
         points = points + move * (length / max(size, 0.2))
         points[outer] = _pulled_in(shape, points[outer], DEPTH * dx)
@@ -112,10 +114,12 @@ def _relaxed(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
 
 def _pulled_in(shape: Shape, points: np.ndarray, depth: float) -> np.ndarray:
     """Return `points` with those closer to the surface than `depth` put back to it."""
-    for _ in range(3):
-        d = shape.distance(points) + depth
-        out = np.flatnonzero(d > 1e-3 * depth)
-        if len(out) == 0:
+    left = np.arange(len(points))
+    for _ in range(3):  # a point that is deep enough stays where it is
+        d = shape.distance(points[left]) + depth
+        out = d > 1e-3 * depth
+        left = left[out]
+        if len(left) == 0:
             break
-        points[out] -= d[out, None] * shape.outward(points[out], 1e-3 * depth)
+        points[left] -= d[out, None] * shape.outward(points[left], 1e-3 * depth)
     return points
