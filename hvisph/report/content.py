@@ -151,7 +151,7 @@ class Told:
 
     def _moments(self) -> list[tuple[str, float, str]]:
         marks = moments(self.history, self.last, self.measures, self.summary.get("layers", ()))
-        return [(name, t, f"{t:.4g}" if self.unitless else f"{t * 1e6:.2f} µs") for name, t in marks]
+        return [(name, t, f"{t:.4g}" if self.unitless else _microseconds(t)) for name, t in marks]
 
     def _debris(self) -> list[dict[str, Any]]:
         if self.last.dimensions == 1:
@@ -240,3 +240,9 @@ def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
     if damage is not None and damage.any():
         lines.append((True, f"{100.0 * float(mass[damage >= 1.0].sum() / mass.sum()):.2g} % of the mass has failed"))
     return lines
+
+
+def _microseconds(time: float) -> str:
+    """Return a time [s] as the player has it, to three figures where that is very short or long."""
+    shown = time * 1e6
+    return f"{shown:.2f} µs" if shown == 0.0 or 0.1 <= shown < 1e5 else f"{shown:.3g} µs"

@@ -185,7 +185,10 @@ function discOf(radius, solid) {  // the pixels of a disc: offset, height over t
 }
 function hex(colour) { return [1, 3, 5].map(k => parseInt(colour.slice(k, k + 2), 16)); }
 function short(v) { return Math.abs(v) >= 1e5 || (v && Math.abs(v) < 1e-3) ? v.toExponential(2) : String(+v.toPrecision(4)); }
-function timeText(run, t) { return run.unitless ? `t = ${short(t)}` : `t = ${(t * 1e6).toFixed(2)} µs`; }
+function timeText(run, t) {
+  const us = t * 1e6, fits = us === 0 || (us >= 0.1 && us < 1e5);
+  return run.unitless ? `t = ${short(t)}` : `t = ${fits ? us.toFixed(2) : short(us)} µs`;
+}
 
 function bar(canvas, field, tables, labels) {  // the colour scale, the same at all times
   const context = canvas.getContext("2d");
