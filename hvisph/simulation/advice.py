@@ -216,7 +216,7 @@ def _spalling(case: Case, kind: Regime) -> Iterator[str]:
         if damage.type == "johnson_cook" and damage.spall_strength is None and damage.pressure_cutoff is None:
             yield (
                 f"bodies.{name}.material.damage: johnson_cook adds up plastic strain, of which a release makes little: "
-                "plates spalled at 3.0 depths of a crater and do so at 1.8 here, at 2.6 with the metal's "
+                "plates spalled at 3.0 depths of a crater and do so at 1.8 here, at 2.7 with the metal's "
                 "spall_strength beside it (docs/validation.md); give it where spall decides"
             )
             return
