@@ -148,7 +148,7 @@ def contact(pairs, grad_u, grad_s, a, b):
         if formulation.consistent and name == "normal":
             closing = SHOCK_SLOPE * max((ua - ub) @ e, 0.0)
             za, zb = za + cloud.rho[a] * closing, zb + cloud.rho[b] * closing
-            if formulation.leads and not parted:
+            if not parted:
                 conducted = 0.25 * (cloud.rho[a] + cloud.rho[b]) * closing * (cloud.heat[b] - cloud.heat[a])
         t = (zb * ta + za * tb + za * zb * (ub - ua)) / (za + zb)
         common = (za * ua + zb * ub + tb - ta) / (za + zb)

@@ -160,7 +160,7 @@ class Riemann:
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
         return _pack, {"PARTED": int(self.parted), "REVOLVED": int(self.revolved), "SPINS": int(self.spins),
-                       "LEADS": int(self.leads)}  # fmt: skip
+                       "CONSISTENT": int(self.consistent), "LEADS": int(self.leads)}  # fmt: skip
 
     def sparsest(self, dim: int) -> float:
         """Return the least rho h^dim/m: that of a particle alone, W(0), where density is the number of particles."""
@@ -190,8 +190,9 @@ def _pack(rows, s, coefficients, one):
         rows[s, HOOP] = one.s[2] - one.p
     if SPINS:
         put(rows, s, TWIST, times(0.5 * one.rho, one.spin))
-    if LEADS:
+    if CONSISTENT:
         rows[s, HEAT] = one.e
+    if LEADS:
         rows[s, COUNTS] = rows[s, V] * grown(one.lead)
         pressing = min(HARD * max(one.p, 0.0) / (one.rho * one.c_l * one.c_l), 1.0)
         rows[s, FADES] = one.lead * one.c_l / (PASSING * one.h)

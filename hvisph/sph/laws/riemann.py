@@ -26,15 +26,16 @@ density even, loses half in pairs of one body that press hard, where it parts de
 
     u*  <-  u* + s ((u_a + u_b)/2 - u*)  in the density's rate,      s = min((10 t*_n / rho c^2)^2, 1/2),  t*_n < 0
 
-and gives up its lead x = ln(rho/m) - ln(sum W) behind the front (LEADS), where fronts also conduct, at a Prandtl number
-of one,
+and gives up its lead x = ln(rho/m) - ln(sum W) behind the front (LEADS),
 
     dx/dt -= q,   d ln(rho)/dt -= q min((10 p/rho c_l^2)^2, 1),   q = x c_l/(10 h) max(0, 1 - 20 mu/c_l),   p > 0
-    m_a de_a += 2 V_a V_b |dW/dr| (rho_a + rho_b)/4 1.2 max(u_an - u_bn, 0) (e_b - e_a)          within a body
 
 but loses all, 1 for 1/2, where h follows density (FOLLOWING). There the number is that of the kernel at the own h,
 whose change divides by Omega_a = 1 + V_a h_a/d sum dW/dh; between bodies it counts 2 (u* - u_a) for u_b - u_a: a wall
-that counted what a gas of another h closes at would be strained by it.
+that counted what a gas of another h closes at would be strained by it. Fronts conduct heat within a body, at a Prandtl
+number of one,
+
+    m_a de_a += 2 V_a V_b |dW/dr| (rho_a + rho_b)/4 1.2 max(u_an - u_bn, 0) (e_b - e_a)
 
 Tension makes a lattice of particles unstable, for disorder raises sum W. HELD keeps it where o_ab says that the
 bodies have not flowed: tension leaves pairs that are closer than their volumes allow,
@@ -229,7 +230,7 @@ def accumulate(near, n, rows, i, constants, out):
             if not ONLY_OTHER:
                 ts = plus(ts, about(times(half, plus(twist, axial(b, TWIST, DIM))), e))
         power += worked * dot(ts, us)
-        if LEADS:
+        if CONSISTENT:
             power += worked * (1.0 - other) * (0.25 * (rows[i, RHO] + b[RHO])) * closing * (b[HEAT] - rows[i, HEAT])
         if REVOLVED:
             fullness += (0.5 * weight) * vg * radial(e) * radial(dx)
