@@ -39,6 +39,10 @@ class Compiled:
         """Call what numba makes of it."""
         return self.made(*arguments)
 
+    def __reduce__(self) -> str:
+        """Return its name: another process that it is sent to has its own."""
+        return self.py_func.__qualname__
+
     @cached_property
     def made(self) -> Any:
         """What numba makes of it."""
