@@ -1,5 +1,5 @@
 """`python -m hvisph`: the same as the command `hvisph`."""
 
-from hvisph.cli.main import app
+from hvisph.cli.start import main
 
-app(prog_name="hvisph")
+main()

@@ -201,7 +201,12 @@ def test_noses_that_part_a_plate_do_not_punch_it():
         ]
 
     assert named(cone) == named(shell) == []
-    assert named({"type": "cylinder", "diameter": 6e-3, "length": 10e-3})
+    assert any("blunt" in text for text in named({"type": "cylinder", "diameter": 6e-3, "length": 10e-3}))
+    ball = {"type": "sphere", "diameter": 6e-3}
+    assert not any("blunt" in text for text in named(ball))
+    assert any(
+        "blunt" in text for text in named({**shell, "whole": {"type": "cylinder", "diameter": 6e-3, "length": 10e-3}})
+    )
 
 
 def test_solids_without_a_strength_are_named_where_it_is_felt():

@@ -67,6 +67,12 @@ def test_version_and_module():
     assert found.stdout == f"hvisph {hvisph.__version__}\n"
 
 
+def test_an_interrupt_while_the_command_is_loaded_shows_no_traceback(tmp_path):
+    (tmp_path / "typer.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    found = in_new_process(f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import hvisph.__main__")
+    assert (found.returncode, found.stdout, found.stderr) == (130, "", "interrupted\n")
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

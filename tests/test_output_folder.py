@@ -22,7 +22,7 @@ COLUMNS = ["step", "time", "energy", "limited_by"]
 def test_a_folder_is_made_once(tmp_path):
     path = tmp_path / "deep" / "run"
     with RunFolder.create(path) as run:
-        assert {p.name for p in path.iterdir()} == {names.LOCK, *names.FOLDERS}
+        assert {p.name for p in path.iterdir()} == {names.LOCK, *names.MADE}
         run.write_json(names.SUMMARY, {"particles": 3, "größe": [1.5, None]})
         assert json.loads((path / names.SUMMARY).read_text()) == {"particles": 3, "größe": [1.5, None]}
         run.write_text(names.CASE, "title: x\n")
@@ -39,7 +39,7 @@ def test_force_replaces_a_run_and_spares_what_is_not_its(tmp_path):
         run.snapshot_path(0).write_bytes(b"old")
     (path / "notes.txt").write_text("mine")
     RunFolder.create(path, force=True).close()
-    assert {p.name for p in path.iterdir()} == {names.LOCK, "notes.txt", *names.FOLDERS}
+    assert {p.name for p in path.iterdir()} == {names.LOCK, "notes.txt", *names.MADE}
     assert list((path / names.SNAPSHOTS).iterdir()) == []
 
 
@@ -74,8 +74,9 @@ def test_nothing_is_written_or_deleted_through_a_link(name, dangling, tmp_path):
         precious.write_text("keep")
     path = tmp_path / "run"
     RunFolder.create(path).close()
-    if name in names.FOLDERS:
+    if name in names.MADE:
         (path / name).rmdir()
+    (path / name).parent.mkdir(exist_ok=True)
     (path / name).unlink(missing_ok=True)
     (path / names.CASE).write_text(names.CASE_HEAD) if name == names.LOCK else None
     (path / names.HISTORY).touch() if name == names.LOCK else None

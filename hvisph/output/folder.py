@@ -62,7 +62,7 @@ class RunFolder:
                             f"{folder} holds a run; --force replaces it; nothing was changed", where="--out"
                         )
                     delete_own(folder)
-                for name in names.FOLDERS:
+                for name in names.MADE:
                     (folder / name).mkdir(exist_ok=True)
             except BaseException:
                 lock.release()
@@ -88,7 +88,7 @@ class RunFolder:
         refuse_links(folder)
         lock = _locked(folder)
         try:
-            for name in names.FOLDERS:
+            for name in names.MADE:
                 (folder / name).mkdir(exist_ok=True)
         except OSError as error:
             lock.release()

@@ -28,6 +28,7 @@ OLD_ENDING = ".h5"  # of snapshots by earlier versions
 PARTIAL = ".partial"  # ends the name of a file that is being written
 
 FOLDERS = (SNAPSHOTS, VTU, REGIONS, CHECKPOINT)
+MADE = (SNAPSHOTS, CHECKPOINT)  # from the beginning; the others with the first file in them
 FILES = (CASE, SERIES, TIME_SERIES, HISTORY, SUMMARY, LOG, REPORT)
 # What each sub-folder holds.
 PATTERNS = {

@@ -201,7 +201,7 @@ class SnapshotWriter:
             if wall.monotonic() > self._series_due:
                 self.write_series()
         if "vtu" in output.formats and not isinstance(number, str):
-            path = self.folder.vtu_path(number)
+            path = _with_folder(self.folder.vtu_path(number))
             write_vtu(path, shown)
             entry = f"{names.VTU}/{path.name}"
             self.series[:] = [one for one in self.series if one[1] != entry]
@@ -211,7 +211,17 @@ class SnapshotWriter:
     def _write_regions(self, snapshot: Snapshot, number: int) -> None:
         for name, region in self.output.regions.items():
             part = _reduced(snapshot.part(_in_region(snapshot, region)), self.output)
-            write_hdf5(self.folder.region_path(name, number), part, Form(self.output.compress == "gzip"))
+            path = _with_folder(self.folder.region_path(name, number))
+            write_hdf5(path, part, Form(self.output.compress == "gzip"))
+
+
+def _with_folder(path: Path) -> Path:
+    """Make the folder of a file, and return the file."""
+    try:
+        path.parent.mkdir(exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot write {path.parent}: {reason(error)}") from error
+    return path
 
 
 def _in_region(snapshot: Snapshot, region: OutputRegion) -> np.ndarray:
