@@ -11,7 +11,7 @@ from hvisph.pictures.setup import DrawnBody, Setup, setup_figure, setup_picture
 from hvisph.simulation.advice import advice
 from hvisph.simulation.bodies import placed_bodies
 from hvisph.simulation.build import build
-from hvisph.simulation.estimate import rough_count
+from hvisph.simulation.estimate import estimate, rough_count
 from hvisph.simulation.first_contact import first_contact
 from hvisph.simulation.meeting import meeting
 from hvisph.simulation.velocities import initial_velocity
@@ -234,8 +234,20 @@ def test_a_mesh_of_sheet_is_named_a_unit_stands_alone_and_a_bad_file_names_its_b
     assert "1.49 mm" in text  # 2 (20^3 - 17^3)/(6 (20^2 + 17^2))
     box.update_faces([k > 0 for k in range(12)])
     box.export(tmp_path / "open.stl")
-    with pytest.raises(CaseError, match=r"bodies\.part\.shape\.file: .* not closed"):
-        rough_count(case("open.stl"))
+    for asked in (rough_count, advice):
+        with pytest.raises(CaseError, match=r"bodies\.part\.shape\.file: .* not closed"):
+            asked(case("open.stl"))
+
+
+def test_a_body_with_a_place_is_told_where_it_stands():
+    """One of a row a little off its neighbour's face is said to touch it; what has a place stands there."""
+    ball = {"material": METAL, "shape": {"type": "disc", "diameter": "5 mm"}, "velocity": ["2 km/s", 0.0]}
+    plate = {"material": METAL, "shape": {"type": "box", "size": ["4 mm", "20 mm"]}}
+    case = {"kinematics": "plane_strain", "resolution": "0.5 mm", "time": {"end": 1e-6}}
+    assert estimate(load_case(case | {"bodies": {"ball": ball, "plate": plate}})).bodies[0].along[1] == 0.0
+    ball |= {"position": ["-2.4 mm", 0.0]}
+    placed = {"ball": ball, "plate": plate | {"position": ["2 mm", 0.0]}}
+    assert estimate(load_case(case | {"bodies": placed})).bodies[0].along == pytest.approx((-4.9e-3, 0.1e-3))
 
 
 def test_fields_of_half_a_body_are_those_of_the_whole():

@@ -80,6 +80,9 @@ def test_fragments_have_their_mass_and_velocity():
     np.testing.assert_allclose(second.centre, [9 * MM, 1 * MM])
     np.testing.assert_allclose(second.extent, np.ptp(small, axis=0))
     assert (snap.body[second.particles] == 0).all()
+    assert fragments(snap, 0, dx).heaviest.count == len(large)
+    snap.fields["mass"][: len(small)] *= 100.0  # as far from the axis of rings
+    assert fragments(snap, 0, dx).heaviest.count == len(small)
     assert len(fragments(snap, 5, dx)) == 0
 
 

@@ -7,7 +7,9 @@ from matplotlib.image import imread
 from measure_bodies import MM, ball, box, impact_end, snapshot
 
 from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.measures import told_share, told_time
 from hvisph.measures.scene import Scene
+from hvisph.pictures.curves import label_and_scale
 from hvisph.pictures.plots import draw_particles, picture
 
 DX = 0.4 * MM
@@ -55,6 +57,34 @@ def test_a_case_without_units_has_none_in_its_picture():
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x", "y")
     assert discs.get_clim() == (-1.0, 3.0)
     assert axes.get_xlim()[1] == pytest.approx(snap.fields["position"][:, 0].max(), rel=0.5)  # not in mm
+
+
+@pytest.mark.parametrize(("size", "unit"), [(1e-3, "um"), (1.0, "mm"), (2e4, "m"), (1e6, "km")])
+def test_lengths_and_times_are_in_units_that_suit_them(tmp_path, size, unit):
+    snap = impact_end(DX)
+    snap.fields["position"] = snap.fields["position"] * size
+    snap.metadata["spacing"] = DX * size
+    axes = Figure().add_subplot()
+    draw_particles(axes, Scene(snap), np.arange(snap.count), "body")
+    assert axes.get_xlabel() == f"x [{unit}]"
+    assert 1.0 <= axes.get_xlim()[1] - axes.get_xlim()[0] < 1e3
+    metres = {"um": 1e-6, "mm": 1e-3, "m": 1.0, "km": 1e3}[unit]
+    np.testing.assert_allclose(axes.collections[1].get_widths(), 2.0**0.5 * DX * size / metres)
+
+
+def test_curves_have_units_that_suit_them():
+    assert label_and_scale("time", False, shown=[np.array([0.0, 3e-9])]) == ("time [ns]", 1e9)
+    assert label_and_scale("time", False, shown=[np.array([0.0, 2.0, np.nan])]) == ("time [s]", 1.0)
+    assert label_and_scale("time", False, shown=[np.zeros(2)]) == ("time [us]", 1e6)
+    assert label_and_scale("time", True, shown=[np.array([0.0, 3e-9])]) == ("time", 1.0)
+    assert (told_time(8e-6, ".2f"), told_time(3e-9), told_time(0.0), told_time(2.0)) == (
+        "8.00 us",
+        "3 ns",
+        "0 us",
+        "2 s",
+    )
+    assert told_time(1e-9, ".2f", 3e-9) == "1 ns"
+    assert [told_share(share) for share in (1.0, 0.998, 0.98, 0.003)] == ["100 %", "100 %", "98 %", "0.3 %"]
 
 
 def test_given_limits_are_kept(tmp_path):

@@ -17,7 +17,6 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.report.build import report
-from hvisph.report.content import _microseconds
 from hvisph.report.frames import NOWHERE, STEPS, frames
 from hvisph.simulation.run import run
 
@@ -206,10 +205,3 @@ def test_a_run_writes_its_report_when_it_is_asked_to(command, plane, tmp_path):
     assert result.exit_code == 0, result.output
     assert f"Report: {folder / 'report.html'}" in result.output
     assert "ended as planned" in (folder / "report.html").read_text(encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("time", "text"), [(0.0, "0.00 µs"), (2.5e-6, "2.50 µs"), (1.88e-10, "0.000188 µs"), (0.2, "2e+05 µs")]
-)
-def test_marks_of_very_short_and_long_runs_are_told_apart(time, text):
-    assert _microseconds(time) == text

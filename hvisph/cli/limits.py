@@ -33,6 +33,7 @@ def limits(
 def limits_text(known: list[dict[str, object]], reason: str = "") -> str:
     """Return correlations in their plain form as text."""
     from hvisph.cli.words import table
+    from hvisph.core.measures import axis_unit
 
     if not known:
         return f"no correlation holds here{f': {reason}' if reason else ': all are out of their range'}"
@@ -40,6 +41,7 @@ def limits_text(known: list[dict[str, object]], reason: str = "") -> str:
     for one in known:
         value = one["value"]
         assert isinstance(value, float)
+        unit, factor = axis_unit("mm", [value])
         what = f"{one['name']}: {one['quantity']}"
-        lines.append((what, f"{1e3 * value:.2f} mm", str(one["text"]), str(one["source"])))
+        lines.append((what, f"{factor * value:.2f} {unit}", str(one["text"]), str(one["source"])))
     return table(lines)

@@ -9,23 +9,28 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 # How many of a unit for people are in the SI unit that it stands for; what is not named here is shown as it is.
 PER_SI = {"cm": 1e2, "mm": 1e3, "GPa": 1e-9, "%": 1e2, "us": 1e6, "g": 1e3, "mm^2": 1e6, "deg": math.degrees(1.0)}
 # Units of what is as large as the bodies, the largest first, for grains of dust and for asteroids; the least size of
 # each in SI that is no rounding, and the number from which on the unit that people use has too many digits.
 _LENGTHS = {"km": 1e-3, "m": 1.0, "mm": 1e3, "um": 1e6, "nm": 1e9}
+_TIMES = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12, "fs": 1e15}
 _SIZED: dict[str, tuple[dict[str, float], float, float]] = {
-    "cm": (_LENGTHS, 1e-10, 1e5),
-    "mm": (_LENGTHS, 1e-10, 1e5),
-    "us": ({"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12}, 1e-14, 1e5),
+    "cm": (_LENGTHS, 1e-10, 1e3),
+    "mm": (_LENGTHS, 1e-10, 1e4),
+    "us": (_TIMES, 1e-14, 1e4),
+    "ns": (_TIMES, 1e-18, 1e5),
     "g": ({"kg": 1.0, "g": 1e3, "mg": 1e6, "ug": 1e9, "ng": 1e12, "pg": 1e15}, 1e-18, 1e7),
     "N s": ({"MN s": 1e-6, "N s": 1.0, "mN s": 1e3, "uN s": 1e6, "nN s": 1e9, "pN s": 1e12}, 1e-13, 1e8),
     "J": ({"TJ": 1e-12, "MJ": 1e-6, "J": 1.0, "mJ": 1e3, "uJ": 1e6, "nJ": 1e9, "pJ": 1e12}, 1e-13, 1e8),
+    "kJ": ({"TJ": 1e-12, "GJ": 1e-9, "MJ": 1e-6, "kJ": 1e-3, "J": 1.0, "mJ": 1e3, "uJ": 1e6, "nJ": 1e9}, 1e-13, 1e5),
 }
 _OTHERS = {unit: factor for ladder, *_ in _SIZED.values() for unit, factor in ladder.items()}
 # Number below which that unit has too few.
 _SMALL = 1e-2
+_SHORT = 0.1  # and below which the end of an axis has
 
 
 @dataclass(frozen=True)
@@ -53,11 +58,14 @@ class Look:
         unit = self.unit.split("/m")[0]
         return PER_SI.get(unit, _OTHERS.get(unit, 1.0))
 
-    def fitting(self, size: float) -> Look:
-        """Return this look, or that in the unit which suits a number of `size` [SI] where it has too many digits."""
+    def fitting(self, size: float, few: float = _SMALL) -> Look:
+        """Return this look, or that in the unit which suits a number of `size` [SI] where it has too many digits.
+
+        Below `few` of this unit it has too few of them.
+        """
         unit, slash, depth = self.unit.partition("/m")
         ladder, least, many = _SIZED.get(unit, ({}, math.inf, math.inf))
-        if not least <= abs(size) < math.inf or _SMALL <= abs(size) * self.factor < many:
+        if not least <= abs(size) < math.inf or few <= abs(size) * self.factor < many:
             return self
         best = next((u for u, factor in ladder.items() if abs(size) * factor >= 1.0), list(ladder)[-1])
         return Look(self.label, self.short, f"{best}{slash}{depth}", -1)
@@ -273,6 +281,27 @@ DRIFTS = {
     "momentum_drift": Look("momentum drift", "momentum drift", "", -1),
     "angular_momentum_drift": Look("angular momentum drift", "angular momentum drift", "", -1),
 }
+
+
+def axis_unit(unit: str, values: Any) -> tuple[str, float]:
+    """Return the unit of an axis that shows `values` [SI], and how many of it the SI unit has.
+
+    It is `unit`, that of people, unless they are very small or large; what is not finite does not count.
+    """
+    finite = [abs(float(value)) for value in values if math.isfinite(value)]
+    look = Look("", "", unit, -1).fitting(max(finite, default=0.0), _SHORT)
+    return look.unit, look.factor
+
+
+def told_share(share: float) -> str:
+    """Return a share in per cent, in two figures."""
+    return "100 %" if round(100.0 * share, 0) == 100.0 else f"{100.0 * share:.2g} %"
+
+
+def told_time(time: float, digits: str = ".4g", end: float | None = None) -> str:
+    """Return a time [s] in the unit that suits it, or a run's `end`; `digits` is a format for microseconds."""
+    unit, factor = axis_unit("us", [time if end is None else end])
+    return f"{time * factor:{digits if unit == 'us' else '.4g'}} {unit}"
 
 
 def measures_of(dim: int) -> tuple[str, ...]:

@@ -36,5 +36,5 @@ def held_back(scene: Scene, layers: Sequence[LayerMeasures]) -> str:
 def in_pieces(scene: Scene) -> str:
     """Return why the largest piece does not stand for the projectile, in words; empty where it does."""
     mass = scene.now.fields["mass"]
-    share = scene.shot_groups[0].mass / (scene.shot_mass or float(mass[scene.is_projectile].sum()))
+    share = scene.shot_groups.heaviest.mass / (scene.shot_mass or float(mass[scene.is_projectile].sum()))
     return "" if share >= HALF else f"the projectile's largest piece holds {100.0 * share:.2g} % of its mass"

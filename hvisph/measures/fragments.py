@@ -142,6 +142,12 @@ class Fragments(Sequence[Fragment]):
     def __len__(self) -> int:
         return len(self.groups)
 
+    @property
+    def heaviest(self) -> Fragment:
+        """The one of most mass, which need not be that of most particles: those of rings and graded bodies differ."""
+        most = self.masses.max()  # of those as heavy, but for rounding, the one of most particles
+        return self[int(np.argmax(self.masses >= (1.0 - 1e-9) * most))]
+
     @overload
     def __getitem__(self, number: int) -> Fragment: ...
     @overload

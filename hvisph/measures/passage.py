@@ -134,7 +134,7 @@ def _between(early: float, late: float) -> Result:
 
 def _projectile(scene: Scene) -> dict[str, Result]:
     mass = scene.now.fields["mass"] * scene.is_projectile
-    largest = scene.shot_groups[0]
+    largest = scene.shot_groups.heaviest
     share = largest.mass / (scene.shot_mass or float(mass.sum()))
     axial = scene.now.fields["velocity"][:, 0]
     length = length_of(scene, scene.position[largest.particles, 0])

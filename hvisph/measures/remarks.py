@@ -8,6 +8,7 @@ from itertools import chain
 import numpy as np
 
 from hvisph.core.kinematics import KINEMATICS
+from hvisph.core.measures import told_share
 from hvisph.measures.groups import connected_groups
 from hvisph.measures.strayed import Holds, strayed
 from hvisph.output.snapshot import Snapshot
@@ -76,7 +77,7 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: flo
     share = float((nearest < reach).mean())
     if share > CLUMPS:
         yield (
-            f"{100 * share:.2g} % of its particles have a neighbour within {CLUMPED:g} of their own size: they have "
+            f"{told_share(share)} of its particles have a neighbour within {CLUMPED:g} of their own size: they have "
             "clumped, and what lies between them is not resolved"
         )
 
@@ -89,7 +90,7 @@ def _torn(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spacing:
     share = 1.0 - float(sizes[sound].sum()) / len(position)
     if share > TORN and share > float((connected_groups(before, spacing, LINK) != 0).mean()) + TORN:
         yield (
-            f"{100 * share:.2g} % of it has torn off, and its material has no model of damage: where and when a "
+            f"{told_share(share)} of it has torn off, and its material has no model of damage: where and when a "
             "lattice of particles tears is not physics; give the material `damage`"
         )
 

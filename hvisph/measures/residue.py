@@ -22,7 +22,7 @@ def residue(scene: Scene, layers: tuple[LayerMeasures, ...]) -> dict[str, Result
         return _none(scene.space, "the snapshot has no velocity or no mass")
     groups, mass = scene.shot_groups, scene.now.fields["mass"]
     whole = scene.shot_mass or float(mass[scene.is_projectile].sum())
-    largest = groups[0]
+    largest = groups.heaviest
     share, broken = largest.mass / whole, in_pieces(scene)
     pieces = np.flatnonzero(groups.masses >= PIECE * whole)
     results = {
@@ -58,7 +58,7 @@ def _residual(scene: Scene, layers: tuple[LayerMeasures, ...], broken: str, whol
     velocity, mass = scene.now.fields["velocity"], scene.now.fields["mass"]
     groups = scene.shot_groups
     large = groups.masses >= PIECE * whole
-    pieces = groups.groups.joined(large) if large.any() else groups[0].particles
+    pieces = groups.groups.joined(large) if large.any() else groups.heaviest.particles
     results = {
         "residual_mass": Result(float(mass[pieces].sum()), unit_of("residual_mass", scene.space)),
         "residual_velocity_pieces": _mean(velocity[:, 0], mass, pieces),
@@ -66,7 +66,7 @@ def _residual(scene: Scene, layers: tuple[LayerMeasures, ...], broken: str, whol
     }
     if broken:
         return results | {name: meaningless(unit_of(name, scene.space), broken) for name in names[1:3]}
-    main = groups[0]
+    main = groups.heaviest
     lateral = float(np.sqrt((main.velocity[1:] ** 2).sum()))
     angle = float(np.arctan2(lateral, main.velocity[0]))
     results["residual_velocity_largest"] = _mean(velocity[:, 0], mass, main.particles)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.core.measures import PER_SI
+from hvisph.core.measures import axis_unit, told_share, told_time
 from hvisph.output.snapshot import Snapshot
 
 LOOKED_AT = ("mass", "density", "internal_energy", "temperature", "pressure", "damage")
@@ -89,19 +89,23 @@ def _look(seen: _Seen, limits: Holds, now: Snapshot, fields: Mapping[str, np.nda
 
 
 def _said(seen: _Seen, limits: Holds, plain: bool) -> Iterator[str]:
-    def shown(value: float, unit: str) -> str:
-        return f"{value:.3g}" if plain else f"{PER_SI[unit] * value:.3g} {unit}"
+    def shown(value: float) -> str:
+        return f"{value:.3g}" if plain else f"{1e-9 * value:.3g} GPa"
+
+    def at(time: float) -> str:
+        return f"{time:.3g}" if plain else told_time(time, ".3g")
 
     if seen.first is not None:
-        most = "" if seen.at == seen.first else f", first at {shown(seen.first, 'us')}"
+        most = "" if seen.at == seen.first else f", first at {at(seen.first)}"
         yield (
-            f"{100 * seen.share:.2g} % of its mass has left the range of its material at {shown(seen.at, 'us')}"
+            f"{told_share(seen.share)} of its mass has left the range of its material at {at(seen.at)}"
             f"{most} ({limits.words}): what it does from there on is no statement of the model"
         )
     if limits.tension is not None and seen.torn > LEFT:
-        place = ", ".join(f"{value if plain else 1e3 * value:.3g}" for value in seen.place)
+        unit, factor = ("", 1.0) if plain else axis_unit("mm", seen.place)
+        place = ", ".join(f"{factor * value:.3g}" for value in seen.place)
         yield (
-            f"its material bears tension of up to {shown(seen.tension, 'GPa')}, which none of its models limits, at "
-            f"({place}){'' if plain else ' mm'} and {shown(seen.time, 'us')} (of the snapshots); such a material "
-            f"spalls below {shown(limits.tension, 'GPa')}"
+            f"its material bears tension of up to {shown(seen.tension)}, which none of its models limits, at "
+            f"({place}){unit and f' {unit}'} and {at(seen.time)} (of the snapshots); such a material "
+            f"spalls below {shown(limits.tension)}"
         )

@@ -12,11 +12,13 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import CATALOGUE, field_of
+from hvisph.core.measures import axis_unit
 from hvisph.output.reader import read_history
 from hvisph.pictures.plots import store
 
 # Units that read better than SI's own: unit, its label, how many of it in the SI unit.
 READABLE = {"Pa": ("GPa", 1e-9), "s": ("us", 1e6), "m": ("mm", 1e3), "J/kg": ("kJ/kg", 1e-3)}
+SIZED = ("s", "m")  # of which the unit goes by what is shown
 # Of what runs along an axis.
 AXES = {"x": "m", "time": "s"}
 STYLES = ("-", "--", ":")  # of the curves beyond the colours
@@ -89,11 +91,14 @@ def curves_picture(
     beside = legends == "beside"
     figure = Figure(figsize=(9.5 if beside else 7.5, 1.2 + 2.4 * len(panels)), dpi=110, layout="constrained")
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
-    x_label, x_scale = label_and_scale(across, unitless)
+    x_label, x_scale = label_and_scale(
+        across, unitless, shown=[curve.x for curves in panels.values() for curve in curves]
+    )
     numbers: dict[str, int] = {}  # of the colours; below one another, panels show a label in the same one
     shown: dict[str, Any] = {}
     for axis, (column, curves) in zip(axes, panels.items(), strict=True):
-        y_label, y_scale = label_and_scale(column, unitless, (units or {}).get(column))
+        given = (units or {}).get(column)
+        y_label, y_scale = label_and_scale(column, unitless, given, [curve.y for curve in curves])
         if beside:
             numbers = {}
         for curve in curves:
@@ -167,10 +172,12 @@ def steps(times: np.ndarray, values: np.ndarray, end: float) -> tuple[np.ndarray
     return corners, np.repeat(values, 2)
 
 
-def label_and_scale(column: str, unitless: bool, given: str | None = None) -> tuple[str, float]:
+def label_and_scale(column: str, unitless: bool, given: str | None = None,
+                    shown: Sequence[np.ndarray] = ()) -> tuple[str, float]:  # fmt: skip
     """Return a column's name with the unit that it is shown in, and how many of that are one of SI's.
 
-    `given` is its unit in SI, where it is not named after a field.
+    `given` is its unit in SI, where it is not named after a field; `shown` what is drawn, by which lengths and times
+    have the unit that suits them.
 
     Raises
     ------
@@ -185,5 +192,9 @@ def label_and_scale(column: str, unitless: bool, given: str | None = None) -> tu
     name = column.replace("_", " ")
     if unitless:
         return name, 1.0
-    unit, scale = READABLE.get(unit, (unit or "-", 1.0))
+    kind = unit
+    unit, scale = READABLE.get(kind, (kind or "-", 1.0))
+    ends = [float(abs(values[np.isfinite(values)]).max(initial=0.0)) for values in shown]
+    if kind in SIZED and any(ends):
+        unit, scale = axis_unit(unit, ends)
     return f"{name} [{unit}]", scale

@@ -79,8 +79,9 @@ def _panels(figure: Figure, scenes: Mapping[str, Scene], field: str) -> None:
     shown = {name: _visible(scene) for name, scene in scenes.items()}
     # runs of other codes may name their bodies otherwise: the legend is that of the first, and so are the units
     first = next(iter(scenes.values())).now
-    unit, factor = lengths(first)
-    low, high = _extent([scene.position[shown[name], :2] * factor for name, scene in scenes.items()])
+    corners = _extent([scene.position[shown[name], :2] for name, scene in scenes.items()])
+    unit, factor = lengths(first, corners)
+    low, high = (end * factor for end in corners)
     columns = _columns(len(scenes), (high[1] - low[1]) / (high[0] - low[0]))
     rows = math.ceil(len(scenes) / columns)
     aspect = (high[1] - low[1]) / (high[0] - low[0])
@@ -94,7 +95,7 @@ def _panels(figure: Figure, scenes: Mapping[str, Scene], field: str) -> None:
         scale = field_range(values, drawn[0][3], OUTSIDE)
     discs: Any = None
     for axes, (name, scene) in zip(grid.flat, scenes.items(), strict=False):
-        discs = draw_particles(axes, scene, shown[name], field, bare=True)
+        discs = draw_particles(axes, scene, shown[name], field, bare=True, shared=(unit, factor))
         if discs is not None:
             discs.set_clim(*scale)
         axes.set_title(textwrap.fill(name, NAME_WIDTH), fontsize=9)

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hvisph.core.measures import axis_unit
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
@@ -43,7 +45,7 @@ def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption:
         figure = Figure(figsize=(4.2, 2.5), layout="constrained")
         axes = figure.add_subplot()
         thin = np.unique(np.linspace(0, len(time) - 1, min(len(time), MOST_POINTS)).astype(int))
-        factor = 1.0 if unitless else 1e6
+        word, factor = ("", 1.0) if unitless else axis_unit("us", time[-1:])
         for label, values in lines.items():
             spread = (bands or {}).get(label)
             (line,) = axes.plot(time[thin] * factor, values[thin], label=label, linewidth=1.3,
@@ -51,7 +53,7 @@ def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption:
             if spread is not None:
                 low, high = (values + sign * np.nan_to_num(spread) for sign in (-1.0, 1.0))
                 axes.fill_between(time[thin] * factor, low[thin], high[thin], color=line.get_color(), alpha=0.2, lw=0)
-        axes.set_xlabel("time" if unitless else "time [µs]")
+        axes.set_xlabel("time" if unitless else f"time [{word.replace('us', 'µs')}]")
         axes.set_ylabel(unit)
         axes.margins(x=0.0)
         axes.grid(alpha=0.3)

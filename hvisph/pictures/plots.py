@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from hvisph.core.errors import CaseError, nearest
+from hvisph.core.measures import axis_unit, told_time
 from hvisph.measures.scene import Scene
 from hvisph.output.atomic import replacing
 from hvisph.output.snapshot import Snapshot
@@ -68,13 +69,13 @@ def picture(
     shown = np.arange(snapshot.count)
     if snapshot.dimensions == 3:
         shown = np.flatnonzero(np.abs(scene.lateral[:, 1]) < scene.spacing)
-    x = scene.position[shown, :2] * lengths(snapshot)[1]
+    x = scene.position[shown, :2]
     if snapshot.dimensions == 1:
         figure = Figure(figsize=(8.0, 4.5), dpi=150, layout="constrained")
         axes = figure.add_subplot()
         draw_profile(axes, snapshot, field)
     else:
-        span = np.ptp(x, axis=0) + 4.0 * scene.spacing * lengths(snapshot)[1] if len(x) else np.ones(2)
+        span = np.ptp(x, axis=0) + 4.0 * scene.spacing if len(x) else np.ones(2)
         height = 7.0
         width = float(np.clip(height * span[0] / span[1] + 1.9, 4.2, 13.0))
         figure = Figure(figsize=(width, height), dpi=150, layout="constrained")
@@ -91,15 +92,17 @@ def draw_particles(
     field: str,
     limits: tuple[float, float] | None = None,
     bare: bool = False,
+    shared: tuple[str, float] | None = None,
 ) -> Any:
     """Draw the particles `shown` (indices) of a scene into `axes`, with a colour bar and a legend.
 
-    With `bare`, the two are left to the caller, who gets what a colour bar is made from: None for bodies.
+    With `bare`, the two are left to the caller, who gets what a colour bar is made from: None for bodies. `shared` is
+    the unit of lengths that several have in common, as of `lengths`.
     """
     from matplotlib.collections import EllipseCollection
 
     snapshot = scene.now
-    unit, metres = lengths(snapshot)
+    unit, metres = shared or lengths(snapshot, scene.position[shown, :2])
     x = scene.position[shown, :2] * metres
     spacing = scene.spacing * metres
     size = np.full(len(shown), DISC * spacing)
@@ -153,8 +156,9 @@ def body_marks(snapshot: Snapshot, body: np.ndarray) -> list[Any]:
 def draw_profile(axes: Axes, snapshot: Snapshot, field: str) -> None:
     """Draw a field of a 1D snapshot over x into `axes`, a line for each body."""
     values, label, _, _ = field_values(snapshot, field)
-    unit, factor = lengths(snapshot)
-    x = snapshot.fields["position"].reshape(snapshot.count, -1)[:, 0] * factor
+    x = snapshot.fields["position"].reshape(snapshot.count, -1)[:, 0]
+    unit, factor = lengths(snapshot, x)
+    x = x * factor
     for index, name in enumerate(snapshot.bodies):
         own = np.flatnonzero(snapshot.body == index)
         own = own[np.argsort(x[own])]
@@ -177,9 +181,12 @@ def store(figure: Figure, path: str | os.PathLike[str]) -> Path:
     return target
 
 
-def lengths(snapshot: Snapshot) -> tuple[str, float]:
-    """Return the unit of lengths in pictures as an axis shows it, and the factor from the snapshot's own."""
-    return ("", 1.0) if _unitless(snapshot) else (" [mm]", 1e3)
+def lengths(snapshot: Snapshot, places: Any) -> tuple[str, float]:
+    """Return the unit of lengths in a picture of `places` as an axis shows it, and the factor from the snapshot's."""
+    if _unitless(snapshot):
+        return "", 1.0
+    unit, factor = axis_unit("mm", np.ravel(places)[:: max(1, np.size(places) // 10_000)])
+    return f" [{unit}]", factor
 
 
 def appearance(snapshot: Snapshot, field: str) -> tuple[str, float, str, bool]:
@@ -225,5 +232,5 @@ def beyond(values: np.ndarray, low: float, high: float) -> Literal["neither", "m
 
 def _title(snapshot: Snapshot, width: int) -> str:
     title = textwrap.fill(str(snapshot.metadata.get("title", "")), width)
-    moment = f"t = {snapshot.time:.4g}" if _unitless(snapshot) else f"t = {snapshot.time * 1e6:.2f} us"
+    moment = f"t = {snapshot.time:.4g}" if _unitless(snapshot) else f"t = {told_time(snapshot.time, '.2f')}"
     return f"{title}\n{moment}" if title else moment

@@ -5,11 +5,13 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hvisph.core.measures import axis_unit
 from hvisph.pictures.camera import revolved
 from hvisph.pictures.plots import BODY_COLOURS, DISC, store
 
@@ -86,10 +88,18 @@ class Setup:
         """Number of dimensions."""
         return self.bodies[0].positions.shape[1]
 
+    @cached_property
+    def unit(self) -> tuple[str, float]:
+        """Unit of lengths as an axis shows it, and the factor from the bodies' own."""
+        if not self.si:
+            return "", 1.0
+        unit, factor = axis_unit("mm", [abs(body.positions).max() for body in self.bodies if len(body.positions)])
+        return f" [{unit}]", factor
+
     @property
     def factor(self) -> float:
         """From lengths to the unit of the axes."""
-        return 1e3 if self.si else 1.0
+        return self.unit[1]
 
 
 def setup_picture(setup: Setup, path: str | os.PathLike[str]) -> Path:
@@ -173,9 +183,9 @@ def _section(axes: Axes, setup: Setup) -> None:
     axes.set_xlim(low[0] - margin, high[0] + margin)
     axes.set_ylim(low[1] - margin, high[1] + margin)
     axes.set_aspect("equal")
-    axes.set_xlabel("x [mm]" if setup.si else "x")
+    axes.set_xlabel(f"x{setup.unit[0]}")
     across = "r" if setup.revolved else "y"
-    axes.set_ylabel("" if setup.dim == 1 else f"{across} [mm]" if setup.si else across)
+    axes.set_ylabel("" if setup.dim == 1 else f"{across}{setup.unit[0]}")
     counted = f"{len(everything)} {'rings' if setup.revolved else 'particles'}"
     axes.set_title(f"section, {counted} in all" if setup.solid else counted, fontsize=9)
     below = axes.transAxes + ScaledTranslation(0.0, -UNDER / 72, axes.figure.dpi_scale_trans)  # a bar's picture is flat

@@ -212,7 +212,7 @@ def _projected(moment: Moment, look: Look) -> tuple[np.ndarray, np.ndarray]:
 def _panel(axes: Axes, moment: Moment, place: np.ndarray, owner: np.ndarray, look: Look,
            ends: tuple[float, float], extent: tuple[float, float, float, float]) -> None:  # fmt: skip
     image = _image(moment.snapshot, place, owner, look, ends, extent, PIXELS)
-    unit, factor = lengths(moment.snapshot)
+    unit, factor = lengths(moment.snapshot, extent)
     left, right, bottom, top = (end * factor for end in extent)
     axes.imshow(image, origin="lower", extent=(left, right, bottom, top), interpolation="none")
     side = "r" if moment.snapshot.revolved else "y"

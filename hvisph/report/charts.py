@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.measures import look_of
+from hvisph.core.measures import axis_unit, look_of
 from hvisph.measures.measure import Measures
 from hvisph.output.snapshot import Snapshot
 from hvisph.pictures.inline import chart
@@ -32,16 +32,23 @@ def history_charts(history: Mapping[str, np.ndarray], unitless: bool) -> tuple[l
     health = []
     energies = energy_columns(history)
     if energies:
-        unit = "energy" if unitless else "energy [kJ]"
-        lines = {words(name): _column(history, name) * (1.0 if unitless else 1e-3) for name in energies}
-        health.append(chart(time, lines, unit, "Energies by kind", unitless))
+        lines = {words(name): _column(history, name) for name in energies}
+        health.append(_chart(time, lines, "energy", "kJ", "Energies by kind", unitless))
     if "energy_drift" in history:
         drift = _column(history, "energy_drift") * 100.0
         health.append(chart(time, {"drift": drift}, "drift [%]", "Drift of the total energy", unitless))
     if "dt" in history:
-        step = _column(history, "dt") * (1.0 if unitless else 1e9)
-        health.append(chart(time[1:], {"step": step[1:]}, "step" if unitless else "step [ns]", "Time step", unitless))
+        step = _column(history, "dt")[1:]
+        health.append(_chart(time[1:], {"step": step}, "step", "ns", "Time step", unitless))
     return measured, health
+
+
+def _chart(time: np.ndarray, lines: Mapping[str, np.ndarray], name: str, unit: str, caption: str, unitless: bool,
+           bands: Mapping[str, np.ndarray] | None = None) -> dict[str, str]:  # fmt: skip
+    """Return a chart of lines [SI] in `unit`, or in what suits how large they are."""
+    word, factor = ("", 1.0) if unitless else axis_unit(unit, np.concatenate(list(lines.values())))
+    shown, spread = ({label: values * factor for label, values in part.items()} for part in (lines, bands or {}))
+    return chart(time, shown, f"{name} [{word}]" if word else name, caption, unitless, spread)
 
 
 def measured_charts(measured: Measures) -> list[dict[str, str]]:
@@ -54,13 +61,13 @@ def measured_charts(measured: Measures) -> list[dict[str, str]]:
         for name in names:
             results = [moment.results.get(name) for moment in shown]
             look = look_of(name, unit, measured.unitless)
-            values = np.array([_or_nan(one and one.value) for one in results]) * look.factor
+            values = np.array([_or_nan(one and one.value) for one in results])
             if np.isfinite(values).sum() > 1:
                 lines[look.label] = values
-                bands[look.label] = np.array([_or_nan(one and one.uncertainty) for one in results]) * look.factor
+                bands[look.label] = np.array([_or_nan(one and one.uncertainty) for one in results])
         if lines:
-            axis = "" if measured.unitless else f" [{look_of(names[0], unit).unit}]"
-            charts.append(chart(time, lines, f"{caption}{axis}".lower(), caption, measured.unitless, bands))
+            shown_in = look_of(names[0], unit).unit
+            charts.append(_chart(time, lines, caption.lower(), shown_in, caption, measured.unitless, bands))
     return charts
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from hvisph.casefile.embedded import symmetry_axes
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.measures import told_share, told_time
 from hvisph.measures.debris import debris
 from hvisph.measures.measure import measure
 from hvisph.measures.result import Result
@@ -107,7 +108,7 @@ class Told:
     def verdict(self) -> tuple[str, str]:
         """Return what became of the run in a sentence or two, and whether that is good."""
         status = self.summary.get("status", "unfinished")
-        moment = f"{self.last.time:.4g}" if self.unitless else f"{self.last.time * 1e6:.4g} µs"
+        moment = f"{self.last.time:.4g}" if self.unitless else _in_micro(told_time(self.last.time))
         begin = {"done": "ended as planned at", "interrupted": "was interrupted at", "failed": "failed at",
                  "unfinished": "has not ended; shown up to"}  # fmt: skip
         parts = [f"The run {begin.get(status, status)} {moment}."]
@@ -151,7 +152,10 @@ class Told:
 
     def _moments(self) -> list[tuple[str, float, str]]:
         marks = moments(self.history, self.last, self.measures, self.summary.get("layers", ()))
-        return [(name, t, f"{t:.4g}" if self.unitless else _microseconds(t)) for name, t in marks]
+        return [
+            (name, t, f"{t:.4g}" if self.unitless else _in_micro(told_time(t, ".2f", self.last.time)))
+            for name, t in marks
+        ]
 
     def _debris(self) -> list[dict[str, Any]]:
         if self.last.dimensions == 1:
@@ -222,7 +226,7 @@ class Told:
 def _share_remarks(told: Mapping[str, float | None]) -> list[tuple[bool, str]]:
     """Return the shares of the mass that the summary holds, in words; what no material tells is left out."""
     known = [(share, good, words) for name, good, words in SHARES if (share := told.get(name)) is not None]
-    return [(share < good, f"{100.0 * share:.2g} % of the mass {words}") for share, good, words in known]
+    return [(share < good, f"{told_share(share)} of the mass {words}") for share, good, words in known]
 
 
 def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
@@ -235,14 +239,13 @@ def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
     if energy is not None:
         least = float(np.abs(energy).max()) * 1e-6
         share = float(mass[energy < -least].sum() / mass.sum())
-        lines.append((share < 1e-3, f"{100.0 * share:.2g} % of the mass has a negative internal energy"))
+        lines.append((share < 1e-3, f"{told_share(share)} of the mass has a negative internal energy"))
     damage = last.fields.get("damage")
     if damage is not None and damage.any():
-        lines.append((True, f"{100.0 * float(mass[damage >= 1.0].sum() / mass.sum()):.2g} % of the mass has failed"))
+        lines.append((True, f"{told_share(float(mass[damage >= 1.0].sum() / mass.sum()))} of the mass has failed"))
     return lines
 
 
-def _microseconds(time: float) -> str:
-    """Return a time [s] as the player has it, to three figures where that is very short or long."""
-    shown = time * 1e6
-    return f"{shown:.2f} µs" if shown == 0.0 or 0.1 <= shown < 1e5 else f"{shown:.3g} µs"
+def _in_micro(text: str) -> str:
+    """Return a text in which pages write microseconds with their own letter."""
+    return text.replace(" us", " µs")

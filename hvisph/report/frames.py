@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.measures import axis_unit
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.pictures.inline import COLOURS
@@ -91,7 +92,7 @@ def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
         "count": len(kept),
         "spacing": spacing_of(first) * (len(ids) / len(kept)) ** (1.0 / dim),
         "times": [moment.time for moment in moments],
-        "unitless": first.metadata.get("units") == "none",
+        "units": _units(first, np.array([low, high]), moments[-1].time),
         "kinematics": str(first.metadata.get("kinematics", "")),
         "low": low.tolist(),
         "high": high.tolist(),
@@ -104,6 +105,14 @@ def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
         "data": _packed(b"".join([*parts, body.tobytes()])),
     }
     return Frames(content, tuple(remarks))
+
+
+def _units(snapshot: Snapshot, box: np.ndarray, end: float) -> dict[str, tuple[str, float]]:
+    """Return the units of lengths and times that suit a run, and how many of each are in the snapshots' own."""
+    if snapshot.metadata.get("units") == "none":
+        return {"length": ("", 1.0), "time": ("", 1.0)}
+    unit, factor = axis_unit("us", [end])
+    return {"length": axis_unit("mm", box.ravel()), "time": (unit.replace("us", "µs"), factor)}
 
 
 def _spread(paths: Sequence[Path]) -> list[Path]:

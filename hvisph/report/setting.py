@@ -10,6 +10,7 @@ import numpy as np
 
 from hvisph.case.case import Case
 from hvisph.casefile.embedded import symmetry_axes
+from hvisph.core.measures import axis_unit
 from hvisph.output import names
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
@@ -61,7 +62,7 @@ def facts(told: Run) -> list[tuple[str, str]]:
             ("dimensions", str(last.dimensions)), ("particles", str(last.count))]  # fmt: skip
     if "spacing" in metadata:
         spacing = float(metadata["spacing"])
-        rows.append(("resolution", f"{spacing:.4g}" if told.unitless else f"{spacing * 1e3:.4g} mm"))
+        rows.append(("resolution", f"{spacing:.4g}" if told.unitless else _length(spacing)))
     if told.case is not None:
         rows.append(("formulation", told.case.formulation.type))
         for name, body in told.case.bodies.items():
@@ -120,9 +121,14 @@ def _sized(shape: Any, unitless: bool) -> str:
                                            if key != "type")]).strip()  # fmt: skip
 
 
+def _length(value: float) -> str:
+    unit, factor = axis_unit("mm", [value])
+    return f"{value * factor:.4g} {unit}"
+
+
 def _shown(value: Any, unitless: bool) -> str:
     if isinstance(value, float):
-        return f"{value:.4g}" if unitless else f"{value * 1e3:.4g} mm"
+        return f"{value:.4g}" if unitless else _length(value)
     if isinstance(value, Sequence) and not isinstance(value, str):
         return " x ".join(_shown(part, unitless) for part in value)
     return str(value)

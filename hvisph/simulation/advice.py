@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
+from hvisph.core.errors import CaseError
 from hvisph.simulation.meeting import meeting
 from hvisph.simulation.regime import SHOCK, Regime, against_wall, regime
 from hvisph.simulation.scheme_advice import scheme_advice
@@ -62,7 +63,10 @@ def _thin_walls(case: Case) -> Iterator[str]:
         if body.shape.type == "mesh":
             from hvisph.simulation.shapes import shape_of
 
-            shape, dx = shape_of(body.shape, case.drawn), body.resolution or case.resolution
+            try:
+                shape, dx = shape_of(body.shape, case.drawn), body.resolution or case.resolution
+            except CaseError as error:
+                raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
             wall = getattr(shape, "thickness", math.inf)
             if wall < min(FEWEST_IN_WALL * dx, SHEET * min(shape.extent())):
                 yield (

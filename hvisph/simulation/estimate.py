@@ -272,7 +272,9 @@ def _counted(body: PlacedBody, case: Case) -> BodyEstimate:
     low, high = float((ends - 0.5 * body.spacing).min()), float((ends + 0.5 * body.spacing).max())
     if body.surface is not None and all(plane.axis != "x" for plane in case.symmetry):
         low, high = (float(corner[0]) for corner in body.surface.bounds())
-    along = _at_zero(low, high, PLACED * body.filling.finest)
+    along = (low, high)
+    if body.model.position is None:  # in a row round bodies stand a little off
+        along = _at_zero(low, high, PLACED * body.filling.finest)
     return BodyEstimate(body.name, len(body.positions), across, mass, body.asked, exactness, body.filling.note, along)
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from hvisph.casefile.embedded import formulation, symmetry_axes
 from hvisph.core.errors import CaseError
+from hvisph.core.measures import axis_unit, told_time
 from hvisph.output.reader import snapshots_at
 from hvisph.output.snapshot import Snapshot
 from hvisph.pictures.view import Moment
@@ -40,10 +41,11 @@ def moment_of(snapshot: Snapshot, name: str = "") -> Moment:
     """Return a snapshot to show, with its name, and below it time, spacing and formulation, in its title."""
     unitless = snapshot.metadata.get("units") == "none"
     told = []
-    told.append(f"t = {snapshot.time:.4g}" if unitless else f"t = {snapshot.time * 1e6:.2f} us")
+    told.append(f"t = {snapshot.time:.4g}" if unitless else f"t = {told_time(snapshot.time, '.2f')}")
     spacing = snapshot.metadata.get("spacing")
     if isinstance(spacing, float):
-        told.append(f"dx = {spacing:.3g}" if unitless else f"dx = {spacing * 1e3:.3g} mm")
+        unit, factor = axis_unit("mm", [spacing])
+        told.append(f"dx = {spacing:.3g}" if unitless else f"dx = {spacing * factor:.3g} {unit}")
     case = snapshot.metadata.get("case")
     told.append(formulation(case))
     words = ", ".join(part for part in told if part)

@@ -162,8 +162,8 @@ class View {
     const i = this.pick[Math.round(y) * this.canvas.width + Math.round(x)];
     if (i === undefined || i < 0) return "";
     const run = this.run, at = frame * run.count + i;
-    const place = run.low.map((_, k) => short(run.at(k, run.position[k][at]) * (run.unitless ? 1 : 1e3)));
-    const parts = [run.bodies[run.body[i]].name, `(${place.join(", ")})${run.unitless ? "" : " mm"}`];
+    const place = run.low.map((_, k) => short(run.at(k, run.position[k][at]) * run.units.length[1]));
+    const parts = [run.bodies[run.body[i]].name, `(${place.join(", ")})${run.units.length[0] && " " + run.units.length[0]}`];
     for (const field of run.fields) {
       const v = field.ends[0] + run.values[field.name][at] / 255 * (field.ends[1] - field.ends[0]);
       parts.push(`${field.label.replace(/ \[.*/, "")} ${short(v)}${(field.label.match(/\[(.*)\]/) || ["", ""])[1].replace(/^(.+)$/, " $1").replace(" -", "")}`);
@@ -186,8 +186,8 @@ function discOf(radius, solid) {  // the pixels of a disc: offset, height over t
 function hex(colour) { return [1, 3, 5].map(k => parseInt(colour.slice(k, k + 2), 16)); }
 function short(v) { return Math.abs(v) >= 1e5 || (v && Math.abs(v) < 1e-3) ? v.toExponential(2) : String(+v.toPrecision(4)); }
 function timeText(run, t) {
-  const us = t * 1e6, fits = us === 0 || (us >= 0.1 && us < 1e5);
-  return run.unitless ? `t = ${short(t)}` : `t = ${fits ? us.toFixed(2) : short(us)} µs`;
+  const [unit, factor] = run.units.time, shown = t * factor;
+  return unit ? `t = ${unit === "µs" ? shown.toFixed(2) : short(shown)} ${unit}` : `t = ${short(t)}`;
 }
 
 function bar(canvas, field, tables, labels) {  // the colour scale, the same at all times
