@@ -10,10 +10,12 @@ from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import StrictModel
 from hvisph.case.units import PositiveTime, Quantity
 
-# Courant number unless given, by formulation and for those without an entry. The criterion of standard SPH holds the
-# signal of its viscosity, 1.2 alpha c, already; contact SPH at 0.35 leaves its dissipation room in disordered lattices
-# (docs/theory/integration.md). Measured in docs/performance.md.
-COURANT_OF, COURANT = {"eulerian": 0.6, "riemann": 0.35}, 0.3
+# Courant number unless given, by formulation and for those without an entry. Where there is a viscosity the criterion
+# holds its signal, 1.2 alpha c, already, and it damps what grows at less: below DAMPED steps are as long at half of
+# the number. Contact SPH at 0.35 leaves its dissipation room in disordered lattices (docs/theory/integration.md).
+# Measured in docs/performance.md.
+COURANT_OF, COURANT = {"eulerian": 0.6, "total_lagrangian": 0.5, "adaptive": 0.5, "riemann": 0.35}, 0.3
+DAMPED = 1.0
 
 
 def default_courant(data: dict[str, Any]) -> float | None:
@@ -25,6 +27,11 @@ def default_courant(data: dict[str, Any]) -> float | None:
         return None
     if data.get("kinematics") == "axisymmetric":  # rings ring beyond 0.35: energies below zero in a ball and a bar
         return None
+    viscosity = formulation.get("viscosity")
+    if isinstance(viscosity, dict):
+        alpha = 0.0 if viscosity.get("type") == "none" else viscosity.get("alpha", DAMPED)
+        if isinstance(alpha, int | float) and alpha < DAMPED:
+            return None
     return COURANT_OF.get(str(formulation.get("type", "riemann")))
 
 
@@ -37,7 +44,8 @@ class Time(StrictModel):
     cfl: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = Field(
         default=COURANT,
         description="Courant number of the adaptive step [-], above 0 and at most 1; unless given 0.6 with `eulerian`, "
-        "0.35 with `riemann`, 0.3 with others and for rings",
+        "0.5 with `total_lagrangian` and `adaptive`, 0.35 with `riemann`, 0.3 with others, for rings, and where "
+        "alpha of the viscosity is below 1",
     )
     step: PositiveTime | None = Field(
         default=None,

@@ -192,7 +192,7 @@ class CompositeStepper(CompositeState):
                 self.rows_, self._active, self._eulerian,
                 (self.particles.data, self.particles.tags, ref.volume, self.loads, self.swellings, self.before),
                 ref.lists, ref.corrections, (self.table, self.models, self._moduli),
-                (self._stage, 1.2 * formulation.alpha),
+                (self._stage, 1.2 * formulation.alpha, formulation.courant),
                 (self.jacobians, self.strains, self.latest, self.pressures, self.signals), self._rates,
             )  # fmt: skip
             self.copies.refresh(self.rows_, self.layout, slice(2 * self.particles.dim, self._read))
@@ -271,25 +271,15 @@ class CompositeStepper(CompositeState):
             self._body_indices, self._one_piece = self.contact.pieces, False
 
     def limits(self) -> list[tuple[float, str, int]]:
-        """Return what else limits the step: inverted particles, and contact. See `Stepper`."""
+        """Return what else limits the step: inverted particles, hourglass control and contact. See `Stepper`."""
         inverted = self._tied[~(self.jacobians[self._tied] > 0.0)]
         if len(inverted):
             return [(0.0, "inverted", self._first(inverted))]
         if self.contact is None:
-            return []
+            return self._held
         if len(self.contact.passed):
             return [(0.0, "passed_through", self._first(self.contact.passed))]
-        omega = self.contact.omega
-        stiffest = float(omega.max(initial=0.0))
-        if stiffest > 0.0:
-            time = 2.0 / np.sqrt(stiffest)
-            alike = np.flatnonzero(omega > stiffest * (1.0 - 1e-12))
-            return [(float(time), "contact", self._first(alike[2.0 / np.sqrt(omega[alike]) == time]))]
-        return []
-
-    def _first(self, chosen: np.ndarray) -> int:
-        """Return of the particles `chosen` that of the smallest permanent number."""
-        return int(chosen[self._numbers[chosen].argmin()])
+        return self._held + self._swinging("contact", self.contact.omega)
 
     def permute(self) -> np.ndarray:
         """Leave the particles where they are: reference lists hold their numbers."""

@@ -15,6 +15,7 @@ import numpy as np
 
 from hvisph.core.particles import Particles
 from hvisph.integrators.parts import ON_AXIS
+from hvisph.materials.table import Material
 from hvisph.sph.copies import FixedCopies
 from hvisph.sph.reference import Reference
 from hvisph.sph.rows import RowLayout, aligned_zeros
@@ -47,6 +48,9 @@ class ReferenceChanges:
     volume: np.ndarray
     alone: np.ndarray
     latest: np.ndarray
+    materials: list[Material]
+    _held: list[tuple[float, str, int]]
+    _numbers: np.ndarray
     _loops: Loops
     _moduli: np.ndarray
     _bodies_in_all: int
@@ -94,6 +98,22 @@ class ReferenceChanges:
         volume, bodies = self.copies.extended(self.volume), self.copies.extended(bodies)
         ways = formulation.correction.shepard, formulation.correction.gradient
         self.reference = Reference(extended, volume, bodies, numbers, count, kernel, self.h, *ways)
+        # neighbours that move against each other under hourglass control, in the mean over directions; cuts soften it
+        of_material = [2.0 * formulation.hourglass * one.young_modulus / (dim * one.density) for one in self.materials]
+        self._held = self._swinging("hourglass", np.array(of_material)[particles.material] * self.reference.holding)
+
+    def _swinging(self, name: str, omega: np.ndarray) -> list[tuple[float, str, int]]:
+        """Return 2/omega [s] of who swings fastest, by squares of frequencies (n,) [1/s^2], as `limits` has it."""
+        fastest = float(omega.max(initial=0.0))
+        if fastest == 0.0:
+            return []
+        time = 2.0 / np.sqrt(fastest)
+        alike = np.flatnonzero(omega > fastest * (1.0 - 1e-12))
+        return [(float(time), name, self._first(alike[2.0 / np.sqrt(omega[alike]) == time]))]
+
+    def _first(self, chosen: np.ndarray) -> int:
+        """Return of the particles `chosen` that of the smallest permanent number."""
+        return int(chosen[self._numbers[chosen].argmin()])
 
     def _ring_radius(self, position: np.ndarray) -> np.ndarray:
         """Return the radius [m] of rings at `position` (n, dim) [m], as the pass over single particles has it."""

@@ -70,6 +70,8 @@ class TotalLagrangian:
         When Total Lagrangian particles turn Eulerian.
     revolved
         Whether particles are rings about the axis x.
+    courant
+        Courant number of the run: the share of a spacing to which particles may be squeezed before they set the step.
     """
 
     kernel: Kernel = CUBIC_SPLINE
@@ -90,6 +92,7 @@ class TotalLagrangian:
     contact: Pressing | Contact | Welded = field(default_factory=Pressing)
     conversion: Conversion = field(default_factory=Conversion)
     revolved: bool = False
+    courant: float = 0.3
 
     name = "total_lagrangian"
     fields: tuple[str, ...] = ("kernel_type", "reference_position")

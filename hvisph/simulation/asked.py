@@ -21,7 +21,7 @@ from hvisph.simulation import slabs
 T = TypeVar("T")
 # Criteria, beside those of `criteria` what stops a run: they travel as numbers.
 COLLAPSED = "collapsed"
-CRITERIA = (*NAMES, "not_finite", COLLAPSED, "contact", "inverted", "passed_through")
+CRITERIA = (*NAMES, "not_finite", COLLAPSED, "hourglass", "contact", "inverted", "passed_through")
 
 
 @dataclass

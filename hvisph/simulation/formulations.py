@@ -142,6 +142,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         "artificial_stress": _artificial_stress(model.artificial_stress),
         "contact": contact_of(model.contact) if model.parted else Welded(),
         "revolved": KINEMATICS[case.kinematics].revolved,
+        "courant": case.time.cfl,
     }
     if model.type == "eulerian":
         return TotalLagrangian(

@@ -103,7 +103,7 @@ def _fill(k, distances, volume, ih, kernels):
         kernels[k, 1] = volume[k] * scale(ih) * shape(r) / ih
 
 
-def _correct(c, chosen, position, volume, lists, ih, corrections, sums):
+def _correct(c, chosen, position, volume, lists, ih, corrections, sums, holding):
     """Compute A, B, F0 and the sums of the particles `chosen`."""
     starts, near, codes, kernels = lists
     all_a, all_b, all_f0 = corrections
@@ -112,13 +112,14 @@ def _correct(c, chosen, position, volume, lists, ih, corrections, sums):
     i = np.uint64(chosen[c])
     x = own_vector(position, i, 0, DIM)
     begin, end = np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])
-    of_shape, of_gradient = 0.0, no_vector(DIM)
+    of_shape, of_gradient, held = 0.0, no_vector(DIM), 0.0
     for k in range(begin, end):
         if near[k] != far:
             d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
             of_shape += kernels[codes[k], 1]
+            held += kernels[codes[k], 1] / dot(d, d)
             of_gradient = plus(of_gradient, times(kernels[codes[k], 0], d))
-    zeroth_sums[i] = of_shape
+    zeroth_sums[i], holding[i] = of_shape, held
     put(first_sums, i, 0, of_gradient)
     inverse_s, shift = 1.0, no_vector(DIM)
     if MIXED:
@@ -181,6 +182,8 @@ class Reference:
         A (count, dim, dim), B (count, dim) and F0 (count, dim, dim).
     first_sums, zeroth_sums
         Sums over each list of slope (X_a - X_b), (count, dim), and of shape, (count,).
+    holding
+        Sums over each list of shape/|X_a - X_b|^2 (count,) [1/m^2], which hourglass control is stiff by.
     """
 
     def __init__(self, position: np.ndarray, volume: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int,
@@ -191,7 +194,7 @@ class Reference:
         self.starts, self.near = _lists(self.position, body, numbers, count, kernel.reach * h * RIM)
         self.matrix, self.vector = np.zeros((count, dim, dim)), np.zeros((count, dim))
         self.start_gradient = np.zeros((count, dim, dim))
-        self.first_sums, self.zeroth_sums = np.zeros((count, dim)), np.zeros(count)
+        self.first_sums, self.zeroth_sums, self.holding = np.zeros((count, dim)), np.zeros(count), np.zeros(count)
         self.corrections = self.matrix.reshape(count, -1), self.vector, self.start_gradient.reshape(count, -1)
         self.sums = self.first_sums, self.zeroth_sums
         offered = {
@@ -209,7 +212,7 @@ class Reference:
 
     def _update_corrections(self, chosen: np.ndarray) -> None:
         self._correct(len(chosen), chosen.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,
-                      self.corrections, self.sums)  # fmt: skip
+                      self.corrections, self.sums, self.holding)  # fmt: skip
 
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
         """Return which particles have one of `chosen` (n,) among their reference neighbours (count,), bool."""

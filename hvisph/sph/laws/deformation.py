@@ -16,8 +16,8 @@ Rings of solids of revolution (REVOLVED, `sph.laws.rings`) have F_tt = r/r0 besi
 where F0_rr is 1 - kappa of the reference kernel; their volumes are areas of the section.
 
 With SHEARS a particle takes of alpha only the share that `sph.viscosity` says.
-What is squeezed to less than a third of its spacing is crossed sooner: the speed of signals takes 0.3 |F^-1| where that
-is above 1, with |F^-1|^2 = F^-1 : F^-1 - (d - 1), the inverse square of the least stretch where the others are 1.
+What is squeezed to less of its spacing than the Courant number C is crossed sooner: the speed of signals takes C |F^-1|
+where that is above 1, |F^-1|^2 = F^-1 : F^-1 - (d - 1): the inverse square of the least stretch where others are 1.
 Hourglass control follows the secant modulus with SECANT: E/(1 + E eps_p/Y) (1 - D), Y the first yield stress.
 """
 
@@ -61,8 +61,6 @@ from hvisph.sph.viscosity import shear_share
 CHUNK = 256
 # The rows of neighbours are asked for so many particles before they are needed.
 AHEAD = 2
-# A step of a body at rest has so much in reserve: spacings may shrink to it before they set the step.
-RESERVE = 0.3
 
 
 @compiled
@@ -143,7 +141,7 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
     m, tied = alike
     state, volume, loads, swellings, before = particles
     table, models, moduli = materials
-    stage, signal_alpha = ahead
+    stage, signal_alpha, courant = ahead
     jacobians, strains, latest, pressures, signals = results
     i = np.uint64(0)  # arrays stand for all of the particles: any row will do
     f, rate = mapped(sums, i, i, corrections)
@@ -174,7 +172,7 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
         memory = state[i, S_MEMORY] if REMEMBERS else 1.0
         p, c = remembered_state(table, models, m, rho, rows[i, E], state[i, S_DAMAGE], memory)
         shear = shear_modulus(table, models, m, rho, rows[i, E], p)
-        shrunk = RESERVE * np.sqrt(max(dot(inverse, inverse) - (DIM - 1.0), 0.0))
+        shrunk = courant * np.sqrt(max(dot(inverse, inverse) - (DIM - 1.0), 0.0))
         signals[i] = (longitudinal_speed(c, rho, shear) + signal_alpha * c) * max(shrunk, 1.0)
         pressures[i] = p
         rows[i, RHO] = rho
@@ -221,7 +219,8 @@ def deform(rows, active, eulerian, particles, lists, corrections, materials, ahe
     materials
         Table, models, and a row of E [Pa] and 1/Y [1/Pa] for each material.
     ahead
-        How far the stage is ahead of the state [s], and 1.2 alpha of the viscosity.
+        How far the stage is ahead of the state [s], 1.2 alpha of the viscosity, and the Courant number: a body at rest
+        bears nearly one, so its spacings may shrink to that share before they set the step.
     results
         Arrays (n,) that receive J, equivalent strain since the start and since the reference, and of Total
         Lagrangian particles pressure [Pa] and signal speed [m/s].
