@@ -72,6 +72,7 @@ def test_each_watcher_names_what_where_and_when(criterion, spoil, tmp_path):
     if criterion != "energy_drift":  # which names the particle whose energy changes fastest
         assert (failure["particle"], failure["body"]) == (17, "body_0")
     assert len(failure["position"]) == 2
+    assert (criterion == "density") == ("as of 1 of " in failure["message"])
     for part in (
         f"particle {failure['particle']} of body '{failure['body']}' at (",
         f"time {failure['time']:.6g} s",

@@ -176,14 +176,16 @@ class Watch:
         if not share.most(float(not fine))[0]:
             return
         most = limits[particles.material]
-        worst = self._one_of(~((density > 0.0) & (density < most)))
+        outside = ~((density > 0.0) & (density < most))
+        worst, count = self._one_of(outside), int(share.total(np.array([outside.sum()]))[0])
         if worst:
             material = int(share.at(np.array([worst.number]), particles.tags)[0, MATERIAL])
             raise self._failure(
                 "density", worst, time, step,
                 f"a density of {worst.density:.4g} kg/m^3 is outside the range of the equation of state of '"
-                f"{self._setup.materials[material]}', 0 to {limits[material]:.4g} kg/m^3 (where it is one of few, in a "
-                "jet or a spike, watch.density: false goes on without this limit)",
+                f"{self._setup.materials[material]}', 0 to {limits[material]:.4g} kg/m^3, as of {count} of "
+                f"{share.count} particles (where these are few, in a jet or a spike, watch.density: false goes on "
+                "without this limit)",
             )  # fmt: skip
 
     def _one_of(self, chosen: Any) -> Seen | None:
