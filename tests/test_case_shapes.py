@@ -239,6 +239,17 @@ def test_a_mesh_of_sheet_is_named_a_unit_stands_alone_and_a_bad_file_names_its_b
             asked(case("open.stl"))
 
 
+def test_directions_may_be_letters():
+    def case(axis):
+        body = {"material": METAL, "shape": {"type": "box", "size": [4e-3] * 3}, "rotation": {"angle": 30, "axis": axis},
+                "initial_velocity": [{"type": "spin", "rate": 10.0, "axis": axis}]}  # fmt: skip
+        return load_case({"kinematics": "three_d", "resolution": "1 mm", "bodies": {"a": body}, "time": {"end": 1e-6}})
+
+    assert case("y") == case([0, 1, 0])
+    with pytest.raises(CaseError, match=r"rotation\.axis: 'w' is no axis: write x, y, z, or a direction"):
+        case("w")
+
+
 def test_a_body_with_a_place_is_told_where_it_stands():
     """One of a row a little off its neighbour's face is said to touch it; what has a place stands there."""
     ball = {"material": METAL, "shape": {"type": "disc", "diameter": "5 mm"}, "velocity": ["2 km/s", 0.0]}

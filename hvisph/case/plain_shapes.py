@@ -5,13 +5,24 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
-from hvisph.case.model import SCALAR_AS_LIST, DataFile, StrictModel
-from hvisph.case.units import Length, NonNegativeLength, PositiveLength
+from hvisph.case.model import SCALAR_AS_LIST, DataFile, Shorthand, StrictModel
+from hvisph.case.units import Length, NonNegativeLength, Number, PositiveLength
 
 Axis = Literal["x", "y", "z"]
 Sizes = Annotated[tuple[PositiveLength, ...], SCALAR_AS_LIST, Field(min_length=2, max_length=3)]
+UNIT_VECTORS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def _along_axis(value: Any, info: ValidationInfo) -> Any:
+    if isinstance(value, str) and value not in UNIT_VECTORS:
+        raise ValueError(f"'{value}' is no axis: write x, y, z, or a direction such as [0, 1, 1]")
+    return UNIT_VECTORS[value] if isinstance(value, str) else value
+
+
+# A direction [-], or the letter of an axis.
+Direction = Annotated[tuple[Number, Number, Number], Shorthand(_along_axis, forms=("string",))]
 AxisField = Annotated[Axis, Field(description="Axis along which the length lies")]
 NoseField = Annotated[Axis, Field(description="Axis along which the nose points, towards larger coordinates")]
 

@@ -15,6 +15,7 @@ from hvisph.case.plain_shapes import (
     BoxShape,
     ConeShape,
     CylinderShape,
+    Direction,
     DiscShape,
     DomeShape,
     FrustumShape,
@@ -29,7 +30,7 @@ from hvisph.case.plain_shapes import (
     SphereShape,
     TubeShape,
 )
-from hvisph.case.units import Angle, Length, NonNegativeLength, Number, PositiveLength
+from hvisph.case.units import Angle, Length, NonNegativeLength, PositiveLength
 from hvisph.core.shapes import SHAPES
 
 Position = Annotated[tuple[Length, ...], SCALAR_AS_LIST, Field(min_length=1, max_length=3)]
@@ -39,8 +40,8 @@ class Rotation(StrictModel):
     """A turn about the body's centre, counter-clockwise."""
 
     angle: Angle = Field(description="Angle [deg]")
-    axis: tuple[Number, Number, Number] = Field(
-        default=(0.0, 0.0, 1.0), description="Direction of the axis [-], not all zero; in 2D always z"
+    axis: Direction = Field(
+        default=(0.0, 0.0, 1.0), description="Direction of the axis [-], not all zero, or x, y or z; in 2D always z"
     )
 
     @property

@@ -10,11 +10,11 @@ from pydantic import Field, ValidationInfo
 
 from hvisph.case.dimensions import ANGLE, RATE, VELOCITY
 from hvisph.case.model import SCALAR_AS_LIST, DataFile, Shorthand, StrictModel
+from hvisph.case.plain_shapes import Direction
 from hvisph.case.shapes import Position
 from hvisph.case.units import Number, PositiveLength, Quantity, Velocity
 
 Rate = Annotated[float, Quantity(RATE)]
-Direction = tuple[Number, Number, Number]
 
 
 def _vector(value: Any, info: ValidationInfo) -> Any:
@@ -56,7 +56,9 @@ class SpinField(AboutPoint):
 
     type: Literal["spin"] = "spin"
     rate: Rate = Field(description="Angular velocity [rad/s], counter-clockwise about the axis")
-    axis: Direction = Field(default=(0.0, 0.0, 1.0), description="Direction of the axis [-]; in 2D always z")
+    axis: Direction = Field(
+        default=(0.0, 0.0, 1.0), description="Direction of the axis [-], or x, y or z; in 2D always z"
+    )
 
 
 class RadialField(AboutPoint):
