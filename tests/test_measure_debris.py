@@ -10,13 +10,14 @@ from measure_bodies import MM, box, snapshot
 
 import hvisph
 from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.measures import CATALOGUE
 from hvisph.measures.debris import debris
 from hvisph.measures.measure import measure_snapshot
 from hvisph.measures.scene import Scene
 from hvisph.measures.series import columns, write_fragments, write_series
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.vtu import write_vtu
-from hvisph.pictures.series import series_picture
+from hvisph.pictures.series import KINDS, series_picture
 
 DX = 1 * MM
 # what the projectile breaks into: particles along x and their velocity
@@ -194,6 +195,10 @@ def test_cases_without_units_have_none_in_their_header(tmp_path):
     assert {"mass", "speed", "centre_x"} < head.keys()
     assert not any("[" in name for name in head)
     assert found.fragments_as_dict()["mass_unit"] == ""
+
+
+def test_every_measure_has_a_panel_of_the_picture():
+    assert {measure.unit for measure in CATALOGUE.values()} <= set(KINDS.values())
 
 
 def test_picture_of_all_measures(run, tmp_path, monkeypatch):

@@ -6,6 +6,7 @@ import math
 from typing import Any
 
 from hvisph.cli.words import paragraph, table, times
+from hvisph.core.measures import axis_unit
 
 # unit for people and factor from SI, by the unit of the mass
 MASSES = {"kg": ("g", 1e3), "kg/m": ("kg/m", 1.0), "kg/m^2": ("kg/m^2", 1.0)}
@@ -57,15 +58,16 @@ def fragments_series(series: Any, fewest: int) -> str:
 def _body(part: Any, moment: Any, fewest: int) -> str:
     plain, axes = moment.unitless, "xyz"[: moment.dimensions]
     unit, factor = ("", 1.0) if plain else MASSES[moment.mass_unit]
-    length = 1.0 if plain else 1e3
+    listed = [fragment for fragment in part.fragments if fragment.count >= fewest]
+    sizes = [float(value) for piece in listed for value in (*piece.centre, *piece.extent)]
+    measure, length = ("", 1.0) if plain else axis_unit("mm", sizes)
     speeds = ["" if plain else "m/s"] * (len(axes) + 1)
-    lengths = ["" if plain else "mm"] * (2 * len(axes))
+    lengths = [measure] * (2 * len(axes))
     lines = [
         ["", "particles", "mass", "share", *(f"v_{axis}" for axis in axes), "speed", *axes]
         + [f"extent {axis}" for axis in axes],
         ["", "", unit, "%", *speeds, *lengths],
     ]
-    listed = [fragment for fragment in part.fragments if fragment.count >= fewest]
     columns = [
         *_columns([[*piece.velocity, piece.speed] for piece in listed]),
         *_columns([[length * value for value in piece.centre] for piece in listed]),

@@ -15,7 +15,8 @@ from hvisph.measures.series import columns, moments
 from hvisph.pictures.curves import Curve, curves_picture
 
 # Panels of the picture in their order, and their SI units.
-KINDS = {"length": "m", "length, plug and lip": "m", "velocity": "m/s", "pressure": "Pa", "ratio": "", "number": ""}
+KINDS = {"length": "m", "length, plug and lip": "m", "velocity": "m/s", "pressure": "Pa", "temperature": "K",
+         "ratio": "", "number": ""}  # fmt: skip
 
 
 def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
