@@ -51,6 +51,23 @@ class Pairs:
             self.depth = cloud.h * np.maximum(depth, LEAST)
             for a, near in enumerate(self.near):
                 self.fills[a] = sum((self.filled(a, b) for b in near if self.other(a, b)), self.fills[a] * 0)
+        self.fills = np.array([self.smooth(a) for a in range(len(cloud.x))])
+
+    def smooth(self, a):
+        """Return what fills the room of a, along the mean direction about it of what looks as it does."""
+        own, h, reach = self.fills[a], self.cloud.h, self.kernel.reach
+        if not own.any():
+            return own
+        mean = self.volume[a] / h[a] ** self.dim * own
+        for b in self.near[a]:
+            length = 0.5 * (h[a] + h[b])
+            its = -self.fills[b] if self.other(a, b) else self.fills[b]
+            if its.any():
+                alike = max(own @ its, 0.0) / np.linalg.norm(own) / np.linalg.norm(its)
+                flat = 1.0 - (self.geometry(a, b)[0] / (reach * length)) ** 2
+                mean = mean + self.volume[b] / length**self.dim * flat * alike * its
+        along = mean / np.linalg.norm(mean)
+        return (own @ along) * along
 
     def along_normal(self, a, b):
         """Return k of unlike spacings."""

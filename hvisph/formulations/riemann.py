@@ -132,8 +132,8 @@ class Riemann:
         if not (self.reconstruction.acts or self.parted):
             return [flux]
         first = [Pass(riemann_row.gradients, riemann_row.read_by_all(row), ways, (interface.of_other,), into_rows=True)]
-        if self.meets_unlike:
-            first.append(Pass(unlike.facing, row, {"FACES": int(self.faces)}, (interface.of_other,), into_rows=True))
+        if self.parted:
+            first += riemann_row.of_those_that_meet(row, self.kernel, self.unlike, self.faces)
         return [*first, flux]
 
     def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact:

@@ -74,7 +74,7 @@ class SeparatingContact:
         seen = riemann_row.read_by_all(layout)
         passes = [
             Pass(riemann_row.gradients, seen, ways, (interface.of_other,), into_rows=True),
-            *([Pass(unlike_spacings.facing, layout, {}, (interface.of_other,), into_rows=True)] if unlike else []),
+            *riemann_row.of_those_that_meet(layout, kernel, unlike),
             Pass(riemann.accumulate, seen, ways | limits | {"ONLY_OTHER": 1, "REVOLVED": int(revolved),
                                                             "SPINS": int(spins)},
                  (riemann.conclude, interface.of_other), slips=True, rings=revolved, spins=spins),

@@ -37,6 +37,8 @@ class Pass:
         Constants and compiled functions bound into the law.
     parts
         Templates that the law calls by name, bound to the same.
+    only
+        Name of a vector of the rows, such as `ROUGH`: those where it is zero are left out; none unless given.
     into_rows
         Whether the law writes into the particles' own rows, for a later pass to read, instead of rates.
     density_rate
@@ -55,6 +57,7 @@ class Pass:
     reads: RowLayout
     options: dict[str, Any]
     parts: tuple[Callable[..., None], ...] = ()
+    only: str = ""
     into_rows: bool = False
     density_rate: bool = False
     leads: bool = False
@@ -123,7 +126,8 @@ class Pairs:
             widths = {"WIDTH": one.reads.used, "WHOLE": layout.used}
             offered = shared | self.slots | rates.slots(dim) | widths
             law = bind(one.law, one.options, offered, parts=one.parts)
-            self._sweeps.append((traversal.loop(dim, self.slots["H"], law), one.into_rows))
+            only = self.slots[one.only] if one.only else 0
+            self._sweeps.append((traversal.loop(dim, self.slots["H"], law, only), one.into_rows))
 
     def _make_room(self, count: int) -> None:
         """Make the arrays hold `count` rows, with the far row behind them."""

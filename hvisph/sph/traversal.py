@@ -21,7 +21,7 @@ import numpy as np
 from hvisph.core.errors import RunError
 from hvisph.core.jit import prange, specialise
 from hvisph.core.solid import in_space
-from hvisph.core.tensors import own_vector
+from hvisph.core.tensors import dot, own_vector
 from hvisph.core.vectors import LANES, NUMBERED, SIXTEEN, append_near, append_near_box
 from hvisph.sph import cells
 from hvisph.sph.cells import cell_at, number_of
@@ -105,6 +105,9 @@ def visit(chunk, rows, columns, order, counts, grid, reach, constants, capacity,
     last = min(first + np.uint64(CHUNK), n_rows)
     needed, m, group, wanted, longest = zero, zero, first, False, 0.0
     for i in range(first, last):
+        if ONLY and not dot(own_vector(rows, i, ONLY, DIM), own_vector(rows, i, ONLY, DIM)) > 0.0:
+            group = max(group, i + one)
+            continue
         x = own_vector(rows, i, 0, DIM)
         if i == group:  # the first of a cell, or of those together in it
             place = cell_at(x, inverse_edge, nx, ny, nz)
@@ -134,7 +137,8 @@ def visit(chunk, rows, columns, order, counts, grid, reach, constants, capacity,
 def sweep(rows, columns, order, counts, grid, reach, constants, capacity, out, overflow):
     """Run the pair law over all particles: the template, see the module's text.
 
-    Bound names: `visit`, of which DIM, H (slot of the smoothing length), law and the templates above.
+    Bound names: `visit`, of which DIM, H (slot of the smoothing length), law, ONLY (slot of a vector: rows where it is
+    zero are left out; 0 for none) and the templates above.
 
     Parameters
     ----------
@@ -163,10 +167,10 @@ def sweep(rows, columns, order, counts, grid, reach, constants, capacity, out, o
         visit(np.uint64(chunk), rows, columns, order, counts, grid, reach, constants, capacity, out, overflow)
 
 
-def loop(dim: int, h_slot: int, law: Any) -> Any:
-    """Return the traversal compiled for a bound law and the slot of the smoothing length in its rows."""
+def loop(dim: int, h_slot: int, law: Any, only: int = 0) -> Any:
+    """Return the traversal compiled for a bound law, the slots of the smoothing length and of `Pass.only` in rows."""
     parts = {part.__name__: specialise(part, DIM=dim) for part in (enclose, gather)}
-    return specialise(sweep, parallel=True, visit=specialise(visit, DIM=dim, H=h_slot, law=law, **parts))
+    return specialise(sweep, parallel=True, visit=specialise(visit, DIM=dim, H=h_slot, ONLY=only, law=law, **parts))
 
 
 def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, order: np.ndarray, counts: tuple[int, int],

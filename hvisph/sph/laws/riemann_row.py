@@ -30,10 +30,13 @@ from hvisph.core.tensors import (
     vector,
 )
 from hvisph.core.vectors import LANES, neighbours
+from hvisph.sph.kernels import Kernel
+from hvisph.sph.pairs import Pass
 from hvisph.sph.rows import RowLayout, those
 from hvisph.sph.shape_matrix import sound_inverse
 
-from .unlike import ENTRIES, depth
+from .interface import of_other, smooth
+from .unlike import ENTRIES, depth, facing
 
 # Where in the constants the tables of depths begin.
 DEPTH_TABLE = 2
@@ -46,9 +49,9 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
                faces: bool = False, spins: bool = False, leads: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
-    BEAR and SHEAR are the tractions it bears, HEAT its energy, ORDER whether it has flowed, TWIST w, FILLS and ENDS N
-    and O of its body, FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop stress of a
-    ring, COUNTS 1 over the number of particles, FADES and LEAVES the rates at which its lead goes and density follows.
+    BEAR and SHEAR are the tractions it bears, HEAT its energy, ORDER whether it has flowed, TWIST w, ROUGH, FILLS and
+    ENDS N, F and O of its body, FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop
+    stress of a ring, COUNTS 1 over the number of particles, FADES and LEAVES at what rates lead and density go.
     """
     return RowLayout(dim, those(
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
@@ -60,13 +63,22 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
         leads and ("counts", "scalar"), leads and ("fades", "scalar"), leads and ("leaves", "scalar"),
     ), those(
         reconstruct and ("gu", "gradient"), reconstruct and ("gt", "symmetric_gradient"),
-        parted and ("fills", "vector"), parted and ("ends", "vector"), unlike and ("depth", "scalar"),
+        parted and ("rough", "vector"), parted and ("fills", "vector"), parted and ("ends", "vector"),
+        unlike and ("depth", "scalar"),
     ))  # fmt: skip
 
 
 def read_by_all(layout: RowLayout) -> RowLayout:
     """Return the first part of the row: the rest is read where bodies meet."""
     return RowLayout(layout.dim, layout.fields, tuple(field for field in layout.made if field[0] in ("gu", "gt")))
+
+
+def of_those_that_meet(layout: RowLayout, kernel: Kernel, unlike: bool, faces: bool = False) -> list[Pass]:
+    """Return the passes behind `gradients` over what is near another body: its normals."""
+    ways, parts = {"FACES": int(faces)}, (of_other,)
+    first = [Pass(facing, layout, ways, parts, only="ROUGH", into_rows=True)] if unlike else []
+    reach = {"REACH2": kernel.reach**2}
+    return [*first, Pass(smooth, layout, ways | reach, parts, only="ROUGH", into_rows=True)]
 
 
 def gradients(near, n, rows, i, constants, out):
@@ -83,8 +95,7 @@ def gradients(near, n, rows, i, constants, out):
         g = times(-b[V] * scale(ih) * slope(r * ih) / r, dx)
         if PARTED:
             other = of_other(rows, i, b, dx)
-            if not UNLIKE:
-                fills = plus(fills, times(other, g))
+            fills = plus(fills, times(other, g))
             g = times(1.0 - other, g)
             ends = minus(ends, g)
         if RECONSTRUCTION:
@@ -96,8 +107,8 @@ def gradients(near, n, rows, i, constants, out):
         put(out, i, ENDS, lacking)
         if UNLIKE:
             out[i, DEPTH] = depth(lacking, h, constants[DEPTH_TABLE + (DIM - 1) * ENTRIES :])
-        else:
-            put(out, i, FILLS, totals(fills))
+        put(out, i, ROUGH, totals(fills))
+        put(out, i, FILLS, no_vector(DIM))
     if RECONSTRUCTION:
         inverse, _ = sound_inverse(matrix(totals(moment)))
         put(out, i, GU, product(totals(of_u), inverse))

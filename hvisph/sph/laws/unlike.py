@@ -97,7 +97,7 @@ def stretched(dx, n, inverse_length, inverse_mean):
 
 
 def facing(near, n, rows, i, constants, out):
-    """Write N, how the other bodies fill what particle `i` lacks, into its row: the law of a pass."""
+    """Write N, how the other bodies fill what particle `i` lacks, into its row: the law of a pass over what meets."""
     x, h, under, ends = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, DEPTH], own_vector(rows, i, ENDS, DIM)
     fills = spread(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
@@ -110,4 +110,4 @@ def facing(near, n, rows, i, constants, out):
         q, s, t = stretched(dx, towards, ik, im)
         factor = -other * b[V] * scale(im) / (im * im * h * b[H]) * slope(q) / (q + TINY)
         fills = plus(fills, plus(times(factor * s * ik, towards), times(factor * im * im / ik, t)))
-    put(out, i, FILLS, totals(fills))
+    put(out, i, ROUGH, totals(fills))
