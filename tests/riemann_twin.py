@@ -63,7 +63,7 @@ class Pairs:
             length = 0.5 * (h[a] + h[b])
             its = -self.fills[b] if self.other(a, b) else self.fills[b]
             if its.any():
-                alike = max(own @ its, 0.0) / np.linalg.norm(own) / np.linalg.norm(its)
+                alike = (max(own @ its, 0.0) / np.linalg.norm(own) / np.linalg.norm(its)) ** 2
                 flat = 1.0 - (self.geometry(a, b)[0] / (reach * length)) ** 2
                 mean = mean + self.volume[b] / length**self.dim * flat * alike * its
         along = mean / np.linalg.norm(mean)
