@@ -37,6 +37,7 @@ PROBLEMS: dict[str, Problem] = {
         bars.PROBLEM,
         spacings.PROBLEM,
         friction.PROBLEM,
+        friction.WALLS,
         parting.PROBLEM,
         cantilever.PROBLEM,
         spinning_disc.PROBLEM,

@@ -36,6 +36,10 @@ def _trials(options: Options) -> Iterator[Trial]:
     for shape in SHAPES:
         for mu in (0.0, 0.3) if options.quick else (0.0, 0.1, 0.3):
             yield _over_plate(f"{shape}, friction {mu:g}", shape, mu, dx)
+
+
+def _uneven(options: Options) -> Iterator[Trial]:
+    dx = options.dx(0.25e-3, 0.5e-3)
     for angle, mu in ((37.0, 0.0),) if options.quick else ((15.0, 0.0), (37.0, 0.0), (37.0, 0.3)):
         yield _over_plate(f"block's lattice turned by {angle:g}, friction {mu:g}", "block", mu, dx, _turned(angle, dx))
     if not options.quick:
@@ -105,7 +109,7 @@ def _in_rings(body: PlacedBody, inner: float, outer: float, dx: float) -> Placed
 def _figures(ran: Ran, into: float, along: float, mu: float) -> Iterator[Figure]:
     yield Figure("impulse along over into", along / into, mu, 0.03, scale=0.0, why="Coulomb's coefficient")
     start = float(ran.first.fields["mass"][ran.first.body == 0].sum()) * DOWN
-    yield Figure("impulse into the wall over the start's", into / start, 1.2, 0.5, scale=0.0,
+    yield Figure("impulse into the plate over the start's", into / start, 1.2, 0.5, scale=0.0,
                  why="above the momentum brought, below twice of it: they have parted")  # fmt: skip
     yield limit("drift of momentum", ran.drift, 1e-12, why="round-off")
 
@@ -139,4 +143,5 @@ def _in_disorder(placed: list[PlacedBody]) -> list[PlacedBody]:
     return [replace(body, positions=body.positions + move) for body, move in zip(placed, moves, strict=True)]
 
 
-PROBLEM = Problem("friction", "sliding along walls, even and uneven: impulses by Coulomb's law", _trials, SOLIDS)
+PROBLEM = Problem("friction", "a block and a disc slide over a plate: impulses by Coulomb's law", _trials, SOLIDS)
+WALLS = Problem("walls", "bodies slide along uneven walls: impulses by Coulomb's law", _uneven, SOLIDS)
