@@ -94,3 +94,7 @@ time: {end: 1 us}
     flat, reason = impact_of(load_case("quickstart"))
     assert flat is None
     assert "3D" in reason
+    for setting in ("velocity=[-6 km/s, 0, 0]", "position=[-3 mm, 50 mm, 0]"):
+        none, reason = impact_of(load_case(path, [f"bodies.shot.{setting}", "bodies.bumper.position=[1 mm, 0, 0]"]))
+        assert none is None
+        assert "flies past" in reason

@@ -11,6 +11,7 @@ import numpy as np
 from hvisph.core.kinematics import KINEMATICS
 from hvisph.geometry.place import rotation_matrix
 from hvisph.measures.correlations import Impact, Wall, alloy_of
+from hvisph.simulation.meeting import meeting
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -28,6 +29,9 @@ def impact_of(case: Case) -> tuple[Impact | None, str]:
     others = [name for name in names if name != shots[0] and case.bodies[name].role != "other"]
     if not others or any(case.bodies[name].shape.type not in ("box", "cylinder") for name in others):
         return None, "correlations are for plates: boxes, or short cylinders"
+    met = meeting(case)
+    if met is None or shots[0] not in (met.first, met.second):
+        return None, "the sphere flies past the plates, or away from them"
     velocity = np.array(shot.velocity) - np.array(case.bodies[others[0]].velocity)
     speed = float(np.sqrt((velocity**2).sum()))
     walls, fronts = [], []
