@@ -1,6 +1,7 @@
 """Cases of shapes: planes that keep mass, contact where surfaces touch, velocities, spacings, pictures, the bundled ones."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -204,6 +205,11 @@ def test_rings_are_drawn_as_a_whole_section_and_a_view():
     (shown,) = section.collections
     assert len(shown.get_offsets()) == 2 * 16
     assert sorted(set(np.round(shown.get_offsets()[:, 1], 3))) == [-3.5, -2.5, -1.5, -0.5, 0.5, 1.5, 2.5, 3.5]
+    # what is kilometres long and fast is told in kilometres
+    large = replace(rod, positions=1e6 * rod.positions, spacing=1e6 * rod.spacing, velocity=np.array([15e3, 0.0]))
+    section = setup_figure(Setup("asteroid", [large], revolved=True)).axes[0]
+    assert section.get_xlabel() == "x [km]"
+    assert "15 km/s" in [text.get_text() for text in section.texts]
     # three quarters of each circumference, a particle a spacing
     (turned,) = view.collections
     assert len(turned.get_offsets()) == 4 * sum(int(1.5 * np.pi * r) for r in (0.5, 1.5, 2.5, 3.5))

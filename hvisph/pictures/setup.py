@@ -208,7 +208,7 @@ def _velocities(axes: Axes, setup: Setup, span: float) -> None:
         tail, head = (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
         axes.annotate("", head, tail, arrowprops={"arrowstyle": "->", "lw": 2.0, "color": "#111111"})
         behind = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 1}
-        text = f"{speed:.4g} m/s" if setup.si else f"{speed:.4g}"
+        text = (f"{speed:.4g} m/s" if speed < 1e4 else f"{speed * 1e-3:.4g} km/s") if setup.si else f"{speed:.4g}"
         if any(text == other and np.linalg.norm(end - place) < span / 12 for other, place in told):
             continue  # a core and its jacket
         told.append((text, end))
