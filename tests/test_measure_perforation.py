@@ -83,6 +83,16 @@ def test_a_projectile_stuck_in_its_hole_has_not_perforated_the_plate(dim):
     assert layer_measures(Scene.of(now, start))[0].state == "yes"
 
 
+def test_what_is_stuck_in_a_plate_that_swings_moves_with_its_middle():
+    """The rim of a free plate goes on at 100 m/s, its middle and what is stuck there stand still."""
+    start, now = holed(2, 1.5 * MM, 0.0, (True, False), radius=3.3 * MM)
+    rim = (now.body == 1) & (np.abs(now.fields["position"][:, 1]) > 6 * MM)
+    velocity = now.fields["velocity"].copy()
+    velocity[rim, 0] = 100.0
+    assert rim.any()
+    assert layer_measures(Scene.of(replace(now, fields=now.fields | {"velocity": velocity}), start))[0].state == "no"
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_loose_rubble_closes_no_hole(dim):
     """What is in the hole closes it, crushed or sound, but rubble that is drawn apart does not, nor holds a plug."""

@@ -76,8 +76,8 @@ def perforation(scene: Scene, plate: Plate) -> Perforation:
             fixed, closes = held, False
     approach = _approach(scene, plate, fixed)
     if not closes:
-        slow = (np.abs(approach) < SLOW * _speed(scene)) & ~loose
-        stuck = np.flatnonzero(slow & _within(scene, plate, fixed))
+        within = np.flatnonzero(_within(scene, plate, fixed) & ~loose)
+        stuck = within[np.abs(_slides(scene, plate, within, fixed)) < SLOW * _speed(scene)]
         if len(fixed) == 0 or len(stuck) == 0 or _open(scene, plate, np.concatenate([fixed, stuck])):
             return Perforation(YES, "", fixed)
         closed = "what struck it is stuck in it"
@@ -120,6 +120,20 @@ def _approach(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
     mass = scene.now.fields["mass"]
     own = fixed if len(fixed) else np.flatnonzero(scene.now.body == plate.body)
     return np.asarray(along - np.average(along[own], weights=mass[own]))
+
+
+def _slides(scene: Scene, plate: Plate, rows: np.ndarray, fixed: np.ndarray) -> np.ndarray:
+    """Return the velocity of `rows` along the normal against the nearest attached particle of each [m/s].
+
+    A free plate bends and swings: what is stuck in its middle has not the velocity of the whole.
+    """
+    if len(rows) == 0:
+        return np.zeros(0)
+    from scipy.spatial import cKDTree
+
+    along = scene.now.fields["velocity"] @ np.array(plate.basis[0])
+    _, nearest = cKDTree(scene.position[fixed]).query(scene.position[rows])
+    return np.asarray(along[rows] - along[fixed][nearest])
 
 
 def _speed(scene: Scene) -> float:
