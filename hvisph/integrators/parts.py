@@ -118,8 +118,8 @@ def strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)
         rho *= grown(-dt * (swelling + hoop))
     else:
         rho *= grown(-dt * swelling)
-    if SPARSEST:
-        rho = max(rho, least)
+    if SPARSEST:  # which keeps a lone ring from thinning, and does not press it as it nears the axis
+        rho = max(rho, min(least, now.rho) if REVOLVED else least)
     h = min(max(now.h * grown(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
     s, plastic_strain, damage, p, c, memory = recall(
         table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip
