@@ -5,7 +5,7 @@ import numpy as np
 from hvisph.sph.laws.edges import SOUND, SOUND_MEAN
 from hvisph.sph.laws.interface import LOOKS, MIXED_UP, OPEN, SHUT
 from hvisph.sph.laws.pair_states import HARD, HOLDING, NO_SHEAR
-from hvisph.sph.laws.riemann import SHOCK_SLOPE
+from hvisph.sph.laws.riemann import CALM, EASED, ORDERLY, SHOCK_SLOPE
 from hvisph.sph.laws.unlike import FAINTEST, LEAST, depths
 
 
@@ -20,13 +20,13 @@ def about(w, x):
     return np.cross(np.concatenate([np.zeros(3 - len(w)), w]), np.pad(x, (0, 3 - len(x))))[: len(x)]
 
 
-def limited(name, d, other):
-    """Return the limited slope of vectors: `d` times the limiter's share of it along `d`."""
+def limited(name, d, other, least=0.0):
+    """Return the limited slope of vectors: `d` times the limiter's share of it along `d`, or `least`."""
     a, b = d @ d, other @ d
     if a == 0.0 or b <= 0.0:
-        return 0.0 * d
+        return least * d
     share = {"minmod": min(a, b), "van_leer": 2.0 * a * b / (a + b), "van_albada": a * b * (a + b) / (a * a + b * b)}
-    return share[name] / a * d
+    return max(share[name] / a, least) * d
 
 
 class Pairs:
@@ -152,10 +152,14 @@ def contact(pairs, grad_u, grad_s, a, b):
         if formulation.reconstruction.acts and not parted:
             for_u, for_t = ub - ua, tb - ta
             limiter = formulation.reconstruction.name
-            ua = ua + 0.5 * limited(limiter, for_u, 2 * part @ grad_u[a] @ x_ba - for_u)
-            ub = ub - 0.5 * limited(limiter, for_u, 2 * part @ grad_u[b] @ x_ba - for_u)
-            ta = ta + 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[a] @ x_ba) @ e - for_t)
-            tb = tb - 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[b] @ x_ba) @ e - for_t)
+            least = EASED + ORDERLY * min(cloud.order[a], cloud.order[b]) if formulation.consistent else 0.0
+            closing = (cloud.u[a] - cloud.u[b]) @ e
+            speed = (cloud.rho[a] * cloud.c_l[a] + cloud.rho[b] * cloud.c_l[b]) / (cloud.rho[a] + cloud.rho[b])
+            least *= max(1.0 - max(closing, 0.0) / (CALM * speed), 0.0)
+            ua = ua + 0.5 * limited(limiter, for_u, 2 * part @ grad_u[a] @ x_ba - for_u, least)
+            ub = ub - 0.5 * limited(limiter, for_u, 2 * part @ grad_u[b] @ x_ba - for_u, least)
+            ta = ta + 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[a] @ x_ba) @ e - for_t, least)
+            tb = tb - 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[b] @ x_ba) @ e - for_t, least)
         sides[name] = ua, ub, ta, tb
     u_own, u_its, traction = np.zeros(pairs.dim), np.zeros(pairs.dim), np.zeros(pairs.dim)
     slipped = exchanged = conducted = 0.0

@@ -54,7 +54,7 @@ def test_the_published_set_ups():
     assert expected["centre_pressure_peak"].tolerance == pytest.approx(0.12 * 18.6e9)
 
 
-@pytest.mark.parametrize(("formulation", "number"), [("eulerian", 0.6), ("riemann", 0.35), ("total_lagrangian", 0.5)])
+@pytest.mark.parametrize(("formulation", "number"), [("eulerian", 0.6), ("riemann", 0.42), ("total_lagrangian", 0.5)])
 def test_the_courant_number_goes_with_the_formulation(formulation, number):
     change = [f"formulation={{type: {formulation}}}"]
     assert load_case("quickstart", overrides=change).time.cfl == number
@@ -66,6 +66,9 @@ def test_the_courant_number_goes_with_the_formulation(formulation, number):
             assert load_case("quickstart", overrides=less).time.cfl == 0.3
         more = [f"formulation={{type: {formulation}, viscosity: {{type: monaghan, alpha: 2.5}}}}"]
         assert load_case("quickstart", overrides=more).time.cfl == number
+    else:  # what dissipates all that slopes do not explain
+        for way in ("form: printed", "reconstruction: none"):
+            assert load_case("quickstart", overrides=[f"formulation={{type: riemann, {way}}}"]).time.cfl == 0.35
     fixed = load_case("quickstart", overrides=[*change, "time.step=1 ns"])
     assert not any("cfl" in warning for warning in warnings_of(fixed))
 

@@ -12,10 +12,11 @@ from hvisph.case.units import PositiveTime, Quantity
 
 # Courant number unless given, by formulation and for those without an entry. Where there is a viscosity the criterion
 # holds its signal, 1.2 alpha c, already, and it damps what grows at less: below DAMPED steps are as long at half of
-# the number. Contact SPH at 0.35 leaves its dissipation room in disordered lattices (docs/theory/integration.md).
+# the number. Contact SPH leaves its dissipation room in disordered lattices (docs/theory/integration.md); where
+# it keeps no slopes of sound matter, in the printed form and without reconstruction, that takes more: FIRM.
 # Measured in docs/performance.md.
-COURANT_OF, COURANT = {"eulerian": 0.6, "total_lagrangian": 0.5, "adaptive": 0.5, "riemann": 0.35}, 0.3
-DAMPED = 1.0
+COURANT_OF, COURANT = {"eulerian": 0.6, "total_lagrangian": 0.5, "adaptive": 0.5, "riemann": 0.42}, 0.3
+DAMPED, FIRM = 1.0, 0.35
 
 
 def default_courant(data: dict[str, Any]) -> float | None:
@@ -32,7 +33,10 @@ def default_courant(data: dict[str, Any]) -> float | None:
         alpha = 0.0 if viscosity.get("type") == "none" else viscosity.get("alpha", DAMPED)
         if isinstance(alpha, int | float) and alpha < DAMPED:
             return None
-    return COURANT_OF.get(str(formulation.get("type", "riemann")))
+    kind = str(formulation.get("type", "riemann"))
+    if kind == "riemann" and (formulation.get("form") == "printed" or formulation.get("reconstruction") == "none"):
+        return FIRM
+    return COURANT_OF.get(kind)
 
 
 class Time(StrictModel):
@@ -44,8 +48,8 @@ class Time(StrictModel):
     cfl: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = Field(
         default=COURANT,
         description="Courant number of the adaptive step [-], above 0 and at most 1; unless given 0.6 with `eulerian`, "
-        "0.5 with `total_lagrangian` and `adaptive`, 0.35 with `riemann`, 0.3 with others, for rings, and where "
-        "alpha of the viscosity is below 1",
+        "0.5 with `total_lagrangian` and `adaptive`, 0.42 with `riemann` (0.35 in its printed form and without "
+        "reconstruction), 0.3 with others, for rings, and where alpha of the viscosity is below 1",
     )
     step: PositiveTime | None = Field(
         default=None,

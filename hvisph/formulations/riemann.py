@@ -124,7 +124,7 @@ class Riemann:
         }
         row = self.layout(dim)
         flux = Pass(riemann.accumulate, riemann_row.read_by_all(row), ways | {
-            "limit": self.reconstruction.limit, "share": self.reconstruction.share, "CONSISTENT": int(self.consistent),
+            "share": self.reconstruction.share, "CONSISTENT": int(self.consistent),
             "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.consistent and self.smoothing.variable),
             "REVOLVED": int(self.revolved), "SPINS": int(self.spins), "LEADS": int(self.leads),
         }, (riemann.conclude, interface.of_other), density_rate=self.consistent, leads=self.leads, slips=self.parted,

@@ -24,7 +24,7 @@ BOUNCING = 0.1
 # Particle velocity over the speed of sound beyond which density that does not keep to the spacing is off by 2 %.
 STRONG = 0.3
 # Courant number up to which contact SPH was verified.
-LONGEST_STEP = 0.35
+LONGEST_STEP = 0.42
 
 
 def scheme_advice(case: Case, kind: Regime, still: bool) -> Iterator[str]:
@@ -61,8 +61,8 @@ def _hasty(case: Case) -> Iterator[str]:
     """Yield what is to be said of steps longer than contact SPH was verified with."""
     if case.formulation.type == "riemann" and case.time.step is None and case.time.cfl > LONGEST_STEP:
         yield (
-            f"time.cfl: {case.time.cfl:g} is beyond the {LONGEST_STEP:g} that 'riemann' was verified with; from 0.4 on "
-            "tension that should be held opens gaps, from 0.5 on slow elastic bodies break; leave it out"
+            f"time.cfl: {case.time.cfl:g} is beyond the {LONGEST_STEP:g} that 'riemann' was verified with; from 0.5 on "
+            "metal that has flowed, liquids and gases no longer settle; leave it out"
         )
 
 

@@ -1,7 +1,8 @@
 """Limiters of a reconstruction: means of two slopes that vanish where their signs differ.
 
-Each has two forms: of numbers, `limit(a, b)`, and as a share of the first for vectors, `share(a, b) = limit(a, b)/a`,
-where a is the square of one and b its product with the other.
+Each is given as a share of the first, limit(a, b)/a for a >= 0, so that it serves numbers and vectors alike: a is the
+square of one and b its product with the other. Numerator and denominator come apart, so that several are divided at
+once (`sph.laws.pair_states`).
 
     minmod      the smaller
     van_leer    harmonic mean 2 a b / (a + b)                           van Leer 1974
@@ -13,8 +14,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from hvisph.core.jit import compiled
 
 # Keeps 0/0 from what is nothing.
@@ -23,49 +22,29 @@ TINY = 1e-30
 
 @compiled
 def minmod(a, b):
-    """Return the smaller in size of `a` and `b`, 0 where their signs differ."""
-    return 0.5 * (np.copysign(1.0, a) + np.copysign(1.0, b)) * min(abs(a), abs(b))
+    """Return numerator and denominator of minmod(a, b)/a."""
+    return max(min(a, b), 0.0), a + TINY
 
 
 @compiled
 def van_leer(a, b):
-    """Return the harmonic mean of `a` and `b`, 0 where their signs differ."""
-    product = max(a * b, 0.0)
-    return 2.0 * product * (a + b) / ((a + b) * (a + b) + TINY)
+    """Return numerator and denominator of van_leer(a, b)/a."""
+    b = max(b, 0.0)
+    return 2.0 * b, a + b + TINY
 
 
 @compiled
 def van_albada(a, b):
-    """Return van Albada's mean of `a` and `b`, 0 where their signs differ."""
-    return max(a * b, 0.0) * (a + b) / (a * a + b * b + TINY)
-
-
-@compiled
-def minmod_share(a, b):
-    """Return minmod(a, b) / a for a >= 0, 0 for a = 0."""
-    return max(min(a, b), 0.0) / (a + TINY)
-
-
-@compiled
-def van_leer_share(a, b):
-    """Return van_leer(a, b) / a for a >= 0, 0 for a = 0."""
+    """Return numerator and denominator of van_albada(a, b)/a."""
     b = max(b, 0.0)
-    return 2.0 * b / (a + b + TINY)
-
-
-@compiled
-def van_albada_share(a, b):
-    """Return van_albada(a, b) / a for a >= 0, 0 for a = 0."""
-    b = max(b, 0.0)
-    return b * (a + b) / (a * a + b * b + TINY)
+    return b * (a + b), a * a + b * b + TINY
 
 
 @dataclass(frozen=True)
 class Limiter:
-    """Name and both forms of a limiter; of ``none``, without reconstruction, neither form is called."""
+    """Name of a limiter and its `share`; of ``none``, without reconstruction, that is not called."""
 
     name: str
-    limit: Any
     share: Any
 
     @property
@@ -74,8 +53,7 @@ class Limiter:
         return self.name != "none"
 
 
-LIMITERS = {name: Limiter(name, limit, share) for name, limit, share in (
-    ("none", minmod, minmod_share), ("minmod", minmod, minmod_share),
-    ("van_leer", van_leer, van_leer_share), ("van_albada", van_albada, van_albada_share),
+LIMITERS = {name: Limiter(name, share) for name, share in (
+    ("none", minmod), ("minmod", minmod), ("van_leer", van_leer), ("van_albada", van_albada),
 )}  # fmt: skip
 NO_RECONSTRUCTION = LIMITERS["none"]

@@ -23,59 +23,75 @@ NO_SHEAR = 1e-4
 
 
 @compiled
-def moved(d, slope_a, slope_b, limited, half):
-    """Return how far both sides' numbers, `d` apart, move to each other by their limited slopes."""
-    return half * limited(d, 2.0 * slope_a - d), half * limited(d, 2.0 * slope_b - d)
+def inverses(a, b):
+    """Return 1/a and 1/b, which take a single division."""
+    both = 1.0 / (a * b)
+    return b * both, a * both
 
 
 @compiled
-def drawn(d, slope_a, slope_b, shared, half):
-    """Return which shares of the vector `d` between them both sides' vectors move to each other."""
-    d2 = dot(d, d)
-    return half * shared(d2, 2.0 * dot(slope_a, d) - d2), half * shared(d2, 2.0 * dot(slope_b, d) - d2)
+def drawn(u, of_u, t, of_t, shared, half, least):
+    """Return which shares of their difference both sides move to each other by, of velocities and of tractions.
+
+    Parameters
+    ----------
+    u, t
+        Square of the difference d.
+    of_u, of_t
+        Its products with both sides' slopes.
+    shared, half
+        The limiter, and 1/2 or, of pairs that go without, 0.
+    least
+        The least share that the limiter is to return.
+    """
+    n1, d1 = shared(u, 2.0 * of_u[0] - u)
+    n2, d2 = shared(u, 2.0 * of_u[1] - u)
+    n3, d3 = shared(t, 2.0 * of_t[0] - t)
+    n4, d4 = shared(t, 2.0 * of_t[1] - t)
+    by_u, by_t = inverses(d1 * d2, d3 * d4)
+    return ((half * max(n1 * d2 * by_u, least), half * max(n2 * d1 * by_u, least)),
+            (half * max(n3 * d4 * by_t, least), half * max(n4 * d3 * by_t, least)))  # fmt: skip
 
 
 @compiled
-def met(za, zb, du, t_a, dt, moves_u, moves_t):
+def met(inverse, za, zb, du, t_a, dt, shares_u, shares_t):
     """Return the contact velocity less the own one, and the traction, of a pair's normal Riemann problem.
 
     Parameters
     ----------
-    za, zb
-        Impedances.
+    inverse, za, zb
+        1 over the sum of both impedances; impedances.
     du, t_a, dt
         The neighbour's velocity less the own one; the own traction, and the neighbour's less that.
-    moves_u, moves_t
-        How far both sides move to each other, see `moved`.
+    shares_u, shares_t
+        Shares of them by which both sides move to each other, see `drawn`.
     """
-    inverse = 1.0 / (za + zb)
-    change = inverse * (zb * (du - moves_u[0] - moves_u[1]) + (dt - moves_t[0] - moves_t[1]))
-    return moves_u[0] + change, t_a + moves_t[0] + za * change
+    left_u, left_t = 1.0 - shares_u[0] - shares_u[1], 1.0 - shares_t[0] - shares_t[1]
+    change = inverse * (zb * (left_u * du) + left_t * dt)
+    return shares_u[0] * du + change, t_a + shares_t[0] * dt + za * change
 
 
 @compiled
-def met_beside(za, zb, du, t_a, dt, moves_u, moves_t):
-    """Return the same of the tangential problem: of vectors, which both sides move to each other by shares."""
-    inverse = 1.0 / (za + zb + TINY)
-    change = plus(times(inverse * zb * (1.0 - moves_u[0] - moves_u[1]), du),
-                  times(inverse * (1.0 - moves_t[0] - moves_t[1]), dt))  # fmt: skip
-    return plus(times(moves_u[0], du), change), plus(t_a, plus(times(moves_t[0], dt), times(za, change)))
+def met_beside(inverse, za, zb, du, t_a, dt, shares_u, shares_t):
+    """Return the same of the tangential problem, of vectors."""
+    change = plus(times(inverse * zb * (1.0 - shares_u[0] - shares_u[1]), du),
+                  times(inverse * (1.0 - shares_t[0] - shares_t[1]), dt))  # fmt: skip
+    return plus(times(shares_u[0], du), change), plus(t_a, plus(times(shares_t[0], dt), times(za, change)))
 
 
 @compiled
-def counted(us, du, t, za, zb, densities, most):
+def counted(us, du, t, inverse, densities, most):
     """Return what of the exchange, `us` less the mean velocity, density goes without: `most` where a pair presses hard.
 
     Parameters
     ----------
     us, du, t
         Contact velocity and the neighbour's, both less the own one; normal traction.
-    za, zb, densities
-        Impedances, and the sum of both densities.
+    inverse, densities
+        1 over the sum of both impedances, and the sum of both densities.
     most
         Largest share.
     """
-    inverse = 1.0 / (za + zb)
     pressing = HARD * densities * inverse * inverse * min(t, 0.0)
     return min(pressing * pressing, most) * (us - 0.5 * du)
 

@@ -42,6 +42,11 @@ bodies have not flowed: tension leaves pairs that are closer than their volumes 
 
     t*_n -= max(t*_n, 0) o_ab min(12 max(V_a V_b / r^(2d) - 1, 0), 1)
 
+Outside fronts lim(d, s) takes at least a share of d: what dissipates fastest is neighbours against each other, whose
+slopes are none, and the less of it there is the longer a step may be,
+
+    0.35 (1 + o_ab) max(0, 1 - 40 max(u_an - u_bn, 0) (rho_a + rho_b)/(Z_a + Z_b))
+
 Between different bodies (PARTED), with normal and gate of `sph.laws.interface` and no reconstruction,
 
     G    = |dW/dr| n . e,  n  in place of  |dW/dr|,  e
@@ -118,7 +123,7 @@ from hvisph.sph.shape_matrix import sound_inverse
 from .edges import FRONT, at_edges, correctable
 from .interface import across
 from .limiters import TINY
-from .pair_states import at_most, counted, drawn, let_go, met, met_beside, moved, pressed, slid
+from .pair_states import at_most, counted, drawn, inverses, let_go, met, met_beside, pressed, slid
 from .rings import brake, hoop_share, ring_weight
 from .unlike import along_normal, stretched
 
@@ -133,6 +138,10 @@ NOTHING = 1e-12
 UNLIMITED = 1e300
 # Shear impedance over the normal one of what bears no shear.
 SLIPPERY = 1e-8
+# Least share of their difference that both sides of a pair move to each other by, and what neither having flowed adds.
+EASED, ORDERLY = 0.35, 0.35
+# A pair that closes at this share of the speed of sound is in a front, and moves by its slopes alone.
+CALM = 0.025
 
 
 def accumulate(near, n, rows, i, constants, out):
@@ -141,7 +150,7 @@ def accumulate(near, n, rows, i, constants, out):
     h, zn, zt, volume = rows[i, H], rows[i, ZN], rows[i, ZT], rows[i, V]
     many = 1.0 / (NOTHING * volume) if volume > 0.0 else 0.0
     if RECONSTRUCTION:
-        of_u, of_s = own_gradient(rows, i, GU, DIM), own_symmetric_gradient(rows, i, GT, DIM)
+        grad_u, grad_s = own_gradient(rows, i, GU, DIM), own_symmetric_gradient(rows, i, GT, DIM)
     if PARTED:
         fills, ends = own_vector(rows, i, FILLS, DIM), own_vector(rows, i, ENDS, DIM)
     a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
@@ -154,7 +163,7 @@ def accumulate(near, n, rows, i, constants, out):
         b = neighbours(rows, near, k, WIDTH)
         dx = minus(vector(b, 0, DIM), x)
         r = np.sqrt(dot(dx, dx))
-        ih, inverse_r = 2.0 / (h + b[H]), 1.0 / r
+        ih, inverse_r = inverses(0.5 * (h + b[H]), r)
         g, e = -2.0 * scale(ih) * slope(r * ih), times(inverse_r, dx)
         za, zb = zn, b[ZN]
         jump, lever = minus(vector(b, U, DIM), u), dx
@@ -191,25 +200,31 @@ def accumulate(near, n, rows, i, constants, out):
         # How far each side moves to the other: normal velocity and traction, shares of the tangential ones.
         moves = of_n = shares_u = shares_t = (nowhere, nowhere)
         if RECONSTRUCTION:
-            pa, pb = on_rows(of_u, dx), on_rows(gradient(b, GU, DIM), dx)
-            qa, qb = on(on_rows(of_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
-            moves = moved(du_n, dot(pa, e), dot(pb, e), limit, half)
-            of_n = moved(dt_n, dot(qa, e), dot(qb, e), limit, half)
+            least = 0.0
+            if CONSISTENT:
+                calm = max(1.0 - (rows[i, RHO] + b[RHO]) * max(approach, 0.0) / (CALM * (za + zb)), 0.0)
+                least = calm * (EASED + ORDERLY * min(rows[i, ORDER], b[ORDER]))
+            pa, pb = on_rows(grad_u, dx), on_rows(gradient(b, GU, DIM), dx)
+            qa, qb = on(on_rows(grad_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
+            moves, of_n = drawn(du_n * du_n, (du_n * dot(pa, e), du_n * dot(pb, e)),
+                                dt_n * dt_n, (dt_n * dot(qa, e), dt_n * dot(qb, e)), share, half, least)  # fmt: skip
             if DIM > 1:
-                shares_u = drawn(du_t, facing_aside(pa, e), facing_aside(pb, e), share, half)
-                shares_t = drawn(dt_t, facing_aside(qa, e), facing_aside(qb, e), share, half)
-        apart = du_n - moves[0] - moves[1]  # the acoustic Riemann problem, with velocities less the own one
+                of_u = (dot(facing_aside(pa, e), du_t), dot(facing_aside(pb, e), du_t))
+                of_t = (dot(facing_aside(qa, e), dt_t), dot(facing_aside(qb, e), dt_t))
+                shares_u, shares_t = drawn(dot(du_t, du_t), of_u, dot(dt_t, dt_t), of_t, share, half, least)
+        apart = du_n * (1.0 - moves[0] - moves[1])  # the acoustic Riemann problem, with velocities less the own one
         if CONSISTENT:
             closing = -SHOCK_SLOPE * min(apart, 0.0)
             za, zb = za + rows[i, RHO] * closing, zb + b[RHO] * closing
-        us_n, t_n = met(za, zb, du_n, ta_n, dt_n, moves, of_n)
+        by_n, by_t = inverses(za + zb, zt + b[ZT] + TINY)
+        us_n, t_n = met(by_n, za, zb, du_n, ta_n, dt_n, moves, of_n)
         if CONSISTENT and anywhere(b[V] * t_n):  # none bears less than no tension
             cold = neighbours(rows, near, k, WHOLE)
             t_n = min(t_n, min(rows[i, BEAR], cold[BEAR]))
             if HELD:
-                t_n = let_go(t_n, volume * b[V], dx, inverse_r, min(rows[i, ORDER], cold[ORDER]))
+                t_n = let_go(t_n, volume * b[V], dx, inverse_r, min(rows[i, ORDER], b[ORDER]))
         if DIM > 1:
-            us_t, t_t = met_beside(zt, b[ZT], du_t, ta_t, dt_t, shares_u, shares_t)
+            us_t, t_t = met_beside(by_t, zt, b[ZT], du_t, ta_t, dt_t, shares_u, shares_t)
             if CONSISTENT:
                 most = min(rows[i, SHEAR], b[SHEAR])
                 t_t = (max(min(t_t[0], most), -most),) if DIM == 2 else at_most(most, t_t)
@@ -245,7 +260,7 @@ def accumulate(near, n, rows, i, constants, out):
             moment = plus(moment, symmetric_outer(lever, of_gradient))
         if CONSISTENT:
             space = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if UNLIKE else 1.0
-            evening = counted(us_n, du_n, t_n, za, zb, rows[i, RHO] + b[RHO], 1.0 if FOLLOWING else 0.5)
+            evening = counted(us_n, du_n, t_n, by_n, rows[i, RHO] + b[RHO], 1.0 if FOLLOWING else 0.5)
             number += weight * g * space * (us_n - (1.0 - other) * evening)
             receding += weight * g * space * (0.5 * du_n)
             if FOLLOWING:

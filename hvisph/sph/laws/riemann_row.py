@@ -57,8 +57,8 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
         parted and ("body", "scalar"), faces and ("face", "vector"), ("zn", "scalar"), ("zt", "scalar"),
         consistent and ("rho", "scalar"), consistent and ("shear", "scalar"), spins and ("twist", "axial"),
-        consistent and ("heat", "scalar"), revolved and ("ring", "radius"), consistent and ("bear", "scalar"),
-        consistent and ("order", "scalar"), ("m", "scalar"),  # pairs read neither m nor what follows
+        consistent and ("heat", "scalar"), consistent and ("order", "scalar"), revolved and ("ring", "radius"),
+        consistent and ("bear", "scalar"), ("m", "scalar"),  # pairs read neither m nor what follows
         following and ("grows", "scalar"), revolved and ("hoop", "scalar"),
         leads and ("counts", "scalar"), leads and ("fades", "scalar"), leads and ("leaves", "scalar"),
     ), those(
