@@ -19,6 +19,7 @@ from hvisph.integrators.parts import WHOLE
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.laws import interface, riemann, riemann_row, unlike
 from hvisph.sph.laws.limiters import LIMITERS, Limiter
+from hvisph.sph.laws.pair_states import HARD
 from hvisph.sph.laws.riemann import SLIPPERY
 from hvisph.sph.pairs import Pairs, Pass
 from hvisph.sph.rows import RowLayout
@@ -28,8 +29,8 @@ from .formulation import Smoothing
 from .separating import NoContact
 from .stepper import Stepper
 
-# What is pressed by rho c^2 over this gives its lead up within PASSING times h over c, see `sph.laws.riemann`.
-HARD, PASSING = 10.0, 10.0
+# What is pressed hard gives its lead up within this times h over c, see `sph.laws.riemann`.
+PASSING = 10.0
 
 
 @dataclass(frozen=True)
@@ -194,7 +195,7 @@ def _pack(rows, s, coefficients, one):
         rows[s, HEAT] = one.e
     if LEADS:
         rows[s, COUNTS] = rows[s, V] * grown(one.lead)
-        pressing = min(HARD * max(one.p, 0.0) / (one.rho * one.c_l * one.c_l), 1.0)
+        pressing = min(0.5 * HARD * max(one.p, 0.0) / (one.rho * one.c_l * one.c_l), 1.0)
         rows[s, FADES] = one.lead * one.c_l / (PASSING * one.h)
         rows[s, LEAVES] = rows[s, FADES] * pressing * pressing
     return coefficients[0] * one.c_l

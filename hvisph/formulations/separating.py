@@ -69,14 +69,13 @@ class SeparatingContact:
                  h_over_dx: float = 1.4, spins: bool = False):  # fmt: skip
         dim = positions.shape[1]
         layout = riemann_row.row_layout(dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike)
-        limits = {"limit": NO_RECONSTRUCTION.limit, "share": NO_RECONSTRUCTION.share}
         ways = {"RECONSTRUCTION": 0, "PARTED": 1, "UNLIKE": int(unlike)}
         seen = riemann_row.read_by_all(layout)
         passes = [
             Pass(riemann_row.gradients, seen, ways, (interface.of_other,), into_rows=True),
             *riemann_row.of_those_that_meet(layout, kernel, unlike),
-            Pass(riemann.accumulate, seen, ways | limits | {"ONLY_OTHER": 1, "REVOLVED": int(revolved),
-                                                            "SPINS": int(spins)},
+            Pass(riemann.accumulate, seen, ways | {"share": NO_RECONSTRUCTION.share, "ONLY_OTHER": 1,
+                                                   "REVOLVED": int(revolved), "SPINS": int(spins)},
                  (riemann.conclude, interface.of_other), slips=True, rings=revolved, spins=spins),
         ]  # fmt: skip
         further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()
