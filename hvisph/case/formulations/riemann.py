@@ -28,8 +28,9 @@ FORMS: dict[str, dict[str, Any]] = {
 
 # Equations of state of what expands without end.
 GASES = ("ideal_gas", "jwl")
-# How the smoothing length of a gas follows it unless given: a fixed one does not reach through an expansion of 1.5.
-FOLLOWING = {"type": "variable", "min_over_initial": 0.2, "max_over_initial": 4.0}
+# How the smoothing length of a gas follows it unless given: a fixed one does not reach through an expansion of 1.5, and
+# a strong shock takes air to a sixth of its length.
+FOLLOWING = {"type": "variable", "min_over_initial": 0.1, "max_over_initial": 4.0}
 # With detonation products none shrinks, and in more than a line they grow to 2. What tears off a driven plate is
 # squeezed without end where it may shrink to 0.8, single products that have streamed far where they may grow to 4.
 PRODUCTS_SHRINK, PRODUCTS_GROW = 1.0, 2.0
