@@ -40,7 +40,7 @@ def _trials(options: Options) -> Iterator[Trial]:
     for dim in (1, 2):
         dx = options.dx((0.1e-3, 0.25e-3)[dim - 1], (0.2e-3, 0.5e-3)[dim - 1])
         for ratio in (1, 2, 4):
-            if not (options.quick and ratio == 4):  # of first order: at twice the spacing it is beyond what is asked
+            if not (options.quick and dim == 2 and ratio == 4):
                 yield _trial(dim, dx, ratio)
     for rings in (False, True):
         yield _graded(options.dx(0.25e-3, 0.5e-3), rings)
