@@ -88,7 +88,10 @@ def test_a_sample_is_reproducible_and_follows_its_distributions(method):
         ({"type": "grid", "values": {"bodies.target.shape.sise.0": [1]}}, "did you mean 'size'"),
         ({"type": "grid", "values": {SPEED: ["2 km"]}}, "case 0"),
         ({"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "much", "count": 2}}}, "no number"),
-        ({"type": "bisect", "path": SPEED, "between": ["3 km/s", "2 km/s"], "until": "1 m/s"}, "lower and a higher"),
+        (
+            {"type": "bisect", "path": SPEED, "between": ["2 km/s", "2 km/s"], "until": "1 m/s"},
+            "two values that differ",
+        ),
         ({"type": "list", "file": "absent.csv"}, "cannot be read"),
         ({"type": "list"}, "either"),
         ({"type": "grid", "values": {SPEED: {"from": 1, "to": 2, "count": 1}}}, r"velocity.0.count: input should be"),
@@ -207,6 +210,51 @@ def test_a_bisection_finds_a_made_up_limit():
         assert found["below"] < limit < found["above"]
         assert found["above"] - found["below"] <= 10.0
     assert len(rows) == 2 * (2 + 3 * 4)  # 700 m/s in four rounds of a quarter each: 2.7 m/s
+
+
+def told(between, outcomes):
+    """What a bisection over the plate's thickness says, and what it would try next, of shots at these values [mm]."""
+    vary = {"type": "bisect", "path": "bodies.target.shape.size.0", "between": between, "until": "0.5 mm"}
+    made = plan(**vary)
+    rows = [{"number": number, "values": {vary["path"]: f"{value} mm"}, "status": "done", "message": "",
+             "measures": {"perforated": {"value": yes, "uncertainty": None, "unit": ""}}}
+            for number, (value, yes) in enumerate(outcomes, 1)]  # fmt: skip
+    (found,) = verdict(made.sweep.vary, made.base.value, rows)["limits"]
+    return found, [one[vary["path"]] for one in following(made.sweep.vary, made.base.value, rows, 1)]
+
+
+def test_a_limit_may_lie_where_values_fall():
+    found, tried = told(["8 mm", "2 mm"], [(8, 0.0), (2, 1.0)])
+    assert (found["below"], found["above"], found["mixed"], found["open"]) == (8.0, 2.0, False, "")
+    assert tried == ["5 mm"]
+    assert told(["8 mm", "2 mm"], [(8, 0.0), (2, 1.0), (5.4, 0.0), (5, 1.0)])[1] == []
+
+
+@pytest.mark.parametrize(("between", "outcomes", "why"), [
+    (["2 mm", "8 mm"], [(2, 1.0), (8, 0.0)], "the other way round"),
+    (["8 mm", "2 mm"], [(8, 1.0), (2, 1.0)], "at every value that was tried: begin at a higher one"),
+    (["8 mm", "2 mm"], [(8, 0.0), (2, 0.0)], "at no value that was tried: end at a lower one"),
+    (["2 mm", "8 mm"], [(2, 1.0), (8, 1.0)], "begin at a lower one"),
+    (["8 mm", "2 mm"], [(8, 0.0), (2, None)], "shot 2 does not tell yet on which side of it: a later time.end"),
+    (["8 mm", "2 mm"], [], "no shot is done"),
+])  # fmt: skip
+def test_a_limit_that_was_not_found_says_what_to_do(between, outcomes, why):
+    found, tried = told(between, outcomes)
+    assert why in found["open"]
+    assert tried == []
+
+
+def test_a_limit_that_was_not_found_is_no_success(tmp_path):
+    from typer.testing import CliRunner
+
+    from hvisph.cli.main import app
+
+    settings = [word for path, value in SMALL.items() for word in ("--set", f"{path}={value}")]
+    done = CliRunner().invoke(app, ["limit", "quickstart", "--vary", SPEED, "--between", "2,3km/s", *settings,
+                                    "--event", "penetration", "--above", "1", "--out", str(tmp_path / "sweep"),
+                                    "--workers", "1", "--threads", "1"])  # fmt: skip
+    assert done.exit_code == 1
+    assert "no limit: it happens at no value that was tried: end at a higher one" in done.stdout
 
 
 def alone(folder, member, tmp_path):

@@ -186,6 +186,7 @@ def test_what_cannot_run_is_refused_and_what_stops_fails():
     refused = judged(problem, trial, "eulerian", ["formulation.contact.friction_of_the_moon=1"], threads=1)
     assert refused.status == "refused"
     assert "friction_of_the_moon" in refused.message
+    assert refused.passed is None
     stopped = judged(problem, trial, "eulerian", ["watch.energy_drift=1e-30"], threads=1)
     assert (stopped.status, stopped.passed) == ("failed", False)
     assert "energy" in stopped.message
@@ -211,6 +212,14 @@ def test_command_lists_runs_and_refuses(tmp_path):
     assert "hugoniot" in call("hugonot").stderr
     assert call("sod", "--formulation", "lagrange").exit_code == 2
     assert call("sod", "--resolution", "1 kg").exit_code == 2
+    nothing = call("sod", "--formulation", "projection")
+    assert nothing.exit_code == 1
+    assert "nothing was judged" in nothing.stdout
+    wrong = call("sod", "--quick", "--formulation", "eulerian", "--set", "formulation.limitr=minmod")
+    assert wrong.exit_code == 1
+    assert "cannot run" in wrong.stdout
+    assert "as asked" not in wrong.stdout
+    assert "no trial's name holds 'blast'; there are: " in call("sod", "--only", "blast").stderr
 
 
 def test_a_setting_that_is_wrong_is_named():

@@ -159,14 +159,14 @@ class _Bisect(StrictModel):
 
     type: Literal["bisect"] = "bisect"
     path: Text = Field(description="The setting, such as bodies.projectile.velocity.0")
-    between: tuple[Bound, Bound] = Field(description="A value below the limit and one above it")
+    between: tuple[Bound, Bound] = Field(description="A value where it does not happen and one where it does")
     until: Bound = Field(description="Width of the bracket at which to stop, in the same unit")
     points: Annotated[int, Field(strict=True, ge=1, le=64)] | None = Field(
         default=None, description="Shots a round; as many as workers unless given"
     )
-    event: Event = Field(default=Event(), description="What happens above the limit")
+    event: Event = Field(default=Event(), description="What happens beyond the limit")
     residual: Text = Field(
-        default="residual_velocity", description="Measure of the residual velocity, for the fit above the limit"
+        default="residual_velocity", description="Measure of the residual velocity, for the fit beyond the limit"
     )
 
 

@@ -35,7 +35,8 @@ def sweep(
 ) -> None:
     """Run many cases that differ from one, and tabulate what they measured; the same command goes on.
 
-    Exit codes: 0 all done and as expected, 1 missed an expectation, 2 bad input, 3 a case failed, 130 interrupted.
+    Exit codes: 0 all done and as expected, 1 missed an expectation or a limit, 2 bad input, 3 a case failed,
+    130 interrupted.
     """
     from hvisph.sweeps.selection import Selection
 
@@ -84,7 +85,7 @@ def limit(
         str, typer.Option("--vary", metavar="PATH", help="The setting, such as bodies.projectile.velocity.0.")
     ],
     between: Annotated[
-        str, typer.Option("--between", metavar="A,B", help="A value below the limit and one above: 200,900m/s.")
+        str, typer.Option("--between", metavar="A,B", help="Where it does not happen, and where it does: 200,900m/s.")
     ],
     until: Annotated[
         str | None, typer.Option("--until", metavar="WIDTH", help="Width of the bracket; 1/16 of the first.")
@@ -96,7 +97,10 @@ def limit(
     resolution: ResolutionOption = None,
     settings: SetOption = None,
 ) -> None:
-    """Find where something begins to happen, such as the ballistic limit, by bisection with all workers."""
+    """Find where something begins to happen, such as the ballistic limit, by bisection with all workers.
+
+    Exit codes: 0 found, 1 no limit between the values, 2 bad input, 3 a shot failed, 130 interrupted.
+    """
     bounds = _bounds(between)
     width = until if until is not None else _sixteenth(*bounds)
     varied = {"type": "bisect", "path": vary, "between": list(bounds), "until": width,
@@ -144,7 +148,7 @@ def _sixteenth(low: str, high: str) -> str:
 
     if unit != other:
         raise CaseError("give --until, or both values in the same unit", where="--between")
-    return f"{(b - a) / 16:.12g} {unit}".strip()
+    return f"{abs(b - a) / 16:.12g} {unit}".strip()
 
 
 def _work(source: str, threads: int | None, chosen: Any, wanted: Path | None) -> None:
@@ -216,5 +220,5 @@ def _show(folder: SweepFolder, how: How) -> None:
     statuses = {row["status"] for row in shown}
     if statuses & {"failed", "error", "killed"}:
         raise typer.Exit(FAILED)
-    if any(row["missed"] for row in shown):
+    if any(row["missed"] for row in shown) or any(one["open"] for one in said.get("limits", [])):
         raise typer.Exit(1)

@@ -176,19 +176,13 @@ def _converge(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
 def _limit(verdict: dict[str, Any]) -> str:
     unit = f" {verdict['unit']}" if verdict["unit"] else ""
     where = "".join(f"{path} = {written(value)}: " for path, value in verdict["for"].items())
-    if verdict["undecided"]:
-        shots = ", ".join(map(str, verdict["undecided"]))
-        told = "shots {} do not tell yet on which side they are" if len(verdict["undecided"]) > 1 else (
-            "shot {} does not tell yet on which side it is")  # fmt: skip
-        return f"{where}{told.format(shots)}: a later time.end is needed"
-    if verdict["below"] is None or verdict["above"] is None:
-        side = "every" if verdict["below"] is None else "no"
-        return f"{where}{side} shot went through: no limit between the values that were tried"
+    if verdict["open"]:
+        return f"{where}no limit: {verdict['open']}"
     if verdict["mixed"]:
         text = (f"mixed from {verdict['above']:.6g} to {verdict['below']:.6g}{unit}: "
-                "some shots held above one that went through")  # fmt: skip
+                "some shots beyond one where it happens are without")  # fmt: skip
     else:
-        text = f"limit between {verdict['below']:.6g} and {verdict['above']:.6g}{unit}"
+        text = "limit between {:.6g} and {:.6g}".format(*sorted((verdict["below"], verdict["above"]))) + unit
     curve = verdict["lambert_jonas"]
     if curve:
         text += (f"; Lambert-Jonas: {curve['limit']:.4g} m/s, a {curve['a']:.3g}, p {curve['p']:.3g}, "

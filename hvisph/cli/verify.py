@@ -45,7 +45,7 @@ def verify(
 ) -> None:
     """Run problems with an exact solution and print computed, exact and asked.
 
-    Exit codes: 0 all passed, 1 some did not, 2 bad input.
+    Exit codes: 0 all passed, 1 some did not or nothing could run, 2 bad input.
     """
     from hvisph.verification.problems import PROBLEMS
 
@@ -57,10 +57,15 @@ def verify(
     for name in chosen:
         _known(name, list(PROBLEMS), "problem", "NAME")
     from hvisph.cli.words import echo_json
+    from hvisph.core.errors import CaseError
     from hvisph.verification.problem import Options
     from hvisph.verification.running import verdicts
 
     options = Options(quick, _length(resolution), seeds)
+    if only:
+        trials = [trial.name for name in chosen for trial in PROBLEMS[name].trials(options)]
+        if not any(only.lower() in trial.lower() for trial in trials):
+            raise CaseError(f"no trial's name holds '{only[:200]}'; there are: {', '.join(trials)}", where="--only")
     results: list[Any] = []
     for name in chosen:
         problem, heading = PROBLEMS[name], f"\n{name}: {PROBLEMS[name].title}"
@@ -76,12 +81,14 @@ def verify(
         from hvisph.verification.pictures import draw
 
         draw(results, pictures)
-    missed = [one for one in results if not one.passed]
+    judged = [one for one in results if one.passed is not None]
+    good = sum(bool(one.passed) for one in judged)
     if as_json:
         echo_json([one.as_dict() for one in results])
     elif not quiet:
-        say(f"\n{len(results) - len(missed)} of {len(results)} as asked")
-    raise typer.Exit(1 if missed else 0)
+        refused = f"; {len(results) - len(judged)} could not run" if len(results) > len(judged) else ""
+        say(f"\n{good} of {len(judged)} as asked{refused}" if judged else "\nnothing was judged: no trial could run")
+    raise typer.Exit(0 if judged and good == len(judged) else 1)
 
 
 def _known(name: str, known: list[str], what: str, where: str) -> None:

@@ -20,9 +20,9 @@ class Bracket:
     Parameters
     ----------
     below, above
-        Highest value below the limit and lowest above it; None where none was seen.
+        The last value where it did not happen and the first where it did; None where none was seen.
     mixed
-        Whether some shot held above one that went through: the limit is then a zone, between `above` and `below`.
+        Whether it did not happen beyond a value where it did: the limit is then a zone, between `above` and `below`.
     """
 
     below: float | None
@@ -39,18 +39,21 @@ class Bracket:
         return asdict(self) | {"limit": self.limit}
 
 
-def bracket(values: Sequence[float], happened: Sequence[bool]) -> Bracket:
-    """Return where the event begins to happen."""
+def bracket(values: Sequence[float], happened: Sequence[bool], falling: bool = False) -> Bracket:
+    """Return where the event begins to happen, as values grow or, `falling`, as they fall."""
     pairs = list(zip(values, happened, strict=True))
-    below = max((value for value, yes in pairs if not yes), default=None)
-    above = min((value for value, yes in pairs if yes), default=None)
-    mixed = below is not None and above is not None and below > above
+    last, first = (min, max) if falling else (max, min)
+    below = last((value for value, yes in pairs if not yes), default=None)
+    above = first((value for value, yes in pairs if yes), default=None)
+    mixed = below is not None and above is not None and (below < above if falling else below > above)
     return Bracket(below, above, mixed)
 
 
 def next_values(known: Bracket, points: int, width: float) -> list[float]:
     """Return values that shrink the bracket by `points` + 1; none where it is narrow enough, open or mixed."""
-    if known.below is None or known.above is None or known.mixed or known.above - known.below <= width * (1.0 + 1e-9):
+    if known.below is None or known.above is None or known.mixed:
+        return []
+    if abs(known.above - known.below) <= width * (1.0 + 1e-9):
         return []
     step = (known.above - known.below) / (points + 1)
     return [known.below + k * step for k in range(1, points + 1)]

@@ -78,12 +78,13 @@ def _verdict(said: Mapping[str, Any]) -> str:
     text = f"{said.get('done', 0)} of {said.get('cases', 0)} cases are done."
     for limit in said.get("limits", []):
         where = "".join(f"{path} = {value}: " for path, value in limit["for"].items())
-        if limit["limit"] is None:
-            text += f" {where}No limit was found between the values that were tried."
+        if limit.get("open") or limit["limit"] is None:
+            text += f" {where}No limit was found: {limit.get('open') or 'all values tried lie on one side'}."
         elif limit["mixed"]:
             text += f" {where}mixed between {limit['above']:.5g} and {limit['below']:.5g} {limit['unit']}."
         else:
-            text += f" {where}The limit is between {limit['below']:.5g} and {limit['above']:.5g} {limit['unit']}."
+            lower, higher = sorted((limit["below"], limit["above"]))
+            text += f" {where}The limit is between {lower:.5g} and {higher:.5g} {limit['unit']}."
         for one in limit.get("correlations", []):
             text += f" {one['name']} has {one['value']:.0f} m/s."
     return text

@@ -44,8 +44,8 @@ def points(vary: Any, base: Mapping[str, Any], folder: Path) -> list[Values]:
         cases = [{vary.path: value} for value in _unlike(vary, base)]
     else:
         scale = Scale(vary.path, [*vary.between, vary.until], base)
-        if not scale.numbers[0] < scale.numbers[1] or not scale.numbers[2] > 0.0:
-            raise CaseError("needs a lower and a higher value, and a width above 0", where="between")
+        if scale.numbers[0] == scale.numbers[1] or not scale.numbers[2] > 0.0:
+            raise CaseError("needs two values that differ, and a width above 0", where="between")
         fixed = product(getattr(vary, "for"))
         cases = [{**one, vary.path: scale.value(number)} for one in fixed for number in scale.numbers[:2]]
     if len(cases) > models.MOST_CASES:

@@ -7,7 +7,7 @@ from typing import Any
 
 from hvisph.case import sweep as models
 from hvisph.measures.convergence import convergence
-from hvisph.measures.limit import bracket, lambert_jonas, next_values
+from hvisph.measures.limit import Bracket, bracket, lambert_jonas, next_values
 from hvisph.measures.statistics import rank_correlations, spread
 from hvisph.sweeps.against import against_experiment
 from hvisph.sweeps.folder import ENDED
@@ -41,14 +41,14 @@ def following(vary: Any, base: Mapping[str, Any], rows: Sequence[Row], points: i
     """Return the cases of the next round of a bisection, `points` for each limit; none of other sweeps."""
     if not isinstance(vary, models.Bisect):
         return []
-    *_, width = Scale(vary.path, [*vary.between, vary.until], base).numbers
+    without, beyond, width = Scale(vary.path, [*vary.between, vary.until], base).numbers
     cases: list[Values] = []
     for fixed, group in _groups(vary, [row for row in rows if row["status"] == "done"]):
         decided = _decided(vary.event, group)
         if len(decided) < len(group):  # a shot that tells nothing now would tell nothing again
             continue
         scale = Scale(vary.path, [*vary.between, vary.until, *(row["values"][vary.path] for row in group)], base)
-        known = bracket(scale.numbers[3:], [yes for _, yes in decided])
+        known = bracket(scale.numbers[3:], [yes for _, yes in decided], beyond < without)
         cases += [fixed | {vary.path: scale.value(number)} for number in next_values(known, points, width)]
     return cases
 
@@ -78,8 +78,8 @@ def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Se
     undecided = [row["number"] for row in rows if _happened(vary.event, row) is None]
     rows, happened = [row for row, _ in decided], [yes for _, yes in decided]
     scale = Scale(vary.path, [*vary.between, *(row["values"][vary.path] for row in rows)], base)
-    numbers = scale.numbers[2:]
-    limits = bracket(numbers, happened)
+    (without, beyond), numbers = scale.numbers[:2], scale.numbers[2:]
+    limits = bracket(numbers, happened, beyond < without)
     shots = [
         {"number": row["number"], "value": number, "happened": yes,
          "residual": row["measures"].get(vary.residual, {}).get("value")}
@@ -92,7 +92,26 @@ def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Se
         curve = lambert_jonas([factor * s["value"] for s in through], [abs(s["residual"]) for s in through],
                               bracket([factor * number for number in numbers], happened))  # fmt: skip
     return {"for": fixed, "path": vary.path, "unit": scale.unit, **limits.as_dict(), "shots": shots,
-            "undecided": undecided, "lambert_jonas": None if curve is None else curve.as_dict()}  # fmt: skip
+            "undecided": undecided, "open": _open(limits, without, beyond, decided, undecided),
+            "lambert_jonas": None if curve is None else curve.as_dict()}  # fmt: skip
+
+
+def _open(limits: Bracket, without: float, beyond: float, decided: Sequence[Any], undecided: Sequence[int]) -> str:
+    """Return why no limit was found, with the remedy; empty where one was."""
+    if undecided:
+        which = ", ".join(map(str, undecided))
+        told = f"shots {which} do not tell yet" if len(undecided) > 1 else f"shot {which} does not tell yet"
+        return f"{told} on which side of it: a later time.end is needed"
+    if not decided:
+        return "no shot is done"
+    farther = ("lower", "higher") if without < beyond else ("higher", "lower")
+    if limits.below is None:
+        return f"it happens at every value that was tried: begin at a {farther[0]} one"
+    if limits.above is None:
+        return f"it happens at no value that was tried: end at a {farther[1]} one"
+    if (limits.below, limits.above) == (beyond, without):
+        return "it happens at the first value and not at the second: give them the other way round"
+    return ""
 
 
 def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:

@@ -64,9 +64,9 @@ class Verdict:
     unitless: bool = False
 
     @property
-    def passed(self) -> bool:
-        """Whether all is as asked; what was refused is neither right nor wrong."""
-        return self.status == "refused" or (self.status == "done" and all(f.passed for f in self.figures))
+    def passed(self) -> bool | None:
+        """Whether all is as asked; None where it was refused, which is neither right nor wrong."""
+        return None if self.status == "refused" else self.status == "done" and all(f.passed for f in self.figures)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON."""
