@@ -107,6 +107,22 @@ def test_integrated_volumes_are_those_of_formulas():
             assert integrated_volume(shape) == pytest.approx(volume, rel=3e-4), shape
 
 
+def test_a_honeycomb_is_as_far_as_its_nearest_cell():
+    """Of many copies only near ones are looked at; the sign is that of all, and outside so is the distance."""
+    corners = np.array([[2.6, 1.5], [0.0, 3.0], [-2.6, 1.5], [-2.6, -1.5], [0.0, -3.0], [2.6, -1.5]])
+    cell = Difference(Polygon(corners), [Polygon(0.8 * corners)])
+    core = Repeat(cell, [(5.2, 0.0), (2.6, 4.5)], [5, 6])
+    low, high = core.bounds()
+    points = np.random.default_rng(5).uniform(low - 1.0, high + 1.0, (4000, 2))
+    moves = [
+        (i - 2) * np.array(core.vectors[0]) + (j - 2.5) * np.array(core.vectors[1]) for i in range(5) for j in range(6)
+    ]
+    least = np.min([cell.distance(points - move) for move in moves], axis=0)
+    found = core.distance(points)
+    assert ((found < 0.0) == (least < 0.0)).all()
+    assert found[least >= 0.0] == pytest.approx(least[least >= 0.0], abs=1e-12)
+
+
 def random_shape(random):
     """Return a shape with sizes between 4 and 12 and its exact volume or area."""
     a, b, c = random.uniform(4, 12, 3)

@@ -18,6 +18,7 @@ from hvisph.core.errors import CaseError
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.report.build import report
 from hvisph.report.frames import NOWHERE, STEPS, frames
+from hvisph.report.setting import _sized
 from hvisph.simulation.run import run
 
 BROWSER = shutil.which("chromium") and shutil.which("chromedriver")
@@ -36,6 +37,18 @@ def solid(tmp_path_factory):
     case = load_case("sphere_on_plate", ["time.end=1us", "output.every=0.5us", "title=A <script>alert(1)</script> & b",
                                          "symmetry=[{axis: y}, {axis: z}]", "formulation={type: eulerian}"], "0.7 mm")  # fmt: skip
     return run(case, tmp_path_factory.mktemp("solid") / "quarter").folder
+
+
+@pytest.mark.parametrize(("shape", "words"), [
+    ({"type": "polygon", "points": [[0, 0], [0, 0.01], [0.01, 0]]}, "polygon 3 points"),
+    ({"type": "repeat", "shape": {"type": "box", "size": [0.001, 0.002]}, "vectors": [[0, 0.004]], "counts": [9]},
+     "repeat of box vectors 0 mm x 4 mm, counts 9"),
+    ({"type": "union", "parts": [{"shape": {"type": "disc", "diameter": 0.01}}, {"shape": {"type": "disc", "diameter": 0.02}},
+                                 {"shape": {"type": "box", "size": [0.001, 0.002]}}]}, "union of 2 disc, box"),
+])  # fmt: skip
+def test_shapes_are_told_in_words(shape, words):
+    case = load_case("quickstart", [f"bodies.target.shape={json.dumps(shape)}"])
+    assert _sized(case.bodies["target"].shape, False) == words
 
 
 def packed(page):

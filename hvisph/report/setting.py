@@ -115,10 +115,24 @@ def _parts(value: Any) -> Sequence[float]:
 
 
 def _sized(shape: Any, unitless: bool) -> str:
-    """Return a shape's kind and sizes in words."""
-    sizes = shape.model_dump(exclude_defaults=True)
-    return " ".join([shape.type, ", ".join(f"{key} {_shown(value, unitless)}" for key, value in sizes.items()
-                                           if key != "type")]).strip()  # fmt: skip
+    """Return a shape's kind and sizes in words: of combined ones and of those drawn out, kinds of parts alone."""
+    sizes, parts = [], []
+    for key, field in type(shape).model_fields.items():
+        value = getattr(shape, key)
+        if key == "type" or value == field.default:
+            continue
+        if key == "file":
+            sizes.append(Path(value).name)
+        elif key == "points":
+            sizes.append(f"{len(value)} points")
+        elif hasattr(value, "type"):
+            parts.append(value.type)
+        elif key in ("parts", "removed"):
+            parts += [part.shape.type for part in value]
+        else:
+            sizes.append(f"{key.replace('_', ' ')} {_shown(value, unitless)}")
+    inner = [f"{parts.count(kind)} {kind}" if parts.count(kind) > 1 else kind for kind in dict.fromkeys(parts)]
+    return " ".join([shape.type, *(["of", ", ".join(inner)] if inner else []), ", ".join(sizes)]).strip()
 
 
 def _length(value: float) -> str:

@@ -15,6 +15,7 @@ from hvisph.geometry.shapes.shape import Shape
 
 # A repeated shape of more copies than this looks only at the copies beside a point.
 ALL_COPIES = 16
+ROUNDS = 4  # over the vectors, for points beyond the lattice: with 60 degrees between them three are enough
 
 
 @dataclass(frozen=True)
@@ -285,12 +286,28 @@ class Repeat(Measured):
             for index in itertools.product(*(range(n) for n in self.counts)):
                 np.minimum(least, self.shape.distance(points - (np.array(index) - last) @ steps), out=least)
             return least
-        centre = np.add(*self.shape.bounds()) / 2
-        cell = np.rint((points - centre) @ self._inverse + last)
-        for beside in itertools.product(*((-1, 0, 1) if n > 1 else (0,) for n in self.counts)):
-            index = np.clip(cell + beside, 0, np.array(self.counts) - 1)
-            np.minimum(least, self.shape.distance(points - (index - last) @ steps), out=least)
+        low, high = self.shape.bounds()
+        cell = self._nearest(points - (low + high) / 2)
+        for beside in itertools.product(*((0, -1, 1) if n > 1 else (0,) for n in self.counts)):
+            at = points - (np.clip(cell + beside, 0, np.array(self.counts) - 1) - last) @ steps
+            # the nearest copy comes first; of another only those look that its box could be nearer to
+            near = np.maximum(low - at, at - high).max(axis=1) < least
+            least[near] = np.minimum(least[near], self.shape.distance(at[near]))
         return least
+
+    def _nearest(self, points: np.ndarray) -> np.ndarray:
+        """Return the index of the copy whose middle is nearest to `points` about that of all: (n, vectors)."""
+        steps, last = np.asarray(self.vectors), np.array(self.counts) - 1
+        free = np.rint(points @ self._inverse + last / 2)
+        cell = np.clip(free, 0, last)
+        beyond = (cell != free).any(axis=1)
+        at, index = points[beyond], cell[beyond]
+        for _ in range(ROUNDS if len(at) else 0):
+            for axis, step in enumerate(steps):
+                off = (at - (index - last / 2) @ steps) @ step / (step @ step)
+                index[:, axis] = np.clip(np.rint(index[:, axis] + off), 0, last[axis])
+        cell[beyond] = index
+        return cell
 
 
 def _require_parts(parts: Sequence[Shape]) -> None:

@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.geometry.shapes.shape import Axial, Shape, box_distance, require_sizes
 
-# Points times edges that are compared at once: 80 MB.
-AT_ONCE = 10_000_000
+# Points times edges that are compared at once: what lies in a core's own cache.
+AT_ONCE = 16_000
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class Polygon(Shape):
                 where="points",
             )
 
-    @property
+    @cached_property
     def corners(self) -> np.ndarray:
         """Corners, counter-clockwise (n, 2) [m]."""
         corners = np.asarray(self.points)
@@ -76,15 +77,14 @@ class Polygon(Shape):
 
 
 def _to_edges(points: np.ndarray, start: np.ndarray, edge: np.ndarray) -> np.ndarray:
-    from_start = points[:, None, :] - start
-    share = np.clip((from_start * edge).sum(axis=2) / (edge**2).sum(axis=1), 0.0, 1.0)
-    near = ((from_start - share[:, :, None] * edge) ** 2).sum(axis=2).min(axis=1)
-    above = from_start[:, :, 1] >= 0
-    above_end = points[:, None, 1] - (start + edge)[:, 1] >= 0
-    left = edge[:, 0] * from_start[:, :, 1] - edge[:, 1] * from_start[:, :, 0]
+    (px, py), (sx, sy, ex, ey) = points.T, (one[:, None] for one in (*start.T, *edge.T))
+    x, y = px - sx, py - sy
+    share = np.minimum(np.maximum((x * ex + y * ey) / (ex**2 + ey**2), 0.0), 1.0)
+    near = ((x - share * ex) ** 2 + (y - share * ey) ** 2).min(axis=0)
+    above, above_end = y >= 0, py - (sy + ey) >= 0
     # crossings of the ray towards +x, upwards and downwards edges alike
-    crossed = (above != above_end) & ((left > 0) == above)
-    return np.sqrt(near) * np.where(crossed.sum(axis=1) % 2 == 1, -1.0, 1.0)
+    crossed = (above != above_end) & ((ex * y - ey * x > 0) == above)
+    return np.asarray(np.sqrt(near) * np.where(np.logical_xor.reduce(crossed, axis=0), -1.0, 1.0))
 
 
 def _area(corners: np.ndarray) -> float:
