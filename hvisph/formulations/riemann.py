@@ -169,7 +169,8 @@ class Riemann:
 
     def limits(self) -> tuple[Any, dict[str, Any]] | None:
         """Return the function that packs what a particle bears, and what it is bound to; none in the printed form."""
-        return (_show_limits, {"FOLLOWING": int(self.smoothing.variable)}) if self.consistent else None
+        ways = {"FOLLOWING": self.smoothing.variable, "REVOLVED": self.revolved, "LEADS": self.leads}
+        return (_show_limits, {name: int(way) for name, way in ways.items()}) if self.consistent else None
 
 
 def _pack(rows, s, coefficients, one):
@@ -209,6 +210,8 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
     rows[s, ORDER] = limits.order
     if FOLLOWING:
         rows[s, GROWS] = limits.free
+    if REVOLVED and LEADS:
+        rows[s, REST] = rows[s, V] * rho / (limits.at_rest * rows[s, H] * rows[s, H])
     if limits.failed:
         rows[s, ZN] = rho * c
         rows[s, ZT] = SLIPPERY * rho * c

@@ -27,7 +27,7 @@ from .formulation import Formulation
 # Functions of a particle's material that the pass over single particles calls.
 OF_MATERIALS = (
     *(response.recall, plane_stress.thinning, state.longitudinal_speed, state.shear_speed, state.shear_modulus),
-    *(bearing.bearable_tension, bearing.bearable_shear, bearing.failed, bearing.orderly),
+    *(bearing.bearable_tension, bearing.bearable_shear, bearing.failed, bearing.orderly, bearing.density_at_rest),
 )
 # Steps between two sortings of the state itself into cell order, which keeps memory access near.
 PERMUTE_EVERY = 16

@@ -20,5 +20,6 @@ Rates = namedtuple("Rates", "a power l density hoop")
 Shown = namedtuple("Shown", "x u mass rho e h p c c_l c_t s body ring spin lead")
 
 # What `show_limits` of a formulation that asks for it writes beside: normal and shear traction that the particle bears,
-# whether it has failed, how much of its order is left, whether its smoothing length is free to follow.
-Limits = namedtuple("Limits", "tension shear failed order free")
+# whether it has failed, how much of its order is left, whether its smoothing length is free to follow; its density at
+# rest.
+Limits = namedtuple("Limits", "tension shear failed order free at_rest")

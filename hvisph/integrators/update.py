@@ -142,7 +142,7 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
                 table, models, m, ahead.rho, ahead.e, p, ahead.s, ahead.plastic_strain,
                 ahead.plastic_strain > now.plastic_strain, ahead.damage, l),
             failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
-            1.0 if h_low < ahead.h < h_high else 0.0))  # fmt: skip
+            1.0 if h_low < ahead.h < h_high else 0.0, density_at_rest(table, m)))  # fmt: skip
     if SWITCH:
         share = state[s, S_VISCOSITY_SHARE] if SWITCH == MORRIS_MONAGHAN else 1.0
         share = viscous_share(share, l, c, ahead.h, stage, coefficients)

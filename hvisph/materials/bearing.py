@@ -14,7 +14,7 @@ from ..core.solid import stretching
 from ..core.tensors import divergence, double_dot, plus_identity
 from . import tags
 from .damage.johnson_cook import SOFTENING
-from .slots import DAMAGE_TAG, DISTENSION, EOS_TAG, FAILED_FRICTION, STRENGTH_TAG, parameters
+from .slots import DAMAGE_TAG, DISTENSION, EOS_TAG, FAILED_FRICTION, RHO0, STRENGTH_TAG, parameters
 from .state import flow_stress, least_pressure
 
 # Stands for no limit [Pa].
@@ -63,3 +63,9 @@ def orderly(models, m, plastic_strain):
     if models[m, STRENGTH_TAG] == tags.NO_STRENGTH:
         return 0.0
     return max(1.0 - plastic_strain / DISORDER, 0.0)
+
+
+@compiled
+def density_at_rest(table, m):
+    """Return the density [kg/m^3] at the start, with its pores."""
+    return table[m, RHO0] / table[m, DISTENSION]

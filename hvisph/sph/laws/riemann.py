@@ -32,7 +32,9 @@ and gives up its lead x = ln(rho/m) - ln(sum W) behind the front (LEADS),
 
 but loses all, 1 for 1/2, where h follows density (FOLLOWING). There the number is that of the kernel at the own h,
 whose change divides by Omega_a = 1 + V_a h_a/d sum dW/dh; between bodies it counts 2 (u* - u_a) for u_b - u_a: a wall
-that counted what a gas of another h closes at would be strained by it. Fronts conduct heat within a body, at a Prandtl
+that counted what a gas of another h closes at would be strained by it. Rings that a hole opens in move apart by unlike
+shares, and their sections are no longer alike: where h is fixed each neighbour counts as many times as its section has
+the own one's area at rest, m/(2 pi r rho_0), each over its h^2. Fronts conduct heat within a body, at a Prandtl
 number of one,
 
     m_a de_a += 2 V_a V_b |dW/dr| (rho_a + rho_b)/4 1.2 max(u_an - u_bn, 0) (e_b - e_a)
@@ -159,6 +161,7 @@ def accumulate(near, n, rows, i, constants, out):
         twist = own_axial(rows, i, TWIST, DIM)
     nowhere = power = mu = number = receding = own_number = widening = slip = fullness = all_lanes(0.0)
     inverse_ring = 1.0 / rows[i, RING] if REVOLVED else 0.0
+    per_rest = 1.0 / (rows[i, REST] + TINY) if REVOLVED and LEADS else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = minus(vector(b, 0, DIM), x)
@@ -260,6 +263,8 @@ def accumulate(near, n, rows, i, constants, out):
             moment = plus(moment, symmetric_outer(lever, of_gradient))
         if CONSISTENT:
             space = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if UNLIKE else 1.0
+            if REVOLVED and LEADS:
+                space *= b[REST] * per_rest
             evening = counted(us_n, du_n, t_n, by_n, rows[i, RHO] + b[RHO], 1.0 if FOLLOWING else 0.5)
             number += weight * g * space * (us_n - (1.0 - other) * evening)
             receding += weight * g * space * (0.5 * du_n)

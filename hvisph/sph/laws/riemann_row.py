@@ -51,13 +51,15 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
 
     BEAR and SHEAR are the tractions it bears, HEAT its energy, ORDER whether it has flowed, TWIST w, ROUGH, FILLS and
     ENDS N, F and O of its body, FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop
-    stress of a ring, COUNTS 1 over the number of particles, FADES and LEAVES at what rates lead and density go.
+    stress of a ring, REST the area of its section at rest over h^2, COUNTS 1 over the number of particles, FADES and
+    LEAVES at what rates lead and density go.
     """
     return RowLayout(dim, those(
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
         parted and ("body", "scalar"), faces and ("face", "vector"), ("zn", "scalar"), ("zt", "scalar"),
         consistent and ("rho", "scalar"), consistent and ("shear", "scalar"), spins and ("twist", "axial"),
         consistent and ("heat", "scalar"), consistent and ("order", "scalar"), revolved and ("ring", "radius"),
+        revolved and leads and ("rest", "scalar"),
         consistent and ("bear", "scalar"), ("m", "scalar"),  # pairs read neither m nor what follows
         following and ("grows", "scalar"), revolved and ("hoop", "scalar"),
         leads and ("counts", "scalar"), leads and ("fades", "scalar"), leads and ("leaves", "scalar"),
