@@ -53,6 +53,12 @@ BAD = [
     ("diameter: 10 mm", "diametre: 10 mm", ["bodies.projectile.shape.diametre", "'diameter'"], 7),
     ("resolution: 0.1 mm", "resolution: 0.1 mm\ncfl: 0.2", ["cfl: unknown key here; it stands at time.cfl"], 4),
     ("    velocity", "    damage: {type: none}\n    velocity", ["it stands at bodies.NAME.material.damage"], 8),
+    (
+        "type: disc",
+        "type: box, size: [1 mm, 1 mm]",
+        ["diameter: unknown key of box, which has size; it is one of disc"],
+        7,
+    ),
     ("output: {every: 1 us}", "output: 1 us", ["output: expected a mapping", "write it like {every: 1 us}"], 17),
     ("plane_strain", "3D", ["kinematics: unknown '3D'; write three_d"], 2),
     ("material: aluminium-howell-ball", "material: {name: steel-4340}", ["missing", "or {base: NAME}"], 6),

@@ -155,7 +155,8 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
         key, remark = OTHER_WORDS.get(str(path[-1]), ("", ""))
         if key in allowed:
             return path, f"unknown key; give '{key}'{remark}"
-        return path, f"unknown key{_elsewhere(root, path, allowed) or nearest(str(path[-1]), allowed)}"
+        unlike = _of_others(parent, at(data, path[:-1]), str(path[-1]), allowed) if parent else ""
+        return path, f"unknown key{unlike or _elsewhere(root, path, allowed) or nearest(str(path[-1]), allowed)}"
     spot = walk(root, path, data)
     if kind == "missing":
         about = spot.info.description if spot and spot.info and spot.info.description else ""
@@ -180,6 +181,16 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
         return path, _untagged(spot, value)
     written = next((WRITTEN_OUT.get(part) for part in reversed(path) if isinstance(part, str)), None)
     return path, _plain(kind, detail, value) + (f"; write it like {written}" if written and kind in UNLIKE else "")
+
+
+def _of_others(parent: Spot, value: Any, key: str, allowed: Sequence[str]) -> str:
+    """Return which models at `parent` have a key that the chosen one has not; empty where none has."""
+    others = [tag for tag, model in parent.models.items() if key in model.model_fields]
+    tag = value.get("type") if isinstance(value, dict) else None
+    if not parent.tagged or tag not in parent.models or not others:
+        return ""
+    own = ", ".join(one for one in allowed if one != "type")
+    return f" of {tag}, which has {own}; it is one of {', '.join(others)}"
 
 
 def _elsewhere(root: type[BaseModel], path: Path, allowed: Sequence[str]) -> str:
