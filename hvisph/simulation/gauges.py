@@ -195,7 +195,7 @@ def placed_gauges(models: dict[str, Gauge], bodies: list[PlacedBody], dx: float)
     bodies
         The bodies where they start; particles are numbered in their order.
     dx
-        Spacing [m].
+        Spacing of the case [m]; that of a coarser body counts where it is that body's.
 
     Raises
     ------
@@ -206,10 +206,11 @@ def placed_gauges(models: dict[str, Gauge], bodies: list[PlacedBody], dx: float)
         return {}
     positions = np.concatenate([body.positions for body in bodies])
     owner = np.repeat(np.arange(len(bodies)), [len(body.positions) for body in bodies])
-    return {name: _placed(name, model, positions, owner, dx) for name, model in models.items()}
+    spacing = np.maximum(np.concatenate([body.spacing for body in bodies]), dx)
+    return {name: _placed(name, model, positions, owner, spacing) for name, model in models.items()}
 
 
-def _placed(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, dx: float) -> PlacedGauge:
+def _placed(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, spacing: np.ndarray) -> PlacedGauge:
     """Return a gauge in its place."""
     dim = positions.shape[1]
     at = np.array(model.at, dtype=float)
@@ -218,7 +219,7 @@ def _placed(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, d
         return PlacedGauge(columns, model.every, point=at)
     distance = np.sqrt(((positions - at) ** 2).sum(axis=1))
     particle = int(distance.argmin())
-    if distance[particle] > NEAR * dx:
+    if distance[particle] > NEAR * spacing[particle]:
         near = ", ".join(f"{x:.6g}" for x in positions[particle])
         raise CaseError(
             f"({', '.join(f'{x:.6g}' for x in at)}) is outside every body; the nearest particle is at ({near}). "
@@ -232,6 +233,6 @@ def _placed(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, d
     from_at = positions - at
     along = from_at @ normal
     beside = np.sqrt(np.maximum((from_at**2).sum(axis=1) - along**2, 0.0))
-    seen = (owner == owner[particle]) & (beside <= beside[particle] + 0.5 * dx)
+    seen = (owner == owner[particle]) & (beside <= beside[particle] + 0.5 * spacing[particle])
     outermost = np.flatnonzero(seen)[along[seen].argmax()]
     return PlacedGauge(columns, model.every, particle=int(outermost), normal=normal)
