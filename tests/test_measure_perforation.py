@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, snapshot
 
+from hvisph.casefile.loader import load_case
 from hvisph.core.errors import OutputError
 from hvisph.core.measures import LAYER_CATALOGUE
 from hvisph.measures.layers import layer_measures, perforated
@@ -16,6 +17,7 @@ from hvisph.measures.result import Result, meaningless
 from hvisph.measures.roles import roles_of
 from hvisph.measures.scene import Scene
 from hvisph.measures.swing import lately, swinging
+from hvisph.simulation.writer import _roles
 
 DX = 0.5 * MM
 THICK, WIDE = 3 * MM, 30 * MM
@@ -255,6 +257,14 @@ def test_roles_by_default():
     assert roles_of(start, start, (None, "other", None)) == ("layer", "other", "projectile")
     assert roles_of(start, start, ("projectile", None, None)) == ("projectile", "layer", "layer")
     assert roles_of(None, start) == ("projectile", "layer", "layer")
+
+
+def test_a_gas_around_a_projectile_is_no_layer():
+    gas = "{material: {density: 1.2, eos: {type: ideal_gas, gamma: 1.4}}, internal_energy: 2e5, shape: {type: disc, diameter: 5 mm}}"
+    assert _roles(load_case("quickstart", [f"bodies.air={gas}"])) == [None, None, "other"]
+    thrown = load_case("quickstart", [f"bodies.air={gas}", "bodies.air.velocity=[1 km/s, 0]"])
+    assert _roles(thrown) == [None, None, None]
+    assert _roles(load_case("quickstart", [f"bodies.air={gas}", "bodies.air.role=layer"]))[2] == "layer"
 
 
 def test_a_run_without_a_projectile_has_a_scene_and_says_so():

@@ -99,7 +99,7 @@ class Body(StrictModel):
         default=None,
         description="What measures take it for: the `projectile`, a `layer` that it meets, or neither (`other`); by "
         "default the first body that moves is the projectile, with those that have its velocity, and all others are "
-        "layers but for what lies behind it; where none moves, explosives are neither",
+        "layers but for what lies behind it and for gases at rest; where none moves, explosives are neither",
     )
     formulation: Literal["eulerian", "total_lagrangian", "adaptive"] | None = Field(
         default=None,

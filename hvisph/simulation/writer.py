@@ -255,8 +255,12 @@ def _impedance(start: Snapshot, number: int) -> float:
 
 
 def _roles(case: Case) -> list[str | None]:
-    """Return the roles that a case gives: where nothing flies, an explosive that none is given drives the others."""
+    """Return the roles of a case: gases at rest beside solids, and explosives where nothing flies, are `other`."""
     bodies = case.bodies.values()
-    flies = any(any(body.velocity) or body.initial_velocity for body in bodies)
-    drives = [not flies and body.material.eos.type == "jwl" for body in bodies]
-    return [body.role or ("other" if driving else None) for body, driving in zip(bodies, drives, strict=True)]
+    moves = [any(body.velocity) or bool(body.initial_velocity) for body in bodies]
+    kinds = [body.material.eos.type for body in bodies]
+    beside = [
+        (kind == "jwl" and not any(moves)) or (kind == "ideal_gas" and not moving and set(kinds) != {"ideal_gas"})
+        for kind, moving in zip(kinds, moves, strict=True)
+    ]
+    return [body.role or ("other" if neither else None) for body, neither in zip(bodies, beside, strict=True)]
