@@ -5,8 +5,10 @@ import pytest
 from sph_twins import compiled_rates, packed, random_cloud
 
 from hvisph.core.errors import RunError
-from hvisph.core.jit import specialise
+from hvisph.core.jit import prange, specialise
 from hvisph.core.lanes import LANES
+from hvisph.core.simd import HAS_REGISTER
+from hvisph.core.vectors import as_before, flush_tiny
 from hvisph.formulations.eulerian import Eulerian
 from hvisph.formulations.options import GrayArtificialStress
 from hvisph.formulations.riemann import Riemann
@@ -117,7 +119,7 @@ def plain_lists(x, h, grid, reach, owned):
         r2 = d[:, 0] * d[:, 0]
         for axis in range(1, dim):
             r2 = r2 + d[:, axis] * d[:, axis]
-        limit = (h[k] + h[near]) * (0.5 * reach)
+        limit = (h[k] + h[near]) * (0.5 * traversal.RIM * reach)
         near = near[r2 < limit * limit]
         found.append(np.append(near, [len(x)] * (-len(near) % LANES)) if k in owned else np.zeros(0))
     return found
@@ -208,3 +210,21 @@ def test_half_with_symmetry_planes_is_the_mirrored_whole(formulation):
     wanted = compiled_rates(whole, formulation)[: len(cloud.x)]
     found = half.rates[half.place[: len(cloud.x)]]
     assert np.all(np.abs(found - wanted) <= 1e-11 * np.abs(wanted).max(axis=0))  # sums in another order
+
+
+def square_all(a, out):
+    """Square numbers as a pass over pairs does, then as other loops do."""
+    for k in prange(1):
+        mode = flush_tiny()
+        for j in range(len(a)):
+            out[k, j] = a[j] * a[j]
+        as_before(mode)
+        for j in range(len(a)):
+            out[k + 1, j] = a[j] * a[j]
+
+
+def test_tiny_numbers_are_zero_in_the_passes_alone():
+    a, out = np.array([1e-155, 1e-160, 3.0, -1e100]), np.zeros((2, 4))
+    specialise(square_all, parallel=True)(a, out)
+    assert np.array_equal(out[0], np.where(a * a < 2.3e-308, 0.0 if HAS_REGISTER else a * a, a * a))
+    assert np.array_equal(out[1], a * a)

@@ -36,6 +36,7 @@ all_lanes, all_strict, anywhere = _from("lanes", "all_lanes", "all_strict", "any
 larger_lanes, largest, total = _from("lanes", "larger_lanes", "largest", "total")
 chosen, first_lanes, lane = _from("masks", "chosen", "first_lanes", "lane")
 add_rounded, neighbours, put_totals = _from("simd", "add_rounded", "neighbours", "put_totals")
+as_before, flush_tiny = _from("simd", "as_before", "flush_tiny")
 append_near, append_near_box = _from("nearby", "append_near", "append_near_box")
 lanes_at, put_lanes = _from("blocks", "lanes_at", "put_lanes")
 (many,) = _from("many", "many")

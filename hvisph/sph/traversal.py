@@ -22,12 +22,15 @@ from hvisph.core.errors import RunError
 from hvisph.core.jit import prange, specialise
 from hvisph.core.solid import in_space
 from hvisph.core.tensors import dot, own_vector
-from hvisph.core.vectors import LANES, NUMBERED, SIXTEEN, append_near, append_near_box
+from hvisph.core.vectors import LANES, NUMBERED, SIXTEEN, append_near, append_near_box, as_before, flush_tiny
 from hvisph.sph import cells
 from hvisph.sph.cells import cell_at, number_of
 
 CHUNK = 256
 FAR = 1e30  # coordinate [m] of the row that pads lists: beyond every kernel, and massless
+# Pairs beyond this share of the kernel's reach are left out: their weight is nothing, and a lattice at rest whose
+# spacing the reach is a multiple of has up to a quarter of its pairs there.
+RIM = 1.0 - 1e-9
 ROUND_OFF = 1.0 + 1e-9  # of distances to a box: its reach is longer by so much
 # How wrong a squared distance in single precision may be, over the square of a cell's edge: positions are relative
 # to a particle within two edges, each rounded by 2^-24 of that.
@@ -93,7 +96,7 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
 
 def visit(chunk, rows, columns, order, counts, grid, reach, constants, capacity, out, overflow):
     """Run the pair law over the particles of a chunk: a template, see `sweep`."""
-    half_reach = 0.5 * reach
+    mode, half_reach = flush_tiny(), 0.5 * RIM * reach
     n_rows, owned = counts
     zero, one, sixteen = np.uint64(0), np.uint64(1), np.uint64(SIXTEEN)
     starts, inverse_edge, nx, ny, nz = grid
@@ -132,6 +135,7 @@ def visit(chunk, rows, columns, order, counts, grid, reach, constants, capacity,
         padded = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
         law(near, padded, rows, i, constants, out)
     overflow[chunk] = needed
+    as_before(mode)
 
 
 def sweep(rows, columns, order, counts, grid, reach, constants, capacity, out, overflow):

@@ -221,9 +221,8 @@ def accumulate(near, n, rows, i, constants, out):
             za, zb = za + rows[i, RHO] * closing, zb + b[RHO] * closing
         by_n, by_t = inverses(za + zb, zt + b[ZT] + TINY)
         us_n, t_n = met(by_n, za, zb, du_n, ta_n, dt_n, moves, of_n)
-        if CONSISTENT and anywhere(b[V] * t_n):  # none bears less than no tension
-            cold = neighbours(rows, near, k, WHOLE)
-            t_n = min(t_n, min(rows[i, BEAR], cold[BEAR]))
+        if CONSISTENT:
+            t_n = min(t_n, min(rows[i, BEAR], b[BEAR]))
             if HELD:
                 t_n = let_go(t_n, volume * b[V], dx, inverse_r, min(rows[i, ORDER], b[ORDER]))
         if DIM > 1:
