@@ -34,7 +34,8 @@ class Pairs:
 
     def __init__(self, cloud, formulation, neighbours):
         self.cloud, self.formulation, self.kernel, self.dim = cloud, formulation, formulation.kernel, cloud.dim
-        self.near = [neighbours(cloud, self.kernel, a) for a in range(len(cloud.x))]
+        own = formulation.consistent and formulation.smoothing.variable
+        self.near = [neighbours(cloud, self.kernel, a, own) for a in range(len(cloud.x))]
         self.volume = cloud.m / cloud.rho
         self.fills, self.ends = np.zeros_like(cloud.x), np.zeros_like(cloud.x)
         for a, near in enumerate(self.near):
@@ -64,7 +65,7 @@ class Pairs:
             its = -self.fills[b] if self.other(a, b) else self.fills[b]
             if its.any():
                 alike = (max(own @ its, 0.0) / np.linalg.norm(own) / np.linalg.norm(its)) ** 2
-                flat = 1.0 - (self.geometry(a, b)[0] / (reach * length)) ** 2
+                flat = max(1.0 - (self.geometry(a, b)[0] / (reach * length)) ** 2, 0.0)
                 mean = mean + self.volume[b] / length**self.dim * flat * alike * its
         along = mean / np.linalg.norm(mean)
         return (own @ along) * along
@@ -152,14 +153,19 @@ def contact(pairs, grad_u, grad_s, a, b):
         if formulation.reconstruction.acts and not parted:
             for_u, for_t = ub - ua, tb - ta
             limiter = formulation.reconstruction.name
-            least = EASED + ORDERLY * min(cloud.order[a], cloud.order[b]) if formulation.consistent else 0.0
-            closing = (cloud.u[a] - cloud.u[b]) @ e
-            speed = (cloud.rho[a] * cloud.c_l[a] + cloud.rho[b] * cloud.c_l[b]) / (cloud.rho[a] + cloud.rho[b])
-            least *= max(1.0 - max(closing, 0.0) / (CALM * speed), 0.0)
-            ua = ua + 0.5 * limited(limiter, for_u, 2 * part @ grad_u[a] @ x_ba - for_u, least)
-            ub = ub - 0.5 * limited(limiter, for_u, 2 * part @ grad_u[b] @ x_ba - for_u, least)
-            ta = ta + 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[a] @ x_ba) @ e - for_t, least)
-            tb = tb - 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[b] @ x_ba) @ e - for_t, least)
+            half, least = 0.5, 0.0
+            if formulation.consistent:
+                order = min(cloud.order[a], cloud.order[b])
+                impedance = 0.5 * (cloud.rho[a] * cloud.c_l[a] + cloud.rho[b] * cloud.c_l[b])
+                closing = max(
+                    (cloud.u[a] - cloud.u[b]) @ e, abs(e @ (cloud.stress[b] - cloud.stress[a]) @ e) / impedance
+                )
+                calm = max(1.0 - closing * (cloud.rho[a] + cloud.rho[b]) / (2 * CALM * impedance), 0.0)
+                half, least = 0.5 * (1.0 + min(order, 0.0)), calm * (EASED + ORDERLY * order)
+            ua = ua + half * limited(limiter, for_u, 2 * part @ grad_u[a] @ x_ba - for_u, least)
+            ub = ub - half * limited(limiter, for_u, 2 * part @ grad_u[b] @ x_ba - for_u, least)
+            ta = ta + half * limited(limiter, for_t, 2 * part @ (grad_s[a] @ x_ba) @ e - for_t, least)
+            tb = tb - half * limited(limiter, for_t, 2 * part @ (grad_s[b] @ x_ba) @ e - for_t, least)
         sides[name] = ua, ub, ta, tb
     u_own, u_its, traction = np.zeros(pairs.dim), np.zeros(pairs.dim), np.zeros(pairs.dim)
     slipped = exchanged = conducted = 0.0

@@ -68,12 +68,13 @@ def random_cloud(dim, seed=0, spacing=1e-3):
     stress = rng.normal(size=(n, dim, dim)) * 1e9
     rho = rng.choice([2785.0, 7900.0], n) * (1 + 0.05 * rng.normal(size=n))
     c = 5000.0 + 300.0 * rng.normal(size=n)
-    u, h = rng.normal(size=x.shape) * 300.0, H * (1 + 0.05 * rng.normal(size=n))
+    u, h = rng.normal(size=x.shape) * 300.0, H * (1 + np.clip(0.15 * rng.normal(size=n), -0.3, 0.3))
     stress = stress + stress.transpose(0, 2, 1)
     middle = 0.5 * (side - 1) * spacing
     body = 1.0 + (x[:, 0] > middle) + 3.0 * (x[:, -1] > middle) * (dim > 1)
     limits = rng.uniform(0.2e9, 2e9, n), rng.uniform(0.1e9, 1e9, n), rng.uniform(0, 1, n), rng.integers(0, 2, n)
     limits[0][::7] = 0.0  # some bear no tension
+    limits[2][::14] = -1.0  # and have failed
     m = rho * spacing**dim * (1 + 0.1 * rng.normal(size=n))
     face = 0.4 * np.random.default_rng(seed + 1).normal(size=x.shape)
     twist = 0.1e9 * np.random.default_rng(seed + 2).normal(size=(n, (0, 1, 3)[dim - 1]))
@@ -96,10 +97,10 @@ def tensile(tensor):
     return np.einsum("nik,nk,njk->nij", vectors, np.maximum(values, 0.0), vectors)
 
 
-def neighbours(cloud, kernel, a):
-    """Return the indices of the neighbours of particle `a`."""
+def neighbours(cloud, kernel, a, own=False):
+    """Return the indices of the neighbours of particle `a`, `own` says with all that its own kernel reaches."""
     r = np.linalg.norm(cloud.x - cloud.x[a], axis=1)
-    near = r < kernel.reach * 0.5 * (cloud.h + cloud.h[a])
+    near = r < kernel.reach * 0.5 * (np.maximum(cloud.h, cloud.h[a] if own else 0.0) + cloud.h[a])
     near[a] = False
     return np.flatnonzero(near)
 

@@ -91,6 +91,11 @@ class Riemann:
         return (*own, "previous_spin") if self.spins else own
 
     @property
+    def follows(self) -> bool:
+        """Whether densities are those of the own kernel, whose h follows them."""
+        return self.consistent and self.smoothing.variable
+
+    @property
     def leads(self) -> bool:
         """Whether density is given back what it led the number of particles by; one that follows h has no lead."""
         return self.consistent and not self.smoothing.variable
@@ -111,8 +116,7 @@ class Riemann:
         return self.parted and self.unlike
 
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
-        following = self.consistent and self.smoothing.variable
-        return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, following, self.revolved,
+        return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, self.follows, self.revolved,
                                   self.meets_unlike, self.faces, self.spins, self.leads)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
@@ -126,10 +130,10 @@ class Riemann:
         row = self.layout(dim)
         flux = Pass(riemann.accumulate, riemann_row.read_by_all(row), ways | {
             "share": self.reconstruction.share, "CONSISTENT": int(self.consistent),
-            "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.consistent and self.smoothing.variable),
+            "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.follows),
             "REVOLVED": int(self.revolved), "SPINS": int(self.spins), "LEADS": int(self.leads),
         }, (riemann.conclude, interface.of_other), density_rate=self.consistent, leads=self.leads, slips=self.parted,
-            rings=self.revolved, spins=self.spins)  # fmt: skip
+            rings=self.revolved, spins=self.spins, own_reach=self.follows)  # fmt: skip
         if not (self.reconstruction.acts or self.parted):
             return [flux]
         first = [Pass(riemann_row.gradients, riemann_row.read_by_all(row), ways, (interface.of_other,), into_rows=True)]
@@ -207,7 +211,7 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
     rows[s, RHO] = rho
     rows[s, BEAR] = limits.tension
     rows[s, SHEAR] = limits.shear
-    rows[s, ORDER] = limits.order
+    rows[s, ORDER] = -1.0 if limits.failed else limits.order
     if FOLLOWING:
         rows[s, GROWS] = limits.free
     if REVOLVED and LEADS:

@@ -39,6 +39,8 @@ class Pass:
         Templates that the law calls by name, bound to the same.
     only
         Name of a vector of the rows, such as `ROUGH`: those where it is zero are left out; none unless given.
+    own_reach
+        Whether it sums over its own kernel, too, which reaches farther than that of a pair with what is shorter.
     into_rows
         Whether the law writes into the particles' own rows, for a later pass to read, instead of rates.
     density_rate
@@ -58,6 +60,7 @@ class Pass:
     options: dict[str, Any]
     parts: tuple[Callable[..., None], ...] = ()
     only: str = ""
+    own_reach: bool = False
     into_rows: bool = False
     density_rate: bool = False
     leads: bool = False
@@ -127,7 +130,7 @@ class Pairs:
             offered = shared | self.slots | rates.slots(dim) | widths
             law = bind(one.law, one.options, offered, parts=one.parts)
             only = self.slots[one.only] if one.only else 0
-            self._sweeps.append((traversal.loop(dim, self.slots["H"], law, only), one.into_rows))
+            self._sweeps.append((traversal.loop(dim, self.slots["H"], law, only, one.own_reach), one.into_rows))
 
     def _make_room(self, count: int) -> None:
         """Make the arrays hold `count` rows, with the far row behind them."""

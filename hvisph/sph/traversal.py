@@ -62,7 +62,10 @@ def enclose(columns, i, end, inverse_edge, box):
 
 
 def gather(columns, place, grid, box, h, half_reach, capacity, copies):
-    """Copy what may meet a particle in the box into `copies`; return how many, and the room that was lacking or 0."""
+    """Copy what may meet a particle in the box into `copies`; return how many, and the room that was lacking or 0.
+
+    With OWN_REACH that is also whatever the longest kernel of the cell, `h`, reaches by itself.
+    """
     rough, exact, numbers = copies
     cx, cy, cz = place
     starts, _, nx, ny, nz = grid
@@ -83,7 +86,7 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
                 needed = max(needed, m + end - begin)
                 continue
             for j in range(begin, end, eight):
-                m = append_near_box(columns, DIM, j, end, box, h, half_reach, numbers, m)
+                m = append_near_box(columns, DIM, j, end, box, 2.0 * h if OWN_REACH else h, half_reach, numbers, m)
     for f in range(np.uint64(DIM + 1)):
         origin = box[f, 0] if f < np.uint64(DIM) else 0.0
         for k in range(m):
@@ -125,6 +128,10 @@ def visit(chunk, rows, columns, order, counts, grid, reach, constants, capacity,
                                 (rough, exact, numbers))  # fmt: skip
             needed = max(needed, lacking)
         n, own = zero, (*in_space(x), rows[i, H])
+        if OWN_REACH:  # shorter ones count as long: with them the mean length is the own one
+            for k in range(m):
+                length = max(columns[DIM, np.uint64(numbers[k])], rows[i, H])
+                exact[DIM, k], rough[DIM, k] = length, np.float32(length)
         for k in range(zero, m, sixteen):
             n = append_near(rough, exact, numbers, DIM, k, i, own, box, half_reach, slack, near, n)
         if not NUMBERED:
@@ -171,10 +178,14 @@ def sweep(rows, columns, order, counts, grid, reach, constants, capacity, out, o
         visit(np.uint64(chunk), rows, columns, order, counts, grid, reach, constants, capacity, out, overflow)
 
 
-def loop(dim: int, h_slot: int, law: Any, only: int = 0) -> Any:
-    """Return the traversal compiled for a bound law, the slots of the smoothing length and of `Pass.only` in rows."""
-    parts = {part.__name__: specialise(part, DIM=dim) for part in (enclose, gather)}
-    return specialise(sweep, parallel=True, visit=specialise(visit, DIM=dim, H=h_slot, ONLY=only, law=law, **parts))
+def loop(dim: int, h_slot: int, law: Any, only: int = 0, own_reach: bool = False) -> Any:
+    """Return the traversal compiled for a bound law, with the slots of the smoothing length and of `Pass.only` in rows.
+
+    `own_reach` says that lists hold all that a particle's own kernel reaches.
+    """
+    bound = {"DIM": dim, "OWN_REACH": int(own_reach)}
+    parts = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
+    return specialise(sweep, parallel=True, visit=specialise(visit, **bound, H=h_slot, ONLY=only, law=law, **parts))
 
 
 def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, order: np.ndarray, counts: tuple[int, int],

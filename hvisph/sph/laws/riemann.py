@@ -47,7 +47,9 @@ bodies have not flowed: tension leaves pairs that are closer than their volumes 
 Outside fronts lim(d, s) takes at least a share of d: what dissipates fastest is neighbours against each other, whose
 slopes are none, and the less of it there is the longer a step may be,
 
-    0.35 (1 + o_ab) max(0, 1 - 40 max(u_an - u_bn, 0) (rho_a + rho_b)/(Z_a + Z_b))
+    0.35 (1 + o_ab) max(0, 1 - 40 max(u_an - u_bn, 2 |t_bn - t_an|/(Z_a + Z_b)) (rho_a + rho_b)/(Z_a + Z_b))
+
+What has failed has o_a = -1, and no slopes: beside what is pressed it would give heat that it has not.
 
 Between different bodies (PARTED), with normal and gate of `sph.laws.interface` and no reconstruction,
 
@@ -142,7 +144,7 @@ UNLIMITED = 1e300
 SLIPPERY = 1e-8
 # Least share of their difference that both sides of a pair move to each other by, and what neither having flowed adds.
 EASED, ORDERLY = 0.35, 0.35
-# A pair that closes at this share of the speed of sound is in a front, and moves by its slopes alone.
+# A pair that closes at this share of the speed of sound, or would, is in a front, and moves by its slopes alone.
 CALM = 0.025
 
 
@@ -203,18 +205,21 @@ def accumulate(near, n, rows, i, constants, out):
         # How far each side moves to the other: normal velocity and traction, shares of the tangential ones.
         moves = of_n = shares_u = shares_t = (nowhere, nowhere)
         if RECONSTRUCTION:
-            least = 0.0
+            halfway, least = half, 0.0
             if CONSISTENT:
-                calm = max(1.0 - (rows[i, RHO] + b[RHO]) * max(approach, 0.0) / (CALM * (za + zb)), 0.0)
-                least = calm * (EASED + ORDERLY * min(rows[i, ORDER], b[ORDER]))
+                inverse = 1.0 / (za + zb)
+                jolt = max(approach, 2.0 * inverse * abs(dt_n))
+                calm = max(1.0 - (1.0 / CALM) * (rows[i, RHO] + b[RHO]) * inverse * jolt, 0.0)
+                order = min(rows[i, ORDER], b[ORDER])
+                halfway, least = half * (1.0 + min(order, 0.0)), calm * (EASED + ORDERLY * order)
             pa, pb = on_rows(grad_u, dx), on_rows(gradient(b, GU, DIM), dx)
             qa, qb = on(on_rows(grad_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
             moves, of_n = drawn(du_n * du_n, (du_n * dot(pa, e), du_n * dot(pb, e)),
-                                dt_n * dt_n, (dt_n * dot(qa, e), dt_n * dot(qb, e)), share, half, least)  # fmt: skip
+                                dt_n * dt_n, (dt_n * dot(qa, e), dt_n * dot(qb, e)), share, halfway, least)  # fmt: skip
             if DIM > 1:
                 of_u = (dot(facing_aside(pa, e), du_t), dot(facing_aside(pb, e), du_t))
                 of_t = (dot(facing_aside(qa, e), dt_t), dot(facing_aside(qb, e), dt_t))
-                shares_u, shares_t = drawn(dot(du_t, du_t), of_u, dot(dt_t, dt_t), of_t, share, half, least)
+                shares_u, shares_t = drawn(dot(du_t, du_t), of_u, dot(dt_t, dt_t), of_t, share, halfway, least)
         apart = du_n * (1.0 - moves[0] - moves[1])  # the acoustic Riemann problem, with velocities less the own one
         if CONSISTENT:
             closing = -SHOCK_SLOPE * min(apart, 0.0)

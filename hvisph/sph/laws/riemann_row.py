@@ -49,7 +49,7 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
                faces: bool = False, spins: bool = False, leads: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
-    BEAR and SHEAR are the tractions it bears, HEAT its energy, ORDER whether it has flowed, TWIST w, ROUGH, FILLS and
+    BEAR and SHEAR are the tractions it bears, HEAT its energy, ORDER o, TWIST w, ROUGH, FILLS and
     ENDS N, F and O of its body, FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop
     stress of a ring, REST the area of its section at rest over h^2, COUNTS 1 over the number of particles, FADES and
     LEAVES at what rates lead and density go.
