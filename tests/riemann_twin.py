@@ -153,7 +153,7 @@ def contact(pairs, grad_u, grad_s, a, b):
         if formulation.reconstruction.acts and not parted:
             for_u, for_t = ub - ua, tb - ta
             limiter = formulation.reconstruction.name
-            half, least = 0.5, 0.0
+            least = 0.0
             if formulation.consistent:
                 order = min(cloud.order[a], cloud.order[b])
                 impedance = 0.5 * (cloud.rho[a] * cloud.c_l[a] + cloud.rho[b] * cloud.c_l[b])
@@ -161,11 +161,11 @@ def contact(pairs, grad_u, grad_s, a, b):
                     (cloud.u[a] - cloud.u[b]) @ e, abs(e @ (cloud.stress[b] - cloud.stress[a]) @ e) / impedance
                 )
                 calm = max(1.0 - closing * (cloud.rho[a] + cloud.rho[b]) / (2 * CALM * impedance), 0.0)
-                half, least = 0.5 * (1.0 + min(order, 0.0)), calm * (EASED + ORDERLY * order)
-            ua = ua + half * limited(limiter, for_u, 2 * part @ grad_u[a] @ x_ba - for_u, least)
-            ub = ub - half * limited(limiter, for_u, 2 * part @ grad_u[b] @ x_ba - for_u, least)
-            ta = ta + half * limited(limiter, for_t, 2 * part @ (grad_s[a] @ x_ba) @ e - for_t, least)
-            tb = tb - half * limited(limiter, for_t, 2 * part @ (grad_s[b] @ x_ba) @ e - for_t, least)
+                least = calm * (EASED + ORDERLY * max(order, 0.0))
+            ua = ua + 0.5 * limited(limiter, for_u, 2 * part @ grad_u[a] @ x_ba - for_u, least)
+            ub = ub - 0.5 * limited(limiter, for_u, 2 * part @ grad_u[b] @ x_ba - for_u, least)
+            ta = ta + 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[a] @ x_ba) @ e - for_t, least)
+            tb = tb - 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[b] @ x_ba) @ e - for_t, least)
         sides[name] = ua, ub, ta, tb
     u_own, u_its, traction = np.zeros(pairs.dim), np.zeros(pairs.dim), np.zeros(pairs.dim)
     slipped = exchanged = conducted = 0.0
@@ -231,6 +231,8 @@ def riemann_rates(cloud, formulation, neighbours, singular):
     volume, kernel, following = pairs.volume, formulation.kernel, formulation.smoothing.variable
     grad_u = np.array([pairs.gradient(a, cloud.u, singular) for a in range(n)])
     grad_s = np.array([pairs.gradient(a, cloud.stress, singular) for a in range(n)])
+    if formulation.consistent:  # what has failed has no slopes
+        grad_u[cloud.order < 0.0] = grad_s[cloud.order < 0.0] = 0.0
     rows = []
     for a in range(n):
         acceleration, power, gradient, slip, mu = np.zeros(dim), 0.0, np.zeros((dim, dim)), 0.0, 0.0

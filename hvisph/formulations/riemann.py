@@ -123,13 +123,14 @@ class Riemann:
         """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
         ways = {
             "RECONSTRUCTION": int(self.reconstruction.acts),
+            "CONSISTENT": int(self.consistent),
             "PARTED": int(self.parted),
             "UNLIKE": int(self.meets_unlike),
             "FACES": int(self.faces),
         }
         row = self.layout(dim)
         flux = Pass(riemann.accumulate, riemann_row.read_by_all(row), ways | {
-            "share": self.reconstruction.share, "CONSISTENT": int(self.consistent),
+            "share": self.reconstruction.share,
             "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.follows),
             "REVOLVED": int(self.revolved), "SPINS": int(self.spins), "LEADS": int(self.leads),
         }, (riemann.conclude, interface.of_other), density_rate=self.consistent, leads=self.leads, slips=self.parted,

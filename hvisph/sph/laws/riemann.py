@@ -49,7 +49,8 @@ slopes are none, and the less of it there is the longer a step may be,
 
     0.35 (1 + o_ab) max(0, 1 - 40 max(u_an - u_bn, 2 |t_bn - t_an|/(Z_a + Z_b)) (rho_a + rho_b)/(Z_a + Z_b))
 
-What has failed has o_a = -1, and no slopes: beside what is pressed it would give heat that it has not.
+What has failed (o_a = -1, for 0 here) has no slopes of its own: beside what is pressed it would give heat that it has
+not, where t* (u* - u_a) of a side at rest that starts from its own state is a square.
 
 Between different bodies (PARTED), with normal and gate of `sph.laws.interface` and no reconstruction,
 
@@ -205,21 +206,20 @@ def accumulate(near, n, rows, i, constants, out):
         # How far each side moves to the other: normal velocity and traction, shares of the tangential ones.
         moves = of_n = shares_u = shares_t = (nowhere, nowhere)
         if RECONSTRUCTION:
-            halfway, least = half, 0.0
+            least = 0.0
             if CONSISTENT:
                 inverse = 1.0 / (za + zb)
                 jolt = max(approach, 2.0 * inverse * abs(dt_n))
                 calm = max(1.0 - (1.0 / CALM) * (rows[i, RHO] + b[RHO]) * inverse * jolt, 0.0)
-                order = min(rows[i, ORDER], b[ORDER])
-                halfway, least = half * (1.0 + min(order, 0.0)), calm * (EASED + ORDERLY * order)
+                least = calm * (EASED + ORDERLY * max(min(rows[i, ORDER], b[ORDER]), 0.0))
             pa, pb = on_rows(grad_u, dx), on_rows(gradient(b, GU, DIM), dx)
             qa, qb = on(on_rows(grad_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
             moves, of_n = drawn(du_n * du_n, (du_n * dot(pa, e), du_n * dot(pb, e)),
-                                dt_n * dt_n, (dt_n * dot(qa, e), dt_n * dot(qb, e)), share, halfway, least)  # fmt: skip
+                                dt_n * dt_n, (dt_n * dot(qa, e), dt_n * dot(qb, e)), share, half, least)  # fmt: skip
             if DIM > 1:
                 of_u = (dot(facing_aside(pa, e), du_t), dot(facing_aside(pb, e), du_t))
                 of_t = (dot(facing_aside(qa, e), dt_t), dot(facing_aside(qb, e), dt_t))
-                shares_u, shares_t = drawn(dot(du_t, du_t), of_u, dot(dt_t, dt_t), of_t, share, halfway, least)
+                shares_u, shares_t = drawn(dot(du_t, du_t), of_u, dot(dt_t, dt_t), of_t, share, half, least)
         apart = du_n * (1.0 - moves[0] - moves[1])  # the acoustic Riemann problem, with velocities less the own one
         if CONSISTENT:
             closing = -SHOCK_SLOPE * min(apart, 0.0)

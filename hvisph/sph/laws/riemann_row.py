@@ -41,7 +41,7 @@ from .unlike import ENTRIES, depth, facing
 # Where in the constants the tables of depths begin.
 DEPTH_TABLE = 2
 # Options of the pass, off unless bound.
-RECONSTRUCTION = PARTED = UNLIKE = 0
+RECONSTRUCTION = CONSISTENT = PARTED = UNLIKE = 0
 
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
@@ -113,5 +113,7 @@ def gradients(near, n, rows, i, constants, out):
         put(out, i, FILLS, no_vector(DIM))
     if RECONSTRUCTION:
         inverse, _ = sound_inverse(matrix(totals(moment)))
+        if CONSISTENT and rows[i, ORDER] < 0.0:  # what has failed
+            inverse = times(0.0, inverse)
         put(out, i, GU, product(totals(of_u), inverse))
         put(out, i, GT, product(totals(of_s), inverse))
