@@ -183,7 +183,7 @@ def loop(dim: int, h_slot: int, law: Any, only: int = 0, own_reach: bool = False
 
     `own_reach` says that lists hold all that a particle's own kernel reaches.
     """
-    bound = {"DIM": dim, "OWN_REACH": int(own_reach)}
+    bound: dict[str, Any] = {"DIM": dim, "OWN_REACH": int(own_reach)}
     parts = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
     return specialise(sweep, parallel=True, visit=specialise(visit, **bound, H=h_slot, ONLY=only, law=law, **parts))
 
