@@ -22,7 +22,7 @@ from .later import Later
 # What makes code without being called by name, such as the arithmetic of lanes: taken as whole texts.
 _MACHINERY = (
     *("addresses", "blocks", "branches", "dispatch", "fingerprint", "jit", "lanes", "later", "many", "masks", "memory"),
-    *("nearby", "on_demand", "operation", "scalars", "simd", "solid", "tensors", "unrolled", "vectors"),
+    *("nearby", "on_demand", "operation", "scalars", "sharing", "simd", "solid", "tensors", "unrolled", "vectors"),
 )
 _WHOLE = {f"{__package__}.{name}" for name in _MACHINERY}
 # Functions of these packages are known by name and version.

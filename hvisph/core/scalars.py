@@ -9,7 +9,7 @@ import numba
 from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 
-from . import addresses, blocks, branches, nearby, simd  # noqa: F401  numba learns of what they have
+from . import addresses, blocks, branches, nearby, sharing, simd  # noqa: F401  numba learns of what they have
 from .dispatch import LEAN, OPTIONS
 from .fingerprint import ATTRIBUTE, names_read
 from .lanes import strict

@@ -41,3 +41,5 @@ append_near, append_near_box = _from("nearby", "append_near", "append_near_box")
 lanes_at, put_lanes = _from("blocks", "lanes_at", "put_lanes")
 (many,) = _from("many", "many")
 (fetch,) = _from("addresses", "fetch")
+count_up, crew, fresh_counters = _from("sharing", "count_up", "crew", "fresh_counters")
+COUNTERS = 64  # that `fresh_counters` makes

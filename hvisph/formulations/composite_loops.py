@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.binding import bind
-from hvisph.core.chunks import each
+from hvisph.core.chunks import each, shared
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
 from hvisph.core.vectors import LANES
@@ -72,8 +72,8 @@ def loops(formulation: Any, offered: dict[str, Any]) -> Loops:
     """Return the loops over reference neighbours, compiled with what is `offered`."""
     collect, mapped = deformation.collect, deformation.mapped
     return Loops(
-        bind(deformation.deform, {}, offered, parallel=True,
-             parts=(collect, mapped, deformation.show, deformation.deformed)),
+        shared(bind(deformation.deform, {}, offered,
+                    parts=(collect, mapped, deformation.show, deformation.deformed)), deformation.CHUNK),
         each(bind(deformation.map_particles, {}, offered, parts=(collect, mapped))),
         tuple(
             each(bind(reference.accumulate, {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.revolved)},

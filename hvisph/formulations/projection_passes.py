@@ -13,7 +13,6 @@ import numpy as np
 
 from hvisph.core.exact import add_vector, add_whole
 from hvisph.core.growth import grown
-from hvisph.core.jit import prange
 from hvisph.core.solid import full_gradient, in_plane, own_full_symmetric, put_full_symmetric
 from hvisph.core.tensors import divergence, dot, minus, no_vector, own_gradient, own_vector, plus, put, times
 from hvisph.integrators.sums import KINETIC, LENGTH, MOMENTUM, SIZE, SPEED2, SUPPORT
@@ -76,44 +75,44 @@ def acceleration(i, state, near, rows, rates, printed):
     put(rates, i, R_ACCELERATION, minus(own_vector(rates, i, R_ACCELERATION, DIM), push))
 
 
-def carry(state, tags, rates, rows, lengths, dt, complete, variable, h_limits, body_force, sums):
-    """Complete the step (if `complete`) and pack the rows of the next one; sums as named in `update`."""
-    count = np.uint64(state.shape[0])
+def carry(
+    chunk, count, state, tags, rates, rows, lengths, dt, complete, variable, h_limits, body_force, sums, rounders
+):
+    """Complete the step (if `complete`) and pack the rows of the next one; chunk by chunk, as `update` does."""
     h_low, h_high = h_limits
-    wholes, extremes, (of_energy, of_momentum, of_force, _) = sums
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        start = np.uint64(chunk) * np.uint64(CHUNK)
-        at = np.uint64(chunk)
-        fastest = longest = size = 0.0
-        wholes[at] = 0
-        for i in range(start, min(start + np.uint64(CHUNK), count)):
-            x, u = own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM)
-            h, mass = state[i, S_SMOOTHING_LENGTH], state[i, S_MASS]
-            a = own_vector(rates, i, R_ACCELERATION, DIM)
-            # What particles do not keep: the forces on clamped ones and, negative, the body force on others.
-            missing = times(-mass, body_force)
-            if tags[i, 3] & np.uint32(1):
-                missing = plus(missing, times(mass, a))
-                a = no_vector(DIM)
-            if complete:
-                x = plus(x, times(dt, plus(u, times(0.5 * dt, a))))
-                u = plus(u, times(dt, a))
-                put(state, i, S_POSITION, x)
-                put(state, i, S_VELOCITY, u)
-                if variable:
-                    expansion = divergence(own_gradient(rates, i, R_GRADIENT, DIM))
-                    h = min(max(h * grown(dt * expansion / DIM), h_low), h_high)
-                    state[i, S_SMOOTHING_LENGTH] = h
-            speed2 = dot(u, u)
-            kinetic = 0.5 * mass * speed2
-            add_whole(wholes, at, KINETIC, kinetic, of_energy)
-            size += kinetic
-            add_vector(wholes, at, MOMENTUM, times(mass, u), of_momentum)
-            add_vector(wholes, at, SUPPORT, missing, of_force)
-            fastest, longest = max(fastest, speed2), max(longest, h)
-            put(rows, i, 0, x)
-            put(rows, i, U, u)
-            rows[i, H] = h
-            rows[i, V] = mass / state[i, S_DENSITY]
-            lengths[i] = h
-        extremes[at, SPEED2], extremes[at, LENGTH], extremes[at, SIZE] = fastest, longest, size
+    wholes, extremes = sums
+    of_energy, of_momentum, of_force, _ = rounders
+    start = chunk * np.uint64(CHUNK)
+    fastest = longest = size = 0.0
+    wholes[chunk] = 0
+    for i in range(start, min(start + np.uint64(CHUNK), count)):
+        x, u = own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM)
+        h, mass = state[i, S_SMOOTHING_LENGTH], state[i, S_MASS]
+        a = own_vector(rates, i, R_ACCELERATION, DIM)
+        # What particles do not keep: the forces on clamped ones and, negative, the body force on others.
+        missing = times(-mass, body_force)
+        if tags[i, 3] & np.uint32(1):
+            missing = plus(missing, times(mass, a))
+            a = no_vector(DIM)
+        if complete:
+            x = plus(x, times(dt, plus(u, times(0.5 * dt, a))))
+            u = plus(u, times(dt, a))
+            put(state, i, S_POSITION, x)
+            put(state, i, S_VELOCITY, u)
+            if variable:
+                expansion = divergence(own_gradient(rates, i, R_GRADIENT, DIM))
+                h = min(max(h * grown(dt * expansion / DIM), h_low), h_high)
+                state[i, S_SMOOTHING_LENGTH] = h
+        speed2 = dot(u, u)
+        kinetic = 0.5 * mass * speed2
+        add_whole(wholes, chunk, KINETIC, kinetic, of_energy)
+        size += kinetic
+        add_vector(wholes, chunk, MOMENTUM, times(mass, u), of_momentum)
+        add_vector(wholes, chunk, SUPPORT, missing, of_force)
+        fastest, longest = max(fastest, speed2), max(longest, h)
+        put(rows, i, 0, x)
+        put(rows, i, U, u)
+        rows[i, H] = h
+        rows[i, V] = mass / state[i, S_DENSITY]
+        lengths[i] = h
+    extremes[chunk, SPEED2], extremes[chunk, LENGTH], extremes[chunk, SIZE] = fastest, longest, size

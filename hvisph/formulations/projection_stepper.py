@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from hvisph.core.binding import bind
-from hvisph.core.chunks import each
+from hvisph.core.chunks import each, shared
 from hvisph.core.errors import RunError
 from hvisph.core.jit import specialise
 from hvisph.core.particles import Particles
@@ -114,7 +114,7 @@ class ProjectionStepper:
     def _compiled(self) -> list[Any]:
         """Return the loops of the four passes and of the step's completion."""
         dim, kernel = self.particles.dim, self.formulation.kernel
-        shared = rates.slots(dim) | self.particles.bindings() | {
+        named = rates.slots(dim) | self.particles.bindings() | {
             "DIM": dim, "slope": kernel.slope, "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
             "respond": fitted(response.respond, self.table, self.models),
         }  # fmt: skip
@@ -123,10 +123,10 @@ class ProjectionStepper:
         compiled = []
         for number, (law, loop) in enumerate(zip(sums, loops, strict=True)):
             layout = self._rows.layouts[number]
-            summed = bind(law, {"WIDTH": layout.used}, shared | layout.slots())
+            summed = bind(law, {"WIDTH": layout.used}, named | layout.slots())
             following = self._rows.layouts[(number + 1) % 4].slots()
-            compiled.append(each(bind(loop, {law.__name__: summed}, shared | following)))
-        compiled.append(bind(passes.carry, {}, shared | self._rows.layouts[0].slots(), parallel=True))
+            compiled.append(each(bind(loop, {law.__name__: summed}, named | following)))
+        compiled.append(shared(bind(passes.carry, {}, named | self._rows.layouts[0].slots()), passes.CHUNK))
         return compiled
 
     @property
@@ -249,8 +249,8 @@ class ProjectionStepper:
     def _carry(self, dt: float, complete: bool) -> None:
         particles = self.particles
         variable = self.formulation.smoothing.variable
-        self._loops[4](particles.data, particles.tags, self.rates, self._rows.pair[0], self.lengths, dt,
-                       complete, variable, self._h_limits, self._body_force, self.totals.loops)  # fmt: skip
+        self._loops[4](particles.count, particles.data, particles.tags, self.rates, self._rows.pair[0], self.lengths,
+                       dt, complete, variable, self._h_limits, self._body_force, *self.totals.loops)  # fmt: skip
         self._sum_up()
 
     def _sum_up(self) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.binding import bind
+from hvisph.core.chunks import shared
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import Particles, reorder
 from hvisph.integrators import parts as carrying
@@ -132,7 +133,7 @@ class Stepper:
             "LIMITED": int(limits is not None),
             "show_limits": bind(*limits, offered) if limits else pack,
         }  # never called without
-        return bind(single.update, shown, offered, parallel=True, parts=(*carrying.PARTS, single.carried))
+        return shared(bind(single.update, shown, offered, parts=(*carrying.PARTS, single.carried)), single.CHUNK)
 
     @property
     def rows(self) -> np.ndarray:
@@ -186,9 +187,9 @@ class Stepper:
 
     def _carry(self, dt: float, stage: float, complete: bool) -> None:
         particles = self.particles
-        self._update(particles.data, particles.tags, self.place, self.rates,
+        self._update(particles.count, particles.data, particles.tags, self.place, self.rates,
                      (self.table, self.models), self.coefficients, (dt, stage, complete), (self.h_low, self.h_high),
-                     self.rows, (self.lengths, self.signals, self.pressures), self.totals.loops)  # fmt: skip
+                     self.rows, (self.lengths, self.signals, self.pressures), *self.totals.loops)  # fmt: skip
         self._show_pieces()
         self._sum_up()
 

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.jit import prange, specialise
+from hvisph.core.chunks import shared
+from hvisph.core.jit import specialise
 
 NAMES = ("signal", "acceleration")
 CHUNK = 256
@@ -44,20 +45,17 @@ def _limits_of(lengths, signals, rates, place, viscous, s):
     return h / (signals[s] + viscous * rates[k, DIM + 1]), h * h / a2, health
 
 
-def _limits(lengths, signals, rates, place, viscous, least):
-    """Find the least of each chunk."""
-    count = np.uint64(len(signals))
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        by_signal = by_acceleration = np.inf
-        whole = 0.0
-        for s in range(first, min(first + np.uint64(CHUNK), count)):
-            signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
-            by_signal = signal if signal < by_signal else by_signal  # `min` has a rule for what is no number
-            by_acceleration = acceleration if acceleration < by_acceleration else by_acceleration
-            whole += health
-        c = np.uint64(chunk)
-        least[c, 0], least[c, 1], least[c, 2] = by_signal, by_acceleration, whole
+def _limits(chunk, count, lengths, signals, rates, place, viscous, least):
+    """Find the least of a chunk."""
+    first = chunk * np.uint64(CHUNK)
+    by_signal = by_acceleration = np.inf
+    whole = 0.0
+    for s in range(first, min(first + np.uint64(CHUNK), count)):
+        signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
+        by_signal = signal if signal < by_signal else by_signal  # `min` has a rule for what is no number
+        by_acceleration = acceleration if acceleration < by_acceleration else by_acceleration
+        whole += health
+    least[chunk, 0], least[chunk, 1], least[chunk, 2] = by_signal, by_acceleration, whole
 
 
 def _which(lengths, signals, rates, place, viscous, numbers, chunk, criterion, value):
@@ -91,7 +89,7 @@ class Criteria:
     def __init__(self, dim: int, count: int, cfl: float, viscous: float):
         self.cfl, self.viscous = cfl, viscous
         limits_of = specialise(_limits_of, DIM=dim)
-        self._loop = specialise(_limits, parallel=True, limits_of=limits_of)
+        self._loop = shared(specialise(_limits, limits_of=limits_of), CHUNK)
         self._which = specialise(_which, parallel=False, limits_of=limits_of)
         self.hold(count)
 
@@ -118,7 +116,7 @@ class Criteria:
             With `criterion` ``not_finite`` and the particle, where a rate is not finite.
         """
         given = (lengths, signals, rates, place, self.viscous)
-        self._loop(*given, self._least)
+        self._loop(len(signals), *given, self._least)
         least = self._least.min(axis=0).tolist()
         bad = np.flatnonzero(~np.isfinite(self._least[:, 2]))
         culprit = self._first(given, numbers, bad, 2, 0.0)

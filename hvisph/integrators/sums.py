@@ -80,9 +80,9 @@ class Sums:
         self.wholes, self.extremes = np.zeros((chunks, 2, COUNTED), np.int64), np.zeros((chunks, 3))
 
     @property
-    def loops(self) -> tuple[np.ndarray, np.ndarray, tuple[float, ...]]:
-        """What compiled loops take: beside the sums what rounds energies, momenta, forces and powers."""
-        return self.wholes, self.extremes, self._rounders
+    def loops(self) -> tuple[tuple[np.ndarray, np.ndarray], tuple[float, ...]]:
+        """What compiled loops take: sums and extremes, and what rounds energies, momenta, forces and powers."""
+        return (self.wholes, self.extremes), self._rounders
 
     def total(self) -> np.ndarray:
         """Return the sums (SUMS,): whole numbers count as none where a particle's are none or too large."""

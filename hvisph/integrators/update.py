@@ -19,7 +19,6 @@ import numpy as np
 from hvisph.core.exact import add_lanes, add_lanes_of, sum_lanes
 from hvisph.core.fetching import fetch_row
 from hvisph.core.grouping import NONE, listed
-from hvisph.core.jit import prange
 from hvisph.core.solid import in_space
 from hvisph.core.tensors import divergence, dot, no_axial, no_vector, own_axial, own_vector, plus, put, times
 from hvisph.core.vectors import LANES, all_strict, first_lanes, lane, many
@@ -154,8 +153,9 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
     return max(fastest, speed2), max(longest, ahead.h), size + (kinetic + abs(internal) if here else 0.0)
 
 
-def update(state, tags, place, rates, materials, coefficients, times_ahead, h_limits, rows, limits, sums):
-    """Complete a step and pack the stage of the next one: the template.
+def update(chunk, count, state, tags, place, rates, materials, coefficients, times_ahead, h_limits, rows, limits, sums,
+           rounders):  # fmt: skip
+    """Complete a step and pack the stage of the next one for a chunk of particles: the template.
 
     Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
     SPARSEST (least rho h^dim/m, 0 for none), DENSITY_RATE (1 where the rates hold one of ln(rho)),
@@ -169,6 +169,8 @@ def update(state, tags, place, rates, materials, coefficients, times_ahead, h_li
 
     Parameters
     ----------
+    chunk, count
+        See `core.chunks.shared`.
     state, tags
         The particles.
     place, rates
@@ -185,44 +187,41 @@ def update(state, tags, place, rates, materials, coefficients, times_ahead, h_li
         The packed rows of the evaluation, which those of the next stage replace.
     limits
         Three arrays (n,) that receive smoothing length, speed of signals and pressure at the stage.
-    sums
-        `Sums.loops`: receive sums over the completed state, chunk by chunk.
+    sums, rounders
+        `Sums.loops`: arrays that receive sums over the completed state, and what rounds these.
     """
-    count = np.uint64(state.shape[0])
     lengths, signals, pressures = limits
-    wholes, extremes, rounders = sums
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        end = min(first + np.uint64(CHUNK), count)
-        keys, near = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
-        placed = np.empty(CHUNK + LANES, np.uint32)
-        counted = np.zeros((2, COUNTED, LANES), np.int64)
-        most = (all_strict(0.0), all_strict(0.0), all_strict(0.0))
-        for s in range(first, end):  # material, and whether it is held
-            keys[s - first] = np.uint64(2) * np.uint64(tags[s, 2]) + np.uint64(tags[s, 3] & np.uint32(1))
-        key = np.uint64(0)
-        while key != np.uint64(NONE):
-            n, above = listed(keys, end - first, first, key, near)
-            for k in range(n + np.uint64(LANES)):
-                if n > np.uint64(0):
-                    placed[k] = place[np.uint64(near[k])]
-            for k in range(np.uint64(0), n, np.uint64(LANES)):
-                for later in range(k + np.uint64(LANES), min(k + np.uint64(2 * LANES), n)):
-                    s = np.uint64(near[later])
-                    fetch_row(state, s, 0, state.shape[1])
-                    fetch_row(rows, s, 0, rows.shape[1])
-                    fetch_row(rates, np.uint64(placed[later]), 0, rates.shape[1])
-                most = carried(
-                    (many(state, near, k), many(tags, near, k), many(rates, placed, k)),
-                    first_lanes(n - k), (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)),
-                    materials, coefficients, times_ahead, h_limits, many(rows, near, k),
-                    (many(lengths, near, k), many(signals, near, k), many(pressures, near, k)), counted, most,
-                    rounders)  # fmt: skip
-            key = above
-        i = np.uint64(chunk)
-        sum_lanes(wholes, i, counted)
-        fastest = longest = size = 0.0
-        for k in range(np.uint64(LANES)):
-            fastest, longest = max(fastest, lane(most[0], k)), max(longest, lane(most[1], k))
-            size += lane(most[2], k)
-        extremes[i, SPEED2], extremes[i, LENGTH], extremes[i, SIZE] = fastest, longest, size
+    wholes, extremes = sums
+    first = chunk * np.uint64(CHUNK)
+    end = min(first + np.uint64(CHUNK), count)
+    keys, near = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
+    placed = np.empty(CHUNK + LANES, np.uint32)
+    counted = np.zeros((2, COUNTED, LANES), np.int64)
+    most = (all_strict(0.0), all_strict(0.0), all_strict(0.0))
+    for s in range(first, end):  # material, and whether it is held
+        keys[s - first] = np.uint64(2) * np.uint64(tags[s, 2]) + np.uint64(tags[s, 3] & np.uint32(1))
+    key = np.uint64(0)
+    while key != np.uint64(NONE):
+        n, above = listed(keys, end - first, first, key, near)
+        for k in range(n + np.uint64(LANES)):
+            if n > np.uint64(0):
+                placed[k] = place[np.uint64(near[k])]
+        for k in range(np.uint64(0), n, np.uint64(LANES)):
+            for later in range(k + np.uint64(LANES), min(k + np.uint64(2 * LANES), n)):
+                s = np.uint64(near[later])
+                fetch_row(state, s, 0, state.shape[1])
+                fetch_row(rows, s, 0, rows.shape[1])
+                fetch_row(rates, np.uint64(placed[later]), 0, rates.shape[1])
+            most = carried(
+                (many(state, near, k), many(tags, near, k), many(rates, placed, k)),
+                first_lanes(n - k), (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)),
+                materials, coefficients, times_ahead, h_limits, many(rows, near, k),
+                (many(lengths, near, k), many(signals, near, k), many(pressures, near, k)), counted, most,
+                rounders)  # fmt: skip
+        key = above
+    sum_lanes(wholes, chunk, counted)
+    fastest = longest = size = 0.0
+    for k in range(np.uint64(LANES)):
+        fastest, longest = max(fastest, lane(most[0], k)), max(longest, lane(most[1], k))
+        size += lane(most[2], k)
+    extremes[chunk, SPEED2], extremes[chunk, LENGTH], extremes[chunk, SIZE] = fastest, longest, size

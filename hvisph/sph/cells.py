@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.chunks import each
-from hvisph.core.jit import compiled, prange, specialise
+from hvisph.core.chunks import each, shared
+from hvisph.core.jit import compiled, specialise
 from hvisph.core.tensors import own_vector
 
 CHUNK = 1024
@@ -122,35 +122,33 @@ def count_and_place(cells, starts, order):
     starts[np.uint64(0)] = np.uint32(0)
 
 
-def _order_and_gather(rows, numbers, cells, starts, order, place, out, columns, h):
+def _order_and_gather(chunk, n, rows, numbers, cells, starts, order, place, out, columns, h):
     """Put the rows of each cell into the order of their numbers, nearly as they come, and gather them."""
-    n = np.uint64(order.shape[0])
-    for chunk in prange((n + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        one = np.uint64(1)
-        begin = np.uint64(chunk) * np.uint64(CHUNK)
-        end = min(begin + np.uint64(CHUNK), n)
-        # A chunk has the cells that begin in it. What it reads of one under another's hands is in the same cell.
-        cell = np.uint64(cells[np.uint64(order[begin])])
-        k = begin if np.uint64(starts[cell]) == begin else np.uint64(starts[cell + one])
-        while k < end:
-            stop = np.uint64(starts[np.uint64(cells[np.uint64(order[k])]) + one])
-            for j in range(k + one, stop):
-                row = order[j]
-                number = numbers[np.uint64(row)]
-                at = j
-                while at > k and numbers[np.uint64(order[at - one])] > number:
-                    order[at] = order[at - one]
-                    at -= one
-                order[at] = row
-            for j in range(k, stop):
-                i = np.uint64(order[j])
-                place[i] = j
-                for f in range(np.uint64(rows.shape[1])):
-                    out[j, f] = rows[i, f]
-                for f in range(np.uint64(DIM)):
-                    columns[f, j] = rows[i, f]
-                columns[DIM, j] = rows[i, h]
-            k = stop
+    one = np.uint64(1)
+    begin = chunk * np.uint64(CHUNK)
+    end = min(begin + np.uint64(CHUNK), n)
+    # A chunk has the cells that begin in it. What it reads of one under another's hands is in the same cell.
+    cell = np.uint64(cells[np.uint64(order[begin])])
+    k = begin if np.uint64(starts[cell]) == begin else np.uint64(starts[cell + one])
+    while k < end:
+        stop = np.uint64(starts[np.uint64(cells[np.uint64(order[k])]) + one])
+        for j in range(k + one, stop):
+            row = order[j]
+            number = numbers[np.uint64(row)]
+            at = j
+            while at > k and numbers[np.uint64(order[at - one])] > number:
+                order[at] = order[at - one]
+                at -= one
+            order[at] = row
+        for j in range(k, stop):
+            i = np.uint64(order[j])
+            place[i] = j
+            for f in range(np.uint64(rows.shape[1])):
+                out[j, f] = rows[i, f]
+            for f in range(np.uint64(DIM)):
+                columns[f, j] = rows[i, f]
+            columns[DIM, j] = rows[i, h]
+        k = stop
 
 
 def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: np.ndarray, order: np.ndarray,
@@ -175,7 +173,7 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
     find, count_and_place, order_and_gather = _loops(dim)
     find(len(cells), rows, 1.0 / grid.edge, *grid.sizes, cells)
     count_and_place(cells, grid.starts, order)
-    order_and_gather(rows, numbers, cells, grid.starts, order, place, out, columns, np.uint64(h_slot))
+    order_and_gather(len(order), rows, numbers, cells, grid.starts, order, place, out, columns, np.uint64(h_slot))
 
 
 @cache
@@ -183,5 +181,5 @@ def _loops(dim: int) -> tuple[Any, Any, Any]:
     return (
         each(specialise(find_cells, DIM=dim)),
         specialise(count_and_place, parallel=False),
-        specialise(_order_and_gather, parallel=True, DIM=dim),
+        shared(specialise(_order_and_gather, DIM=dim), CHUNK),
     )

@@ -10,8 +10,8 @@ from itertools import product
 
 import numpy as np
 
-from hvisph.core.chunks import each
-from hvisph.core.jit import prange, specialise
+from hvisph.core.chunks import each, shared
+from hvisph.core.jit import specialise
 from hvisph.core.tensors import own_vector
 from hvisph.core.vectors import fetch
 from hvisph.sph.cells import Grid, beside, cell_at, number_of, place_of
@@ -26,18 +26,16 @@ CELLS = 4
 APART = 1 << 21
 
 
-def _locate(rows, inverse_edge, nx, ny, nz, cells, extents):
-    """Find the cell of each row, and the least and the largest coordinates of each chunk of rows."""
-    count = np.uint64(cells.shape[0])
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first, extent = np.uint64(chunk) * np.uint64(CHUNK), extents[np.uint64(chunk)]
-        extent[0], extent[1] = np.inf, -np.inf
-        for i in range(first, min(first + np.uint64(CHUNK), count)):
-            fetch(rows, min(i + np.uint64(AHEAD), count - np.uint64(1)), np.uint64(0))
-            cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
-            for axis in range(np.uint64(DIM)):
-                extent[0, axis] = min(extent[0, axis], rows[i, axis])
-                extent[1, axis] = max(extent[1, axis], rows[i, axis])
+def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, cells, extents):
+    """Find the cells of a chunk of rows, and their least and largest coordinates."""
+    first, extent = chunk * np.uint64(CHUNK), extents[chunk]
+    extent[0], extent[1] = np.inf, -np.inf
+    for i in range(first, min(first + np.uint64(CHUNK), count)):
+        fetch(rows, min(i + np.uint64(AHEAD), count - np.uint64(1)), np.uint64(0))
+        cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
+        for axis in range(np.uint64(DIM)):
+            extent[0, axis] = min(extent[0, axis], rows[i, axis])
+            extent[1, axis] = max(extent[1, axis], rows[i, axis])
 
 
 def _mark(cells, eulerian, bodies, lowest, highest, spatial):
@@ -101,7 +99,7 @@ class Selection:
         self.fit(position)
         self._with_neighbours = with_neighbours
         self._nowhere = np.zeros(count, np.uint8)
-        self._locate = specialise(_locate, parallel=True, DIM=dim)
+        self._locate = shared(specialise(_locate, DIM=dim), CHUNK)
         self._mark = specialise(_mark, parallel=False)
         self._tell = each(specialise(_tell))
         self._spread = each(specialise(_spread, DIM=dim))
@@ -151,7 +149,7 @@ class Selection:
     def _find(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, cells: np.ndarray) -> None:
         """Find the cells of the rows, mark what they hold, and find those that have others in or beside them."""
         self._extents = np.empty((-(-len(cells) // CHUNK), 2, self._dim))
-        self._locate(rows, 1.0 / self.grid.edge, *self.grid.sizes, cells, self._extents)
+        self._locate(len(cells), rows, 1.0 / self.grid.edge, *self.grid.sizes, cells, self._extents)
         self._mark(cells, eulerian, bodies, self._lowest, self._highest, self._spatial)
         self._spread(len(self._lowest), *self.grid.sizes, self._lowest, self._highest, self._spatial, self._meets,
                      self._spatial_near)  # fmt: skip

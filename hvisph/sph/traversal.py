@@ -18,8 +18,9 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.core.chunks import shared
 from hvisph.core.errors import RunError
-from hvisph.core.jit import prange, specialise
+from hvisph.core.jit import specialise
 from hvisph.core.solid import in_space
 from hvisph.core.tensors import dot, own_vector
 from hvisph.core.vectors import LANES, NUMBERED, SIXTEEN, append_near, append_near_box, as_before, flush_tiny
@@ -97,10 +98,38 @@ def gather(columns, place, grid, box, h, half_reach, capacity, copies):
     return m, needed
 
 
-def visit(chunk, rows, columns, order, counts, grid, reach, constants, capacity, out, overflow):
-    """Run the pair law over the particles of a chunk: a template, see `sweep`."""
+def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, capacity, out, overflow):
+    """Run the pair law over the particles of a chunk: the template, see the module's text.
+
+    Bound names: DIM, H (slot of the smoothing length), law, ONLY (slot of a vector: rows where it is zero are left out;
+    0 for none) and the templates above.
+
+    Parameters
+    ----------
+    chunk, n_rows
+        See `core.chunks.shared`.
+    rows, columns
+        Sorted rows (n_rows + 1, width), the last one far away and massless, and the same positions and
+        smoothing lengths by column, (dim + 1, n_rows + 8).
+    order
+        Number before sorting of each row.
+    owned
+        Number of rows that are the caller's own, numbered before all others [uint64]: the law is summed for them alone.
+        Others are images at symmetry planes.
+    grid
+        First sorted row of each cell, 1 / edge [1/m], numbers of cells [uint64].
+    reach
+        Support radius of the kernel over h.
+    constants
+        Coefficients of the law.
+    capacity
+        Room for the candidates of a cell [uint64].
+    out
+        Result rows; the law writes row i alone.
+    overflow
+        (chunks,) receives the room that a chunk would have needed, 0 where it sufficed.
+    """
     mode, half_reach = flush_tiny(), 0.5 * RIM * reach
-    n_rows, owned = counts
     zero, one, sixteen = np.uint64(0), np.uint64(1), np.uint64(SIXTEEN)
     starts, inverse_edge, nx, ny, nz = grid
     room = capacity + sixteen
@@ -145,39 +174,6 @@ def visit(chunk, rows, columns, order, counts, grid, reach, constants, capacity,
     as_before(mode)
 
 
-def sweep(rows, columns, order, counts, grid, reach, constants, capacity, out, overflow):
-    """Run the pair law over all particles: the template, see the module's text.
-
-    Bound names: `visit`, of which DIM, H (slot of the smoothing length), law, ONLY (slot of a vector: rows where it is
-    zero are left out; 0 for none) and the templates above.
-
-    Parameters
-    ----------
-    rows, columns
-        Sorted rows (n_rows + 1, width), the last one far away and massless, and the same positions and
-        smoothing lengths by column, (dim + 1, n_rows + 8).
-    order
-        Number before sorting of each row.
-    counts
-        Number of rows, and of those that are the caller's own, numbered before all others [uint64]: the law is summed
-        for them alone. Others are images at symmetry planes.
-    grid
-        First sorted row of each cell, 1 / edge [1/m], numbers of cells [uint64].
-    reach
-        Support radius of the kernel over h.
-    constants
-        Coefficients of the law.
-    capacity
-        Room for the candidates of a cell [uint64].
-    out
-        Result rows; the law writes row i alone.
-    overflow
-        (chunks,) receives the room that a chunk would have needed, 0 where it sufficed.
-    """
-    for chunk in prange((counts[0] + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        visit(np.uint64(chunk), rows, columns, order, counts, grid, reach, constants, capacity, out, overflow)
-
-
 def loop(dim: int, h_slot: int, law: Any, only: int = 0, own_reach: bool = False) -> Any:
     """Return the traversal compiled for a bound law, with the slots of the smoothing length and of `Pass.only` in rows.
 
@@ -185,7 +181,7 @@ def loop(dim: int, h_slot: int, law: Any, only: int = 0, own_reach: bool = False
     """
     bound: dict[str, Any] = {"DIM": dim, "OWN_REACH": int(own_reach)}
     parts = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
-    return specialise(sweep, parallel=True, visit=specialise(visit, **bound, H=h_slot, ONLY=only, law=law, **parts))
+    return shared(specialise(sweep, **bound, H=h_slot, ONLY=only, law=law, **parts), CHUNK)
 
 
 def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, order: np.ndarray, counts: tuple[int, int],
@@ -213,11 +209,10 @@ def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, order: np.
     """
     count, owned = counts
     overflow = np.zeros(-(-count // CHUNK), np.uint64)
-    numbers = np.uint64(count), np.uint64(owned)
     cell_table = (grid.starts, 1.0 / grid.edge, *grid.sizes)
     while True:
-        sweep(rows, columns, order, numbers, cell_table, reach, constants, np.uint64(capacity), room(capacity),
-              overflow)  # fmt: skip
+        sweep(count, rows, columns, order, np.uint64(owned), cell_table, reach, constants, np.uint64(capacity),
+              room(capacity), overflow)  # fmt: skip
         needed = int(overflow.max(initial=0))
         if needed == 0:
             return capacity

@@ -28,7 +28,7 @@ import numpy as np
 from hvisph.core.fetching import fetch_row, fetch_rows
 from hvisph.core.grouping import NONE, listed
 from hvisph.core.growth import grown
-from hvisph.core.jit import compiled, prange
+from hvisph.core.jit import compiled
 from hvisph.core.solid import full_gradient, stretching, with_zz
 from hvisph.core.tensors import (
     adjugate,
@@ -193,14 +193,16 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
         rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
 
 
-def deform(rows, active, eulerian, particles, lists, corrections, materials, ahead, results, rates):
-    """Compute the deformation of all particles that are `active`: the template.
+def deform(chunk, count, rows, active, eulerian, particles, lists, corrections, materials, ahead, results, rates):
+    """Compute the deformation of those of a chunk of particles that are `active`: the template.
 
     Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, REVOLVED, PLACES, slots of the row, columns of
     the rates (R_...), S_DENSITY, S_PLASTIC_STRAIN, S_DAMAGE, the templates above, and functions of `hvisph.materials`.
 
     Parameters
     ----------
+    chunk, count
+        See `core.chunks.shared`.
     rows
         Packed rows (n + images + 1, width): positions and velocities of the stage; Q, and of Total
         Lagrangian particles density and sound speed, are written.
@@ -228,44 +230,42 @@ def deform(rows, active, eulerian, particles, lists, corrections, materials, ahe
         (n, width of rates): receives the velocity gradient of Total Lagrangian particles, and of those that
         meet no Eulerian ones the power of their own stress; of rings what holds them round the axis, and its power.
     """
-    count = np.uint64(active.shape[0])
     starts, near, _, _ = lists
     state, tags, volume, loads, swellings, before = particles
     a, b, start = corrections
     jacobians, strains, latest, pressures, signals = results
-    for chunk in prange((count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)):
-        first = np.uint64(chunk) * np.uint64(CHUNK)
-        end = min(first + np.uint64(CHUNK), count)
-        keys, found = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
-        sums, of_lane = np.empty((LANES, SUMS)), np.empty(LANES, np.uint32)
-        for i in range(first, end):
-            own = np.uint64(2) * np.uint64(tags[i, 2]) + np.uint64(eulerian[i] == 0)
-            keys[i - first] = own if active[i] != 0 else np.uint64(NONE)
-        key = np.uint64(0)
-        while key != np.uint64(NONE):
-            n, above = listed(keys, end - first, first, key, found)
-            for k in range(np.uint64(0), n, np.uint64(LANES)):
-                for lane in range(np.uint64(LANES)):
-                    of_lane[lane] = min(lane, n - k - np.uint64(1))
-                    if k + lane < n:
-                        later, own = np.uint64(found[k + lane + np.uint64(AHEAD)]), np.uint64(found[k + lane])
-                        if DIM > 2:  # flat bodies find them in a cache
-                            fetch_rows(rows, near, starts[later], starts[later + np.uint64(1)], PLACES)
-                        fetch_row(rows, own, PLACES, ROW)
-                        fetch_row(rates, own, 0, rates.shape[1])
-                        fetch_row(a, own, 0, DIM * DIM)
-                        fetch_row(b, own, 0, DIM)
-                        fetch(state, own, np.uint64(S_DENSITY))
-                        collect(rows, own, lists, sums, lane)
-                deformed(
-                    many(rows, found, k),
-                    (many(state, found, k), many(volume, found, k), many(loads, found, k), many(swellings, found, k),
-                     many(before, found, k)),
-                    (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)), many(sums, of_lane, np.uint64(0)),
-                    (many(a, found, k), many(b, found, k), many(start, found, k)), materials, ahead,
-                    (many(jacobians, found, k), many(strains, found, k), many(latest, found, k),
-                     many(pressures, found, k), many(signals, found, k)), many(rates, found, k))  # fmt: skip
-            key = above
+    first = chunk * np.uint64(CHUNK)
+    end = min(first + np.uint64(CHUNK), count)
+    keys, found = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
+    sums, of_lane = np.empty((LANES, SUMS)), np.empty(LANES, np.uint32)
+    for i in range(first, end):
+        own = np.uint64(2) * np.uint64(tags[i, 2]) + np.uint64(eulerian[i] == 0)
+        keys[i - first] = own if active[i] != 0 else np.uint64(NONE)
+    key = np.uint64(0)
+    while key != np.uint64(NONE):
+        n, above = listed(keys, end - first, first, key, found)
+        for k in range(np.uint64(0), n, np.uint64(LANES)):
+            for lane in range(np.uint64(LANES)):
+                of_lane[lane] = min(lane, n - k - np.uint64(1))
+                if k + lane < n:
+                    later, own = np.uint64(found[k + lane + np.uint64(AHEAD)]), np.uint64(found[k + lane])
+                    if DIM > 2:  # flat bodies find them in a cache
+                        fetch_rows(rows, near, starts[later], starts[later + np.uint64(1)], PLACES)
+                    fetch_row(rows, own, PLACES, ROW)
+                    fetch_row(rates, own, 0, rates.shape[1])
+                    fetch_row(a, own, 0, DIM * DIM)
+                    fetch_row(b, own, 0, DIM)
+                    fetch(state, own, np.uint64(S_DENSITY))
+                    collect(rows, own, lists, sums, lane)
+            deformed(
+                many(rows, found, k),
+                (many(state, found, k), many(volume, found, k), many(loads, found, k), many(swellings, found, k),
+                 many(before, found, k)),
+                (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)), many(sums, of_lane, np.uint64(0)),
+                (many(a, found, k), many(b, found, k), many(start, found, k)), materials, ahead,
+                (many(jacobians, found, k), many(strains, found, k), many(latest, found, k),
+                 many(pressures, found, k), many(signals, found, k)), many(rates, found, k))  # fmt: skip
+        key = above
 
 
 def map_particles(k, chosen, rows, lists, corrections, maps):
