@@ -22,7 +22,7 @@ _TEXT = """
 def {name}(count, {given}):
     count = np.uint64(count)
     chunks = (count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)
-    workers, counters = np.uint64(crew()), fresh_counters()
+    workers, counters = crew(), fresh_counters()
     for worker in prange(workers):
         chunk = next_chunk(counters, np.uint64(worker), workers, chunks)
         while chunk < chunks:

@@ -1,20 +1,27 @@
-"""Machine code by which threads share a loop: how many there are, and places that they count up."""
+"""Machine code by which threads share a loop: how many there are, what they count up, the least and largest of all."""
 
 from __future__ import annotations
 
 from llvmlite import ir
-from numba import get_num_threads, types
+from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
 from .vectors import COUNTERS
 
-__all__ = ["count_up", "crew", "fresh_counters"]
-
-crew = get_num_threads
-
 _i64 = ir.IntType(64)
 LINE = 8  # numbers in a line of the cache: each counter has one of its own
+
+
+@intrinsic
+def crew(typing_context):
+    """Return how many threads share a loop; numba's own function for it is bound by address, which no cache keeps."""
+
+    def generate(context, builder, signature, arguments):
+        kind = ir.FunctionType(_i64, [])
+        return builder.call(cgutils.get_or_insert_function(builder.module, kind, "get_num_threads"), [])
+
+    return types.uint64(), generate
 
 
 @intrinsic
@@ -40,3 +47,25 @@ def count_up(typing_context, counters, which):
         return builder.atomic_rmw("add", place, ir.Constant(_i64, 1), "monotonic")
 
     return types.uint64(types.uint64, types.uint64), generate
+
+
+@intrinsic
+def keep_least(typing_context, values, k, value):
+    """Make values[k] the least of itself and `value`, at once for all threads: uint32, `k` uint64."""
+    return _kept("umin", values)
+
+
+@intrinsic
+def keep_largest(typing_context, values, k, value):
+    """Make values[k] the largest of itself and `value`, at once for all threads: uint32, `k` uint64."""
+    return _kept("umax", values)
+
+
+def _kept(which, values):
+    def generate(context, builder, signature, arguments):
+        values, k, value = arguments
+        view = context.make_array(signature.args[0])(context, builder, values)
+        builder.atomic_rmw(which, cgutils.gep(builder, view.data, k), value, "monotonic")
+        return context.get_dummy_value()
+
+    return types.void(values, types.uint64, types.uint32), generate

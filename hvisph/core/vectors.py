@@ -42,4 +42,5 @@ lanes_at, put_lanes = _from("blocks", "lanes_at", "put_lanes")
 (many,) = _from("many", "many")
 (fetch,) = _from("addresses", "fetch")
 count_up, crew, fresh_counters = _from("sharing", "count_up", "crew", "fresh_counters")
+keep_largest, keep_least = _from("sharing", "keep_largest", "keep_least")
 COUNTERS = 64  # that `fresh_counters` makes

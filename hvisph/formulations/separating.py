@@ -82,6 +82,7 @@ class SeparatingContact:
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
         self._selection = Selection(positions, kernel.reach * h)
         self._seen: Halo | None = None
+        self._packed = np.zeros((0, layout.used))  # nothing writes what passes make, which stays zero
         self.renumber(bodies)
         self._spins = SIZE["axial"][dim - 1] if spins else 0
         self._bound: tuple[Any, Any, tuple[np.ndarray, np.ndarray]] | None = None
@@ -111,13 +112,13 @@ class SeparatingContact:
     def add(self, standard: Pairs, h: float) -> None:
         """Add the rates of contact to those of the `standard` law; `h` is the largest smoothing length [m]."""
         rows, numbers, rates = standard.rows, standard.numbers, standard.rates
-        at = sums_of_pairs.slots(self._pairs.layout.dim)
-        rates[:, at["R_SLIP"]] = 0.0
         meeting, beside = self._chosen(rows, numbers, self._pairs.kernel.reach * h)
         chosen = np.concatenate([meeting, beside])
         if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
             return
-        packed = np.zeros((len(chosen), self._pairs.layout.used))
+        if len(self._packed) < len(chosen):
+            self._packed = np.zeros((len(chosen) + len(chosen) // 4, self._pairs.layout.used))
+        packed = self._packed[: len(chosen)]
         if self._bound is None:
             self._bound = self._bind(standard.slots)
         pack, add, taken = self._bound

@@ -48,7 +48,7 @@ class Pass:
     leads
         Whether it writes the rate of the density's lead behind that.
     slips
-        Whether it writes the heat of slip between bodies behind that.
+        Whether it, or a contact beside it, writes the heat of slip between bodies behind that.
     rings
         Whether it writes the rate of the rings' circumference behind that.
     spins
@@ -122,13 +122,12 @@ class Pairs:
             "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
             "slope": kernel.slope,
             "shape": kernel.shape,
-            "write_rates": rates.writer(dim),
         }
         self._sweeps = []
         for one in passes:
             widths = {"WIDTH": one.reads.used, "WHOLE": layout.used}
             offered = shared | self.slots | rates.slots(dim) | widths
-            law = bind(one.law, one.options, offered, parts=one.parts)
+            law = bind(one.law, one.options, offered | {"write_rates": rates.writer(dim, one.slips)}, parts=one.parts)
             only = self.slots[one.only] if one.only else 0
             self._sweeps.append((traversal.loop(dim, self.slots["H"], law, only, one.own_reach), one.into_rows))
 

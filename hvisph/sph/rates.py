@@ -34,8 +34,10 @@ def _write(out, i, a, power, mu, l):
     out[i, R_POWER] = power
     out[i, R_APPROACH] = mu
     put(out, i, R_GRADIENT, l)
+    if SLIPS:  # for the law, or a contact beside it, to add to
+        out[i, R_SLIP] = 0.0
 
 
-def writer(dim: int) -> Any:
-    """Return the compiled function by which a pair law writes its rates in `dim` dimensions."""
-    return bind(_write, {}, slots(dim))
+def writer(dim: int, slips: bool) -> Any:
+    """Return the compiled function by which a pair law, or one that `slips`, writes its rates in `dim` dimensions."""
+    return bind(_write, {"SLIPS": int(slips)}, slots(dim))

@@ -13,7 +13,7 @@ import numpy as np
 from hvisph.core.chunks import each, shared
 from hvisph.core.jit import specialise
 from hvisph.core.tensors import own_vector
-from hvisph.core.vectors import fetch
+from hvisph.core.vectors import fetch, keep_largest, keep_least
 from hvisph.sph.cells import Grid, beside, cell_at, number_of, place_of
 
 CHUNK = 1024
@@ -26,33 +26,34 @@ CELLS = 4
 APART = 1 << 21
 
 
-def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, cells, extents):
-    """Find the cells of a chunk of rows, and their least and largest coordinates."""
+def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, eulerian, bodies, cells, extents, lowest, highest, spatial):
+    """Find the cells of a chunk of rows, their least and largest coordinates, and mark what the cells hold.
+
+    Marks are the lowest and the highest body, and whether there is an Eulerian particle.
+    """
     first, extent = chunk * np.uint64(CHUNK), extents[chunk]
     extent[0], extent[1] = np.inf, -np.inf
     for i in range(first, min(first + np.uint64(CHUNK), count)):
         fetch(rows, min(i + np.uint64(AHEAD), count - np.uint64(1)), np.uint64(0))
-        cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
+        cell = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
+        cells[i] = cell
+        # who finds a mark of old marks again: few particles have anything to say
+        if bodies[i] < lowest[cell]:
+            keep_least(lowest, cell, bodies[i])
+        if bodies[i] > highest[cell]:
+            keep_largest(highest, cell, bodies[i])
+        if eulerian[i] != 0:
+            spatial[cell] = np.uint8(1)
         for axis in range(np.uint64(DIM)):
             extent[0, axis] = min(extent[0, axis], rows[i, axis])
             extent[1, axis] = max(extent[1, axis], rows[i, axis])
 
 
-def _mark(cells, eulerian, bodies, lowest, highest, spatial):
-    """Mark the cells with the lowest and highest body, and whether an Eulerian particle, that they hold."""
-    lowest[:] = np.uint32(NO_BODY)
-    highest[:] = np.uint32(0)
-    spatial[:] = np.uint8(0)
-    for i in range(np.uint64(cells.shape[0])):
-        cell = np.uint64(cells[i])
-        lowest[cell] = min(lowest[cell], bodies[i])
-        highest[cell] = max(highest[cell], bodies[i])
-        spatial[cell] |= eulerian[i]
-
-
-def _tell(i, cells, meets, near, of_meets, of_near):
-    """Tell each particle what is marked in its cell."""
-    of_meets[i], of_near[i] = meets[np.uint64(cells[i])], near[np.uint64(cells[i])] != 0
+def _tell(i, cells, lowest, highest, spatial, meets, near, of_meets, of_near):
+    """Tell each particle what was found of its cell, and wipe the cell's marks for the next time."""
+    cell = np.uint64(cells[i])
+    of_meets[i], of_near[i] = meets[cell], near[cell] != 0
+    lowest[cell], highest[cell], spatial[cell] = np.uint32(NO_BODY), np.uint32(0), np.uint8(0)
 
 
 def _spread(cell, nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
@@ -100,7 +101,6 @@ class Selection:
         self._with_neighbours = with_neighbours
         self._nowhere = np.zeros(count, np.uint8)
         self._locate = shared(specialise(_locate, DIM=dim), CHUNK)
-        self._mark = specialise(_mark, parallel=False)
         self._tell = each(specialise(_tell))
         self._spread = each(specialise(_spread, DIM=dim))
         self._widen = each(specialise(_widen, DIM=dim))
@@ -109,7 +109,7 @@ class Selection:
         """Make the grid anew around particles at `position` (n, dim) [m]."""
         self.grid = Grid.around(position, self.grid.edge, CELLS)
         size = self.grid.shape[0] * self.grid.shape[1] * self.grid.shape[2]
-        self._lowest, self._highest = np.zeros(size, np.uint32), np.zeros(size, np.uint32)
+        self._lowest, self._highest = np.full(size, NO_BODY, np.uint32), np.zeros(size, np.uint32)
         self._spatial = np.zeros(size, np.uint8)
         self._meets, self._spatial_near = np.zeros(size, bool), np.zeros(size, np.uint8)
         self._wider = np.zeros(size, np.uint8)
@@ -138,7 +138,7 @@ class Selection:
             self._widen(len(self._lowest), *sizes, self._lowest, near, self._wider)
             near = self._wider
         meets, spatial = np.empty((2, count), bool)
-        self._tell(count, cells, self._meets, near, meets, spatial)
+        self._tell(count, cells, *self._marks, self._meets, near, meets, spatial)
         if self._wraps():
             some = np.flatnonzero(meets | spatial)
             meets[some], spatial[some] = _unwrapped(
@@ -149,10 +149,10 @@ class Selection:
     def _find(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, cells: np.ndarray) -> None:
         """Find the cells of the rows, mark what they hold, and find those that have others in or beside them."""
         self._extents = np.empty((-(-len(cells) // CHUNK), 2, self._dim))
-        self._locate(len(cells), rows, 1.0 / self.grid.edge, *self.grid.sizes, cells, self._extents)
-        self._mark(cells, eulerian, bodies, self._lowest, self._highest, self._spatial)
-        self._spread(len(self._lowest), *self.grid.sizes, self._lowest, self._highest, self._spatial, self._meets,
-                     self._spatial_near)  # fmt: skip
+        self._marks = self._lowest, self._highest, self._spatial
+        self._locate(len(cells), rows, 1.0 / self.grid.edge, *self.grid.sizes, eulerian, bodies, cells, self._extents,
+                     *self._marks)  # fmt: skip
+        self._spread(len(self._lowest), *self.grid.sizes, *self._marks, self._meets, self._spatial_near)
 
     def _wraps(self) -> bool:
         """Whether particles have spread so far that cells of the grid stand for several places."""
@@ -176,7 +176,7 @@ class Selection:
         self._find(rows, self._nowhere, bodies, cells)
         self._widen(len(self._lowest), *sizes, self._lowest, self._meets.view(np.uint8), self._wider)
         meets, beside = np.empty((2, count), bool)
-        self._tell(count, cells, self._meets, self._wider, meets, beside)
+        self._tell(count, cells, *self._marks, self._meets, self._wider, meets, beside)
         beside &= ~meets
         return np.flatnonzero(meets), np.flatnonzero(beside)
 
