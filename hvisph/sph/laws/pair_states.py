@@ -30,8 +30,8 @@ def inverses(a, b):
 
 
 @compiled
-def drawn(u, of_u, t, of_t, shared, half, least):
-    """Return which shares of their difference both sides move to each other by, of velocities and of tractions.
+def drawn(u, of_u, t, of_t, shared, least):
+    """Return by which shares of half their difference both sides move to each other, of velocities and of tractions.
 
     Parameters
     ----------
@@ -39,8 +39,8 @@ def drawn(u, of_u, t, of_t, shared, half, least):
         Square of the difference d.
     of_u, of_t
         Its products with both sides' slopes.
-    shared, half
-        The limiter, and 1/2 or, of pairs that go without, 0.
+    shared
+        The limiter.
     least
         The least share that the limiter is to return.
     """
@@ -49,12 +49,12 @@ def drawn(u, of_u, t, of_t, shared, half, least):
     n3, d3 = shared(t, 2.0 * of_t[0] - t)
     n4, d4 = shared(t, 2.0 * of_t[1] - t)
     by_u, by_t = inverses(d1 * d2, d3 * d4)
-    return ((half * max(n1 * d2 * by_u, least), half * max(n2 * d1 * by_u, least)),
-            (half * max(n3 * d4 * by_t, least), half * max(n4 * d3 * by_t, least)))  # fmt: skip
+    return ((max(n1 * d2 * by_u, least), max(n2 * d1 * by_u, least)),
+            (max(n3 * d4 * by_t, least), max(n4 * d3 * by_t, least)))  # fmt: skip
 
 
 @compiled
-def met(inverse, za, zb, du, t_a, dt, shares_u, shares_t):
+def met(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
     """Return the contact velocity less the own one, and the traction, of a pair's normal Riemann problem.
 
     Parameters
@@ -63,20 +63,23 @@ def met(inverse, za, zb, du, t_a, dt, shares_u, shares_t):
         1 over the sum of both impedances; impedances.
     du, t_a, dt
         The neighbour's velocity less the own one; the own traction, and the neighbour's less that.
-    shares_u, shares_t
-        Shares of them by which both sides move to each other, see `drawn`.
+    shares_u, shares_t, half
+        Shares of half of them by which both sides move to each other, see `drawn`; 1/2 or, of pairs that go without, 0.
     """
-    left_u, left_t = 1.0 - shares_u[0] - shares_u[1], 1.0 - shares_t[0] - shares_t[1]
-    change = inverse * (zb * (left_u * du) + left_t * dt)
-    return shares_u[0] * du + change, t_a + shares_t[0] * dt + za * change
+    half_u, half_t = half * du, half * dt
+    left_u, left_t = du - (shares_u[0] + shares_u[1]) * half_u, dt - (shares_t[0] + shares_t[1]) * half_t
+    change = inverse * (zb * left_u + left_t)
+    return shares_u[0] * half_u + change, t_a + shares_t[0] * half_t + za * change
 
 
 @compiled
-def met_beside(inverse, za, zb, du, t_a, dt, shares_u, shares_t):
+def met_beside(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
     """Return the same of the tangential problem, of vectors."""
-    change = plus(times(inverse * zb * (1.0 - shares_u[0] - shares_u[1]), du),
-                  times(inverse * (1.0 - shares_t[0] - shares_t[1]), dt))  # fmt: skip
-    return plus(times(shares_u[0], du), change), plus(t_a, plus(times(shares_t[0], dt), times(za, change)))
+    half_u, half_t = times(half, du), times(half, dt)
+    left_u = minus(du, times(shares_u[0] + shares_u[1], half_u))
+    left_t = minus(dt, times(shares_t[0] + shares_t[1], half_t))
+    change = times(inverse, plus(times(zb, left_u), left_t))
+    return plus(times(shares_u[0], half_u), change), plus(t_a, plus(times(shares_t[0], half_t), times(za, change)))
 
 
 @compiled

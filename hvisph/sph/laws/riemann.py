@@ -203,7 +203,7 @@ def accumulate(near, n, rows, i, constants, out):
         ta_n, dt_n = dot(ta, e), dot(step, e)
         if DIM > 1:
             du_t, dt_t, ta_t = beside(jump, du_n, e), beside(step, dt_n, e), beside(ta, ta_n, e)
-        # How far each side moves to the other: normal velocity and traction, shares of the tangential ones.
+        # How far each side moves to the middle: shares of normal velocity and traction, and of the tangential ones.
         moves = of_n = shares_u = shares_t = (nowhere, nowhere)
         if RECONSTRUCTION:
             least = 0.0
@@ -215,23 +215,24 @@ def accumulate(near, n, rows, i, constants, out):
             pa, pb = on_rows(grad_u, dx), on_rows(gradient(b, GU, DIM), dx)
             qa, qb = on(on_rows(grad_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
             moves, of_n = drawn(du_n * du_n, (du_n * dot(pa, e), du_n * dot(pb, e)),
-                                dt_n * dt_n, (dt_n * dot(qa, e), dt_n * dot(qb, e)), share, half, least)  # fmt: skip
+                                dt_n * dt_n, (dt_n * dot(qa, e), dt_n * dot(qb, e)), share, least)  # fmt: skip
             if DIM > 1:
                 of_u = (dot(facing_aside(pa, e), du_t), dot(facing_aside(pb, e), du_t))
                 of_t = (dot(facing_aside(qa, e), dt_t), dot(facing_aside(qb, e), dt_t))
-                shares_u, shares_t = drawn(dot(du_t, du_t), of_u, dot(dt_t, dt_t), of_t, share, half, least)
-        apart = du_n * (1.0 - moves[0] - moves[1])  # the acoustic Riemann problem, with velocities less the own one
+                shares_u, shares_t = drawn(dot(du_t, du_t), of_u, dot(dt_t, dt_t), of_t, share, least)
+        # The acoustic Riemann problem, with velocities less the own one.
+        apart = du_n - half * du_n * (moves[0] + moves[1])
         if CONSISTENT:
             closing = -SHOCK_SLOPE * min(apart, 0.0)
             za, zb = za + rows[i, RHO] * closing, zb + b[RHO] * closing
         by_n, by_t = inverses(za + zb, zt + b[ZT] + TINY)
-        us_n, t_n = met(by_n, za, zb, du_n, ta_n, dt_n, moves, of_n)
+        us_n, t_n = met(by_n, za, zb, du_n, ta_n, dt_n, moves, of_n, half)
         if CONSISTENT:
             t_n = min(t_n, min(rows[i, BEAR], b[BEAR]))
             if HELD:
                 t_n = let_go(t_n, volume * b[V], dx, inverse_r, min(rows[i, ORDER], b[ORDER]))
         if DIM > 1:
-            us_t, t_t = met_beside(by_t, zt, b[ZT], du_t, ta_t, dt_t, shares_u, shares_t)
+            us_t, t_t = met_beside(by_t, zt, b[ZT], du_t, ta_t, dt_t, shares_u, shares_t, half)
             if CONSISTENT:
                 most = min(rows[i, SHEAR], b[SHEAR])
                 t_t = (max(min(t_t[0], most), -most),) if DIM == 2 else at_most(most, t_t)
