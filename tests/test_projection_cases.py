@@ -100,6 +100,14 @@ def test_impact_finishes_and_keeps_its_budgets(impact):
     assert summary["measures"]["void_fraction"]["value"] < 0.1
 
 
+def test_a_pressure_that_restores_the_density_is_no_tension_of_a_material(impact):
+    """Nor is it to be told beside a shock's, and a model of damage, which the formulation refuses, is no remedy."""
+    _, outcome = impact
+    assert not [
+        text for text in outcome.summary["remarks"] if "tension" in text or "damage" in text or "pressure" in text
+    ]
+
+
 def test_recorded_pressure_is_a_mean_and_snapshots_hold_the_pressure_itself(impact):
     folder, _ = impact
     history = read_history(folder)

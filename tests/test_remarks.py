@@ -100,6 +100,22 @@ def test_internal_energy_below_zero(plate):
     assert "below zero" in text
 
 
+def test_vapour_that_flies_alone_keeps_its_pressure_and_says_so(plate):
+    start = snapshot(plate, velocity=2000.0)
+    moved = plate.copy()
+    moved[:2] -= [[40 * DX, 0.0], [80 * DX, 0.0]]
+    now = snapshot(moved, 2000.0)
+    now.fields |= {"pressure": np.zeros(len(plate)), "smoothing_length": np.full(len(plate), 1.2 * DX)}
+    assert said(now, start, whole=False) == []
+    now.fields["pressure"][:2] = 5e9  # of 200 particles: 1.9 MJ/kg of each beside 2 x 2 MJ/kg (two components) of all
+    (text,) = said(now, start, whole=False)
+    assert "1 % of the mass flies alone" in text
+    assert "under up to 5 GPa" in text
+    assert "keeps 0.46 % of the energy" in text
+    now.fields["position"][:2] = plate[:2]  # with neighbours it may expand
+    assert said(now, start, whole=False) == []
+
+
 def aluminium(damage=False):
     material = material_of(load_material("aluminium-6061-t6"))
     found = range_of(material)

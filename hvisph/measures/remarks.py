@@ -18,6 +18,10 @@ REVOLVED = tuple(name for name, one in KINEMATICS.items() if one.revolved)
 CLUMPED, CLUMPS = 0.3, 0.01
 # Of the energy at the start: internal energy below zero, and of a body's particles: those that left the largest piece.
 BELOW_ZERO, TORN = 1e-3, 0.01
+# A particle without another within so many of its smoothing lengths is alone; kernels reach to 2 to 3.
+ALONE = 3.0
+# Of the energy at the start: p V of particles that are alone, which nothing takes from them any more.
+HELD = 1e-3
 # Particles nearer than so many spacings hang together.
 LINK = 2.0
 # A piece of at least this share of the largest was cut off, not torn, where its edge had flowed by this plastic strain.
@@ -55,7 +59,7 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
             before = start.fields["position"][np.searchsorted(start.id, now.id[mine])]
             strain = now.fields["plastic_strain"][mine] if "plastic_strain" in now.fields else np.zeros(mine.sum())
             told += [f"{name}: {text}" for text in _torn(position, before, strain, spacing)]
-    return [*told, *_energy(now, start)]
+    return [*told, *_energy(now, start), *_alone(now, start)]
 
 
 def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: float) -> Iterator[str]:
@@ -108,13 +112,43 @@ def _is_cut(piece: np.ndarray, links: np.ndarray, strain: np.ndarray) -> bool:
     return len(broken) > 0 and float(np.median(strain[broken])) >= CUT
 
 
+def _at_start(start: Snapshot) -> float:
+    """Return the energy with which a run began, without signs [J]."""
+    squared = (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)
+    mass = start.fields["mass"]
+    return float(0.5 * (mass * squared).sum() + np.abs(mass * start.fields["internal_energy"]).sum())
+
+
+def _alone(now: Snapshot, start: Snapshot) -> Iterator[str]:
+    from scipy.spatial import cKDTree
+
+    if not {"internal_energy", "pressure", "smoothing_length"} <= now.fields.keys():
+        return
+    mass, density, pressure = (now.fields[name] for name in ("mass", "density", "pressure"))
+    work = np.where((mass > 0.0) & (density > 0.0), mass * pressure / np.where(density > 0.0, density, 1.0), 0.0)
+    pressed, at_start = np.flatnonzero(work > 0.0), _at_start(start)
+    if not float(work[pressed].sum()) > HELD * at_start:  # also where it is no number
+        return
+    position = now.fields["position"].reshape(now.count, -1)
+    reach = ALONE * now.fields["smoothing_length"][pressed]
+    near = cKDTree(position[mass > 0.0]).query(position[pressed], 2, distance_upper_bound=float(reach.max()))[0][:, 1]
+    alone = pressed[near > reach]
+    held = float(work[alone].sum())
+    if held > HELD * at_start:
+        most = float(pressure[alone].max())
+        told = f"{most:.3g}" if now.metadata.get("units") == "none" else f"{1e-9 * most:.3g} GPa"
+        share = told_share(float(mass[alone].sum() / mass.sum()))
+        yield (
+            f"{share} of the mass flies alone, out of reach of all others, under up to {told}: nothing is there "
+            f"for it to expand against, so that it keeps {100 * held / at_start:.2g} % of the energy at the start as "
+            "p/rho; `smoothing_length: {type: variable}` leaves less"
+        )
+
+
 def _energy(now: Snapshot, start: Snapshot) -> Iterator[str]:
     if "internal_energy" not in now.fields:
         return
-    squared = (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)
-    kinetic = 0.5 * (start.fields["mass"] * squared).sum()
-    energy = now.fields["mass"] * now.fields["internal_energy"]
-    at_start = kinetic + np.abs(start.fields["mass"] * start.fields["internal_energy"]).sum()
+    energy, at_start = now.fields["mass"] * now.fields["internal_energy"], _at_start(start)
     below = float(-energy[energy < 0.0].sum())
     if at_start > 0.0 and below > BELOW_ZERO * at_start:
         yield (

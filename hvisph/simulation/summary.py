@@ -66,7 +66,8 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
     pressures, apart = beside(case, highest_pressure)
     told = shares(now, start, [material_of(body.material, body.internal_energy) for body in case.bodies.values()])
     models = [body.material for body in case.bodies.values()]
-    whole = [one.strength.type != "none" and one.damage.type == "none" for one in models]
+    restores = case.formulation.type == "projection"  # its pressures restore the density: no states of a material
+    whole = [not restores and one.strength.type != "none" and one.damage.type == "none" for one in models]
     return {
         "answer": measured.answer,
         "title": case.title,
@@ -85,7 +86,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
             for name in ("measures", "layers", "projectile", "cloud", "whole", "profile")
             if name in plain
         },
-        "remarks": [*_remarks(case, whole, start, now, snapshots), *apart],
+        "remarks": [*_remarks(case, whole, start, now, snapshots), *(() if restores else apart)],
         "correlations": _correlations(case),
         "energies": {
             name: None if value is None else value * measured.whole.factor for name, value in (energies or {}).items()
@@ -110,7 +111,8 @@ def _remarks(case: Case, whole: Sequence[bool], start: Snapshot, now: Snapshot, 
             if moment.time < now.time:
                 yield moment
 
-    holds = [_holds(body, case.units == "none") for body in case.bodies.values()]
+    states = case.formulation.type != "projection"
+    holds = [_holds(body, case.units == "none") for body in case.bodies.values() if states]
     return [*remarks(now, start, list(case.bodies), whole, case.resolution, holds, moments()), *unread]
 
 
