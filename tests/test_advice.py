@@ -239,6 +239,9 @@ def test_detonation_products_are_followed_like_gases():
         assert (followed.smoothing_length.min_over_initial, followed.smoothing_length.max_over_initial) == (1.0, most)
         assert followed.angular_momentum == "free"  # what tears off the plate would be thrown
     assert row_of([GAS, GAS]).formulation.angular_momentum == "kept"
+    for material in ("tnt", "{base: tnt}"):  # by its name alone as well
+        named = load_case("quickstart", ["formulation=null", f"bodies.projectile.material={material}"]).formulation
+        assert (named.smoothing_length.type, named.angular_momentum) == ("variable", "free")
     (text,) = advice(row_of([tnt, METAL], formulation={"type": "eulerian"}))
     assert "smoothing_length" in text
     assert any("no reference kernel" in text

@@ -20,6 +20,7 @@ from hvisph.case.regions import BoxRegion, Clamp, InitialLoad, SymmetryPlane
 from hvisph.case.time import Time, default_courant
 from hvisph.case.units import PositiveLength
 from hvisph.case.watch import Watch, Witness
+from hvisph.core.errors import CaseError
 from hvisph.core.kinematics import KINEMATICS, Kinematics
 from hvisph.core.measures import measures_of
 from hvisph.core.shapes import SHAPES, arrangements_of
@@ -128,7 +129,7 @@ class Case(StrictModel):
             filled["bodies"] = {name: _fill_body(body, kinematics) for name, body in filled["bodies"].items()}
         if filled.get("measures") is None:
             filled["measures"] = measures_of(dim)
-        formulation = gas_formulation(filled)
+        formulation = gas_formulation(filled | {"bodies": _with_materials(filled.get("bodies"), info.context)})
         if formulation is not None:
             filled["formulation"] = formulation
         step = default_step(filled)
@@ -160,6 +161,21 @@ def _fill_body(body: Any, kinematics: Kinematics) -> Any:
     kind = shape.get("type") if isinstance(shape, dict) else getattr(shape, "type", None)
     defaults = _body_defaults(kind, kinematics)
     return body | {key: value for key, value in defaults.items() if body.get(key) is None}
+
+
+def _with_materials(bodies: Any, context: Any) -> Any:
+    """Return raw bodies with the materials that they name; a name that is not known stays, and is refused later."""
+    fetch = context.get("library") if isinstance(context, dict) else None
+    if fetch is None or not isinstance(bodies, dict):
+        return bodies
+    told: dict[str, Any] = {}
+    for name, body in bodies.items():
+        named = body.get("material") if isinstance(body, dict) else None
+        try:
+            told[name] = body | {"material": fetch(named)} if isinstance(named, str) else body
+        except CaseError:
+            told[name] = body
+    return told
 
 
 def _body_defaults(shape: Any, kinematics: Kinematics) -> dict[str, Any]:
