@@ -31,6 +31,8 @@ from .stepper import Stepper
 
 # What is pressed hard gives its lead up within this times h over c, see `sph.laws.riemann`.
 PASSING = 10.0
+# Share of its density at rest below which the section of a ring at rest counts as so much of that which it fills.
+THIN = 0.5
 
 
 @dataclass(frozen=True)
@@ -216,7 +218,7 @@ def _show_limits(rows, s, coefficients, signal, rho, c, limits):
     if FOLLOWING:
         rows[s, GROWS] = limits.free
     if REVOLVED and LEADS:
-        rows[s, REST] = rows[s, V] * rho / (limits.at_rest * rows[s, H] * rows[s, H])
+        rows[s, REST] = rows[s, V] * max(rho / limits.at_rest, THIN) / (rows[s, H] * rows[s, H])
     if limits.failed:
         rows[s, ZN] = rho * c
         rows[s, ZT] = SLIPPERY * rho * c

@@ -34,8 +34,9 @@ but loses all, 1 for 1/2, where h follows density (FOLLOWING). There the number 
 whose change divides by Omega_a = 1 + V_a h_a/d sum dW/dh; between bodies it counts 2 (u* - u_a) for u_b - u_a: a wall
 that counted what a gas of another h closes at would be strained by it. Rings that a hole opens in move apart by unlike
 shares, and their sections are no longer alike: where h is fixed each neighbour counts as many times as its section has
-the own one's area at rest, m/(2 pi r rho_0), each over its h^2. Fronts conduct heat within a body, at a Prandtl
-number of one,
+the own one's area at rest, m/(2 pi r rho_0), each over its h^2; half of what it fills is the least, or thin
+debris would count what closes on it as many times over as it has thinned. Fronts conduct heat within a body, at a
+Prandtl number of one,
 
     m_a de_a += 2 V_a V_b |dW/dr| (rho_a + rho_b)/4 1.2 max(u_an - u_bn, 0) (e_b - e_a)
 
