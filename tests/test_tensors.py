@@ -8,7 +8,7 @@ from hvisph.core import tensors as t
 from hvisph.core.binding import bind
 from hvisph.core.fields import SYMMETRIC_LENGTH
 from hvisph.core.jit import specialise
-from hvisph.core.vectors import LANES, neighbours, put_totals, total
+from hvisph.core.vectors import LANES, neighbours, put_row_lanes, row_lanes
 from hvisph.sph.rows import RowLayout
 from hvisph.sph.shape_matrix import sound_inverse
 
@@ -174,23 +174,19 @@ def test_compiled_floats_and_lanes_follow_the_text(dim):
     np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-9 * np.abs(wanted).max())
 
 
-def _both_sums(rows, near, single, together):
-    vectors, k = neighbours(rows, near, np.uint64(0), WIDTH), np.uint64(0)  # noqa: F821
-    put_totals(together, np.uint64(1), vectors)
-    for one in vectors:
-        single[k] = total(one)
-        k += np.uint64(1)
+def _shifted(rows, found):
+    for i in range(np.uint64(rows.shape[0])):
+        one = row_lanes(rows, np.uint64(i), COUNT)  # noqa: F821
+        put_row_lanes(found, np.uint64(i), t.plus(one, one) + one)
 
 
-@pytest.mark.parametrize("width", [1, LANES, LANES + 3])
-def test_vectors_summed_together_have_the_bits_of_those_summed_singly(width):
-    rows = np.random.default_rng(width).normal(size=(LANES, width + width % 2))
-    single, together = np.zeros(width), np.full((3, -(-width // LANES) * LANES), 7.0)
-    specialise(_both_sums, parallel=False, WIDTH=width)(rows, np.arange(LANES, dtype=np.uint32), single, together)
-    np.testing.assert_array_equal(together[1, :width], single)
-    np.testing.assert_array_equal(together[1, width:], 0.0)
-    np.testing.assert_array_equal(together[[0, 2]], 7.0)
-    np.testing.assert_allclose(single, rows[:, :width].sum(axis=0), rtol=1e-12)
+@pytest.mark.parametrize("count", [1, 2])
+def test_rows_are_read_and_written_as_vectors_side_by_side(count):
+    rows = np.random.default_rng(count).normal(size=(5, count * LANES + 3))
+    found = np.full((5, 2 * count * LANES), 7.0)
+    specialise(_shifted, parallel=False, COUNT=count)(rows, found)
+    one = rows[:, : count * LANES]
+    np.testing.assert_array_equal(found, np.hstack([one + one, one]))
 
 
 @DIMS

@@ -241,14 +241,13 @@ def test_removal_empties_lists_and_keeps_gradients_exact():
     lists.remove(gone)
     assert not (lists.near == 27).any()
     assert (lists.near[lists.starts[27] : lists.starts[28]] == 64).all()
-    slopes, shapes = lists.kernels[lists.codes].T
+    slopes, shapes = lists.kernels[lists.codes, :2], lists.kernels[lists.codes, 2]
     field = x @ np.array([2.0, -3.0])
     for i in (26, 28, 35):
         row = slice(int(lists.starts[i]), int(lists.starts[i + 1]))
         near = lists.near[row]
         keep = near < 64
-        d = x[i] - x[near[keep]]
-        g = slopes[row][keep][:, None] * d @ lists.matrix[i].T + shapes[row][keep][:, None] * lists.vector[i]
+        g = slopes[row][keep] @ lists.matrix[i].T + shapes[row][keep][:, None] * lists.vector[i]
         assert ((field[near[keep]] - field[i])[:, None] * g).sum(axis=0) == pytest.approx([2.0, -3.0], rel=1e-12)
 
 
@@ -261,18 +260,22 @@ def test_kernels_of_a_lattice_are_tabled_and_those_of_others_kept_one_by_one(reg
         volume = np.random.default_rng(3).uniform(0.1, 0.12, 64)
     lists = Reference(x, volume, np.zeros(64, int), np.arange(64), 64, CUBIC_SPLINE, 1.3 / 3.0, True, True)
     true = lists.near < 64
-    # of two volumes the distances 1, 1.4, 2, 2.2 within 2.6 spacings; or every entry
-    assert len(lists.kernels) == 1 + (2 * 4 if regular else len(lists.near))
+    # of two volumes the 20 places within 2.6 spacings; or every entry
+    assert len(lists.kernels) == 1 + (2 * 20 if regular else len(lists.near))
     assert (lists.kernels[0] == 0.0).all()
     assert (lists.codes[~true] == 0).all()
     own = np.repeat(np.arange(64), np.diff(lists.starts).astype(int))[true]
     near = lists.near[true]
-    r = np.linalg.norm(x[own] - x[near], axis=1)
+    d = x[own] - x[near]
+    r = np.linalg.norm(d, axis=1)
     slope = [CUBIC_SPLINE.derivative(one, 1.3 / 3.0, 2) / one for one in r]
     shape = [CUBIC_SPLINE.value(one, 1.3 / 3.0, 2) for one in r]
-    # distances over h are rounded to 1e-12; kernels that vanish at their rim have no relative error there
-    np.testing.assert_allclose(lists.kernels[lists.codes[true], 0], volume[near] * slope, rtol=1e-10, atol=1e-10)
-    np.testing.assert_allclose(lists.kernels[lists.codes[true], 1], volume[near] * shape, rtol=1e-10, atol=1e-10)
+    # places over h are rounded to 1e-12; kernels that vanish at their rim have no relative error there
+    slopes = lists.kernels[lists.codes[true], :2]
+    of_pair = {(a, b): one for a, b, one in zip(own, near, slopes, strict=True) if volume[a] == volume[b]}
+    assert all((of_pair[a, b] == -of_pair[b, a]).all() for a, b in of_pair)
+    np.testing.assert_allclose(slopes, (volume[near] * slope)[:, None] * d, rtol=1e-10, atol=1e-10)
+    np.testing.assert_allclose(lists.kernels[lists.codes[true], 2], volume[near] * shape, rtol=1e-10, atol=1e-10)
 
 
 @pytest.mark.parametrize("courant", [0.3, 0.5])

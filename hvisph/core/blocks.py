@@ -1,4 +1,4 @@
-"""LANES consecutive numbers of an array as one vector: what pair data is stored and read with."""
+"""LANES consecutive numbers of an array as one vector, or several of a row: what is stored and read side by side."""
 
 from __future__ import annotations
 
@@ -8,6 +8,10 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 from .lanes import VECTOR, lanes
+from .simd import _address
+from .vectors import LANES
+
+_i64 = ir.IntType(64)
 
 
 @intrinsic
@@ -35,3 +39,33 @@ def put_lanes(typing_context, array, start, value):
         return context.get_dummy_value()
 
     return types.void(array, types.uint64, lanes), generate
+
+
+@intrinsic
+def row_lanes(typing_context, rows, i, count):
+    """Return the first numbers of row `i` as `count` vectors, a literal; `i` is uint64."""
+    if not isinstance(count, types.Literal):
+        return None
+    made = types.UniTuple(lanes, count.literal_value)
+
+    def generate(context, builder, signature, arguments):
+        rows, i, _ = arguments
+        firsts = [ir.Constant(_i64, k * LANES) for k in range(len(made))]
+        places = [_address(context, builder, signature.args[0], rows, [i, first], VECTOR) for first in firsts]
+        return context.make_tuple(builder, made, [builder.load(place, align=8) for place in places])
+
+    return made(rows, i, count), generate
+
+
+@intrinsic
+def put_row_lanes(typing_context, rows, i, values):
+    """Write a tuple of vectors side by side into row `i`, uint64, of a contiguous array."""
+
+    def generate(context, builder, signature, arguments):
+        rows, i, values = arguments
+        for k, value in enumerate(cgutils.unpack_tuple(builder, values, len(signature.args[2]))):
+            place = [i, ir.Constant(_i64, k * LANES)]
+            builder.store(value, _address(context, builder, signature.args[0], rows, place, VECTOR), align=8)
+        return context.get_dummy_value()
+
+    return types.void(rows, types.uint64, values), generate

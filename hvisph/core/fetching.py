@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from .jit import compiled
-from .vectors import fetch
+from .vectors import LANES, fetch
 
 LINE = 8  # floats in a cache line
 
@@ -22,7 +22,8 @@ def fetch_row(rows, i, first, end):
 
 
 @compiled
-def fetch_rows(rows, near, begin, end, width):
-    """Ask for the first `width` slots of the rows that stand in `near` from `begin` up to `end`."""
-    for k in range(np.uint64(begin), np.uint64(end)):
-        fetch_row(rows, np.uint64(near[k]), np.uint64(0), width)
+def fetch_rows(rows, near, k, width):
+    """Ask for the first `width` slots of the LANES rows that stand in `near` from `k` on, or of the last ones there."""
+    first = min(np.uint64(k), np.uint64(near.shape[0] - LANES))
+    for lane in range(np.uint64(LANES)):
+        fetch_row(rows, np.uint64(near[first + lane]), np.uint64(0), width)

@@ -13,7 +13,7 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from .lanes import VECTOR, lanes, splat, strict
+from .lanes import lanes, splat, strict
 from .vectors import EIGHT, LANES
 
 _i8, _i32, _i64, _f64 = ir.IntType(8), ir.IntType(32), ir.IntType(64), ir.DoubleType()
@@ -112,47 +112,6 @@ def neighbours(typing_context, rows, near, k, width):
         return context.make_tuple(builder, signature.return_type, columns[:slots])
 
     return signature, generate
-
-
-@intrinsic
-def put_totals(typing_context, array, k, terms):
-    """Write the sums of the lanes of vectors, LANES of them at once, side by side into a row.
-
-    Lanes are added by halves, as `core.lanes.total` adds those of a single vector, with a third of its instructions.
-
-    Parameters
-    ----------
-    array, k
-        Contiguous array (rows, width) of floats, and the row; a width of whole vectors.
-    terms
-        Tuple of lanes.
-    """
-
-    def generate(context, builder, signature, arguments):
-        array, row, terms = arguments
-        vectors = cgutils.unpack_tuple(builder, terms, len(signature.args[2]))
-        for first in range(0, len(vectors), LANES):
-            some = vectors[first : first + LANES]
-            some += [ir.Constant(VECTOR, [0.0] * LANES)] * (LANES - len(some))
-            place = [row, ir.Constant(_i64, first)]
-            address = _address(context, builder, signature.args[0], array, place, VECTOR)
-            builder.store(_summed(builder, some), address, align=8)
-        return context.get_dummy_value()
-
-    return types.void(array, types.uint64, terms), generate
-
-
-def _summed(builder: Any, vectors: list[Any]) -> Any:
-    """Return the vector of which each lane is the sum of all lanes of one of LANES `vectors`."""
-    half = LANES // 2
-    while half:
-        pairs = zip(vectors[: len(vectors) // 2], vectors[len(vectors) // 2 :], strict=True)
-        blocks = range(0, LANES, 2 * half)
-        lower = [lane for block in blocks for side in (0, LANES) for lane in range(side + block, side + block + half)]
-        orders = [ir.Constant(ir.VectorType(_i32, LANES), [lane + above for lane in lower]) for above in (0, half)]
-        vectors = [builder.fadd(*(builder.shuffle_vector(a, b, order) for order in orders)) for a, b in pairs]
-        half //= 2
-    return vectors[0]
 
 
 @intrinsic

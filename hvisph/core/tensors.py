@@ -83,6 +83,12 @@ def put(rows, i, slot, value):
 
 
 @operation
+def own_columns(rows, i, slot, stride, dim):
+    """Return the gradient whose columns stand in row `i` from `slot` on, each `stride` behind the one before."""
+    return tuple(rows[i, slot + stride * k + j] for j in range(dim) for k in range(dim))
+
+
+@operation
 def spread(a):
     """Return lanes that all hold the components of `a`; of floats in Python, themselves."""
     return tuple(p.spread() if hasattr(p, "spread") else p for p in a)

@@ -189,7 +189,7 @@ class CompositeStepper(CompositeState):
         if self._any_active:
             self._mirror()
             self._loops.deform(
-                len(self._active), self.rows_, self._active, self._eulerian,
+                len(self._active), self.rows_, self._moved(), self._active, self._eulerian,
                 (self.particles.data, self.particles.tags, ref.volume, self.loads, self.swellings, self.before),
                 ref.lists, ref.corrections, (self.table, self.models, self._moduli),
                 (self._stage, 1.2 * formulation.alpha, formulation.courant),

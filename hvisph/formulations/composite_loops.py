@@ -25,15 +25,21 @@ class Loops:
 
     Parameters
     ----------
-    deform, map_particles
-        F, stress and density; F alone.
+    move, deform, map_particles
+        Displacements and velocities; F, stress and density; F alone.
     sums
         Pair forces, of particles without and with an Eulerian neighbour.
     """
 
+    move: Any
     deform: Any
     map_particles: Any
     sums: tuple[Any, Any]
+
+
+def motion_width(dim: int) -> int:
+    """Return how many numbers a row of motions has: displacement and velocity, in whole vectors."""
+    return -(-2 * dim // LANES) * LANES
 
 
 def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np.ndarray, np.ndarray],
@@ -50,11 +56,12 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
         Where what stands in a packed row, and how many slots of it pairs read.
     """
     dim, kernel = particles.dim, formulation.kernel
+    moving = motion_width(dim)
     options = {
         "DIM": dim, "MIXED": int(formulation.correction.shepard), "PRINTED": int(formulation.printed_viscosity),
-        "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": read, "PLACES": 3 * dim,
-        "ROW": formulation.row(dim)[0].used, "RATE": dim**2, "SHAPED": 2 * dim**2, "RATE_SHAPED": dim * (2 * dim + 1),
-        "SUMS": -(-2 * dim * (dim + 1) // LANES) * LANES,  # whole vectors
+        "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": read, "WEIGHTS": dim + 1,
+        "ROW": formulation.row(dim)[0].used, "MOTIONS": moving // LANES, "STRIDE": moving, "SHAPED": dim * moving,
+        "RATE_SHAPED": dim * moving + dim, "SUMS": (dim + 1) * moving,
         "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
         "RENEWS": int(formulation.renew_strain is not None), "REVOLVED": int(formulation.revolved),
         "remembered_state": fitted(state.remembered_state, *materials), "longitudinal_speed": state.longitudinal_speed,
@@ -72,6 +79,7 @@ def loops(formulation: Any, offered: dict[str, Any]) -> Loops:
     """Return the loops over reference neighbours, compiled with what is `offered`."""
     collect, mapped = deformation.collect, deformation.mapped
     return Loops(
+        each(bind(deformation.move, {}, offered)),
         shared(bind(deformation.deform, {}, offered,
                     parts=(collect, mapped, deformation.show, deformation.deformed)), deformation.CHUNK),
         each(bind(deformation.map_particles, {}, offered, parts=(collect, mapped))),

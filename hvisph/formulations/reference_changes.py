@@ -22,7 +22,7 @@ from hvisph.sph.rows import RowLayout, aligned_zeros
 from hvisph.sph.symmetry import Plane
 from hvisph.sph.traversal import FAR
 
-from .composite_loops import Loops
+from .composite_loops import Loops, motion_width
 
 # A particle whose volume cut lists would have changed by more than this factor has no list that spans a volume.
 LARGEST_JUMP = 5.0
@@ -38,6 +38,7 @@ class ReferenceChanges:
     reference: Reference
     copies: FixedCopies
     rows_: np.ndarray
+    _motions: np.ndarray
     layout: RowLayout
     slots: dict[str, int]
     sequence: np.ndarray
@@ -92,7 +93,7 @@ class ReferenceChanges:
             rows[:-1, slots["RING0"]] = np.copysign(self._ring_radius(extended), extended[:, 1])
         if "EM" in slots:
             rows[:-1, slots["EM"]] = self.copies.extended(self._moduli[particles.material, 0])
-        self.rows_ = rows
+        self.rows_, self._motions = rows, aligned_zeros(len(rows), motion_width(dim))
         bodies = particles.body.astype(np.int64)
         bodies[self.alone] = self._bodies_in_all + np.flatnonzero(self.alone)
         volume, bodies = self.copies.extended(self.volume), self.copies.extended(bodies)
@@ -119,12 +120,17 @@ class ReferenceChanges:
         """Return the radius [m] of rings at `position` (n, dim) [m], as the pass over single particles has it."""
         return np.maximum(np.abs(position[:, 1]), ON_AXIS * self.h)
 
+    def _moved(self) -> np.ndarray:
+        """Return displacements and velocities of the rows as they are."""
+        self._loops.move(len(self.rows_), self.rows_, self._motions)
+        return self._motions
+
     def _maps(self, chosen: np.ndarray) -> np.ndarray:
         """Return F of the particles `chosen` at the places of the rows, by the lists as they are, (k, dim, dim)."""
         dim = self.particles.dim
         maps = np.zeros((len(chosen), dim * dim))
         self._loops.map_particles(
-            len(chosen), chosen.astype(np.uint64), self.rows_, self.reference.lists, self.reference.corrections, maps
+            len(chosen), chosen.astype(np.uint64), self._moved(), self.reference.lists, self.reference.corrections, maps
         )
         return maps.reshape(-1, dim, dim)
 

@@ -3,12 +3,13 @@
 Row i of the lists holds the neighbours b of particle i within the kernel's support at the start, same body
 alone, padded to whole vectors with the far row. For each stands
 
-    slope = V0_b (dW/dR) / R        shape = V0_b W
+    slope = V0_b (dW/dR) (X_a - X_b) / R        shape = V0_b W
 
 by a code, the row of a table that holds each pair of them once: in a lattice there are few, and a list of numbers and
-codes is read from memory twice a step. Distances count in parts of 1e-12 h, so that round-off makes no new ones.
+codes is read from memory twice a step. X_a - X_b counts in parts of 1e-12 h, so that round-off makes no new ones, and
+the slope of b to a is that of a to b reversed to the last bit.
 
-so that a gradient is V0_b g_ab = A_a slope (X_a - X_b) + B_a shape, with A and B of particle a:
+A gradient is V0_b g_ab = A_a slope + B_a shape, with A and B of particle a:
 
     none      A = I,    B = 0
     gradient  A = K,    B = 0,                  K = [sum_b V0_b grad W (x) (X_b - X_a)]^-1
@@ -21,6 +22,7 @@ F0_a = 1 - sum_b (X_b - X_a) (x) V0_b g_ab is what the gradients leave of a map 
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -50,11 +52,11 @@ CORRECTIONS = ("none", "gradient", "mixed")
 CHUNK = 256
 # Pairs at the very rim of the support are left out: there round-off would decide, with a kernel of zero.
 RIM = 1.0 - 1e-9
-# Distances over h count in such parts: in a lattice of a thousand spacings round-off moves them by less.
+# What two places are apart by over h counts in such parts: in a lattice of a thousand spacings round-off is less.
 FINEST = 2.0**-40
-# Kernels are tabled where there are no more volumes and codes than these, which the nearest cache holds; otherwise
-# every entry has a row of its own. They are looked for in portions of the lists.
-MOST_VOLUMES, MOST_CODES, PORTION = 64, 2048, 65536
+# Kernels are tabled where there are no more codes than the nearest cache holds, and no more volumes and steps along an
+# axis than these; otherwise every entry has a row of its own. They are found for so many particles at once.
+MOST_CODES, MOST_VOLUMES, MOST_STEPS, PORTION = 1024, 64, 4096, 1024
 
 
 def _count(near, n, rows, i, constants, out):
@@ -85,22 +87,23 @@ def _enter(near, n, rows, i, constants, out):
             listed[k] = members[listed[k]]
 
 
-def _measure(i, position, lists, ih, distances):
-    """Find the distance of every entry, over h and in parts of `FINEST`; 0 for entries of the far row."""
+def _measure(k, first, position, lists, ih, apart):
+    """Find what the entries of particle `first` + k are apart by, over h and in parts of `FINEST`; 0 of the far row."""
     starts, near = lists
-    far = np.uint32(position.shape[0])
-    for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
-        if near[k] != far:
-            d = minus(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(near[k]), 0, DIM))
-            distances[k] = np.int64(np.sqrt(dot(d, d)) * ih / FINEST + 0.5)
+    i, far = np.uint64(first + k), np.uint32(position.shape[0])
+    for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
+        if near[entry] != far:
+            d = minus(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(near[entry]), 0, DIM))
+            put(apart, np.uint64(entry - starts[np.uint64(first)]), 0, times(ih / FINEST, d))
 
 
-def _fill(k, distances, volume, ih, kernels):
-    """Compute slope and shape at `distances`, over h, of neighbours of these volumes; at no distance they are zero."""
-    r = distances[k]
+def _fill(k, apart, volume, ih, kernels):
+    """Compute slope and shape of neighbours of these volumes, so far `apart` over h; at no distance they are zero."""
+    d = own_vector(apart, k, 0, DIM)
+    r = np.sqrt(dot(d, d))
     if r > 0.0:
-        kernels[k, 0] = volume[k] * scale(ih) * slope(r) * ih / r
-        kernels[k, 1] = volume[k] * scale(ih) * shape(r) / ih
+        put(kernels, k, 0, times(volume[k] * scale(ih) * slope(r) / r, d))
+        kernels[k, DIM] = volume[k] * scale(ih) * shape(r) / ih
 
 
 def _correct(c, chosen, position, volume, lists, ih, corrections, sums, holding):
@@ -116,9 +119,9 @@ def _correct(c, chosen, position, volume, lists, ih, corrections, sums, holding)
     for k in range(begin, end):
         if near[k] != far:
             d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-            of_shape += kernels[codes[k], 1]
-            held += kernels[codes[k], 1] / dot(d, d)
-            of_gradient = plus(of_gradient, times(kernels[codes[k], 0], d))
+            of_shape += kernels[codes[k], DIM]
+            held += kernels[codes[k], DIM] / dot(d, d)
+            of_gradient = plus(of_gradient, own_vector(kernels, codes[k], 0, DIM))
     zeroth_sums[i], holding[i] = of_shape, held
     put(first_sums, i, 0, of_gradient)
     inverse_s, shift = 1.0, no_vector(DIM)
@@ -129,7 +132,7 @@ def _correct(c, chosen, position, volume, lists, ih, corrections, sums, holding)
     for k in range(begin, end):
         if near[k] != far:
             d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-            g = plus(times(kernels[codes[k], 0] * inverse_s, d), times(kernels[codes[k], 1], shift))
+            g = plus(times(inverse_s, own_vector(kernels, codes[k], 0, DIM)), times(kernels[codes[k], DIM], shift))
             moment = minus(moment, outer(g, d))
     a, sound = sound_inverse(moment)
     if CORRECTED and sound:
@@ -140,7 +143,8 @@ def _correct(c, chosen, position, volume, lists, ih, corrections, sums, holding)
     for k in range(begin, end):
         if near[k] != far:
             d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-            f0 = plus(f0, outer(d, plus(times(kernels[codes[k], 1], b), times(kernels[codes[k], 0], on_rows(a, d)))))
+            g = on_rows(a, own_vector(kernels, codes[k], 0, DIM))
+            f0 = plus(f0, outer(d, plus(times(kernels[codes[k], DIM], b), g)))
     put(all_a, i, 0, a)
     put(all_b, i, 0, b)
     put(all_f0, i, 0, f0)
@@ -177,11 +181,11 @@ class Reference:
     starts, near, codes
         The lists: entries of row i stand from starts[i] to starts[i + 1]; the far row has number n and code 0.
     kernels
-        Slope and shape of each code (codes, 2).
+        Slope and, behind it, shape of each code (codes, dim + 1 or more).
     matrix, vector, start_gradient
         A (count, dim, dim), B (count, dim) and F0 (count, dim, dim).
     first_sums, zeroth_sums
-        Sums over each list of slope (X_a - X_b), (count, dim), and of shape, (count,).
+        Sums over each list of slopes (count, dim) and of shapes (count,).
     holding
         Sums over each list of shape/|X_a - X_b|^2 (count,) [1/m^2], which hourglass control is stiff by.
     """
@@ -201,14 +205,46 @@ class Reference:
             "DIM": dim, "shape": kernel.shape, "slope": kernel.slope, "MIXED": int(shepard),
             "CORRECTED": int(gradient), "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }  # fmt: skip
-        distances = np.zeros(len(self.near), np.int64)
-        each(bind(_measure, {}, offered))(count, self.position, (self.starts, self.near), 1.0 / h, distances)
-        self.codes, distances, volumes = _kinds(distances, np.append(self.volume, 0.0), self.near)
-        self.kernels = np.zeros((len(distances), 2))
-        each(bind(_fill, {}, offered))(len(distances), distances * FINEST, volumes, 1.0 / h, self.kernels)
+        self._tabulate(each(bind(_measure, {}, offered)), each(bind(_fill, {}, offered)))
         self.lists = self.starts, self.near, self.codes, self.kernels  # what compiled loops take, in rows
         self._correct = each(bind(_correct, {}, offered))
         self._update_corrections(np.arange(count))
+
+    def _tabulate(self, measure: Any, fill: Any) -> None:
+        """Find the code of each entry; code 0 is that of no neighbour."""
+        dim, entries, volume = self.dim, len(self.near), np.append(self.volume, 0.0)  # the far row has none
+        several, which = np.unique(volume, return_inverse=True)
+        steps, kinds = _Numbered(), _Numbered()
+        self.codes = np.zeros(entries, np.uint32)
+        tabled = len(several) <= MOST_VOLUMES
+
+        def portions() -> Iterator[tuple[slice, np.ndarray]]:
+            for first in range(0, self.count, PORTION):
+                count = min(PORTION, self.count - first)
+                part = slice(int(self.starts[first]), int(self.starts[first + count]))
+                apart = np.zeros((part.stop - part.start, dim))
+                measure(count, first, self.position, (self.starts, self.near), 1.0 / self.h, apart)
+                yield part, np.rint(apart)
+
+        for part, apart in portions() if tabled else ():
+            keys = which[self.near[part]]
+            for axis in range(dim):
+                keys = keys * MOST_STEPS + steps.numbers(apart[:, axis].astype(np.int64))
+            self.codes[part] = kinds.numbers(keys)
+            tabled = len(steps.met) <= MOST_STEPS and len(kinds.met) <= MOST_CODES
+            if not tabled:
+                break
+        self.kernels = np.zeros((len(kinds.met) if tabled else 1 + entries, dim // 2 * 2 + 2))
+        if tabled:
+            keys, apart = kinds.met, np.empty((len(kinds.met), dim))
+            for axis in reversed(range(dim)):
+                keys, number = np.divmod(keys, MOST_STEPS)
+                apart[:, axis] = steps.met[number]
+            fill(len(keys), apart * FINEST, several[keys], 1.0 / self.h, self.kernels)
+            return
+        self.codes[:] = np.where(self.near == len(self.position), 0, np.arange(1, entries + 1))
+        for part, apart in portions():
+            fill(len(apart), apart * FINEST, volume[self.near[part]], 1.0 / self.h, self.kernels[1:][part])
 
     def _update_corrections(self, chosen: np.ndarray) -> None:
         self._correct(len(chosen), chosen.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,
@@ -232,32 +268,22 @@ class Reference:
         self._update_corrections(affected)
 
 
-def _kinds(distances: np.ndarray, volume: np.ndarray,
-           near: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:  # fmt: skip
-    """Return the code of each entry (uint32), and by codes distances and volumes; code 0 is that of no neighbour.
+class _Numbered:
+    """Whole numbers, numbered in the order in which they are met; 0 is the first."""
 
-    Parameters
-    ----------
-    distances, near
-        Distance of every entry, a whole number, 0 of the far row; and its neighbour.
-    volume
-        Reference volumes, that of the far row last.
-    """
-    several, which = np.unique(volume, return_inverse=True)
-    if len(several) <= MOST_VOLUMES:
-        keys = distances * len(several) + which[near]
-        keys[distances == 0] = 0
-        different = np.zeros(1, np.int64)
-        for first in range(0, len(keys), PORTION):
-            different = np.union1d(different, keys[first : first + PORTION])
-            if len(different) > MOST_CODES:
-                break
-        else:
-            codes = np.searchsorted(different, keys).astype(np.uint32)
-            return codes, different // len(several), several[different % len(several)]
-    codes = np.arange(1, len(near) + 1, dtype=np.uint32)
-    codes[distances == 0] = 0
-    return codes, np.append(0, distances), np.append(0.0, volume[near])
+    def __init__(self) -> None:
+        self.met = np.zeros(1, np.int64)
+        self._sorted, self._numbers = self.met, np.zeros(1, np.int64)
+
+    def numbers(self, values: np.ndarray) -> np.ndarray:
+        """Return the numbers of `values` (n,) int64."""
+        last = len(self.met) - 1
+        new = np.unique(values[self._sorted[np.minimum(np.searchsorted(self._sorted, values), last)] != values])
+        if len(new):
+            self.met = np.append(self.met, new)
+            self._numbers = np.argsort(self.met)
+            self._sorted = self.met[self._numbers]
+        return np.asarray(self._numbers[np.searchsorted(self._sorted, values)])
 
 
 def _lists(position: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int, reach: float

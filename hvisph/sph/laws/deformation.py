@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.fetching import fetch_row, fetch_rows
+from hvisph.core.fetching import fetch_row
 from hvisph.core.grouping import NONE, listed
 from hvisph.core.growth import grown
 from hvisph.core.jit import compiled
@@ -39,10 +39,10 @@ from hvisph.core.tensors import (
     identity,
     matrix,
     minus,
-    no_gradient,
     no_vector,
     on_rows,
     outer,
+    own_columns,
     own_gradient,
     own_symmetric,
     own_vector,
@@ -50,17 +50,13 @@ from hvisph.core.tensors import (
     plus_identity,
     product,
     put,
-    spread,
     times,
     transposed,
-    vector,
 )
-from hvisph.core.vectors import LANES, fetch, many, neighbours, put_totals
+from hvisph.core.vectors import LANES, fetch, many, put_row_lanes, row_lanes
 from hvisph.sph.viscosity import shear_share
 
 CHUNK = 256
-# The rows of neighbours are asked for so many particles before they are needed.
-AHEAD = 2
 
 
 @compiled
@@ -81,30 +77,37 @@ def secant_modulus(modulus, inverse_yield, plastic_strain, damage):
     return modulus / (1.0 + modulus * inverse_yield * plastic_strain) * (1.0 - min(damage, 1.0))
 
 
-def collect(rows, i, lists, sums, k):
-    """Write what the list of particle `i` sums to into row `k` of `sums`, for `mapped`: a template."""
+def move(i, rows, motions):
+    """Write how far row `i` is from its place in the reference, and its velocity, into `motions`: a template.
+
+    What the passes over neighbours read of each stands side by side, at rest zero: there is nothing for round-off.
+    """
+    put(motions, i, 0, minus(own_vector(rows, i, 0, DIM), own_vector(rows, i, X0, DIM)))
+    put(motions, i, DIM, own_vector(rows, i, U, DIM))
+
+
+def collect(motions, i, lists, sums, k):
+    """Write what the list of particle `i` sums to into row `k` of `sums`, for `mapped`: a template.
+
+    Displacement and velocity of a neighbour are lanes of a vector, which a component of its slope multiplies.
+    """
     starts, near, codes, kernels = lists
-    x, u, x0 = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_vector(rows, i, X0, DIM)
-    m = n = spread(no_gradient(DIM))
-    of_shape = rate_of_shape = spread(no_vector(DIM))
-    for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)]), np.uint64(LANES)):
-        other = neighbours(rows, near, entry, PLACES)
-        kernel, from_b = neighbours(kernels, codes, entry, 2), minus(x0, vector(other, X0, DIM))
-        # what the pair has come apart by: without strain there is nothing for round-off
-        dx, du = plus(minus(vector(other, 0, DIM), x), from_b), minus(vector(other, U, DIM), u)
-        g = times(kernel[0], from_b)
-        m, n = plus(m, outer(dx, g)), plus(n, outer(du, g))
+    own = row_lanes(motions, np.uint64(i), MOTIONS)
+    of_slope, of_shape = times(0.0, outer(no_vector(DIM), own)), times(0.0, own)
+    for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
+        code = np.uint64(codes[entry])
+        apart = minus(row_lanes(motions, np.uint64(near[entry]), MOTIONS), own)
+        of_slope = plus(of_slope, outer(own_vector(kernels, code, 0, DIM), apart))
         if MIXED:
-            w = kernel[1]
-            of_shape, rate_of_shape = plus(of_shape, times(w, dx)), plus(rate_of_shape, times(w, du))
-    put_totals(sums, np.uint64(k), m + n + of_shape + rate_of_shape)
+            of_shape = plus(of_shape, times(kernels[code, DIM], apart))
+    put_row_lanes(sums, np.uint64(k), of_slope + of_shape)
 
 
 def mapped(sums, k, i, corrections):
     """Return the deformation gradient of particle `i`, and its rate, from row `k` of what `collect` wrote."""
     turned, shift = transposed(own_gradient(corrections[0], i, 0, DIM)), own_vector(corrections[1], i, 0, DIM)
-    f = product(own_gradient(sums, k, 0, DIM), turned)
-    rate = product(own_gradient(sums, k, RATE, DIM), turned)
+    f = product(own_columns(sums, k, 0, STRIDE, DIM), turned)
+    rate = product(own_columns(sums, k, DIM, STRIDE, DIM), turned)
     f = plus(f, outer(own_vector(sums, k, SHAPED, DIM), shift))
     return plus(f, identity(f)), plus(rate, outer(own_vector(sums, k, RATE_SHAPED, DIM), shift))
 
@@ -193,10 +196,11 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
         rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
 
 
-def deform(chunk, count, rows, active, eulerian, particles, lists, corrections, materials, ahead, results, rates):
+def deform(chunk, count, rows, motions, active, eulerian, particles, lists, corrections, materials, ahead, results,
+           rates):  # fmt: skip
     """Compute the deformation of those of a chunk of particles that are `active`: the template.
 
-    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, REVOLVED, PLACES, slots of the row, columns of
+    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, REVOLVED, MOTIONS, slots of the row, columns of
     the rates (R_...), S_DENSITY, S_PLASTIC_STRAIN, S_DAMAGE, the templates above, and functions of `hvisph.materials`.
 
     Parameters
@@ -206,6 +210,8 @@ def deform(chunk, count, rows, active, eulerian, particles, lists, corrections, 
     rows
         Packed rows (n + images + 1, width): positions and velocities of the stage; Q, and of Total
         Lagrangian particles density and sound speed, are written.
+    motions
+        What `move` made of them.
     active
         (n,) uint8: not 0 where F is needed, 2 where Total Lagrangian and Eulerian particles meet.
     eulerian
@@ -230,7 +236,6 @@ def deform(chunk, count, rows, active, eulerian, particles, lists, corrections, 
         (n, width of rates): receives the velocity gradient of Total Lagrangian particles, and of those that
         meet no Eulerian ones the power of their own stress; of rings what holds them round the axis, and its power.
     """
-    starts, near, _, _ = lists
     state, tags, volume, loads, swellings, before = particles
     a, b, start = corrections
     jacobians, strains, latest, pressures, signals = results
@@ -248,15 +253,13 @@ def deform(chunk, count, rows, active, eulerian, particles, lists, corrections, 
             for lane in range(np.uint64(LANES)):
                 of_lane[lane] = min(lane, n - k - np.uint64(1))
                 if k + lane < n:
-                    later, own = np.uint64(found[k + lane + np.uint64(AHEAD)]), np.uint64(found[k + lane])
-                    if DIM > 2:  # flat bodies find them in a cache
-                        fetch_rows(rows, near, starts[later], starts[later + np.uint64(1)], PLACES)
-                    fetch_row(rows, own, PLACES, ROW)
+                    own = np.uint64(found[k + lane])
+                    fetch_row(rows, own, 0, ROW)
                     fetch_row(rates, own, 0, rates.shape[1])
                     fetch_row(a, own, 0, DIM * DIM)
                     fetch_row(b, own, 0, DIM)
                     fetch(state, own, np.uint64(S_DENSITY))
-                    collect(rows, own, lists, sums, lane)
+                    collect(motions, own, lists, sums, lane)
             deformed(
                 many(rows, found, k),
                 (many(state, found, k), many(volume, found, k), many(loads, found, k), many(swellings, found, k),
@@ -268,8 +271,8 @@ def deform(chunk, count, rows, active, eulerian, particles, lists, corrections, 
         key = above
 
 
-def map_particles(k, chosen, rows, lists, corrections, maps):
+def map_particles(k, chosen, motions, lists, corrections, maps):
     """Write F of the particle chosen[k] by its list as it is now into row `k` of `maps`: a template."""
     i, sums = np.uint64(chosen[k]), np.empty((1, SUMS))
-    collect(rows, i, lists, sums, np.uint64(0))
+    collect(motions, i, lists, sums, np.uint64(0))
     put(maps, k, 0, mapped(sums, np.uint64(0), i, corrections)[0])

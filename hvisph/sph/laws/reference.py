@@ -45,8 +45,8 @@ from hvisph.sph.viscosity import SOFTENING, approach, monaghan
 
 from .rings import between_rings, ring_weight
 
-# The rows of neighbours are asked for so many particles before they are needed.
-AHEAD = 2
+# The rows of neighbours are asked for so many entries before they are needed.
+AHEAD = 96
 
 
 def row_layout(
@@ -54,18 +54,18 @@ def row_layout(
 ) -> tuple[RowLayout, int]:
     """Return the row of a particle and how many of its slots `accumulate` reads of neighbours.
 
-    X0 is the reference position, KIND 1 for Total Lagrangian and 0 for Eulerian, Q and QW the
+    X0 is the reference position, which only hourglass control reads of neighbours, KIND 1 for Total Lagrangian and 0 for Eulerian, Q and QW the
     stress with the corrections; N, NW and IJ belong to the printed viscosity, EM, a modulus, and EF = EM F to hourglass
     control, RING and RING0, the radius now and in the reference, to rings. Those after them are the particle's own.
     """
     read = those(
-        ("x", "vector"), ("u", "vector"), ("x0", "vector"), ("m", "scalar"), ("rho", "scalar"), ("c", "scalar"),
-        ("q", "gradient"), mixed and ("qw", "vector"),
+        ("x", "vector"), ("u", "vector"), hourglass and ("x0", "vector"), ("m", "scalar"), ("rho", "scalar"),
+        ("c", "scalar"), ("q", "gradient"), mixed and ("qw", "vector"),
         printed_viscosity and ("n", "gradient"), printed_viscosity and ("nw", "vector"),
         printed_viscosity and ("ij", "scalar"), hourglass and ("ef", "gradient"), hourglass and ("em", "scalar"),
         revolved and ("ring", "radius"), revolved and ("ring0", "radius"), ("kind", "scalar"),
     )  # fmt: skip
-    own = ("h", "scalar"), ("s", "symmetric"), ("e", "scalar")
+    own = those(("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), not hourglass and ("x0", "vector"))
     return RowLayout(dim, (*read, *own)), RowLayout(dim, read).used
 
 
@@ -82,10 +82,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
     alpha, beta = viscosity
     if active[i] != which:
         return
-    later = min(i + np.uint64(AHEAD), np.uint64(active.shape[0] - 1))
-    if DIM > 2 and active[later] == which:  # flat bodies find them in a cache
-        fetch_rows(rows, near, starts[later], starts[later + np.uint64(1)], WIDTH if COUPLED else WIDTH - 1)
-    x, u, x0 = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_vector(rows, i, X0, DIM)
+    x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
     kind, rho, c, h = rows[i, KIND], rows[i, RHO], rows[i, C], 1.0 / ih
     q = own_gradient(rows, i, Q, DIM)
     if MIXED:
@@ -93,6 +90,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
     if PRINTED:
         n, nw, ij = own_gradient(rows, i, N, DIM), own_vector(rows, i, NW, DIM), rows[i, IJ]
     if HOURGLASS:
+        x0 = own_vector(rows, i, X0, DIM)
         own_ef, own_modulus = own_gradient(rows, i, EF, DIM), rows[i, EM]
     # All of the reference density of its neighbours: they are of one body.
     inverse_rho0 = volume[i] / rows[i, M]
@@ -102,15 +100,16 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
     factor = scale(ih)
     a, power, mu_max = spread(no_vector(DIM)), all_lanes(0.0), all_lanes(0.0)
     for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)]), np.uint64(LANES)):
+        if DIM > 2:  # flat bodies find them in a cache
+            fetch_rows(rows, near, k + np.uint64(AHEAD), WIDTH if COUPLED else WIDTH - 1)
         b = neighbours(rows, near, k, WIDTH)
         dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
         r2, ur = dot(dx, dx), dot(du, dx)
-        from_b = minus(x0, vector(b, X0, DIM))
-        kernel = neighbours(kernels, codes, k, 2)
-        g = times(kernel[0], from_b)
+        kernel = neighbours(kernels, codes, k, WEIGHTS)
+        g = vector(kernel, 0, DIM)
         other = on_rows(gradient(b, Q, DIM), g)
         if MIXED or HOURGLASS or PRINTED:
-            w = kernel[1]
+            w = kernel[DIM]
         if MIXED:
             other = minus(other, times(w, vector(b, QW, DIM)))
         # What belongs to the pair, with half of its work for each side.
@@ -144,6 +143,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
         if HOURGLASS:
             # Errors of the distances that F_a and F_b predict, along the pair, times E_a and E_b. Each sum over
             # the sides comes first, and nothing else tells them apart: both round what is left alike.
+            from_b = minus(x0, vector(b, X0, DIM))
             predicted = on_rows(plus(own_ef, gradient(b, EF, DIM)), from_b)
             error = dot(minus(predicted, times(own_modulus + b[EM], dx)), dx)
             # the far row's infinite distance meets a zero in w
