@@ -21,7 +21,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.output import names
 from hvisph.output.sealed import reading, writing
 
-FORMAT_VERSION = 4
+FORMAT_VERSION = 5
 KEPT = 2
 _HEADER = "header"
 _ARRAYS = "arrays"

@@ -54,9 +54,10 @@ def row_layout(
 ) -> tuple[RowLayout, int]:
     """Return the row of a particle and how many of its slots `accumulate` reads of neighbours.
 
-    X0 is the reference position, which only hourglass control reads of neighbours, KIND 1 for Total Lagrangian and 0 for Eulerian, Q and QW the
-    stress with the corrections; N, NW and IJ belong to the printed viscosity, EM, a modulus, and EF = EM F to hourglass
-    control, RING and RING0, the radius now and in the reference, to rings. Those after them are the particle's own.
+    X0 is the reference position, which only hourglass control reads of neighbours, KIND 1 for Total Lagrangian and 0
+    for Eulerian, Q and QW the stress with the corrections; N, NW and IJ belong to the printed viscosity, EM, a modulus,
+    and EF = EM F to hourglass control, RING and RING0, the radius now and in the reference, to rings. Those after them
+    are the particle's own.
     """
     read = those(
         ("x", "vector"), ("u", "vector"), hourglass and ("x0", "vector"), ("m", "scalar"), ("rho", "scalar"),
