@@ -98,8 +98,7 @@ def collect(motions, i, lists, sums, k):
         code = np.uint64(codes[entry])
         apart = minus(row_lanes(motions, np.uint64(near[entry]), MOTIONS), own)
         of_slope = plus(of_slope, outer(own_vector(kernels, code, 0, DIM), apart))
-        if MIXED:
-            of_shape = plus(of_shape, times(kernels[code, DIM], apart))
+        of_shape = plus(of_shape, times(kernels[code, DIM], apart))
     put_row_lanes(sums, np.uint64(k), of_slope + of_shape)
 
 
