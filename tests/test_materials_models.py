@@ -28,6 +28,7 @@ from hvisph.materials.state import flow_stress, shear_modulus, temperature_of
 from hvisph.materials.strength import (
     CowperSymonds,
     ElasticStrength,
+    JohnsonCook,
     JohnsonHolmquist,
     LinearHardening,
     Rock,
@@ -339,6 +340,27 @@ def test_a_rated_spall_strength_is_bounded_and_tension_that_is_held_fails_later(
     assert recalled(made, rho(1.4 * least), dt=0.5 * whole)[2] == pytest.approx(0.5, rel=1e-6)
     assert recalled(made, rho(1.4 * least), damage=0.6, dt=0.5 * whole)[2:4] == (1.0, 0.0)
     assert recalled(made, rho(1.4 * least), damage=0.6, dt=0.0)[2] == 0.6
+
+
+@pytest.mark.parametrize("exponent", [0.0, 0.2])
+@pytest.mark.parametrize("law", [None, melting.Lindemann(800.0, 2.0, 1.5)])
+def test_what_has_melted_fails_under_any_tension(exponent, law):
+    """Where Johnson-Cook strength knows its melting point, or a law gives one beside a strength that does not."""
+    flow = JohnsonCook(27e9, 324e6, 114e6, 0.42, 0.002, 1.34, 800.0, 896.0, 294.0)
+    strength = flow if law is None else VonMises(27e9, 0.3e9)
+    made = Material(
+        "al", 2703.0, EOS, strength, JohnsonCookDamage(10.0), heat_capacity=896.0, room_temperature=294.0,
+        melting=law, spall_strength=1.8e9, spall_exponent=exponent,
+    )  # fmt: skip
+    rho, molten = made.at_temperature(800.0)
+    for share, failed in ((0.95, False), (1.05, True)):
+        drawn = recalled(made, 0.99 * rho, share * molten, dt=1e-12)
+        assert (drawn[2] == 1.0, drawn[3] == 0.0) == (failed, failed)
+        assert recalled(made, 1.01 * rho, share * molten, dt=1e-12)[2] == 0.0  # pressed
+    unknown = Material("al", 2703.0, EOS, VonMises(27e9, 0.3e9), spall_strength=1.8e9, spall_exponent=exponent)
+    assert recalled(unknown, 0.99 * rho, 1.05 * molten, dt=1e-12)[2] == 0.0
+    held = Material("al", 2703.0, EOS, flow, PressureCutoff(-1e9))  # a cut-off without memory goes on holding
+    assert recalled(held, 0.99 * rho, 1.05 * molten, dt=1e-12)[2] == 0.0
 
 
 def test_strain_adds_no_damage_where_only_tension_was_tested():

@@ -60,8 +60,8 @@ class _Spalling(_Failing):
 
     spall_strength: PositivePressure | None = Field(
         default=None,
-        description="Tension at which the material fails for good, whatever the damage [Pa]; none unless given: "
-        "models that add up strain or work know little of a release",
+        description="Tension at which the material fails for good, whatever the damage [Pa], any once it has melted; "
+        "none unless given: models that add up strain or work know little of a release",
     )
 
 
@@ -76,7 +76,7 @@ class _RatedSpalling(_Spalling, _Rated):
 
 
 class PressureCutoff(_Rated):
-    """Tension is limited: p >= pressure. With `fails` what reaches the limit has spalled; otherwise it holds on."""
+    """Tension is limited: p >= pressure. With `fails` what reaches it has spalled; a melt does under any tension."""
 
     type: Literal["pressure_cutoff"] = "pressure_cutoff"
     pressure: NegativePressure = Field(description="Lowest pressure that the material bears [Pa]; negative, tension")

@@ -37,6 +37,7 @@ from .slots import (
     EOS_TAG,
     FAILED_FRICTION,
     FAILS_IN_TENSION,
+    MOLTEN_ENERGY,
     PRESSURE_MINIMUM,
     RATE_WEIGHT,
     SHEAR_MODULUS,
@@ -126,7 +127,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
         damage = max(damage, (row[DISTENSION] - first) / (row[DISTENSION] - 1.0))
     if row[SPALL_GROWTH] > 0.0:
         damage = rated_spall.grown(damage, solid, dt, row)
-    if row[FAILS_IN_TENSION] > 0.0 and solid < row[PRESSURE_MINIMUM]:
+    if row[FAILS_IN_TENSION] > 0.0 and (solid < row[PRESSURE_MINIMUM] or (solid < 0.0 and e > row[MOLTEN_ENERGY])):
         damage = 1.0
     limit = memory[1]
     if FURTHER_DAMAGE and damage_tag == tags.GRADY_SPALL and damage < 1.0:

@@ -50,8 +50,9 @@ SURE_STRESS = 22  # this, at any rate and strain [Pa]
 SPALL_INVERSE = 23  # see `damage.rated_spall`: 1 over the least tension that does harm [1/Pa]
 SPALL_POWER = 24  # 1/m - 1
 SPALL_GROWTH = 25  # rate of damage at that tension [1/s]; 0 where one spall strength holds for all rates
+MOLTEN_ENERGY = 26  # energy from which what is drawn has melted, and fails [J/kg]; infinite where unknown
 
-_COMMON = 26
+_COMMON = 27
 _EOS, _STRENGTH, _DAMAGE = 12, 14, 8  # columns of each model's block
 EOS = tuple(range(_COMMON, _COMMON + _EOS))
 STRENGTH = tuple(range(EOS[-1] + 1, EOS[-1] + 1 + _STRENGTH))
@@ -90,6 +91,7 @@ def parameters(table, m):
         table[m, 42], table[m, 43], table[m, 44], table[m, 45], table[m, 46], table[m, 47],
         table[m, 48], table[m, 49], table[m, 50], table[m, 51], table[m, 52], table[m, 53],
         table[m, 54], table[m, 55], table[m, 56], table[m, 57], table[m, 58], table[m, 59],
+        table[m, 60],
         row_address(table, m),
     )  # fmt: skip
 

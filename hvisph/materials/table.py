@@ -165,7 +165,7 @@ class Material:
         row[slots.PRESSURE_MINIMUM] = -np.inf
         row[slots.ROOM_TEMPERATURE] = ROOM_TEMPERATURE
         row[slots.DISTENSION] = 1.0
-        row[slots.MELT_TEMPERATURE] = np.inf
+        row[slots.MELT_TEMPERATURE] = row[slots.MOLTEN_ENERGY] = np.inf
         row[slots.FAILED_FRICTION] = self.failed_friction
         row[slots.RATE_WEIGHT] = 1.0 / self.rate_smoothing if self.rate_smoothing else 0.0
         for model in (self.eos, self.strength, self.damage):
@@ -207,6 +207,8 @@ class Material:
             )
             row[slots.HEAT_START], row[slots.HEAT_PER] = start, per
             row[isentrope.HEATS : isentrope.HEATS + isentrope.HEAT_POINTS] = tau
+        if row[slots.FAILS_IN_TENSION] > 0.0 and row[slots.MELT_TEMPERATURE] < inf:
+            row[slots.MOLTEN_ENERGY] = self._molten_energy(row)
         if isinstance(self.strength, JohnsonCook) and self.melting is None:
             warm = row[slots.ROOM_TEMPERATURE] + _COLD / row[slots.INVERSE_MELT_RANGE]
             densities = self.density * np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
@@ -215,6 +217,12 @@ class Material:
                 1.0 - (1.1 * _COLD) ** self.strength.thermal_exponent
             )
         return row
+
+    def _molten_energy(self, row: np.ndarray) -> float:
+        """Return the energy [J/kg] at the melting point and density at rest; infinite without a heat capacity."""
+        if not row[slots.INVERSE_HEAT_CAPACITY] > 0.0:
+            return inf
+        return float(isentrope.energies(np.array(self.density), row[slots.MELT_TEMPERATURE], row))
 
     def _state(self) -> Callable[[float, float], tuple[float, float, float]]:
         """Return pressure, p_rho and p_e as a function of density and energy, in plain Python."""

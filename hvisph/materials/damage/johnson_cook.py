@@ -13,7 +13,8 @@ damage leaves the stress alone, or takes the share D_c D of the yield stress (th
 of Borvik, Hopperstad, Berstad & Langseth 2001, who call D_c D the damage); at D = 1 the particle
 has failed: it carries no deviator and no tension, but still compression. A cut-off of the pressure
 can go with it. Beside a spall strength that grows with the rate the formula ends at 1.5: beyond, where no
-tests of strain reach, plastic strain adds nothing and tension fails the material as in plate impacts.
+tests of strain reach, plastic strain adds nothing and tension fails the material as in plate impacts. From the melting
+point on, where no shear is borne and so no strain adds up, any tension fails it.
 """
 
 from __future__ import annotations

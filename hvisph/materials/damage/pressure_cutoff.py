@@ -3,7 +3,8 @@
     p >= p_min,    p_min <= 0
 
 By itself the material keeps no memory of it: it goes on pulling with p_min however far it opens, and once compressed
-again it is as before, so that scabs heal. With `fails` it spalls: the first state below p_min fails for good.
+again it is as before, so that scabs heal. With `fails` it spalls: the first state below p_min fails for good. So does
+any tension, of this and of every other spall strength, where the energy is that of the melting point: a melt cavitates.
 
 With an exponent m the strength -p_min is that at one rate of expansion and grows with it (`rated_spall`):
 
