@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import prod
 
 import numpy as np
 
@@ -131,12 +132,33 @@ def reorder(values: np.ndarray, order: np.ndarray, room: np.ndarray | None = Non
     values, order
         The rows (n, ...), and the former row of each (n,).
     room
-        A contiguous array whose content is not needed: if it is large enough no copy is allocated.
+        See `taken`.
     """
-    free = np.empty(0, values.dtype) if room is None else room.reshape(-1).view(values.dtype)
-    if free.size < values.size:
-        values[...] = values.take(order, axis=0)
-        return
-    copy = free[: values.size].reshape(values.shape)
-    np.take(values, order, axis=0, out=copy, mode="clip")  # other modes allocate
-    values[...] = copy
+    values[...] = taken(values, order, room)
+
+
+def taken(values: np.ndarray, order: np.ndarray, room: np.ndarray | None = None) -> np.ndarray:
+    """Return rows in an order: row k is row order[k] of `values` (n, ...).
+
+    Parameters
+    ----------
+    values, order
+        The rows, and which of them are taken (k,).
+    room
+        A contiguous array whose content is not needed: if it is large enough the rows stand there, and none is
+        allocated.
+    """
+    copy = _in_room((len(order), *values.shape[1:]), values.dtype, room)
+    return np.take(values, order, axis=0, out=copy, mode="clip")  # other modes allocate
+
+
+def copied(values: np.ndarray, room: np.ndarray | None) -> np.ndarray:
+    """Return a copy, in `room` as for `taken`."""
+    copy = _in_room(values.shape, values.dtype, room)
+    copy[...] = values
+    return copy
+
+
+def _in_room(shape: tuple[int, ...], dtype: np.dtype, room: np.ndarray | None) -> np.ndarray:
+    size, free = prod(shape), (np.empty(0) if room is None else room.reshape(-1)).view(dtype)
+    return free[:size].reshape(shape) if free.size >= size else np.empty(shape, dtype)

@@ -54,6 +54,7 @@ class CompositeStepper(CompositeState):
     formulation: Any
     turns_back = False  # a Total Lagrangian particle cannot be exchanged for its image
     settled = True  # reference lists bind particles to where they are
+    room = None
 
     def __init__(self, particles: Particles, formulation: Any, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = (), drift: float = 0.5):  # fmt: skip

@@ -88,6 +88,7 @@ class ProjectionStepper:
     """
 
     has_energy = settled = False
+    room = None
     stored_energy = contact_energy = 0.0
 
     def __init__(self, particles: Particles, formulation: ProjectionNumbers, materials: list[Material], stage: float,

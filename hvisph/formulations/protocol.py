@@ -69,6 +69,10 @@ class AnyStepper(Protocol):
         """Pressure of every particle, as the history records it (n,) [Pa]."""
 
     @property
+    def room(self) -> np.ndarray | None:
+        """Numbers (k,) that nobody reads from an evaluation to the next; None where there are none."""
+
+    @property
     def rates(self) -> np.ndarray:
         """Rows of rates as `hvisph.sph.rates` lays them out."""
 

@@ -10,7 +10,7 @@ import numpy as np
 from hvisph.core.binding import bind
 from hvisph.core.chunks import shared
 from hvisph.core.fields import CATALOGUE
-from hvisph.core.particles import Particles, reorder
+from hvisph.core.particles import Particles, reorder, taken
 from hvisph.integrators import parts as carrying
 from hvisph.integrators import sums as column
 from hvisph.integrators import update as single
@@ -146,6 +146,11 @@ class Stepper:
         return self.pairs.rates
 
     @property
+    def room(self) -> np.ndarray | None:
+        """Numbers (k,) that nobody reads from an evaluation to the next; None where the history asks for some."""
+        return None if self.formulation.corrects else self.pairs.room
+
+    @property
     def support(self) -> float:
         """The largest distance at which two particles can ever be neighbours [m]."""
         return self.pairs.kernel.reach * self.h_high
@@ -225,7 +230,7 @@ class Stepper:
         order = order[order < count].copy()
         if (order[1:] > order[:-1]).all():  # it is in order, as in 1D at most times
             return order
-        room = pairs.sorted[: pairs.present]  # of the last evaluation, which the step is done with
+        room = pairs.room
         self.particles.permute(order, room)
         more = () if self.pieces is None else (self.pieces,)
         for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count], *more):
@@ -239,9 +244,11 @@ class Stepper:
 
         The packed rows are among it, though they follow from state and rates: rebuilt by other
         compiled code they might differ in the last bit. A formulation with a memory of its own adds it.
+        It holds until the next evaluation.
         """
         pieces = {} if self.pieces is None else {"pieces": self.pieces}
-        return {"rows": self.rows, "rates": self.rates[self.place], "lengths": self.lengths, "signals": self.signals,
+        rates = taken(self.rates, self.place, self.pairs.room)
+        return {"rows": self.rows, "rates": rates, "lengths": self.lengths, "signals": self.signals,
                 "pressures": self.pressures, **pieces}  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:

@@ -30,7 +30,7 @@ _VTK_VERTEX = 1
 CONSTANTS = ("mass", "body", "material")
 # Particles in a compressed piece, and those that are written at a time where none is.
 PIECE, _AT_ONCE = 65536, 8192
-_SMALL = 100_000  # particles of a snapshot that is read at once
+_SMALL = 30_000  # particles of a snapshot that is read at once
 
 
 @dataclass(frozen=True)

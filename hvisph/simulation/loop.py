@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import time as wall
+from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numba
+import numpy as np
 
 from hvisph import __version__
 from hvisph.case.case import Case
 from hvisph.case.checks import warnings_of
 from hvisph.casefile.loader import dump_case
 from hvisph.core.errors import RunError
+from hvisph.core.particles import copied
 from hvisph.formulations.stepper import PERMUTE_EVERY
 from hvisph.integrators.criteria import Limit
 from hvisph.output.checkpoint import Checkpoint
@@ -208,7 +212,7 @@ class Run:
             collapsed = error
         limit = self._limit(collapsed)
         self.watch.check_step(limit, clock.time, clock.steps)
-        following = clock.choose(limit.dt, limit.criterion, self.time_step)
+        following, number = clock.choose(limit.dt, limit.criterion, self.time_step), clock.outputs
         due = self._complete(following)
         if clock.steps % self.case.output.history_every == 0 or due or self.observer.due(clock.steps):
             self.files.record(self.time_step, limit.number, self.done.length, self.budget)
@@ -219,7 +223,8 @@ class Run:
         drift = self.budget.energy_drift(stepper.sums)
         self.watch.check_state(drift, clock.time, clock.steps)
         while due:  # snapshots hold as long as the particles lie as they do
-            self.files.write_output(*due.pop(0))
+            number += 1
+            self.files.write_output(due.pop(0)(), number)
         if clock.steps % PERMUTE_EVERY == 0:
             self.writer.permute(stepper.permute())
             self.share.moved()
@@ -233,24 +238,29 @@ class Run:
         except KeyboardInterrupt:  # from whoever listens
             self.stop.note()
 
-    def _complete(self, following: TimeStep) -> list[tuple[Moment, int]]:
-        """Carry the state over the step under way; return the snapshots that are due, with their numbers."""
+    def _complete(self, following: TimeStep) -> list[Callable[[], Moment]]:
+        """Carry the state over the step under way; return what makes the snapshots that are due, one at a time."""
         stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
         self.done, self.time_step = self.time_step, following
-        started, moments, first = clock.time, clock.passed(self.done), clock.outputs + 1
-        before = particles.data.copy() if moments else particles.data
+        started, moments = clock.time, clock.passed(self.done)
+        before = copied(particles.data, stepper.room) if moments else particles.data
         stepper.complete(self.done.length, following.length)
         reached = clock.complete(self.done)
         self.budget.record(stepper.sums, self.done.length, stepper.pressures)
         self.writer.peaks.record()
-        due = []
-        for time in moments:
-            start = before if time == moments[-1] else before.copy()
-            at = between(start, particles, (time - started) / self.done.length, self.done.length)
-            due.append(self.writer.snapshot(time, clock.steps, at))
+        due: list[Callable[[], Moment]] = [
+            partial(self._within, before, time, started, time == moments[-1]) for time in moments
+        ]
         if reached:
-            due.append(self.writer.snapshot(clock.time, clock.steps))
-        return list(zip(due, range(first, first + len(due)), strict=True))
+            due.append(partial(self.writer.snapshot, clock.time, clock.steps))
+        return due
+
+    def _within(self, before: np.ndarray, time: float, started: float, last: bool) -> Moment:
+        """Return a moment of the step just done from the state before it, which the last such moment may have."""
+        share, state = (time - started) / self.done.length, before if last else before.copy()
+        return self.writer.snapshot(
+            time, self.clock.steps, between(state, self.setup.particles, share, self.done.length)
+        )
 
     def _checkpoint(self) -> None:
         self.files.checkpoint(self.keeper, self.time_step, self.reporter.seconds)

@@ -99,6 +99,8 @@ class Pairs:
         Packed rows (n, packed) of the stage, and their permanent numbers (n,) uint64, each once.
     halo, images
         Copies that are appended to them: rows of other processes, images at the planes.
+    room
+        All numbers (k,) of the sorted rows and their columns. Who is done with an evaluation may use it until the next.
     """
 
     def __init__(self, layout: RowLayout, kernel: Kernel, passes: Sequence[Pass], coefficients: np.ndarray,
@@ -132,23 +134,28 @@ class Pairs:
             self._sweeps.append((traversal.loop(dim, self.slots["H"], law, only, one.own_reach), one.into_rows))
 
     def _make_room(self, count: int) -> None:
-        """Make the arrays hold `count` rows, with the far row behind them."""
+        """Make the arrays hold `count` rows, and the far row behind them."""
         if count > self._room:
             self._room = count if count == self.count else count + count // 4
             dim, width = self.layout.dim, self.layout.width
-            self.sorted = aligned_zeros(self._room + 1, width)
-            self.columns = np.zeros((dim + 1, self._room + EIGHT))
+            rows, along = (self._room + 1) * width, self._room + EIGHT
+            self.room = aligned_zeros(1, rows + (dim + 1) * along)[0]
+            self.sorted = self.room[:rows].reshape(-1, width)
+            self.columns = self.room[rows:].reshape(-1, along)
             self.rates = np.zeros((self._room, rates.width(dim) + self._further))
             self.cells = np.zeros(self._room, np.uint32)
             self.order = np.zeros(self._room, np.uint32)
             self.place = np.zeros(self._room, np.uint32)
-        far = self.sorted[count]
+        self.present = count
+
+    def _put_far(self) -> None:
+        """Put the far row behind the sorted ones, whose room may have served others since."""
+        far = self.sorted[self.present]
         far[:] = 0.0
         far[: self.layout.dim] = traversal.FAR
         far[self.slots["H"]] = 1.0
         if "RHO" in self.slots:
             far[self.slots["RHO"]] = 1.0
-        self.present = count
 
     def evaluate(self, h: float, meant: int | None = None) -> None:
         """Sort the packed `rows` and run all passes: `rates[place[i]]` are then those of particle i.
@@ -176,6 +183,7 @@ class Pairs:
             rows, numbers = self.images.append(rows, numbers, edge)
         if len(rows) != self.present:
             self._make_room(len(rows))
+        self._put_far()
         n = self.present
         self.grid.edge = edge
         cells.sort(self.grid, rows, numbers, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
