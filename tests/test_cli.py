@@ -14,6 +14,7 @@ import hvisph
 from hvisph.casefile.data import bundled_cases, data_folder
 from hvisph.cli.main import app
 from hvisph.core.jit import heard_compiling
+from hvisph.simulation.estimate import INTERPRETER
 
 COMMANDS = ("run", "resume", "check", "measure", "cases", "materials", "explain", "schema", "doctor")
 
@@ -240,7 +241,7 @@ def test_overlapping_bodies_are_refused_by_file_and_line(command):
 
 @pytest.mark.parametrize("command", ["check", "run"])
 def test_more_memory_than_there_is(command, monkeypatch):
-    monkeypatch.setattr("hvisph.simulation.estimate.free_memory", lambda: 255e6)
+    monkeypatch.setattr("hvisph.simulation.estimate.free_memory", lambda: 1.02 * INTERPRETER)
     found = call(command, "al_al")
     assert found.exit_code == 2
     assert "GB of memory" in found.stderr

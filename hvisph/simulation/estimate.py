@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 MOST_FILLED = 2_000_000
 # What the largest memory of runs grows by from 300,000 to 1,000,000 particles (`benchmarks/memory.py`), with moments of
 # output inside steps, checkpoints and measures: by formulation and dimensions [bytes a particle], what lists of
-# neighbours take [bytes a neighbour], and what is left for none: the interpreter, compiled loops, what measures the end.
+# neighbours take [bytes a neighbour], and what is left for none: the interpreter, compiled loops, what measures.
 MEMORY = {"eulerian": {1: 570, 2: 600, 3: 970}, "riemann": {1: 540, 2: 970, 3: 1440},
           "total_lagrangian": {1: 700, 2: 1070, 3: 1600}, "adaptive": {1: 700, 2: 1080, 3: 1600},
           "projection": {1: 600, 2: 640, 3: 640}}  # fmt: skip
