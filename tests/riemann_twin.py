@@ -135,7 +135,7 @@ class Pairs:
 
 def contact(pairs, grad_u, grad_s, a, b):
     """Return u* of `a`, t*, normal, |dW/dr|, weight in the gradient, heat of slip and of the gate, what the density
-    goes without, and the heat that `b` conducts to `a`, of a pair."""
+    goes without, the heat that `b` conducts to `a`, and the share of its closing that a lead counts, of a pair."""
     cloud, formulation = pairs.cloud, pairs.formulation
     r, e, slope = pairs.geometry(a, b)
     x_ba, parted, gate = r * e, pairs.parted(a, b), 1.0
@@ -168,7 +168,7 @@ def contact(pairs, grad_u, grad_s, a, b):
             tb = tb - 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[b] @ x_ba) @ e - for_t, least)
         sides[name] = ua, ub, ta, tb
     u_own, u_its, traction = np.zeros(pairs.dim), np.zeros(pairs.dim), np.zeros(pairs.dim)
-    slipped = exchanged = conducted = 0.0
+    slipped, exchanged, conducted, counts = 0.0, 0.0, 0.0, 1.0
     for name, (ua, ub, ta, tb) in sides.items():
         speed = cloud.c_l if name == "normal" else cloud.c_t
         za, zb = cloud.rho[a] * speed[a], cloud.rho[b] * speed[b]
@@ -192,7 +192,7 @@ def contact(pairs, grad_u, grad_s, a, b):
                 counted = min((HARD * min(pull, 0.0) / stiffness) ** 2, 1.0 if formulation.smoothing.variable else 0.5)
                 exchanged = counted * (0.5 * (cloud.u[a] + cloud.u[b]) - common) @ e
             if parted:
-                pull = gate * min(pull, 0.0)
+                pull, counts = gate * min(pull, 0.0), 2.0 * zb / (za + zb)
             t, push = pull * e, -pull
         else:
             most = min(cloud.shear[a], cloud.shear[b]) if formulation.consistent else np.inf
@@ -207,7 +207,8 @@ def contact(pairs, grad_u, grad_s, a, b):
         slipped = 0.5 * t @ (its - own)  # of the last, tangential part
     if pairs.dim == 1:
         slipped = 0.0
-    return u_own, traction, e, slope, gate, 0.5 * traction @ (u_its - u_own), slipped, x_ba, exchanged, conducted
+    heat = 0.5 * traction @ (u_its - u_own)
+    return u_own, traction, e, slope, gate, heat, slipped, x_ba, exchanged, conducted, counts
 
 
 def correctable(moment):
@@ -241,18 +242,18 @@ def riemann_rates(cloud, formulation, neighbours, singular):
         unit = kernel.norm(dim) / h**dim
         omega = 1.0 - volume[a] * unit * kernel.shape.py_func(0.0) * cloud.grows[a]
         for b in pairs.near[a]:
-            u_star, t_star, e, slope, gate, heat, slipped, x_ba, exchanged, conducted = contact(
+            u_star, t_star, e, slope, gate, heat, slipped, x_ba, exchanged, conducted, counts = contact(
                 pairs, grad_u, grad_s, a, b
             )
             heat += conducted
             r = np.linalg.norm(x_ba)
             if formulation.spins:
-                share, acting = 2.0 * volume[a] * volume[b] * slope / cloud.m[a], np.zeros(dim)
-                if not pairs.parted(a, b):
-                    acting = about(0.5 * (cloud.twist[a] + cloud.twist[b]), e)
-                    spin -= 0.5 * share * torque(x_ba, about(cloud.twist[a], e))
+                share = 2.0 * volume[a] * volume[b] * slope / cloud.m[a]
                 spin -= 0.5 * share * torque(x_ba, t_star)
-                t_star = t_star + acting
+                if not pairs.parted(a, b):  # each makes what its own twist takes back, and that alone is its work
+                    spin -= 0.5 * share * torque(x_ba, about(cloud.twist[a], e))
+                    acceleration += share * about(0.5 * (cloud.twist[a] + cloud.twist[b]), e)
+                    heat += about(0.5 * cloud.twist[a], e) @ (cloud.u[b] - cloud.u[a])
             force = 2.0 * volume[a] * volume[b] * slope * t_star
             acceleration += force / cloud.m[a]
             power += (force @ (u_star - cloud.u[a]) + 2.0 * volume[a] * volume[b] * slope * heat) / cloud.m[a]
@@ -266,7 +267,7 @@ def riemann_rates(cloud, formulation, neighbours, singular):
             strain = weight * 2.0 * slope * np.outer(u_star - cloud.u[a], e)
             gradient += volume[b] * strain
             rate += volume[a] * (crowd * np.trace(strain) + 2.0 * slope * exchanged)
-            away += weight * crowd * slope * (cloud.u[b] - cloud.u[a]) @ e
+            away += weight * crowd * slope * counts * (cloud.u[b] - cloud.u[a]) @ e
             moment += weight * volume[b] * slope * (x_ba @ e) * np.outer(e, e)
             if following:
                 apart = 2.0 * (u_star - cloud.u[a]) if pairs.parted(a, b) else cloud.u[b] - cloud.u[a]

@@ -31,12 +31,12 @@ and gives up its lead x = ln(rho/m) - ln(sum W) behind the front (LEADS),
     dx/dt -= q,   d ln(rho)/dt -= q min((10 p/rho c_l^2)^2, 1),   q = x c_l/(10 h) max(0, 1 - 20 mu/c_l),   p > 0
 
 but loses all, 1 for 1/2, where h follows density (FOLLOWING). There the number is that of the kernel at the own h,
-whose change divides by Omega_a = 1 + V_a h_a/d sum dW/dh; between bodies it counts 2 (u* - u_a) for u_b - u_a: a wall
-that counted what a gas of another h closes at would be strained by it. Rings that a hole opens in move apart by unlike
-shares, and their sections are no longer alike: where h is fixed each neighbour counts as many times as its section has
-the own one's area at rest, m/(2 pi r rho_0), each over its h^2; half of what it fills is the least, or thin
-debris would count what closes on it as many times over as it has thinned. Fronts conduct heat within a body, at a
-Prandtl number of one,
+whose change divides by Omega_a = 1 + V_a h_a/d sum dW/dh. A wall that counted how the rows of a gas, or of a softer
+body, close on each other would be strained by it: between bodies that number counts 2 (u* - u_a) for u_b - u_a, and sum
+W in the lead 2 Z_b/(Z_a + Z_b) (u_b - u_a). Rings that a hole opens in move apart by unlike shares, and their sections
+are no longer alike: where h is fixed each neighbour counts as many times as its section has the own one's area at rest,
+m/(2 pi r rho_0), each over its h^2; half of what it fills is the least, or thin debris would count what closes on it as
+many times over as it has thinned. Fronts conduct heat within a body, at a Prandtl number of one,
 
     m_a de_a += 2 V_a V_b |dW/dr| (rho_a + rho_b)/4 1.2 max(u_an - u_bn, 0) (e_b - e_a)
 
@@ -71,7 +71,8 @@ Shear tractions lie beside the line of centres and make angular momentum. With S
 
 half of the pairs' torque and what its own w takes back; the sum over all particles is all that is made. In the next
 step dt the own body's pairs carry (w_a + w_b) x e/2 beside t*, w_a = rho_a s_a/(2 dt): an antisymmetric stress, equal
-and opposite in each pair as the rest of it, whose work is the pair's. What is left at any time is one step's worth.
+and opposite in each pair as the rest of it. The work of w_a on u_b - u_a is a's, who made that torque: what turns as a
+whole gains no heat by it. What is left at any time is one step's worth.
 Where B is too poor to correct gradients by (`sph.laws.edges.correctable`), in strings and crumbs that have torn off, s
 is dropped: they take their own turning for strain, and given back it would be strained without end.
 
@@ -251,9 +252,12 @@ def accumulate(near, n, rows, i, constants, out):
             us, ts = plus(us, aside(us_t, e)), plus(ts, aside(t_t, e))
         if SPINS:
             made = plus(made, times(vg, torque(dx, ts)))
-            if not ONLY_OTHER:
-                ts = plus(ts, about(times(half, plus(twist, axial(b, TWIST, DIM))), e))
         power += worked * dot(ts, us)
+        if SPINS and not ONLY_OTHER:
+            turned = times(half, e)
+            taken = about(twist, turned)
+            power += vg * dot(taken, jump)
+            ts = plus(ts, plus(taken, about(axial(b, TWIST, DIM), turned)))
         if CONSISTENT:
             power += worked * (1.0 - other) * (0.25 * (rows[i, RHO] + b[RHO])) * closing * (b[HEAT] - rows[i, HEAT])
         if REVOLVED:
@@ -273,7 +277,7 @@ def accumulate(near, n, rows, i, constants, out):
                 space *= b[REST] * per_rest
             evening = counted(us_n, du_n, t_n, by_n, rows[i, RHO] + b[RHO], 1.0 if FOLLOWING else 0.5)
             number += weight * g * space * (us_n - (1.0 - other) * evening)
-            receding += weight * g * space * (0.5 * du_n)
+            receding += weight * g * space * du_n * (0.5 + other * (zb * by_n - 0.5))
             if FOLLOWING:
                 q, away = r / h, weight * (du_n + other * (2.0 * us_n - du_n))
                 number -= 0.5 * g * away
