@@ -260,8 +260,8 @@ def test_kernels_of_a_lattice_are_tabled_and_those_of_others_kept_one_by_one(reg
         volume = np.random.default_rng(3).uniform(0.1, 0.12, 64)
     lists = Reference(x, volume, np.zeros(64, int), np.arange(64), 64, CUBIC_SPLINE, 1.3 / 3.0, True, True)
     true = lists.near < 64
-    # of two volumes the 20 places within 2.6 spacings; or every entry
-    assert len(lists.kernels) == 1 + (2 * 20 if regular else len(lists.near))
+    # of two volumes the 20 places within 2.6 spacings; or every entry; no neighbour; and a row to be read in pairs
+    assert len(lists.kernels) == 2 + (2 * 20 if regular else true.sum())
     assert (lists.kernels[0] == 0.0).all()
     assert (lists.codes[~true] == 0).all()
     own = np.repeat(np.arange(64), np.diff(lists.starts).astype(int))[true]
@@ -276,6 +276,24 @@ def test_kernels_of_a_lattice_are_tabled_and_those_of_others_kept_one_by_one(reg
     assert all((of_pair[a, b] == -of_pair[b, a]).all() for a, b in of_pair)
     np.testing.assert_allclose(slopes, (volume[near] * slope)[:, None] * d, rtol=1e-10, atol=1e-10)
     np.testing.assert_allclose(lists.kernels[lists.codes[true], 2], volume[near] * shape, rtol=1e-10, atol=1e-10)
+
+
+def test_entries_beside_a_lattice_have_rows_of_their_own_and_the_lattice_its_table():
+    x = np.stack(np.meshgrid(np.arange(12.0), np.arange(8.0)), -1).reshape(-1, 2)
+    x[::11] += 0.01 * np.random.default_rng(2).normal(size=x[::11].shape)
+    count = len(x)
+    lists = Reference(x, np.ones(count), np.zeros(count, int), np.arange(count), count, CUBIC_SPLINE, 1.3, True, True)
+    own = np.repeat(np.arange(count), np.diff(lists.starts).astype(int))
+    true = lists.near < count
+    moved = np.append(np.isin(np.arange(count), np.arange(count)[::11]), False)
+    alone = true & (moved[own] | moved[lists.near])
+    assert (lists.codes[true & ~alone] <= 20).all()
+    assert sorted(lists.codes[alone]) == list(range(21, 21 + alone.sum()))
+    d = x[own[true]] - x[lists.near[true]]
+    slope = [CUBIC_SPLINE.derivative(r, 1.3, 2) / r for r in np.linalg.norm(d, axis=1)]
+    np.testing.assert_allclose(
+        lists.kernels[lists.codes[true], :2], np.array(slope)[:, None] * d, rtol=1e-10, atol=1e-10
+    )
 
 
 @pytest.mark.parametrize("courant", [0.3, 0.5])

@@ -5,9 +5,9 @@ alone, padded to whole vectors with the far row. For each stands
 
     slope = V0_b (dW/dR) (X_a - X_b) / R        shape = V0_b W
 
-by a code, the row of a table that holds each pair of them once: in a lattice there are few, and a list of numbers and
-codes is read from memory twice a step. X_a - X_b counts in parts of 1e-12 h, so that round-off makes no new ones, and
-the slope of b to a is that of a to b reversed to the last bit.
+by a code, the row of a table that holds each of those that are common once: in a lattice there are few, and a list of
+numbers and codes is read from memory twice a step. X_a - X_b counts in parts of 1e-12 h, so that round-off makes no new
+ones, and the slope of b to a is that of a to b reversed to the last bit.
 
 A gradient is V0_b g_ab = A_a slope + B_a shape, with A and B of particle a:
 
@@ -54,9 +54,10 @@ CHUNK = 256
 RIM = 1.0 - 1e-9
 # What two places are apart by over h counts in such parts: in a lattice of a thousand spacings round-off is less.
 FINEST = 2.0**-40
-# Kernels are tabled where there are no more codes than the nearest cache holds, and no more volumes and steps along an
-# axis than these; otherwise every entry has a row of its own. They are found for so many particles at once.
-MOST_CODES, MOST_VOLUMES, MOST_STEPS, PORTION = 1024, 64, 4096, 1024
+# Kernels that occur at least so often among so many particles are tabled, no more than the nearest cache holds, nor of
+# more volumes and steps along an axis than these; every other entry has a row of its own.
+COMMON, PORTION, MOST_CODES, MOST_VOLUMES, MOST_STEPS = 8, 1024, 1024, 64, 4096
+OWN_ROW = 0xFFFFFFFF
 
 
 def _count(near, n, rows, i, constants, out):
@@ -181,7 +182,7 @@ class Reference:
     starts, near, codes
         The lists: entries of row i stand from starts[i] to starts[i + 1]; the far row has number n and code 0.
     kernels
-        Slope and, behind it, shape of each code (codes, dim + 1 or more).
+        Slope and, behind it, shape of each code (codes + 1, dim + 1).
     matrix, vector, start_gradient
         A (count, dim, dim), B (count, dim) and F0 (count, dim, dim).
     first_sums, zeroth_sums
@@ -211,12 +212,10 @@ class Reference:
         self._update_corrections(np.arange(count))
 
     def _tabulate(self, measure: Any, fill: Any) -> None:
-        """Find the code of each entry; code 0 is that of no neighbour."""
-        dim, entries, volume = self.dim, len(self.near), np.append(self.volume, 0.0)  # the far row has none
-        several, which = np.unique(volume, return_inverse=True)
-        steps, kinds = _Numbered(), _Numbered()
-        self.codes = np.zeros(entries, np.uint32)
-        tabled = len(several) <= MOST_VOLUMES
+        """Find the code of each entry and its kernel; code 0 is that of no neighbour."""
+        dim, volume = self.dim, np.append(self.volume, 0.0)  # the far row has none
+        volumes, steps, kinds = _Numbered(MOST_VOLUMES), _Numbered(MOST_STEPS), _Numbered(MOST_CODES)
+        self.codes = np.empty(len(self.near), np.uint32)
 
         def portions() -> Iterator[tuple[slice, np.ndarray]]:
             for first in range(0, self.count, PORTION):
@@ -226,25 +225,27 @@ class Reference:
                 measure(count, first, self.position, (self.starts, self.near), 1.0 / self.h, apart)
                 yield part, np.rint(apart)
 
-        for part, apart in portions() if tabled else ():
-            keys = which[self.near[part]]
-            for axis in range(dim):
-                keys = keys * MOST_STEPS + steps.numbers(apart[:, axis].astype(np.int64))
-            self.codes[part] = kinds.numbers(keys)
-            tabled = len(steps.met) <= MOST_STEPS and len(kinds.met) <= MOST_CODES
-            if not tabled:
-                break
-        self.kernels = np.zeros((len(kinds.met) if tabled else 1 + entries, dim // 2 * 2 + 2))
-        if tabled:
-            keys, apart = kinds.met, np.empty((len(kinds.met), dim))
-            for axis in reversed(range(dim)):
-                keys, number = np.divmod(keys, MOST_STEPS)
-                apart[:, axis] = steps.met[number]
-            fill(len(keys), apart * FINEST, several[keys], 1.0 / self.h, self.kernels)
-            return
-        self.codes[:] = np.where(self.near == len(self.position), 0, np.arange(1, entries + 1))
         for part, apart in portions():
-            fill(len(apart), apart * FINEST, volume[self.near[part]], 1.0 / self.h, self.kernels[1:][part])
+            keys = volumes.of(volume[self.near[part]])
+            for axis in range(dim):
+                number = steps.of(np.where(keys < 0, 0.0, apart[:, axis]))
+                keys = np.where((keys < 0) | (number < 0), -1, keys * MOST_STEPS + number)
+            codes = kinds.of(np.where(keys < 0, 0, keys))
+            self.codes[part] = np.where((keys < 0) | (codes < 0), OWN_ROW, codes)
+        tabled, alone = len(kinds.met), self.codes == OWN_ROW
+        self.codes[alone] = tabled + np.arange(alone.sum())
+        # a row more, for rows are read in pairs of numbers
+        self.kernels = np.zeros((tabled + int(alone.sum()) + 1, dim + 1))
+        keys, apart = kinds.met.astype(np.int64), np.empty((tabled, dim))
+        for axis in reversed(range(dim)):
+            keys, number = np.divmod(keys, MOST_STEPS)
+            apart[:, axis] = steps.met[number]
+        fill(tabled, apart * FINEST, volumes.met[keys], 1.0 / self.h, self.kernels)
+        for part, apart in portions() if alone.any() else ():
+            some = alone[part]
+            if some.any():
+                rows = self.kernels[self.codes[part][some][0] :]
+                fill(int(some.sum()), apart[some] * FINEST, volume[self.near[part][some]], 1.0 / self.h, rows)
 
     def _update_corrections(self, chosen: np.ndarray) -> None:
         self._correct(len(chosen), chosen.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,
@@ -269,21 +270,28 @@ class Reference:
 
 
 class _Numbered:
-    """Whole numbers, numbered in the order in which they are met; 0 is the first."""
+    """Up to `most` values that are common, numbered in the order in which they are met; 0 is the first."""
 
-    def __init__(self) -> None:
-        self.met = np.zeros(1, np.int64)
+    def __init__(self, most: int) -> None:
+        self._most, self.met = most, np.zeros(1)
         self._sorted, self._numbers = self.met, np.zeros(1, np.int64)
 
-    def numbers(self, values: np.ndarray) -> np.ndarray:
-        """Return the numbers of `values` (n,) int64."""
-        last = len(self.met) - 1
-        new = np.unique(values[self._sorted[np.minimum(np.searchsorted(self._sorted, values), last)] != values])
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """Return the numbers of `values` (n,), -1 of those that have none."""
+        numbers = self._look_up(values)
+        unknown = np.flatnonzero(numbers < 0)
+        new, times = np.unique(values[unknown], return_counts=True)
+        new = new[times >= COMMON][: self._most - len(self.met)]
         if len(new):
             self.met = np.append(self.met, new)
             self._numbers = np.argsort(self.met)
             self._sorted = self.met[self._numbers]
-        return np.asarray(self._numbers[np.searchsorted(self._sorted, values)])
+            numbers[unknown] = self._look_up(values[unknown])
+        return numbers
+
+    def _look_up(self, values: np.ndarray) -> np.ndarray:
+        at = np.minimum(np.searchsorted(self._sorted, values), len(self.met) - 1)
+        return np.where(self._sorted[at] == values, self._numbers[at], -1)
 
 
 def _lists(position: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int, reach: float
