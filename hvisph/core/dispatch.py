@@ -42,6 +42,9 @@ def _of_later(one: Later, context: Any) -> Any:
 class _Loop(CPUDispatcher):
     """A compiled loop that Python calls."""
 
+    def _compilation_chain_init_hook(self) -> None:
+        """Look for no extensions of numba among all that is installed."""
+
     def compile(self, sig: Any) -> Any:
         """Return the loop's entry for these types, from the cache or compiled."""
         try:

@@ -31,6 +31,7 @@ from numba.core.environment import Environment, lookup_environment
 from numba.core.runtime import rtsys
 
 from .fingerprint import fingerprint
+from .on_demand import know
 
 _SUFFIX = ".loop"
 _PATIENCE, _LOOK = 120.0, 0.02  # wall time that another process has to make a loop, and between two looks for it [s]
@@ -173,7 +174,10 @@ def _loop(path: Path, target_context: Any) -> Any:
         data = path.read_bytes()
         if hashlib.sha256(data[_SEAL:]).digest() != data[:_SEAL]:
             return None
-        return compiler.CompileResult._rebuild(target_context, *_Reader(io.BytesIO(data[_SEAL:])).load())
+        parts = _Reader(io.BytesIO(data[_SEAL:])).load()
+        _, function, *_, environments = parts
+        know((function.llvm_cpython_wrapper_name, *(one.env_name for one in environments)))
+        return compiler.CompileResult._rebuild(target_context, *parts)
     except Exception:  # whatever a file of another make brings up: the loop is compiled anew
         return None
 

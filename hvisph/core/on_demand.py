@@ -11,8 +11,10 @@ a third of the time of a first run.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
+from llvmlite.binding import parse_bitcode
 from numba.core.codegen import JITCodeLibrary
 from numba.core.environment import lookup_environment
 from numba.core.registry import cpu_target
@@ -29,6 +31,23 @@ class Library(JITCodeLibrary):
     """Code that is optimised and becomes machine code when an address in it is asked for."""
 
     _handed_over = False
+    _bitcode = b""
+
+    @classmethod
+    def _unserialize(cls, codegen: Any, state: Any) -> Library:
+        """Return a library from the cache; what others take in of it is read when one does."""
+        name, _, (machine_code, bitcode) = state
+        self: Library = codegen.create_library(name)
+        self.enable_object_caching()
+        self._set_compiled_object(machine_code)
+        self._bitcode = bitcode
+        self._finalize_final_module()
+        return self
+
+    def _get_module_for_linking(self) -> Any:
+        if self._bitcode:
+            self._shared_module, self._bitcode = parse_bitcode(self._bitcode), b""
+        return super()._get_module_for_linking()
 
     def add_ir_module(self, ir_module: Any) -> None:
         """Add a module whose functions align their stack."""
@@ -107,3 +126,9 @@ def install() -> None:
             set_environment(name, environment)
 
     codegen.set_env = set_env
+
+
+def know(names: Iterable[str]) -> None:
+    """Let what has these names in a library from the cache be found: what Python calls, and environments."""
+    codegen: Any = cpu_target.target_context.codegen()
+    codegen._engine._defined_symbols.update(names)

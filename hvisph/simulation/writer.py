@@ -198,7 +198,7 @@ class SnapshotWriter:
             write_hdf5(
                 self.folder.snapshot_path(number), shown, Form(output.compress == "gzip", first if once else None)
             )
-            if wall.monotonic() > self._series_due:
+            if number and wall.monotonic() > self._series_due:  # one alone is no series yet
                 self.write_series()
         if "vtu" in output.formats and not isinstance(number, str):
             path = _with_folder(self.folder.vtu_path(number))
