@@ -23,8 +23,8 @@ from small_runs import FORMULATIONS, LIQUID, METAL, every_material, row_of  # no
 import hvisph  # noqa: E402
 from hvisph.core.errors import HvisphError  # noqa: E402
 from hvisph.measures.compare import row  # noqa: E402
-from hvisph.output import names  # noqa: E402
-from hvisph.output.checkpoint import list_checkpoints  # noqa: E402
+from hvisph.output import file_names  # noqa: E402
+from hvisph.output.checkpoint_file import list_checkpoints  # noqa: E402
 from hvisph.output.reader import list_snapshots  # noqa: E402
 from hvisph.simulation.run import run  # noqa: E402
 
@@ -97,7 +97,7 @@ def forged(work):
         shutil.copytree(runs[number % len(runs)], folder)
         what = ("checkpoint", "snapshot", "summary")[number % 3] if number % 7 else "summary"
         if what == "summary":
-            path = folder / names.SUMMARY
+            path = folder / file_names.SUMMARY
             path.write_text(forge_summary(path.read_text(), rng))
             action = lambda: row("x", folder).as_dict()  # noqa: E731
         elif what == "snapshot":
@@ -106,7 +106,7 @@ def forged(work):
             shutil.move(work / "lie.h5", path)
             action = lambda: hvisph.measure(folder).as_dict()  # noqa: E731
         else:
-            for path in list_checkpoints(folder / names.CHECKPOINT):
+            for path in list_checkpoints(folder / file_names.CHECKPOINT):
                 forge(path, work / "lie.h5", rng, elsewhere)
                 shutil.move(work / "lie.h5", path)
             action = lambda: hvisph.resume(folder, threads=1).exit_code  # noqa: E731
@@ -145,7 +145,7 @@ def foreign(work):
         placed = _placed(folder, rng)
         links = []
         if rng.random() < 0.5:
-            path = folder / rng.choice([*own, Path(names.SNAPSHOTS), Path("history.csv.partial"), Path("run.log")])
+            path = folder / rng.choice([*own, Path(file_names.SNAPSHOTS), Path("history.csv.partial"), Path("run.log")])
             if path.is_dir():
                 shutil.rmtree(path)
                 placed = [one for one in placed if path not in one.parents]

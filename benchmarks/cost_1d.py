@@ -20,7 +20,7 @@ import numba
 from pair_pass import best
 
 from hvisph.casefile.loader import load_case
-from hvisph.simulation.build import build
+from hvisph.setup.build import build
 
 # Resolution for about 1e5 and 1e6 particles.
 CASES = {

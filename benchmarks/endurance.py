@@ -24,7 +24,7 @@ from small_runs import FORMULATIONS, METAL, OPTIONS, row_of  # noqa: E402
 
 from hvisph.casefile.loader import dump_case, load_case  # noqa: E402
 from hvisph.core.errors import CaseError, HvisphError  # noqa: E402
-from hvisph.simulation.estimate import estimate, refuse_impossible  # noqa: E402
+from hvisph.precheck.estimate import estimate, refuse_impossible  # noqa: E402
 from hvisph.simulation.run import run  # noqa: E402
 
 DIMENSIONS = (1, 2, 3)
@@ -202,9 +202,9 @@ def caches(work):
     for name in ("hvisph", "tests"):
         shutil.copytree(ROOT / name, other / name, ignore=shutil.ignore_patterns("__pycache__"))
     _changed(
-        other / "hvisph/integrators/criteria.py", "self.cfl * times[kind]", "0.5 * self.cfl * times[kind]"
+        other / "hvisph/integrators/time_step.py", "self.cfl * times[kind]", "0.5 * self.cfl * times[kind]"
     )  # half the step
-    _changed(other / "hvisph/core/self_test.py", "np.sqrt(x[k]) * x[k]", "x[k] * np.sqrt(x[k])")  # another loop
+    _changed(other / "hvisph/compiler/self_test.py", "np.sqrt(x[k]) * x[k]", "x[k] * np.sqrt(x[k])")  # another loop
     servers, full = [_server(root) for root in (ROOT, other)], work / "full"
     right = [_together([server], full, [1])[0] for server in servers]  # a cold cache, compiled by one of each
     assert all(one and one[0] for one in right)

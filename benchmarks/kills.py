@@ -24,7 +24,7 @@ from small_runs import DAMAGED, FORMULATIONS, METAL, OPTIONS, assert_same_result
 
 import hvisph  # noqa: E402
 from hvisph.casefile.loader import dump_case  # noqa: E402
-from hvisph.output.checkpoint import list_checkpoints, read_checkpoint  # noqa: E402
+from hvisph.output.checkpoint_file import list_checkpoints, read_checkpoint  # noqa: E402
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot  # noqa: E402
 from hvisph.simulation.run import run  # noqa: E402
 

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.casefile.loader import load_case
-from hvisph.measures.against_exact import Comparison, compare_gauge
+from hvisph.measures.one_dimensional.exact_comparison import Comparison, compare_gauge
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
-from hvisph.pictures.curves import Curve, curves_picture, steps
+from hvisph.postprocessing.exact_solution import ExactSolution, exact_solution
 from hvisph.simulation.run import run
-from hvisph.study.exact_solution import ExactSolution, exact_solution
+from hvisph.visualization.curves import Curve, curves_picture, steps
 
 FOLDER = "published/layered/"
 SETS = ("test", "al_glass_al", "al_carbon_al", "st_glass_st", "st_carbon_st")

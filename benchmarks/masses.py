@@ -20,7 +20,7 @@ import numpy as np
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.core.shapes import SECTION_ARRANGEMENTS, arrangements_of
-from hvisph.simulation.bodies import placed_bodies
+from hvisph.setup.bodies import placed_bodies
 
 ASKED = 1e-3
 DENSITY = 2700.0

@@ -16,7 +16,7 @@ import numpy as np
 
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import load_material
-from hvisph.simulation.build import build
+from hvisph.setup.build import build
 from hvisph.simulation.run import set_threads
 
 GAS = "{type: stiffened_gas, sound_speed: 5328, gamma: 2.0}"

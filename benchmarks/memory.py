@@ -14,7 +14,7 @@ import sys
 import tempfile
 
 from hvisph.casefile.loader import load_case
-from hvisph.simulation.estimate import estimated_steps, rough_count
+from hvisph.precheck.estimate import estimated_steps, rough_count
 
 CASES = {"2D": ("al_al", 0.1), "3D": ("sphere_on_plate", 0.25)}  # and its spacing [mm]
 FEW, STEPS = 3000, 4

@@ -28,8 +28,8 @@ import psutil
 
 from hvisph.case.case import Case
 from hvisph.casefile.loader import load_case
-from hvisph.parallel.parts import Parts
-from hvisph.simulation.bodies import placed_bodies
+from hvisph.parallel.partition import Parts
+from hvisph.setup.bodies import placed_bodies
 
 # Rows of others over those within one spacing of a part's box, of the model. Two layers of a lattice lie within 2.8
 # spacings of the outermost one, where one lies within a spacing: 2. Where a cut splits a layer by number, half of it comes

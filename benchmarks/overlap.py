@@ -9,9 +9,9 @@ import time
 
 import numpy as np
 
-from hvisph.geometry.fill import fill
+from hvisph.geometry.filling import fill
 from hvisph.geometry.overlap import overlaps
-from hvisph.geometry.place import row
+from hvisph.geometry.placement import row
 from hvisph.geometry.shapes import Box
 
 DX = 0.1

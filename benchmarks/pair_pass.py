@@ -16,17 +16,17 @@ import numba
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.formulations.eulerian import Eulerian
-from hvisph.formulations.formulation import Formulation
-from hvisph.formulations.options import GrayArtificialStress
-from hvisph.formulations.riemann import Riemann
-from hvisph.formulations.stepper import Stepper
-from hvisph.integrators.criteria import Criteria
 from hvisph.integrators.scheme import LEAPFROG
+from hvisph.integrators.time_step import Criteria
 from hvisph.materials.eos import StiffenedGas
+from hvisph.materials.material_table import Material
 from hvisph.materials.strength import VonMises
-from hvisph.materials.table import Material
-from hvisph.sph.laws.limiters import LIMITERS
+from hvisph.schemes.formulation import Formulation
+from hvisph.schemes.riemann.scheme import Riemann
+from hvisph.schemes.standard.options import GrayArtificialStress
+from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.schemes.stepper import Stepper
+from hvisph.sph.terms.limiters import LIMITERS
 
 LAWS: dict[str, Formulation] = {
     "standard": Eulerian(),

@@ -16,11 +16,11 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.casefile.loader import load_case
-from hvisph.measures.against_exact import compare_gauge
+from hvisph.measures.one_dimensional.exact_comparison import compare_gauge
 from hvisph.output.reader import read_history
-from hvisph.pictures.curves import curves_picture, gauge_panels, steps
+from hvisph.postprocessing.exact_solution import ExactSolution, exact_solution
 from hvisph.simulation.run import run
-from hvisph.study.exact_solution import ExactSolution, exact_solution
+from hvisph.visualization.curves import curves_picture, gauge_panels, steps
 
 CASE = "plate_impact_600"
 MIE_GRUENEISEN = "eos={type: mie_gruneisen, sound_speed: 5328, gamma: 2.0, s1: 1.338}"

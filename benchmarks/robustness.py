@@ -33,7 +33,7 @@ from small_runs import FORMULATIONS, HARDENING, METAL, assert_same_results, ever
 import hvisph  # noqa: E402
 from hvisph.casefile.loader import load_case  # noqa: E402
 from hvisph.core.errors import HvisphError  # noqa: E402
-from hvisph.output.checkpoint import Checkpoint, list_checkpoints, read_checkpoint, write_checkpoint  # noqa: E402
+from hvisph.output.checkpoint_file import Checkpoint, list_checkpoints, read_checkpoint, write_checkpoint  # noqa: E402
 from hvisph.output.reader import list_snapshots, read_snapshot  # noqa: E402
 from hvisph.simulation.run import run  # noqa: E402
 

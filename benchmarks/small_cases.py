@@ -19,14 +19,14 @@ import tempfile
 import time
 from pathlib import Path
 
-from hvisph.simulation.cost import available_threads
+from hvisph.precheck.cost import available_threads
 
 
 def measure(resolution: float, formulation: str, threads: int, steps: int) -> dict[str, float]:
     """Step one case in this process; return particles, wall and CPU time a step [ms]."""
     from hvisph.casefile.loader import load_case
-    from hvisph.output.folder import RunFolder
-    from hvisph.simulation.build import build
+    from hvisph.output.run_folder import RunFolder
+    from hvisph.setup.build import build
     from hvisph.simulation.listener import Listener
     from hvisph.simulation.loop import Run
     from hvisph.simulation.run import set_threads

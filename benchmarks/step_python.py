@@ -17,8 +17,8 @@ from pathlib import Path
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import RunError
-from hvisph.output.folder import RunFolder
-from hvisph.simulation.build import build
+from hvisph.output.run_folder import RunFolder
+from hvisph.setup.build import build
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.loop import Run
 from hvisph.simulation.run import set_threads

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from hvisph.casefile.material_library import Notes, library_of, material_names
-from hvisph.study.material_sheet import beside_measured, binned
+from hvisph.postprocessing.material_sheet import beside_measured, binned
 
 PAGE = Path(__file__).parent / "materials.md"
 BEGIN, END = "<!-- made by docs/hugoniots.py -->", "<!-- end -->"

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.jit import plain
+from hvisph.compiler.jit import plain
 from hvisph.materials.melting import melt_temperature
 from hvisph.materials.slots import values
-from hvisph.pictures.panels import Panel, panels_picture
-from hvisph.simulation.material_point import drive, flow_at, knows_heat
-from hvisph.simulation.materials import material_of
-from hvisph.study.material_sheet import hugoniot, pressed
+from hvisph.postprocessing.material_sheet import hugoniot, pressed
+from hvisph.setup.material_point import drive, flow_at, knows_heat
+from hvisph.setup.materials import material_of
+from hvisph.visualization.panels import Panel, panels_picture
 
 RATES = (1.0, 1e3, 1e5)
 
@@ -101,7 +101,7 @@ def _pores(model: Any) -> list[Panel]:
 
 
 def _melting(model: Any) -> list[Panel]:
-    from hvisph.case.thermal import SimonMelting
+    from hvisph.case.materials.thermal import SimonMelting
 
     heat = Panel("pressure behind a shock [GPa]", "temperature [K]")
     laws = {"melting, Lindemann": model, "melting, Simon, a 12 GPa, c 1.8": model.model_copy(
@@ -116,7 +116,7 @@ def _melting(model: Any) -> list[Panel]:
 
 
 def _temperature(model: Any) -> list[Panel]:
-    from hvisph.case.thermal import TotalEnergyTemperature
+    from hvisph.case.materials.thermal import TotalEnergyTemperature
 
     panel = Panel("particle velocity [km/s]", "temperature behind a shock [K]")
     heat = model.temperature

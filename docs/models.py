@@ -16,11 +16,11 @@ from typing import Any, get_args
 
 import numpy as np
 
-from hvisph.case.damage import Damage
-from hvisph.case.eos import Eos
-from hvisph.case.materials import Material
-from hvisph.case.strength import Strength
-from hvisph.case.thermal import Melting, Porosity, Temperature
+from hvisph.case.materials.damage import Damage
+from hvisph.case.materials.eos import Eos
+from hvisph.case.materials.material import Material
+from hvisph.case.materials.strength import Strength
+from hvisph.case.materials.thermal import Melting, Porosity, Temperature
 from hvisph.casefile.material_library import library_of
 from hvisph.materials import isentrope, melting, porosity
 from hvisph.materials.damage import REGISTRY as DAMAGES
@@ -197,7 +197,7 @@ def material_of_page(name: str, kind: str) -> Material:
 
 def write_table() -> None:
     """Write Tillotson's aluminium as a small table, the file of the page on tables."""
-    from hvisph.simulation.materials import material_of
+    from hvisph.setup.materials import material_of
 
     solid = material_of(library_of().load("aluminium-tillotson"))
     rho = np.concatenate([np.geomspace(50.0, 2000.0, 8), np.linspace(2200.0, 6000.0, 20)])

@@ -12,9 +12,9 @@ from hvisph import __version__
 from hvisph.measures.compare import Row, last_snapshot, row
 from hvisph.measures.published import COLUMNS, FARAHANI_2, TABLES, YOUNG_1, Published, published
 from hvisph.output.reader import read_history
-from hvisph.pictures.gallery import gallery
-from hvisph.study.campaign import complete
-from hvisph.study.comparison import entries, is_run
+from hvisph.postprocessing.campaign import complete
+from hvisph.postprocessing.comparison import entries, is_run
+from hvisph.visualization.run_gallery import gallery
 
 IMPACTS = {"al_al": "Aluminium on aluminium", "steel_al": "Steel on aluminium"}
 ORDER = (

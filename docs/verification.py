@@ -21,11 +21,11 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import numpy as np
 
-from hvisph.pictures.curves import Curve, curves_picture
 from hvisph.verification.pictures import draw, file_name
 from hvisph.verification.problem import ALL, Options
 from hvisph.verification.problems import PROBLEMS
-from hvisph.verification.running import Verdict, default_formulation, verdicts
+from hvisph.verification.runner import Verdict, default_formulation, verdicts
+from hvisph.visualization.curves import Curve, curves_picture
 
 HERE = Path(__file__).parent
 FOLDER, RESULTS, PAGE = HERE / "verification", HERE / "verification/results.json", HERE / "verification.md"

@@ -14,9 +14,9 @@ _LAZY = {
     "run": ("hvisph.simulation.run", "run"),
     "resume": ("hvisph.simulation.resume", "resume"),
     "measure": ("hvisph.measures.measure", "measure"),
-    "open_run": ("hvisph.study.open_run", "open_run"),
-    "report": ("hvisph.report.build", "report"),
-    "sweep": ("hvisph.sweeps.begin", "sweep"),
+    "open_run": ("hvisph.postprocessing.run_data", "open_run"),
+    "report": ("hvisph.visualization.html.build", "report"),
+    "sweep": ("hvisph.sweeps.start", "sweep"),
 }
 
 

@@ -1,5 +1,5 @@
 """`python -m hvisph`: the same as the command `hvisph`."""
 
-from hvisph.cli.start import main
+from hvisph.cli.entry_point import main
 
 main()

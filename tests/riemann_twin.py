@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from hvisph.sph.laws.edges import SOUND, SOUND_MEAN
-from hvisph.sph.laws.interface import LOOKS, MIXED_UP, OPEN, SHUT
-from hvisph.sph.laws.pair_states import HARD, HOLDING, NO_SHEAR
-from hvisph.sph.laws.riemann import CALM, EASED, ORDERLY, SHOCK_SLOPE
-from hvisph.sph.laws.unlike import FAINTEST, LEAST, depths
+from hvisph.schemes.riemann.law import CALM, EASED, ORDERLY, SHOCK_SLOPE
+from hvisph.sph.contact.contact_normal import LOOKS, MIXED_UP, OPEN, SHUT
+from hvisph.sph.contact.variable_resolution import FAINTEST, LEAST, depths
+from hvisph.sph.terms.free_surface_correction import SOUND, SOUND_MEAN
+from hvisph.sph.terms.riemann_solver import HARD, HOLDING, NO_SHEAR
 
 
 def torque(x, f):

@@ -5,10 +5,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from riemann_twin import about, riemann_rates, torque
 
-from hvisph.formulations.eulerian import Eulerian
-from hvisph.formulations.riemann import Riemann
-from hvisph.sph.pairs import Pairs
-from hvisph.sph.shape_matrix import SINGULAR
+from hvisph.schemes.riemann.scheme import Riemann
+from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.sph.neighbours.pairs import Pairs
+from hvisph.sph.terms.shape_matrix import SINGULAR
 
 H = 1.4e-3  # mean smoothing length of the random clouds [m]
 

@@ -6,8 +6,8 @@ from composite_runs import advance
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.formulations.conversion import Conversion
-from hvisph.simulation.build import build
+from hvisph.schemes.adaptive.conversion import Conversion
+from hvisph.setup.build import build
 
 METAL = {"density": 2785.0, "eos": {"type": "stiffened_gas", "sound_speed": 5328.0, "gamma": 2.0},
          "strength": {"type": "von_mises", "shear_modulus": 27.6e9, "yield_stress": 0.3e9}}  # fmt: skip

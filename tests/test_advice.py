@@ -6,10 +6,10 @@ import pytest
 from small_runs import GAS, LIQUID, METAL, SPRING, row_of
 
 from hvisph.casefile.loader import load_case
-from hvisph.simulation.advice import advice, sparse, tears
-from hvisph.simulation.experience import KNOWN, experience
-from hvisph.simulation.regime import regime
-from hvisph.validation.compare import verdicts
+from hvisph.precheck.body_rules import advice, sparse, tears
+from hvisph.precheck.regime import regime
+from hvisph.precheck.validation_record import KNOWN, experience
+from hvisph.validation.comparison import verdicts
 from hvisph.validation.results import stored
 
 EULERIAN = {"formulation": {"type": "eulerian"}}

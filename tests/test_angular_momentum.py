@@ -13,11 +13,11 @@ from hvisph.case.formulations.eulerian import EulerianFormulation
 from hvisph.case.formulations.riemann import RiemannFormulation
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.formulations.eulerian import Eulerian
-from hvisph.formulations.options import GrayArtificialStress
-from hvisph.formulations.riemann import Riemann
-from hvisph.simulation.build import build
-from hvisph.sph import rates as slots_of
+from hvisph.schemes.riemann.scheme import Riemann
+from hvisph.schemes.standard.options import GrayArtificialStress
+from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.setup.build import build
+from hvisph.sph.neighbours import rate_layout as slots_of
 from hvisph.verification.materials import ELASTIC
 
 FORMULATIONS = {

@@ -5,12 +5,12 @@ import pytest
 from small_runs import METAL, TWO, assert_same_results, final
 
 import hvisph
-from hvisph.case.axisymmetric import axisymmetric_warnings
+from hvisph.case.checks.axisymmetric import axisymmetric_warnings
 from hvisph.case.formulations.viscosity import NoArtificialStress
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.integrators.parts import hoop_signal
-from hvisph.simulation.build import build
+from hvisph.integrators.particle_steps import hoop_signal
+from hvisph.setup.build import build
 from hvisph.simulation.run import run
 from hvisph.sph.kernels import CUBIC_SPLINE
 

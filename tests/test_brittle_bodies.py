@@ -5,7 +5,7 @@ import pytest
 
 from hvisph.casefile.loader import load_case
 from hvisph.materials.damage.grady_kipp import GradyKipp
-from hvisph.simulation.build import build
+from hvisph.setup.build import build
 
 DENSITY, BULK, SHEAR = 2700.0, 26.7e9, 22.7e9
 YOUNG = 9.0 * BULK * SHEAR / (3.0 * BULK + SHEAR)

@@ -9,8 +9,8 @@ import sys
 
 import pytest
 
-from hvisph.core.fingerprint import ATTRIBUTE, GLOBAL, OTHER, fingerprint, names_read
-from hvisph.core.jit import compiled
+from hvisph.compiler.fingerprint import ATTRIBUTE, GLOBAL, OTHER, fingerprint, names_read
+from hvisph.compiler.jit import compiled
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX permissions")
 

@@ -4,8 +4,8 @@ import textwrap
 
 import pytest
 
+from hvisph.casefile.errors import CaseErrors
 from hvisph.casefile.loader import load_case
-from hvisph.casefile.problems import CaseErrors
 from hvisph.core.errors import CaseError
 
 GOOD = textwrap.dedent("""\

@@ -5,18 +5,18 @@ import json
 import jsonschema
 import pytest
 
-from hvisph.case.checks import warnings_of
-from hvisph.casefile.data import data_folder
+from hvisph.case.checks.consistency import warnings_of
+from hvisph.casefile.case_folder import cases_in
 from hvisph.casefile.explain import explain
-from hvisph.casefile.folder import cases_in
 from hvisph.casefile.loader import bundled_cases, dump_case, library, load_case, load_material
 from hvisph.casefile.manual import case_manual
+from hvisph.casefile.paths import data_folder
 from hvisph.casefile.schema import case_schema, generated_files
 from hvisph.casefile.yaml_text import parse
 from hvisph.core.errors import CaseError
 from hvisph.core.shapes import SHAPES, arrangements_of
-from hvisph.geometry.fill import allowed_arrangements
-from hvisph.simulation.shapes import shape_of
+from hvisph.geometry.filling import allowed_arrangements
+from hvisph.setup.shapes import shape_of
 
 ROOT = data_folder("cases").parent
 VALIDATOR = jsonschema.Draft202012Validator(case_schema())

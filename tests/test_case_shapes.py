@@ -8,14 +8,14 @@ import pytest
 
 from hvisph.casefile.loader import bundled_cases, load_case
 from hvisph.core.errors import CaseError
-from hvisph.pictures.setup import DrawnBody, Setup, setup_figure, setup_picture
-from hvisph.simulation.advice import advice
-from hvisph.simulation.bodies import placed_bodies
-from hvisph.simulation.build import build
-from hvisph.simulation.estimate import estimate, rough_count
-from hvisph.simulation.first_contact import first_contact
-from hvisph.simulation.meeting import meeting
-from hvisph.simulation.velocities import initial_velocity
+from hvisph.precheck.body_rules import advice
+from hvisph.precheck.estimate import estimate, rough_count
+from hvisph.precheck.first_contact import first_contact
+from hvisph.precheck.impact_pair import meeting
+from hvisph.setup.bodies import placed_bodies
+from hvisph.setup.build import build
+from hvisph.setup.velocities import initial_velocity
+from hvisph.visualization.setup import DrawnBody, Setup, setup_figure, setup_picture
 
 METAL = "aluminium-howell-ball"
 BASE = {"kinematics": "three_d", "resolution": "0.5 mm", "time": {"end": "1 us"}}

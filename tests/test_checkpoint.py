@@ -21,8 +21,8 @@ from small_runs import (
 import hvisph
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.output import checkpoint as checkpoints
-from hvisph.output.checkpoint import Checkpoint, list_checkpoints, read_checkpoint, write_checkpoint
+from hvisph.output import checkpoint_file as checkpoints
+from hvisph.output.checkpoint_file import Checkpoint, list_checkpoints, read_checkpoint, write_checkpoint
 from hvisph.output.reader import list_snapshots, read_history
 from hvisph.simulation.clock import Clock
 from hvisph.simulation.listener import Listener

@@ -11,10 +11,10 @@ import pytest
 from typer.testing import CliRunner
 
 import hvisph
-from hvisph.casefile.data import bundled_cases, data_folder
+from hvisph.casefile.paths import bundled_cases, data_folder
 from hvisph.cli.main import app
-from hvisph.core.jit import heard_compiling
-from hvisph.simulation.estimate import INTERPRETER
+from hvisph.compiler.jit import heard_compiling
+from hvisph.precheck.estimate import INTERPRETER
 
 COMMANDS = ("run", "resume", "check", "measure", "cases", "materials", "explain", "schema", "doctor")
 
@@ -181,7 +181,7 @@ def test_doctor_tries_a_compiled_loop():
 
 def test_doctor_tells_a_broken_machine(monkeypatch):
     broken = {"passed": False, "reason": "wrong", "cached": False, "seconds": 0.0, "threads": 1}
-    monkeypatch.setattr("hvisph.core.self_test.self_test", lambda: broken)
+    monkeypatch.setattr("hvisph.compiler.self_test.self_test", lambda: broken)
     found = call("doctor")
     assert found.exit_code == 3
     assert "FAILED: wrong" in found.stdout
@@ -241,7 +241,7 @@ def test_overlapping_bodies_are_refused_by_file_and_line(command):
 
 @pytest.mark.parametrize("command", ["check", "run"])
 def test_more_memory_than_there_is(command, monkeypatch):
-    monkeypatch.setattr("hvisph.simulation.estimate.free_memory", lambda: 1.02 * INTERPRETER)
+    monkeypatch.setattr("hvisph.precheck.estimate.free_memory", lambda: 1.02 * INTERPRETER)
     found = call(command, "al_al")
     assert found.exit_code == 2
     assert "GB of memory" in found.stderr
@@ -250,8 +250,8 @@ def test_more_memory_than_there_is(command, monkeypatch):
 
 
 def test_a_hundred_million_particles_are_not_made_to_be_counted(monkeypatch):
-    monkeypatch.setattr("hvisph.simulation.estimate.free_memory", lambda: 1e12)
-    monkeypatch.delattr("hvisph.simulation.bodies.fill")  # what would make them
+    monkeypatch.setattr("hvisph.precheck.estimate.free_memory", lambda: 1e12)
+    monkeypatch.delattr("hvisph.setup.bodies.fill")  # what would make them
     found = json.loads(call("check", "al_al", "--resolution", "1.2 um", "--json").stdout)
     assert not found["counted"]
     # the estimate by volume against the disc and the plate themselves

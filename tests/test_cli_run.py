@@ -17,16 +17,16 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 import hvisph
-from hvisph.casefile.data import bundled_cases, data_folder
 from hvisph.casefile.loader import load_case
+from hvisph.casefile.paths import bundled_cases, data_folder
 from hvisph.cli import interrupt
-from hvisph.cli.lines import status_text, time_left
-from hvisph.cli.live import Live
 from hvisph.cli.loading import run_folder
 from hvisph.cli.main import app
-from hvisph.cli.results import results_table
-from hvisph.cli.words import duration, quantity, rounded, size, table
-from hvisph.simulation.estimate import estimate
+from hvisph.cli.text.formatting import duration, quantity, rounded, size, table
+from hvisph.cli.text.progress_bar import Live
+from hvisph.cli.text.results_table import results_table
+from hvisph.cli.text.text_log import status_text, time_left
+from hvisph.precheck.estimate import estimate
 from hvisph.simulation.listener import Progress
 
 # A 1D impact of 200 particles, just long enough for a plateau behind the shocks; one thread, as there is

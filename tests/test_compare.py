@@ -9,14 +9,14 @@ from matplotlib.image import imread
 from measure_bodies import MM, box, impact_end, snapshot
 from typer.testing import CliRunner
 
-from hvisph.cli.comparison_table import comparison_tables
 from hvisph.cli.main import app
+from hvisph.cli.text.comparison_table import comparison_tables
 from hvisph.core.errors import CaseError
 from hvisph.measures.compare import Row, last_snapshot, shown_measures
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.reader import list_snapshots
-from hvisph.pictures.gallery import gallery
-from hvisph.study.comparison import entries, is_run
+from hvisph.postprocessing.comparison import entries, is_run
+from hvisph.visualization.run_gallery import gallery
 
 BASE = """
 title: Plates
@@ -211,7 +211,7 @@ def test_the_picture_of_all_has_one_scale(tmp_path, monkeypatch):
     one.fields["pressure"] = np.linspace(-2e9, 1e9, one.count)
     other.fields["pressure"] = np.linspace(-1e9, 4e9, other.count)
     seen = []
-    monkeypatch.setattr("hvisph.pictures.gallery.store", lambda figure, path: seen.append(figure))
+    monkeypatch.setattr("hvisph.visualization.run_gallery.store", lambda figure, path: seen.append(figure))
     gallery({"one": one, "other": other}, tmp_path / "a.png")
     first, second = (axes for axes in seen[0].axes if axes.get_title())
     assert (first.get_xlim(), first.get_ylim()) == (second.get_xlim(), second.get_ylim())

@@ -6,12 +6,12 @@ from composite_runs import advance
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.simulation.build import build
+from hvisph.setup.build import build
+from hvisph.sph.contact.penalty_contact import Pressing
+from hvisph.sph.contact.repulsion import Contact
 from hvisph.sph.kernels import CUBIC_SPLINE
-from hvisph.sph.laws.contact import Contact
-from hvisph.sph.laws.pressing import Pressing
-from hvisph.sph.pairs import Pairs
-from hvisph.sph.rates import slots
+from hvisph.sph.neighbours.pairs import Pairs
+from hvisph.sph.neighbours.rate_layout import slots
 
 SPRING = {"density": 2785.0, "eos": {"type": "elastic", "youngs_modulus": 70e9, "poisson_ratio": 0.3},
           "strength": {"type": "elastic"}}  # fmt: skip
@@ -205,7 +205,7 @@ def test_contact_gives_its_own_limit_of_the_step():
 
 
 def test_doubtful_stiffness_is_said():
-    from hvisph.simulation.contact_warnings import contact_warnings
+    from hvisph.precheck.contact_rules import contact_warnings
 
     def case(**contact):
         return bars({"type": "eulerian", "contact": {"type": "repulsive"} | contact}, speed=1000.0)

@@ -10,14 +10,14 @@ from sph_twins import compiled_rates, neighbours, packed, random_cloud, tensile
 
 from hvisph.casefile.loader import dump_case, load_case
 from hvisph.core.errors import CaseError
-from hvisph.formulations.eulerian import Eulerian
-from hvisph.formulations.options import GrayArtificialStress, KernelCorrection, NoCorrection
 from hvisph.output.reader import read_history
-from hvisph.simulation.formulations import formulation_of
+from hvisph.schemes.standard.law import LEVEL
+from hvisph.schemes.standard.options import GrayArtificialStress, KernelCorrection, NoCorrection
+from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.setup.formulations import formulation_of
 from hvisph.simulation.run import run
-from hvisph.sph.laws.standard import LEVEL
-from hvisph.sph.shape_matrix import SINGULAR
-from hvisph.sph.symmetry import Plane
+from hvisph.sph.neighbours.symmetry_planes import Plane
+from hvisph.sph.terms.shape_matrix import SINGULAR
 
 KINDS = ("shepard", "gradient", "mixed")
 DIMS = pytest.mark.parametrize("dim", [1, 2, 3])

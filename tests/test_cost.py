@@ -9,8 +9,8 @@ import pytest
 
 from hvisph.casefile.loader import load_case
 from hvisph.output.history import HistoryWriter
-from hvisph.simulation import cost
-from hvisph.simulation.estimate import estimate
+from hvisph.precheck import cost
+from hvisph.precheck.estimate import estimate
 from hvisph.simulation.run import run, set_threads
 
 
@@ -86,7 +86,7 @@ def test_words_name_the_cores_left_free():
                                                  ({"GOMP_SPINCOUNT": "7"}, "7")])  # fmt: skip
 def test_threads_wait_asleep_unless_the_user_says_otherwise(given, expected):
     kept = {name: value for name, value in os.environ.items() if name not in ("GOMP_SPINCOUNT", "OMP_WAIT_POLICY")}
-    text = "import os, hvisph.core.jit; print(os.environ.get('GOMP_SPINCOUNT'))"
+    text = "import os, hvisph.compiler.jit; print(os.environ.get('GOMP_SPINCOUNT'))"
     done = subprocess.run([sys.executable, "-c", text], env=kept | given, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == expected
 

@@ -9,10 +9,10 @@ import yaml
 
 from hvisph.case.case import Case
 from hvisph.case.formulations.eulerian import EulerianFormulation
-from hvisph.case.materials import Material
-from hvisph.casefile.describe import spot_of
+from hvisph.case.materials.material import Material
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import doubted
+from hvisph.casefile.model_fields import spot_of
 from hvisph.core.kernels import REACH
 from hvisph.sweeps.plan import load_plan
 

@@ -8,8 +8,8 @@ from test_docs import DOCS, ROOT
 
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import library_of, material_names
-from hvisph.formulations import diagnose, stepper
-from hvisph.simulation.materials import material_of
+from hvisph.schemes import derived_fields, stepper
+from hvisph.setup.materials import material_of
 from hvisph.simulation.run import run
 
 
@@ -72,7 +72,10 @@ def check(found, tmp_path):
 
 
 def test_the_cases_of_the_pages_run(tmp_path, monkeypatch):
-    for room in (stepper, diagnose):  # one loop for all models: that those fitted to a case say the same has its tests
+    for room in (
+        stepper,
+        derived_fields,
+    ):  # one loop for all models: that those fitted to a case say the same has its tests
         monkeypatch.setattr(room, "fitted", lambda function, *_: function)
     check(cases(tmp_path, False), tmp_path)
 

@@ -8,7 +8,7 @@ import pytest
 from hvisph.casefile.loader import load_case
 from hvisph.exact.plate_impact import impact
 from hvisph.output.reader import read_history
-from hvisph.simulation.materials import material_of
+from hvisph.setup.materials import material_of
 from hvisph.simulation.run import run
 
 CASE = """

@@ -5,15 +5,15 @@ from math import log, sqrt
 import numpy as np
 import pytest
 
+from hvisph.compiler.jit import plain
 from hvisph.core.errors import CaseError
-from hvisph.core.jit import plain
 from hvisph.exact.hugoniot import impedance_match, shock
 from hvisph.exact.plate_impact import impact, with_reflections
 from hvisph.exact.roots import bracketed_root
 from hvisph.materials.eos import IdealGas, MieGrueneisen, StiffenedGas
+from hvisph.materials.material_table import Material
 from hvisph.materials.porosity import Porosity, crush_curve
 from hvisph.materials.strength import ElasticStrength, LinearHardening, NoStrength, VonMises
-from hvisph.materials.table import Material
 
 RHO0, G, Y = 2785.0, 27.6e9, 0.3e9
 GAS, SOLID = StiffenedGas(5328.0, 2.0), MieGrueneisen(5328.0, 2.0, 1.338)

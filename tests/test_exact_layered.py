@@ -8,8 +8,8 @@ import pytest
 from hvisph.core.errors import CaseError
 from hvisph.exact.layered import layered_impact
 from hvisph.materials.eos import Linear, StiffenedGas
+from hvisph.materials.material_table import Material
 from hvisph.materials.strength import VonMises
-from hvisph.materials.table import Material
 
 # density and Cauchy number of the outer material and of the middle layer (Zisis 2013, tables 2 and 3)
 SETUPS = {

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from hvisph.core.exact import (
+from hvisph.compiler.exact_sum import (
     FINER,
     LARGEST,
     add_whole,
@@ -17,7 +17,7 @@ from hvisph.core.exact import (
     value_of,
     whole_parts,
 )
-from hvisph.core.jit import specialise
+from hvisph.compiler.jit import specialise
 
 
 def _add_all(terms, rounder, sums):

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.fill import FUNCTIONS, allowed_arrangements, estimated_count, fill
+from hvisph.geometry.filling import FUNCTIONS, allowed_arrangements, estimated_count, fill
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Sphere
 
 MM = 1e-3

@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hvisph.geometry.fill import fill
+from hvisph.geometry.filling import fill
 from hvisph.geometry.graded import Grading, fill_graded
 from hvisph.geometry.overlap import Standing, overlaps
-from hvisph.geometry.place import rotated, rotation_matrix, row
+from hvisph.geometry.placement import rotated, rotation_matrix, row
 from hvisph.geometry.section import Section, fill_section
 from hvisph.geometry.shapes import (
     Annulus,

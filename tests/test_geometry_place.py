@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.fill import fill
-from hvisph.geometry.place import rotated, rotation_matrix, row
+from hvisph.geometry.filling import fill
+from hvisph.geometry.placement import rotated, rotation_matrix, row
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval
 
 DX = 0.1

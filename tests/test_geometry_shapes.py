@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.fill import allowed_arrangements, fill, refuse_sparse
+from hvisph.geometry.filling import allowed_arrangements, fill, refuse_sparse
 from hvisph.geometry.graded import Grading, fill_graded
 from hvisph.geometry.mirror import Mirror, cut
 from hvisph.geometry.section import fill_section

@@ -7,16 +7,16 @@ import pytest
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.kinematics import strained
-from hvisph.materials.limits import range_of
+from hvisph.diagnostics.budgets import turning
+from hvisph.diagnostics.mass_fractions import shares
+from hvisph.diagnostics.sanity_checks import UNNOTICED, Watch
 from hvisph.materials.melting import Lindemann
+from hvisph.materials.validity_limits import range_of
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.output.snapshot import Snapshot
-from hvisph.simulation.health import shares
-from hvisph.simulation.materials import material_of
-from hvisph.simulation.monitors import turning
+from hvisph.precheck.hugoniot_check import beside
+from hvisph.setup.materials import material_of
 from hvisph.simulation.run import run, set_threads
-from hvisph.simulation.shock import beside
-from hvisph.simulation.watch import UNNOTICED, Watch
 
 CASE = {
     "kinematics": "plane_strain",

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from hvisph.core.particles import Particles
-from hvisph.formulations.eulerian import Eulerian
-from hvisph.formulations.options import GrayArtificialStress, NoViscosity
-from hvisph.formulations.riemann import Riemann
-from hvisph.formulations.stepper import Stepper
 from hvisph.integrators import sums as column
-from hvisph.integrators.criteria import Criteria
 from hvisph.integrators.scheme import SCHEMES
+from hvisph.integrators.time_step import Criteria
 from hvisph.materials.eos import StiffenedGas
+from hvisph.materials.material_table import Material
 from hvisph.materials.strength import ElasticStrength, VonMises
-from hvisph.materials.table import Material
-from hvisph.sph.cells import Grid
+from hvisph.schemes.riemann.scheme import Riemann
+from hvisph.schemes.standard.options import GrayArtificialStress, NoViscosity
+from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.schemes.stepper import Stepper
+from hvisph.sph.neighbours.cells import Grid
 
 ELASTIC = Material("elastic", 2785.0, StiffenedGas(5328.0, 2.0), ElasticStrength(27.6e9))
 PLASTIC = Material("plastic", 2785.0, StiffenedGas(5328.0, 2.0), VonMises(27.6e9, 0.3e9))

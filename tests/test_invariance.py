@@ -5,9 +5,9 @@ import pytest
 from small_runs import DAMAGED, HARDENING, METAL, row_of
 
 from hvisph.casefile.loader import load_case
-from hvisph.output.folder import RunFolder
 from hvisph.output.reader import list_snapshots, read_snapshot
-from hvisph.simulation.build import build
+from hvisph.output.run_folder import RunFolder
+from hvisph.setup.build import build
 from hvisph.simulation.loop import Run
 from hvisph.simulation.run import run, set_threads
 

@@ -7,19 +7,19 @@ from math import exp
 import numpy as np
 import pytest
 
-from hvisph.core.branches import text_in_lanes
-from hvisph.core.exact import add_lanes, rounder_of, sum_lanes, whole_parts
-from hvisph.core.jit import compiled, plain, prange, specialise
-from hvisph.core.lanes import LANES
-from hvisph.core.many import many
-from hvisph.core.masks import first_lanes
-from hvisph.core.tensors import own_gradient, own_symmetric, own_vector, put
-from hvisph.formulations.stepper import OF_MATERIALS
-from hvisph.materials import response
+from hvisph.compiler.exact_sum import add_lanes, rounder_of, sum_lanes, whole_parts
+from hvisph.compiler.if_conversion import text_in_lanes
+from hvisph.compiler.jit import compiled, plain, prange, specialise
+from hvisph.compiler.tensors import own_gradient, own_symmetric, own_vector, put
+from hvisph.compiler.vector.gather import many
+from hvisph.compiler.vector.lane_masks import first_lanes
+from hvisph.compiler.vector.lanes import LANES
+from hvisph.materials import stress_update
 from hvisph.materials.damage import GradyKipp, JohnsonCookDamage, PressureCutoff, PrincipalStress
 from hvisph.materials.eos import Linear, MieGrueneisen, StiffenedGas, Tillotson
+from hvisph.materials.material_table import Material, pack
 from hvisph.materials.strength import JohnsonCook, LinearHardening, NoStrength, VonMises
-from hvisph.materials.table import Material, pack
+from hvisph.schemes.stepper import OF_MATERIALS
 
 COUNT = 40  # a multiple of all numbers of lanes
 
@@ -185,7 +185,7 @@ def _respond_singly(data, near, out, table, models, m):
 @pytest.fixture(scope="module")
 def loops():
     """Return the stress update of all models over rows, one at a time and lanes at a time."""
-    one = specialise(_respond, recall=response.recall)
+    one = specialise(_respond, recall=stress_update.recall)
     return [specialise(loop, parallel=False, respond=one) for loop in (_respond_singly, _respond_together)]
 
 
@@ -200,7 +200,7 @@ def test_the_stress_update_of_every_kind_of_model(loops, material):
     data[:, 5] = -data[:, 3] - data[:, 4]
     data[:, 9] = rng.choice([0.0, 0.2], COUNT)
     data[:, 10] = rng.choice([0.0, 0.0, 0.3, 1.0], COUNT)
-    data[:, 11:16] = response.NOTHING
+    data[:, 11:16] = stress_update.NOTHING
     data[:, 16:] = 10.0 ** rng.uniform(3, 8, (COUNT, 1)) * rng.normal(size=(COUNT, 9))
     data[:8, 16:], data[8:16, [18, 21, 22, 23]] = 0.0, 0.0  # at rest; in the plane
     near, made = np.arange(COUNT, dtype=np.uint32), []
@@ -210,7 +210,7 @@ def test_the_stress_update_of_every_kind_of_model(loops, material):
         made.append(out)
     assert np.array_equal(made[0], made[1], equal_nan=True)
     assert np.isfinite(made[0][:, :10]).all()
-    row = plain(response.recall)
+    row = plain(stress_update.recall)
     for k in (3, 20, 33):
         d = data[k].tolist()
         s, *others, memory = row(

@@ -5,8 +5,8 @@ from gauge_beside_exact import compare_gauge
 
 from hvisph.casefile.loader import load_case
 from hvisph.output.reader import read_history
+from hvisph.postprocessing.exact_solution import exact_solution
 from hvisph.simulation.run import run
-from hvisph.study.exact_solution import exact_solution
 
 COARSE = ("resolution=0.005", "time.step=2e-4", "output.every=null")
 

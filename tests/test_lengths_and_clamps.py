@@ -6,7 +6,7 @@ from composite_runs import advance
 from small_runs import GAS, METAL, final, row_of
 
 from hvisph.output.reader import list_snapshots, read_snapshot
-from hvisph.simulation.build import build
+from hvisph.setup.build import build
 from hvisph.simulation.run import run
 
 

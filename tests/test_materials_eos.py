@@ -24,7 +24,7 @@ from hvisph.materials.eos import (
     UsUpTable,
     pressure_and_sound_speed,
 )
-from hvisph.materials.table import Material, pack
+from hvisph.materials.material_table import Material, pack
 
 RHO0 = 2785.0
 ALUMINIUM = Tillotson(75.2e9, 65e9, 0.5, 1.63, 5e6, 5.0, 5.0, 3e6, 13.9e6, cold_tension="full")
@@ -238,7 +238,7 @@ def test_parameters_out_of_range_are_refused(make):
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_points_of_a_hugoniot_are_fitted_by_a_curve_of_any_order(order):
     """Points of a known curve give its coefficients back, and no residuals; too few of them are refused."""
-    from hvisph.case.eos import MieGruneisenEos
+    from hvisph.case.materials.eos import MieGruneisenEos
 
     c0, s = 3145.0, [1.8, -0.9, 0.7][:order]
     points = []

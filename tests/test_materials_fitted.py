@@ -5,11 +5,11 @@ import pytest
 from test_materials_eos import ALUMINIUM, MODELS, identify
 from test_materials_response import DAMAGES, GAS, JC, LATER_DAMAGES, LATER_STRENGTHS, RHO0, STRENGTHS, M, material
 
-from hvisph.core.jit import plain
-from hvisph.materials import bearing, response, state
+from hvisph.compiler.jit import plain
+from hvisph.materials import stress_update, thermodynamics, traction_limits
 from hvisph.materials.eos import IdealGas
+from hvisph.materials.material_table import Material, fitted, pack
 from hvisph.materials.porosity import Porosity
-from hvisph.materials.table import Material, fitted, pack
 
 PORES = Porosity(1.3, 1e8, 1e9)
 METALS = [material(JC, DAMAGES[2]), material(STRENGTHS[2])]
@@ -34,7 +34,9 @@ def compare(made, packed_with):
     table, models = pack([made, *packed_with])
     answers = []
     for name in ("recall", "flow_stress", "remembered_state", "shear_modulus", "bearable_tension"):
-        general = getattr(response, name, None) or getattr(state, name, None) or getattr(bearing, name)
+        general = (
+            getattr(stress_update, name, None) or getattr(thermodynamics, name, None) or getattr(traction_limits, name)
+        )
         answers.append((name, plain(general), plain(fitted(general, table, models))))
     for rho, e, s, strain, damage, generator in states(40):
         l = tuple(1e5 * generator.standard_normal(9))
@@ -71,8 +73,8 @@ def test_a_loop_holds_rare_models_where_a_material_has_one():
     for model in (*MODELS, *LATER_STRENGTHS, *LATER_DAMAGES):
         made = material(model) if model in LATER_STRENGTHS else material(JC, model)
         made = material(JC, eos=model) if model in MODELS else made
-        common = fitted(response.recall, *pack([made])) is fitted(response.recall, *pack(METALS))
+        common = fitted(stress_update.recall, *pack([made])) is fitted(stress_update.recall, *pack(METALS))
         assert common == (model in MODELS and model.tag <= IdealGas.tag), model
     rare = [material(one, eos=ALUMINIUM) for one in LATER_STRENGTHS]
     porous = Material("foam", RHO0, GAS, JC, LATER_DAMAGES[0], PORES)
-    assert fitted(response.recall, *pack([porous, *rare])) is response.recall
+    assert fitted(stress_update.recall, *pack([porous, *rare])) is stress_update.recall

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from hvisph.casefile.loader import library, load_material
+from hvisph.compiler.jit import plain
 from hvisph.core.errors import CaseError
-from hvisph.core.jit import plain
-from hvisph.materials import bearing, melting, response, slots
+from hvisph.materials import melting, slots, stress_update, traction_limits
 from hvisph.materials.damage import (
     CockcroftLatham,
     GradyKipp,
@@ -23,8 +23,8 @@ from hvisph.materials.damage import (
     tensile,
 )
 from hvisph.materials.eos import JonesWilkinsLee, Linear, MieGrueneisen, Polynomial
+from hvisph.materials.material_table import Material, pack
 from hvisph.materials.porosity import Porosity
-from hvisph.materials.state import flow_stress, shear_modulus, temperature_of
 from hvisph.materials.strength import (
     CowperSymonds,
     ElasticStrength,
@@ -40,9 +40,9 @@ from hvisph.materials.strength import (
     steinberg,
     yield_stress,
 )
-from hvisph.materials.table import Material, pack
-from hvisph.simulation.material_point import drive
-from hvisph.simulation.materials import material_of
+from hvisph.materials.thermodynamics import flow_stress, shear_modulus, temperature_of
+from hvisph.setup.material_point import drive
+from hvisph.setup.materials import material_of
 
 POINT = 1e-6
 EOS = MieGrueneisen(5240.0, 1.97, 1.4)
@@ -274,9 +274,9 @@ def test_damage_of_one_particle_grows_as_its_cracks_do():
     assert grown(0.3, 0.5e-3, 1.0, 1e-3, 1.0, 1.0, row) == 0.3
 
 
-def recalled(material, rho, e=0.0, damage=0.0, memory=response.NOTHING, dt=0.0, s=(0.0,) * 6, l=(0.0,) * 9):
+def recalled(material, rho, e=0.0, damage=0.0, memory=stress_update.NOTHING, dt=0.0, s=(0.0,) * 6, l=(0.0,) * 9):
     table, models = pack([material])
-    return plain(response.recall)(table, models, 0, dt, rho, e, s, 0.0, damage, memory, l)
+    return plain(stress_update.recall)(table, models, 0, dt, rho, e, s, 0.0, damage, memory, l)
 
 
 def test_cut_off_with_memory_spalls_and_without_heals():
@@ -463,7 +463,7 @@ def test_a_smoothed_rate_forgets_a_tenth_a_step():
     """A jump of the strain rate is felt bit by bit, as 1 - 0.9^k, and the yield stress with it."""
     strength = CowperSymonds(80e9, 0.25e9, 40.4, 5.0)
     l = np.diag([1e3, -0.5e3, -0.5e3]).ravel()
-    rate, memory, stress = 1e3, response.NOTHING, []
+    rate, memory, stress = 1e3, stress_update.NOTHING, []
     s = (0.0,) * 6
     smoothed = Material("steel", 7850.0, EOS, strength, rate_smoothing=10)
     assert smoothed.remembers
@@ -584,7 +584,9 @@ def test_pores_beyond_those_of_the_start_leave_waves_no_faster():
 def test_what_has_failed_bears_no_tension_across_a_plane(name, tension):
     table, models = pack([material_of(load_material(name))])
     s, row = (1e6, -1e6, 0.0, 0.0, 0.0, 0.0), np.uint64(0)
-    sound, half, broken = (bearing.bearable_tension(table, models, row, s, damage) for damage in (0.0, 0.5, 1.0))
+    sound, half, broken = (
+        traction_limits.bearable_tension(table, models, row, s, damage) for damage in (0.0, 0.5, 1.0)
+    )
     assert broken == pytest.approx(np.sqrt(2.0) * 1e6, rel=1e-12)  # its deviator alone
     assert sound > 1e8
     if tension:  # what is left of the tensile strength

@@ -8,8 +8,8 @@ import pytest
 
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import library_of, load_material, material_names
+from hvisph.compiler.jit import plain
 from hvisph.core.errors import CaseError
-from hvisph.core.jit import plain
 from hvisph.exact.hugoniot import shock
 from hvisph.exact.shock_train import last_waves
 from hvisph.materials import porosity, slots
@@ -25,11 +25,11 @@ from hvisph.materials.eos import (
     UsUpTable,
     read_grid,
 )
+from hvisph.materials.material_table import Material
 from hvisph.materials.porosity import Porosity
-from hvisph.materials.table import Material
 from hvisph.output.eos_table import read_eos_table
-from hvisph.simulation.materials import material_of
-from hvisph.study.material_sheet import beside_measured, binned
+from hvisph.postprocessing.material_sheet import beside_measured, binned
+from hvisph.setup.materials import material_of
 
 POINT = 1e-6  # what two routes in double precision agree to, printed with eight digits
 
@@ -460,7 +460,7 @@ def test_names_that_are_none_are_answered_with_their_kin(name, said):
 
 
 def test_a_shock_outside_of_what_a_material_meets_is_warned_of():
-    from hvisph.simulation.shock import beyond_measured
+    from hvisph.precheck.hugoniot_check import beyond_measured
 
     def said(material, speed):
         settings = [f"bodies.projectile.material={material}", f"bodies.target.material={material}"]

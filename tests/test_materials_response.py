@@ -5,10 +5,9 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from hvisph.compiler.jit import plain
 from hvisph.core.errors import CaseError
-from hvisph.core.jit import plain
 from hvisph.materials import damage, slots, strength
-from hvisph.materials.bearing import bearable_shear
 from hvisph.materials.damage import (
     CockcroftLatham,
     GradyKipp,
@@ -20,8 +19,7 @@ from hvisph.materials.damage import (
     PrincipalStress,
 )
 from hvisph.materials.eos import MieGrueneisen, StiffenedGas
-from hvisph.materials.response import respond, rotated
-from hvisph.materials.state import equilibrium_state, flow_stress, longitudinal_speed, shear_speed
+from hvisph.materials.material_table import Material, pack
 from hvisph.materials.strength import (
     CowperSymonds,
     ElasticStrength,
@@ -35,7 +33,9 @@ from hvisph.materials.strength import (
     VonMises,
     ZerilliArmstrong,
 )
-from hvisph.materials.table import Material, pack
+from hvisph.materials.stress_update import respond, rotated
+from hvisph.materials.thermodynamics import equilibrium_state, flow_stress, longitudinal_speed, shear_speed
+from hvisph.materials.traction_limits import bearable_shear
 
 RHO0, G, Y = 2785.0, 27.6e9, 0.3e9
 GAS = StiffenedGas(5328.0, 2.0)
@@ -348,7 +348,7 @@ def test_combinations_without_meaning_are_refused():
 
 def cold_metals():
     from hvisph.casefile.material_library import library_of
-    from hvisph.simulation.materials import material_of
+    from hvisph.setup.materials import material_of
 
     return [
         material(JC, DAMAGES[2]),

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, snapshot
 
-from hvisph.measures.hollow import radii
+from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import measure_snapshot
-from hvisph.measures.scene import Scene
-from hvisph.measures.spall import pull_back
+from hvisph.measures.one_dimensional.shell_radii import radii
+from hvisph.measures.one_dimensional.spall import pull_back
 
 LENGTH, WIDTH, DX = 24 * MM, 8 * MM, 0.4 * MM
 

@@ -8,13 +8,13 @@ from measure_bodies import MM, box, snapshot
 from test_measure_perforation import DX, holed, moment, plates, same, shot
 
 from hvisph.core.errors import CaseError
-from hvisph.core.measures import CLOUD_CATALOGUE, PROJECTILE_CATALOGUE
-from hvisph.measures.cloud import cloud
-from hvisph.measures.layers import layer_measures
+from hvisph.core.measure_catalogue import CLOUD_CATALOGUE, PROJECTILE_CATALOGUE
+from hvisph.measures.debris.cloud import cloud
+from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import measure_snapshot
-from hvisph.measures.scene import Scene
 from hvisph.measures.statistics import weighted_quantile
-from hvisph.pictures.witness import witness_picture
+from hvisph.measures.target.targets import layer_measures
+from hvisph.visualization.witness import witness_picture
 
 RATE = 1e5  # [1/s]
 

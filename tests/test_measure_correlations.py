@@ -16,7 +16,7 @@ from hvisph.measures.correlations import (
     critical_diameter,
     recht_ipson,
 )
-from hvisph.simulation.correlations import impact_of
+from hvisph.precheck.correlation_input import impact_of
 
 MM = 1e-3
 SIX = ALLOYS["aluminium-6061"]

@@ -10,14 +10,14 @@ from measure_bodies import MM, box, snapshot
 
 import hvisph
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.measures import CATALOGUE
-from hvisph.measures.debris import debris
+from hvisph.core.measure_catalogue import CATALOGUE
+from hvisph.measures.debris.debris import debris
+from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import measure_snapshot
-from hvisph.measures.scene import Scene
 from hvisph.measures.series import columns, write_fragments, write_series
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.vtu import write_vtu
-from hvisph.pictures.series import KINDS, series_picture
+from hvisph.visualization.measure_series import KINDS, series_picture
 
 DX = 1 * MM
 # what the projectile breaks into: particles along x and their velocity
@@ -202,7 +202,7 @@ def test_every_measure_has_a_panel_of_the_picture():
 
 
 def test_picture_of_all_measures(run, tmp_path, monkeypatch):
-    import hvisph.pictures.curves as curves
+    import hvisph.visualization.curves as curves
 
     figures = []
     store = curves.store

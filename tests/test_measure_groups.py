@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, snapshot
 
-from hvisph.measures import groups
-from hvisph.measures.fragments import fragments
-from hvisph.measures.groups import connected_groups, main_body
-from hvisph.measures.scene import Scene
-from hvisph.measures.voids import void_fraction
+from hvisph.measures.debris import groups
+from hvisph.measures.debris.fragments import fragments
+from hvisph.measures.debris.groups import connected_groups, main_body
+from hvisph.measures.debris.voids import void_fraction
+from hvisph.measures.frame.measurement_frame import Scene
 
 
 def test_groups_are_linked_at_two_spacings():

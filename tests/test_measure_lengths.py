@@ -9,8 +9,8 @@ from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, s
 from hvisph.core.errors import OutputError
 from hvisph.geometry.graded import Grading, fill_graded
 from hvisph.geometry.shapes import Box
+from hvisph.measures.frame.measurement_frame import Scene, reference
 from hvisph.measures.lengths import crater_diameter, extension, length_of, penetration
-from hvisph.measures.scene import Scene, reference
 
 
 @pytest.mark.parametrize("dx", [0.1 * MM, 0.2 * MM, 0.4 * MM])

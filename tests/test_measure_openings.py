@@ -5,13 +5,13 @@ import pytest
 from measure_bodies import MM, ball, box
 from test_measure_perforation import DX, holed, moment, rotation, same, turned
 
-from hvisph.measures.answer import answer
-from hvisph.measures.layers import layer_measures, perforated
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.frame.target_geometry import plate_of
 from hvisph.measures.measure import measure_snapshot
-from hvisph.measures.passage import moment_of, with_history
-from hvisph.measures.plates import plate_of
-from hvisph.measures.scene import Scene
-from hvisph.measures.ways import Grid, place_of
+from hvisph.measures.projectile.perforation_times import moment_of, with_history
+from hvisph.measures.target.perforation_path import Grid, place_of
+from hvisph.measures.target.targets import layer_measures, perforated
+from hvisph.measures.verdict import answer
 
 WIDE = 30 * MM
 RESIDUAL = ("residual_mass", "residual_length", "residual_velocity_largest", "residual_angle",

@@ -8,15 +8,15 @@ from measure_bodies import MM, ball, box, snapshot
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import OutputError
-from hvisph.core.measures import LAYER_CATALOGUE
-from hvisph.measures.layers import layer_measures, perforated
-from hvisph.measures.marks import _front_surface
+from hvisph.core.measure_catalogue import LAYER_CATALOGUE
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.frame.roles import roles_of
 from hvisph.measures.measure import measure_snapshot
-from hvisph.measures.passage import Moment, moment_of, with_history
+from hvisph.measures.projectile.perforation_times import Moment, moment_of, with_history
 from hvisph.measures.result import Result, meaningless
-from hvisph.measures.roles import roles_of
-from hvisph.measures.scene import Scene
-from hvisph.measures.swing import lately, swinging
+from hvisph.measures.target.target_damage import _front_surface
+from hvisph.measures.target.targets import layer_measures, perforated
+from hvisph.measures.temporal_scatter import lately, swinging
 from hvisph.simulation.writer import _roles
 
 DX = 0.5 * MM

@@ -7,10 +7,10 @@ from matplotlib.image import imread
 from measure_bodies import MM, ball, box, impact_end, snapshot
 
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.measures import told_share, told_time
-from hvisph.measures.scene import Scene
-from hvisph.pictures.curves import label_and_scale
-from hvisph.pictures.plots import draw_particles, picture
+from hvisph.core.measure_catalogue import told_share, told_time
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.visualization.curves import label_and_scale
+from hvisph.visualization.history import draw_particles, picture
 
 DX = 0.4 * MM
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from hvisph.measures.plug import plug_and_lip
-from hvisph.measures.scene import Scene
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.target.plug import plug_and_lip
 from hvisph.output.snapshot import Snapshot
 
 DX = 1e-3

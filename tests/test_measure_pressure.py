@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from measure_bodies import MM, ball, box, snapshot
 
-from hvisph.measures.plateau import plateau
-from hvisph.measures.pressure import (
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.one_dimensional.plateau import plateau
+from hvisph.measures.one_dimensional.pressure import (
     axis_particles,
     centre_particles,
     centre_pressure_peak,
     centre_tension_peak,
 )
-from hvisph.measures.scene import Scene
 
 
 def test_centre_particles_are_within_three_tenths_of_a_millimetre():

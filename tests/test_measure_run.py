@@ -13,10 +13,10 @@ import pytest
 from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, snapshot
 
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.measures import CATALOGUE, reported
+from hvisph.core.measure_catalogue import CATALOGUE, reported
 from hvisph.measures.expected import compare
 from hvisph.measures.measure import measure, measure_snapshot, unmeasured
-from hvisph.measures.plateau import Plateau, before_release
+from hvisph.measures.one_dimensional.plateau import Plateau, before_release
 from hvisph.measures.result import Result, meaningless
 from hvisph.measures.table import rows
 from hvisph.output.hdf5 import write_hdf5
@@ -312,7 +312,7 @@ def test_schema_takes_later_measures(run):
 def test_measure_is_light_to_import():
     modules = "measure, groups, lengths, voids, pressure, plateau, expected, table"
     heavy = "{'numba', 'scipy', 'matplotlib', 'yaml', 'h5py'}"
-    code = f"import sys; from hvisph.measures import {modules}; from hvisph.pictures import plots; print(*{heavy} & sys.modules.keys())"
+    code = f"import sys; from hvisph.measures import {modules}; from hvisph.visualization import plots; print(*{heavy} & sys.modules.keys())"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
 

@@ -5,9 +5,9 @@ import pytest
 from small_runs import METAL
 
 from hvisph.casefile.loader import load_case
-from hvisph.simulation.meeting import meeting
-from hvisph.simulation.regime import regime
-from hvisph.simulation.shock import plane_shock
+from hvisph.precheck.hugoniot_check import plane_shock
+from hvisph.precheck.impact_pair import meeting
+from hvisph.precheck.regime import regime
 
 COPPER = "copper-ofhc"
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from small_runs import FORMULATIONS, TWO, assert_same_results, every_material
 
-from hvisph.formulations.composite import CompositeStepper
-from hvisph.formulations.projection_stepper import ProjectionStepper
-from hvisph.formulations.stepper import Stepper
+from hvisph.schemes.adaptive.stepper import CompositeStepper
+from hvisph.schemes.projection.stepper import ProjectionStepper
+from hvisph.schemes.stepper import Stepper
 from hvisph.simulation import loop
 from hvisph.simulation.run import run
 

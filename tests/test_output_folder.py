@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.output import names
-from hvisph.output.atomic import replacing, write_text
-from hvisph.output.folder import RunFolder, clear_unfinished
+from hvisph.output import file_names
+from hvisph.output.atomic_write import replacing, write_text
 from hvisph.output.history import HistoryWriter
-from hvisph.output.log import RunLog
 from hvisph.output.reader import list_snapshots, read_history, read_summary
+from hvisph.output.run_folder import RunFolder, clear_unfinished
+from hvisph.output.run_log import RunLog
 
 COLUMNS = ["step", "time", "energy", "limited_by"]
 
@@ -22,25 +22,25 @@ COLUMNS = ["step", "time", "energy", "limited_by"]
 def test_a_folder_is_made_once(tmp_path):
     path = tmp_path / "deep" / "run"
     with RunFolder.create(path) as run:
-        assert {p.name for p in path.iterdir()} == {names.LOCK, *names.MADE}
-        run.write_json(names.SUMMARY, {"particles": 3, "größe": [1.5, None]})
-        assert json.loads((path / names.SUMMARY).read_text()) == {"particles": 3, "größe": [1.5, None]}
-        run.write_text(names.CASE, "title: x\n")
+        assert {p.name for p in path.iterdir()} == {file_names.LOCK, *file_names.MADE}
+        run.write_json(file_names.SUMMARY, {"particles": 3, "größe": [1.5, None]})
+        assert json.loads((path / file_names.SUMMARY).read_text()) == {"particles": 3, "größe": [1.5, None]}
+        run.write_text(file_names.CASE, "title: x\n")
         run.log.write("one\ntwo")
     with pytest.raises(CaseError, match="--force"):
         RunFolder.create(path)
-    assert (path / names.CASE).read_text() == "title: x\n"
+    assert (path / file_names.CASE).read_text() == "title: x\n"
 
 
 def test_force_replaces_a_run_and_spares_what_is_not_its(tmp_path):
     path = tmp_path / "run"
     with RunFolder.create(path) as run:
-        run.write_text(names.CASE, "old")
+        run.write_text(file_names.CASE, "old")
         run.snapshot_path(0).write_bytes(b"old")
     (path / "notes.txt").write_text("mine")
     RunFolder.create(path, force=True).close()
-    assert {p.name for p in path.iterdir()} == {names.LOCK, "notes.txt", *names.MADE}
-    assert list((path / names.SNAPSHOTS).iterdir()) == []
+    assert {p.name for p in path.iterdir()} == {file_names.LOCK, "notes.txt", *file_names.MADE}
+    assert list((path / file_names.SNAPSHOTS).iterdir()) == []
 
 
 def test_force_spares_files_of_others_inside_its_own_folders(tmp_path):
@@ -59,7 +59,7 @@ def test_force_spares_files_of_others_inside_its_own_folders(tmp_path):
     assert [name for name in others if not (path / name).exists()] == []
 
 
-LINKED = [names.LOCK, *names.FILES, *names.FOLDERS, "snapshots/000001.h5", "vtu/000001.vtu.partial",
+LINKED = [file_names.LOCK, *file_names.FILES, *file_names.FOLDERS, "snapshots/000001.h5", "vtu/000001.vtu.partial",
           "checkpoint/000000000001.h5", "history.csv.partial"]  # fmt: skip
 
 
@@ -67,19 +67,19 @@ LINKED = [names.LOCK, *names.FILES, *names.FOLDERS, "snapshots/000001.h5", "vtu/
 @pytest.mark.parametrize("dangling", [False, True])
 def test_nothing_is_written_or_deleted_through_a_link(name, dangling, tmp_path):
     precious = tmp_path / "precious"
-    if name in names.FOLDERS:
+    if name in file_names.FOLDERS:
         precious.mkdir()
         (precious / "000001.h5").write_text("keep")
     else:
         precious.write_text("keep")
     path = tmp_path / "run"
     RunFolder.create(path).close()
-    if name in names.MADE:
+    if name in file_names.MADE:
         (path / name).rmdir()
     (path / name).parent.mkdir(exist_ok=True)
     (path / name).unlink(missing_ok=True)
-    (path / names.CASE).write_text(names.CASE_HEAD) if name == names.LOCK else None
-    (path / names.HISTORY).touch() if name == names.LOCK else None
+    (path / file_names.CASE).write_text(file_names.CASE_HEAD) if name == file_names.LOCK else None
+    (path / file_names.HISTORY).touch() if name == file_names.LOCK else None
     (path / name).symlink_to(tmp_path / "nowhere" if dangling else precious)
     before = {p: p.lstat().st_mtime_ns for p in (*tmp_path.rglob("*"), tmp_path)}
     for action in (lambda: RunFolder.create(path, force=True), lambda: RunFolder.open(path)):
@@ -102,7 +102,7 @@ def test_a_link_that_comes_later_is_not_followed_either(tmp_path):
 
 
 def test_a_log_that_shares_its_file_with_a_backup_leaves_the_backup_alone(tmp_path):
-    log = RunLog(tmp_path / names.LOG)
+    log = RunLog(tmp_path / file_names.LOG)
     log.write("one")
     (tmp_path / "backup").hardlink_to(log.path)
     log.write("two")
@@ -111,21 +111,21 @@ def test_a_log_that_shares_its_file_with_a_backup_leaves_the_backup_alone(tmp_pa
 
 
 def test_a_folder_is_a_run_by_its_mark_or_by_the_case_that_hvisph_wrote(tmp_path):
-    (tmp_path / names.CASE).write_text("title: my own\n")
-    (tmp_path / names.HISTORY).write_text("year,event\n")
+    (tmp_path / file_names.CASE).write_text("title: my own\n")
+    (tmp_path / file_names.HISTORY).write_text("year,event\n")
     with pytest.raises(CaseError, match="not a run of hvisph"):
         RunFolder.create(tmp_path, force=True)
-    (tmp_path / names.CASE).write_text(f"{names.CASE_HEAD} 0.1.0; hash 0123456789abcdef\n")
+    (tmp_path / file_names.CASE).write_text(f"{file_names.CASE_HEAD} 0.1.0; hash 0123456789abcdef\n")
     RunFolder.open(tmp_path).close()
 
 
 @pytest.mark.parametrize("force", [False, True])
 def test_any_other_folder_is_left_alone(tmp_path, force):
     (tmp_path / "thesis.tex").write_text("years of work")
-    (tmp_path / names.SNAPSHOTS).mkdir()
+    (tmp_path / file_names.SNAPSHOTS).mkdir()
     with pytest.raises(CaseError, match="not a run of hvisph"):
         RunFolder.create(tmp_path, force=force)
-    assert {p.name for p in tmp_path.iterdir()} == {"thesis.tex", names.SNAPSHOTS}
+    assert {p.name for p in tmp_path.iterdir()} == {"thesis.tex", file_names.SNAPSHOTS}
     with pytest.raises(CaseError, match="is a file"):
         RunFolder.create(tmp_path / "thesis.tex", force=force)
     with pytest.raises(CaseError, match="not the folder of a run"):
@@ -134,7 +134,7 @@ def test_any_other_folder_is_left_alone(tmp_path, force):
 
 def test_two_runs_never_write_one_folder(tmp_path):
     path = tmp_path / "run"
-    program = "import sys; from hvisph.output.folder import RunFolder; RunFolder.{}"
+    program = "import sys; from hvisph.output.run_folder import RunFolder; RunFolder.{}"
     with RunFolder.create(path):
         for call in (f"create({str(path)!r}, force=True)", f"open({str(path)!r})"):
             done = subprocess.run([sys.executable, "-c", program.format(call)], capture_output=True, text=True)
@@ -161,7 +161,7 @@ def test_a_vanished_folder_is_said(tmp_path):
     history.append([0, 0.0, 1.0, "cfl"])
     path.rename(tmp_path / "elsewhere")
     for action in (
-        lambda: run.write_text(names.CASE, "x"),
+        lambda: run.write_text(file_names.CASE, "x"),
         lambda: run.log.write("x"),
         lambda: history.append([1, 0.1, 1.0, "cfl"]),
     ):
@@ -190,7 +190,7 @@ def test_history_ends_with_a_whole_line_when_the_disk_is_full(tmp_path):
         except OutputError as error:
             print(error)
     """
-    path = tmp_path / names.HISTORY
+    path = tmp_path / file_names.HISTORY
     done = subprocess.run([sys.executable, "-c", textwrap.dedent(program), str(path)], capture_output=True, text=True)
     assert "file too large" in done.stdout, done.stderr
     content = path.read_bytes()
@@ -223,7 +223,7 @@ def test_replacing_keeps_the_old_when_the_new_fails(tmp_path):
 def test_history_there_and_back_is_exact(tmp_path):
     rows = np.random.default_rng(0).normal(size=(100, 2)) * 1e-300
     rows[5] = [np.nan, np.inf]
-    with HistoryWriter(tmp_path / names.HISTORY, COLUMNS) as history:
+    with HistoryWriter(tmp_path / file_names.HISTORY, COLUMNS) as history:
         for step, (time, energy) in enumerate(rows):
             history.append({"energy": energy, "step": np.int64(step), "time": time, "limited_by": "cfl, body 'a'"})
         with pytest.raises(ValueError, match="3 values for 4"):
@@ -238,7 +238,7 @@ def test_history_there_and_back_is_exact(tmp_path):
 
 
 def test_history_is_flushed_as_whole_lines(tmp_path):
-    history = HistoryWriter(tmp_path / names.HISTORY, COLUMNS, flush_seconds=1e9)
+    history = HistoryWriter(tmp_path / file_names.HISTORY, COLUMNS, flush_seconds=1e9)
     history.append([0, 0.0, 1.0, "cfl"])
     assert len(read_history(tmp_path)["step"]) == 0
     history.flush()
@@ -250,7 +250,7 @@ def test_history_is_flushed_as_whole_lines(tmp_path):
 
 
 def test_history_resumes_at_a_step(tmp_path):
-    path = tmp_path / names.HISTORY
+    path = tmp_path / file_names.HISTORY
     with HistoryWriter(path, COLUMNS) as history:
         for step in range(10):
             history.append([step, step / 3, 1.0, "cfl"])
@@ -275,7 +275,7 @@ def test_damaged_histories_and_summaries_are_said(tmp_path):
         (b"a,b\n1,2\n3\n", "line 3 has not 2 columns"),
         (b"\xff\xfe\n", "not a history"),
     ]:
-        (tmp_path / names.HISTORY).write_bytes(content)
+        (tmp_path / file_names.HISTORY).write_bytes(content)
         with pytest.raises(OutputError, match=message):
             read_history(tmp_path)
     with pytest.raises(OutputError, match="no such file"):
@@ -287,7 +287,7 @@ def test_damaged_histories_and_summaries_are_said(tmp_path):
         (b"{}", "title"),
         (b"[" * 100000, "damaged"),
     ]:
-        (tmp_path / names.SUMMARY).write_bytes(content)
+        (tmp_path / file_names.SUMMARY).write_bytes(content)
         with pytest.raises(OutputError, match=message):
             read_summary(tmp_path)
 
@@ -306,9 +306,9 @@ def test_snapshots_are_listed_in_order_and_hdf5_first(tmp_path):
 
 
 def test_log_lines_carry_the_time(tmp_path):
-    log = RunLog(tmp_path / names.LOG)
+    log = RunLog(tmp_path / file_names.LOG)
     log.write("started\nwith 3 particles")
     log.write("ended")
-    lines = (tmp_path / names.LOG).read_text().splitlines()
+    lines = (tmp_path / file_names.LOG).read_text().splitlines()
     assert [line.split("  ", 1)[1] for line in lines] == ["started", "with 3 particles", "ended"]
     assert lines[0][:2] == "20"

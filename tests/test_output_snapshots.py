@@ -18,7 +18,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructured
 
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import CATALOGUE
-from hvisph.output import seal, sealed
+from hvisph.output import seal, sealed_hdf5
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.reader import read_snapshot, read_time
 from hvisph.output.snapshot import Snapshot
@@ -292,7 +292,7 @@ def test_metadata_must_be_plain(tmp_path):
 
 def test_importing_the_room_is_light():
     program = (
-        "import sys, hvisph.output.reader, hvisph.output.folder, hvisph.output.hdf5, hvisph.geometry.fill, "
+        "import sys, hvisph.output.reader, hvisph.output.run_folder, hvisph.output.hdf5, hvisph.geometry.filling, "
         "hvisph.geometry.overlap; print(sorted({'h5py', 'meshio', 'scipy', 'numba'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True).stdout.strip() == "[]"
@@ -390,7 +390,7 @@ def test_snapshots_of_earlier_versions_stay_readable(ran, tmp_path):
 
 
 def test_the_series_forgets_what_is_forgotten(ran, tmp_path):
-    from hvisph.output.folder import forget_snapshots
+    from hvisph.output.run_folder import forget_snapshots
 
     copy = shutil.copytree(ran, tmp_path / "copy")
     forget_snapshots(copy, last=True)
@@ -401,7 +401,7 @@ def test_the_series_forgets_what_is_forgotten(ran, tmp_path):
 def test_a_file_is_checked_once_and_again_when_it_changed(tmp_path, monkeypatch):
     path, checked = tmp_path / "000001.vtkhdf", []
     write_hdf5(path, make_snapshot())
-    monkeypatch.setattr(sealed, "verify_seal", lambda file: checked.append(seal.verify_seal(file)))
+    monkeypatch.setattr(sealed_hdf5, "verify_seal", lambda file: checked.append(seal.verify_seal(file)))
     for _ in range(2):  # just written: a change might not show in its time
         read_snapshot(path)
     assert len(checked) == 2

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hvisph.casefile.data import data_folder
+from hvisph.casefile.paths import data_folder
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")] + sorted(ROOT.glob("docs/*.md"))
@@ -81,7 +81,7 @@ def test_commands_of_the_readme_stand_alone(name):
 
 def test_readme_speaks_of_what_there_is():
     """Every bundled case and every command is named."""
-    from hvisph.casefile.data import bundled_cases
+    from hvisph.casefile.paths import bundled_cases
     from hvisph.cli.main import app
 
     text = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -7,8 +7,8 @@ from typer.testing import CliRunner
 from hvisph.casefile.loader import load_case
 from hvisph.cli.main import app
 from hvisph.output.reader import list_snapshots, read_snapshot
-from hvisph.pictures.camera import copies, revolved, seen, turned
 from hvisph.simulation.run import run
+from hvisph.visualization.camera import copies, revolved, seen, turned
 
 
 def brute(place, radius, extent, width):
@@ -78,7 +78,7 @@ def test_a_picture_shows_the_extent_of_what_there_is():
 
 def shows_it_all(shot, planes):
     """At least 95 % of the extent of all particles is in the picture, seen from the side, the front or turned."""
-    from hvisph.pictures.view import Look, Moment, _projected, extent_of
+    from hvisph.visualization.particles import Look, Moment, _projected, extent_of
 
     for view in ("side", "front", "3d"):
         moments, look = [Moment(shot, planes)], Look(view=view)
@@ -137,7 +137,7 @@ def test_what_cannot_be_drawn_is_said(folder, options, said, tmp_path):
 @pytest.mark.parametrize("turn", [0.0, 2.0, 30.0, -45.0, 70.0, -70.0])
 def test_an_oblique_plate_is_seen_from_where_it_is_struck(turn):
     """The eye stands before the struck face of a half of the model; a plate across the shot shows what flies behind it."""
-    from hvisph.pictures.camera import facing_the_struck_side, turned
+    from hvisph.visualization.camera import facing_the_struck_side, turned
 
     grid = np.stack(np.meshgrid([0.0, 1.0], np.arange(-14.0, 15.0), np.arange(10.0), indexing="ij"), -1).reshape(-1, 3)
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))

@@ -11,10 +11,10 @@ from small_runs import METAL, SPRING, assert_same_results, row_of
 import hvisph
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.simulation.build import build
-from hvisph.simulation.pieces import tell_pieces
+from hvisph.setup.build import build
+from hvisph.simulation.fragmentation import tell_pieces
 from hvisph.simulation.run import run
-from hvisph.sph.pieces import connected, parted
+from hvisph.sph.neighbours.connected_components import connected, parted
 
 BAR = {"type": "box", "size": [4e-3, 3e-3]}
 

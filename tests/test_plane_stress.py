@@ -5,10 +5,10 @@ import pytest
 
 from hvisph.casefile.loader import load_case
 from hvisph.materials.eos import Elastic, StiffenedGas
+from hvisph.materials.material_table import Material, pack
 from hvisph.materials.plane_stress import thinning
-from hvisph.materials.response import respond
 from hvisph.materials.strength import ElasticStrength, VonMises
-from hvisph.materials.table import Material, pack
+from hvisph.materials.stress_update import respond
 from hvisph.simulation.run import run
 
 E, NU = 70e9, 0.3

@@ -6,8 +6,8 @@ from gauge_beside_exact import compare_gauge
 
 from hvisph.casefile.loader import load_case
 from hvisph.output.reader import read_history
+from hvisph.postprocessing.exact_solution import exact_solution
 from hvisph.simulation.run import run
-from hvisph.study.exact_solution import exact_solution
 
 MIE_GRUENEISEN = tuple(
     f"bodies.{body}.material.eos={{type: mie_gruneisen, sound_speed: 5328, gamma: 2.0, s1: 1.338}}"

@@ -17,8 +17,8 @@ import hvisph
 from hvisph.casefile.loader import dump_case, load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import read_snapshot
-from hvisph.parallel.launch import launched
-from hvisph.parallel.parts import Parts
+from hvisph.parallel.mpi_launch import launched
+from hvisph.parallel.partition import Parts
 from hvisph.simulation.run import run
 
 HERE = Path(sys.executable).parent

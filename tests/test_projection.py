@@ -5,17 +5,17 @@ import numpy as np
 import pytest
 
 from hvisph.core.particles import CLAMPED, FLAGS, ID, MATERIAL, Particles
-from hvisph.formulations.formulation import Smoothing
-from hvisph.formulations.projection import Projection
-from hvisph.formulations.projection_stepper import ProjectionStepper
-from hvisph.formulations.trailing_mean import TrailingMean
 from hvisph.integrators import sums as column
 from hvisph.materials.damage import NoDamage
 from hvisph.materials.eos import StiffenedGas
+from hvisph.materials.material_table import Material
 from hvisph.materials.strength import VonMises
-from hvisph.materials.table import Material
+from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.projection.scheme import Projection
+from hvisph.schemes.projection.stepper import ProjectionStepper
+from hvisph.schemes.trailing_mean import TrailingMean
 from hvisph.sph.kernels import CUBIC_SPLINE
-from hvisph.sph.symmetry import Plane
+from hvisph.sph.neighbours.symmetry_planes import Plane
 
 DX = 1e-4
 STEP = 1e-10

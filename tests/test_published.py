@@ -2,15 +2,15 @@
 
 import pytest
 
-from hvisph.casefile.data import data_folder
-from hvisph.casefile.folder import cases_in
+from hvisph.casefile.case_folder import cases_in
 from hvisph.casefile.loader import load_case
-from hvisph.casefile.reading import read_yaml
+from hvisph.casefile.paths import data_folder
+from hvisph.casefile.yaml_reader import read_yaml
 from hvisph.core.errors import CaseError
 from hvisph.measures.compare import row
 from hvisph.measures.published import FARAHANI_2, YOUNG_1, published, tolerance
-from hvisph.study.campaign import complete
-from hvisph.study.comparison import entries
+from hvisph.postprocessing.campaign import complete
+from hvisph.postprocessing.comparison import entries
 
 IMPACTS = ("al_al", "steel_al")
 FILES = {

@@ -7,12 +7,12 @@ import pytest
 
 from hvisph.casefile.loader import library, load_material
 from hvisph.materials.eos import IdealGas
-from hvisph.materials.limits import outside_range, range_of
-from hvisph.materials.table import Material
-from hvisph.measures.remarks import remarks
-from hvisph.measures.strayed import Holds
+from hvisph.materials.material_table import Material
+from hvisph.materials.validity_limits import outside_range, range_of
+from hvisph.measures.model_validity import Holds
+from hvisph.measures.warnings import remarks
 from hvisph.output.snapshot import Snapshot
-from hvisph.simulation.materials import material_of
+from hvisph.setup.materials import material_of
 
 DX = 1e-3
 

@@ -16,10 +16,10 @@ import pytest
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import list_snapshots, read_snapshot
-from hvisph.report.build import report
-from hvisph.report.frames import NOWHERE, STEPS, frames
-from hvisph.report.setting import _sized
 from hvisph.simulation.run import run
+from hvisph.visualization.html.build import report
+from hvisph.visualization.html.frames import NOWHERE, STEPS, frames
+from hvisph.visualization.html.setup_section import _sized
 
 BROWSER = shutil.which("chromium") and shutil.which("chromedriver")
 
@@ -79,7 +79,7 @@ def test_positions_and_fields_survive_packing(plane):
 
 
 def test_many_particles_are_thinned_with_a_remark(plane, monkeypatch):
-    monkeypatch.setattr("hvisph.report.frames.MOST_PARTICLES", 200)
+    monkeypatch.setattr("hvisph.visualization.html.frames.MOST_PARTICLES", 200)
     found = frames(list_snapshots(plane))
     assert found.content["count"] == 200
     assert any("200 of" in remark for remark in found.remarks)
@@ -104,7 +104,7 @@ def test_the_page_is_whole_small_and_calls_nobody(plane, solid):
 
 
 def test_debris_of_a_quarter_is_that_of_the_whole(solid):
-    from hvisph.report.content import Told
+    from hvisph.visualization.html.content import Told
 
     told = Told(solid)
     bodies = {row["name"].partition(":")[0] for row in told.content()["debris"]}

@@ -6,7 +6,7 @@ from test_total_lagrangian import SPRING, E
 from test_total_lagrangian_twin import FLOWING, reference_gradients, share_of_viscosity
 
 from hvisph.casefile.loader import load_case
-from hvisph.simulation.build import build
+from hvisph.setup.build import build
 
 MIRROR = np.array([1.0, -1.0])
 YIELD = 0.3e9

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from sph_twins import neighbours, packed, random_cloud
 
-from hvisph.formulations.eulerian import Eulerian
-from hvisph.formulations.options import MonaghanViscosity
-from hvisph.formulations.riemann import Riemann
-from hvisph.sph import rates as places
+from hvisph.schemes.riemann.scheme import Riemann
+from hvisph.schemes.standard.options import MonaghanViscosity
+from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.sph.kernels import QUARTIC_SPLINE
-from hvisph.sph.laws.limiters import LIMITERS
-from hvisph.sph.symmetry import AXIS
+from hvisph.sph.neighbours import rate_layout as places
+from hvisph.sph.neighbours.symmetry_planes import AXIS
+from hvisph.sph.terms.limiters import LIMITERS
 
 LAWS = {
     "standard": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1), revolved=True),

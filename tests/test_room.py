@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from small_runs import METAL, row_of
 
-from hvisph.core.derived import Derived, changed
 from hvisph.core.errors import OutputError
+from hvisph.core.lazy_arrays import Derived, changed
 from hvisph.core.particles import reorder
-from hvisph.formulations.stepper import Stepper
 from hvisph.measures.measure import measure
 from hvisph.output import hdf5
-from hvisph.output.checkpoint import Ordered
+from hvisph.output.checkpoint_file import Ordered
 from hvisph.output.reader import list_snapshots, read_snapshot
-from hvisph.simulation.release import let_go
+from hvisph.schemes.stepper import Stepper
+from hvisph.simulation.free_memory import let_go
 from hvisph.simulation.run import run
 from hvisph.simulation.run_files import RunFiles
-from hvisph.sph.cells import Grid
+from hvisph.sph.neighbours.cells import Grid
 
 SMALL = {"time": {"end": 3e-7}, "formulation": {"type": "eulerian"}}
 

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from hvisph.sph.selection import Selection
+from hvisph.sph.neighbours.contact_candidates import Selection
 
 
 def plain(position, eulerian, bodies, edge, with_neighbours):

@@ -13,8 +13,8 @@ import pytest
 from small_runs import LIQUID, METAL, assert_same_results, row_of
 
 from hvisph.casefile.loader import dump_case
-from hvisph.cli.ending import kept
-from hvisph.output.checkpoint import list_checkpoints, read_checkpoint
+from hvisph.cli.text.run_report import kept
+from hvisph.output.checkpoint_file import list_checkpoints, read_checkpoint
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals and limits")

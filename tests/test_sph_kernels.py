@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from hvisph.core.jit import compiled, specialise
-from hvisph.core.lanes import LANES, all_lanes, total
+from hvisph.compiler.jit import compiled, specialise
+from hvisph.compiler.vector.lanes import LANES, all_lanes, total
 from hvisph.sph.kernels import KERNELS
 
 # Measure of the unit sphere's surface in 1D, 2D and 3D.

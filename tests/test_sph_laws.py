@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from sph_twins import Cloud, compiled_rates, components, packed, random_cloud, tensile, twin_rates
 
-from hvisph.formulations.eulerian import Eulerian
-from hvisph.formulations.formulation import Smoothing
-from hvisph.formulations.options import GrayArtificialStress, MonaghanViscosity
-from hvisph.formulations.riemann import Riemann
-from hvisph.sph import artificial_stress
-from hvisph.sph.laws import unlike
-from hvisph.sph.laws.limiters import LIMITERS
+from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.riemann.scheme import Riemann
+from hvisph.schemes.standard.options import GrayArtificialStress, MonaghanViscosity
+from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.sph.contact import variable_resolution
+from hvisph.sph.terms import artificial_stress
+from hvisph.sph.terms.limiters import LIMITERS
 
 FORMULATIONS = {
     "standard": Eulerian(viscosity=MonaghanViscosity(1.3, 2.1)),
@@ -182,11 +182,13 @@ def test_depths_are_those_of_a_half_space(dim):
     kernel, side = Riemann.kernel, {1: 12, 2: 12, 3: 9}[dim]
     axes = [np.arange(side) - side // 2.0] * (dim - 1)
     x = np.stack(np.meshgrid(-0.5 - np.arange(8.0), *axes, indexing="ij"), -1).reshape(-1, dim)
-    table = unlike.depths(kernel, 1.2)[(dim - 1) * unlike.ENTRIES : dim * unlike.ENTRIES]
+    table = variable_resolution.depths(kernel, 1.2)[
+        (dim - 1) * variable_resolution.ENTRIES : dim * variable_resolution.ENTRIES
+    ]
     for at in (0.5, 1.5):
         d = x - np.array([-at] + [0.0] * (dim - 1))
         r = np.linalg.norm(d, axis=1)
         near = (r > 0.0) & (r < kernel.reach * 1.2)
         ends = sum(kernel.derivative(size, 1.2, dim) * each / size for size, each in zip(r[near], d[near], strict=True))
         # the table is straight between 257 entries
-        assert unlike.depth(tuple(ends), 1.2, table) == pytest.approx(at, abs=2e-3)
+        assert variable_resolution.depth(tuple(ends), 1.2, table) == pytest.approx(at, abs=2e-3)

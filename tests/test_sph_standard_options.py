@@ -7,12 +7,12 @@ from small_runs import METAL as METAL_CASE
 from small_runs import final, row_of
 
 from hvisph.core.particles import Particles
-from hvisph.formulations.eulerian import Eulerian
-from hvisph.formulations.options import DensityDissipation, GrayArtificialStress, NoViscosity
-from hvisph.formulations.stepper import Stepper
 from hvisph.materials.eos import StiffenedGas
+from hvisph.materials.material_table import Material
 from hvisph.materials.strength import VonMises
-from hvisph.materials.table import Material
+from hvisph.schemes.standard.options import DensityDissipation, GrayArtificialStress, NoViscosity
+from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.schemes.stepper import Stepper
 from hvisph.simulation.run import run
 from hvisph.sph.kernels import KERNELS
 

@@ -4,20 +4,20 @@ import numpy as np
 import pytest
 from sph_twins import compiled_rates, packed, random_cloud
 
+from hvisph.compiler.jit import prange, specialise
+from hvisph.compiler.vector.api import as_before, flush_tiny
+from hvisph.compiler.vector.intrinsics import HAS_REGISTER
+from hvisph.compiler.vector.lanes import LANES
 from hvisph.core.errors import RunError
-from hvisph.core.jit import prange, specialise
-from hvisph.core.lanes import LANES
-from hvisph.core.simd import HAS_REGISTER
-from hvisph.core.vectors import as_before, flush_tiny
-from hvisph.formulations.eulerian import Eulerian
-from hvisph.formulations.options import GrayArtificialStress
-from hvisph.formulations.riemann import Riemann
-from hvisph.sph import traversal
-from hvisph.sph.cells import Grid, sort
+from hvisph.schemes.riemann.scheme import Riemann
+from hvisph.schemes.standard.options import GrayArtificialStress
+from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.sph.kernels import CUBIC_SPLINE
-from hvisph.sph.pairs import Pairs, Pass
-from hvisph.sph.rows import RowLayout
-from hvisph.sph.symmetry import Plane
+from hvisph.sph.neighbours import traversal
+from hvisph.sph.neighbours.cells import Grid, sort
+from hvisph.sph.neighbours.pairs import Pairs, Pass
+from hvisph.sph.neighbours.particle_layout import RowLayout
+from hvisph.sph.neighbours.symmetry_planes import Plane
 
 
 def collect(near, n, rows, i, constants, out):

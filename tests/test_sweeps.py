@@ -15,17 +15,17 @@ import numpy as np
 import pytest
 
 from hvisph.core.errors import CaseError
-from hvisph.core.written import told_apart, written
+from hvisph.core.yaml_inline import told_apart, written
 from hvisph.measures.convergence import convergence
-from hvisph.measures.limit import Bracket, bracket, lambert_jonas, next_values
+from hvisph.measures.threshold import Bracket, bracket, lambert_jonas, next_values
 from hvisph.output.reader import list_snapshots, read_snapshot
-from hvisph.pictures.sweeps import sweep_figure
-from hvisph.sweeps.against import against_experiment
-from hvisph.sweeps.begin import begin, sweep
+from hvisph.sweeps.analysis import following, verdict
+from hvisph.sweeps.experiment_comparison import against_experiment
 from hvisph.sweeps.folder import SweepFolder
 from hvisph.sweeps.plan import load_plan
+from hvisph.sweeps.start import begin, sweep
 from hvisph.sweeps.table import table_text
-from hvisph.sweeps.verdict import following, verdict
+from hvisph.visualization.sweeps import sweep_figure
 
 SPEED = "bodies.projectile.velocity.0"
 SMALL = {"resolution": "0.5 mm", "time.end": "0.3 us", "output.every": "0.1 us"}
@@ -291,7 +291,7 @@ def test_killed_workers_lose_nothing(tmp_path):
     assert "penetration [m]" in table[0]
     assert "crater_diameter [m]" not in table[0]
     members = folder.members()
-    from hvisph.report.sweep import sweep_report
+    from hvisph.visualization.html.sweep import sweep_report
 
     page = sweep_report(folder.path).read_text(encoding="utf-8")
     assert "4 of 4 cases are done" in page
@@ -380,7 +380,7 @@ def test_what_a_begun_sweep_does_not_have_is_told(tmp_path):
 
 
 def test_correlations_stand_beside_a_limit(tmp_path):
-    from hvisph.sweeps.beside import beside_limit
+    from hvisph.sweeps.correlation_comparison import beside_limit
 
     case = {
         "kinematics": "axisymmetric", "resolution": "0.5 mm", "time": {"end": "1 us"},

@@ -17,9 +17,9 @@ from test_sweeps import SMALL, SPEED, alone, same
 
 import hvisph.sweeps.cluster as crews
 from hvisph.core.errors import OutputError
-from hvisph.sweeps.begin import begin, driver
 from hvisph.sweeps.cluster import DaskCrew
 from hvisph.sweeps.selection import Selection
+from hvisph.sweeps.start import begin, driver
 
 distributed = pytest.importorskip("distributed")
 SETTINGS = SMALL | {"time.end": "1.2 us", "output.every": "0.6 us", "output.checkpoint_every": 0.02}

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from hvisph.core import solid
-from hvisph.core import tensors as t
-from hvisph.core.binding import bind
+from hvisph.compiler import tensors as t
+from hvisph.compiler import tensors3d
+from hvisph.compiler.jit import specialise
+from hvisph.compiler.template_binding import bind
+from hvisph.compiler.vector.api import LANES, neighbours, put_row_lanes, row_lanes
 from hvisph.core.fields import SYMMETRIC_LENGTH
-from hvisph.core.jit import specialise
-from hvisph.core.vectors import LANES, neighbours, put_row_lanes, row_lanes
-from hvisph.sph.rows import RowLayout
-from hvisph.sph.shape_matrix import sound_inverse
+from hvisph.sph.neighbours.particle_layout import RowLayout
+from hvisph.sph.terms.shape_matrix import sound_inverse
 
 DIMS = pytest.mark.parametrize("dim", [1, 2, 3])
 UPPER = {1: [(0, 0)], 2: [(0, 0), (1, 1), (0, 1)], 3: [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)]}
@@ -70,31 +70,31 @@ def test_full_tensors_hold_those_in_the_plane(dim):
     _, _, s, g, _ = drawn(dim)
     full = np.zeros((3, 3))
     full[:dim, :dim] = g
-    assert solid.full_gradient(gradient_of(g)) == gradient_of(full)
+    assert tensors3d.full_gradient(gradient_of(g)) == gradient_of(full)
     full[:dim, :dim] = s
-    assert solid.from_plane(symmetric_of(s)) == symmetric_of(full)
-    assert solid.in_plane(symmetric_of(full), dim) == symmetric_of(s)
-    assert solid.with_zz(gradient_of(full), 5.0)[8] == 5.0
+    assert tensors3d.from_plane(symmetric_of(s)) == symmetric_of(full)
+    assert tensors3d.in_plane(symmetric_of(full), dim) == symmetric_of(s)
+    assert tensors3d.with_zz(gradient_of(full), 5.0)[8] == 5.0
     stored = np.arange(8.0)[None]
-    six = solid.own_full_symmetric(stored, 0, 1, dim)
+    six = tensors3d.own_full_symmetric(stored, 0, 1, dim)
     assert six == tuple(range(1, 1 + SYMMETRIC_LENGTH[dim])) + (0.0,) * (6 - SYMMETRIC_LENGTH[dim])
     back = np.zeros((1, 8))
-    solid.put_full_symmetric(back, 0, 1, six, dim)
+    tensors3d.put_full_symmetric(back, 0, 1, six, dim)
     np.testing.assert_array_equal(back[0, 1 : 1 + SYMMETRIC_LENGTH[dim]], six[: SYMMETRIC_LENGTH[dim]])
 
 
 def test_strain_rates_and_rotations():
     _, _, s, g, _ = drawn(3)
-    assert_close(solid.stretching(gradient_of(g)), symmetric_of((g + g.T) / 2))
+    assert_close(tensors3d.stretching(gradient_of(g)), symmetric_of((g + g.T) / 2))
     spin = g - g.T
-    assert_close(solid.curl(gradient_of(g)), (spin[2, 1], spin[0, 2], spin[1, 0]))
+    assert_close(tensors3d.curl(gradient_of(g)), (spin[2, 1], spin[0, 2], spin[1, 0]))
     a = np.array([0.3, -0.2, 0.5])
     w = np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
     turn = np.linalg.solve(np.eye(3) - w, np.eye(3) + w)
-    assert_close(solid.rotation(tuple(a)), gradient_of(turn))
-    assert_close(solid.turned(symmetric_of(s), gradient_of(turn)), symmetric_of(turn @ s @ turn.T))
-    flat = solid.rotation((0.0, 0.0, 0.4))
-    assert_close(solid.turned_in_plane(symmetric_of(s), 0.4), solid.turned(symmetric_of(s), flat))
+    assert_close(tensors3d.rotation(tuple(a)), gradient_of(turn))
+    assert_close(tensors3d.turned(symmetric_of(s), gradient_of(turn)), symmetric_of(turn @ s @ turn.T))
+    flat = tensors3d.rotation((0.0, 0.0, 0.4))
+    assert_close(tensors3d.turned_in_plane(symmetric_of(s), 0.4), tensors3d.turned(symmetric_of(s), flat))
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -108,7 +108,7 @@ def test_what_turns(dim):
     assert_close(t.torque(tuple(a), tuple(b)), found[kept])
     assert_close(t.about(tuple(w), tuple(a)), matrix @ a)
     assert_close(t.turning(tuple(w)), gradient_of(matrix))
-    curl = solid.curl(solid.full_gradient(gradient_of(g)))
+    curl = tensors3d.curl(tensors3d.full_gradient(gradient_of(g)))
     assert_close(t.whirl(gradient_of(g)), curl[kept])
     # the moment of a x (w x a), summed with the weights of s
     inertia = (np.trace(s) * np.eye(dim) - s) if dim == 3 else np.array([[np.trace(s)]])
@@ -140,8 +140,12 @@ def _several(rows, i):
     inverse = t.times(1.0 / t.determinant(m), t.adjugate(m))
     v = t.minus(t.on(t.plus_identity(s, -0.5), x), t.on_rows(inverse, x))
     t.put(rows, i, 0, v)
-    full = solid.full_gradient(t.outer(v, x))
-    return v, solid.turned(solid.stretching(full), solid.rotation(solid.curl(full))), t.divergence(g) * t.dot(v, x)
+    full = tensors3d.full_gradient(t.outer(v, x))
+    return (
+        v,
+        tensors3d.turned(tensors3d.stretching(full), tensors3d.rotation(tensors3d.curl(full))),
+        t.divergence(g) * t.dot(v, x),
+    )
 
 
 def _of_lanes(rows, near):

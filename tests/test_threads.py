@@ -4,8 +4,8 @@ import numba
 import numpy as np
 import pytest
 
-from hvisph.core.chunks import each, shared
-from hvisph.core.jit import specialise
+from hvisph.compiler.jit import specialise
+from hvisph.compiler.threads.parallel_for import each, shared
 
 CHUNK = 4
 

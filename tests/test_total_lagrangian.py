@@ -7,11 +7,11 @@ from composite_runs import advance
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.integrators.criteria import Limit
-from hvisph.simulation.build import build
-from hvisph.simulation.watch import Failure, Watch
+from hvisph.diagnostics.sanity_checks import Failure, Watch
+from hvisph.integrators.time_step import Limit
+from hvisph.setup.build import build
 from hvisph.sph.kernels import CUBIC_SPLINE
-from hvisph.sph.reference import Reference
+from hvisph.sph.neighbours.reference_neighbours import Reference
 
 E, NU, RHO = 70e9, 0.3, 2785.0
 SPRING = {"density": RHO, "eos": {"type": "elastic", "youngs_modulus": E, "poisson_ratio": NU},

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from test_total_lagrangian import SPRING, body
 
-from hvisph.simulation.build import build
-from hvisph.sph.reference import RIM
+from hvisph.setup.build import build
+from hvisph.sph.neighbours.reference_neighbours import RIM
 
 # It has flowed and is damaged; nothing that happens here would damage it further.
 FLOWING = SPRING | {"strength": {"type": "von_mises", "yield_stress": 0.3e9},

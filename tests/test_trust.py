@@ -17,15 +17,15 @@ from small_runs import LIQUID, METAL, assert_same_results, row_of
 from typer.testing import CliRunner
 
 import hvisph
-from hvisph.case.checks import warnings_of
+from hvisph.case.checks.consistency import warnings_of
 from hvisph.casefile.loader import dump_case, load_case
 from hvisph.cli.main import app
+from hvisph.core import available_memory
 from hvisph.core.errors import CaseError, HvisphError, OutputError
-from hvisph.core.harmless import harmless
-from hvisph.output.checkpoint import list_checkpoints, read_checkpoint, write_checkpoint
+from hvisph.core.terminal_escape import harmless
+from hvisph.output.checkpoint_file import list_checkpoints, read_checkpoint, write_checkpoint
 from hvisph.output.reader import list_snapshots, read_snapshot, read_summary
-from hvisph.simulation import memory
-from hvisph.simulation.estimate import estimate
+from hvisph.precheck.estimate import estimate
 from hvisph.simulation.run import run
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="POSIX owners, links and forks")
@@ -248,11 +248,11 @@ def groups(root, version, limits):
     ],
 )
 def test_limits_of_all_control_groups_count(version, limits, left, tmp_path):
-    assert memory.group_memory(tmp_path, groups(tmp_path, version, limits)) == left
+    assert available_memory.group_memory(tmp_path, groups(tmp_path, version, limits)) == left
     if version == 1:
         (tmp_path / "memory/a/b/c/memory.stat").write_text("cache 5\ntotal_inactive_file 1000000\n")
-        assert memory.group_memory(tmp_path, tmp_path / "membership") == left + 1e6
-    assert memory.group_memory(tmp_path / "none", tmp_path / "none") == float("inf")
+        assert available_memory.group_memory(tmp_path, tmp_path / "membership") == left + 1e6
+    assert available_memory.group_memory(tmp_path / "none", tmp_path / "none") == float("inf")
 
 
 @posix
@@ -331,7 +331,7 @@ def test_a_cache_of_somebody_else_is_not_run(place, tmp_path):
     if place == "temporary":  # the home takes no files
         (home / ".cache").write_text("")
     os.chown(planted, 12345, 12345)
-    program = "from hvisph.core.loop_cache import cache_folder; print(cache_folder())"
+    program = "from hvisph.compiler.cache import cache_folder; print(cache_folder())"
     clean = {k: v for k, v in os.environ.items() if k not in {"HVISPH_CACHE_DIR", "XDG_CACHE_HOME"}}
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False,
                           env=clean | {"HOME": str(home), "TMPDIR": str(temporary)})  # fmt: skip

@@ -9,18 +9,18 @@ from typer.testing import CliRunner
 
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
-from hvisph.exact.ball import Ball, ThinRing
-from hvisph.exact.beams import Cantilever
+from hvisph.exact.cantilever import Cantilever
+from hvisph.exact.collapsing_shell import Shell
+from hvisph.exact.elastic_ball import Ball, ThinRing
 from hvisph.exact.gas import GasState, Noh, riemann
-from hvisph.exact.shells import Shell
-from hvisph.pictures.curves import label_and_scale
-from hvisph.verification.figure import Figure, limit
+from hvisph.verification.check import Figure, limit
 from hvisph.verification.problem import ALL, Options
 from hvisph.verification.problems import PROBLEMS
 from hvisph.verification.problems.cantilever import swing
 from hvisph.verification.problems.implosion import rings
 from hvisph.verification.problems.tension import largest_gap
-from hvisph.verification.running import judged, verdicts, with_formulation
+from hvisph.verification.runner import judged, verdicts, with_formulation
+from hvisph.visualization.curves import label_and_scale
 
 SOD = GasState(1.0, 0.0, 1.0), GasState(0.125, 0.0, 0.1)
 

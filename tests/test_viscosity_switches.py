@@ -7,7 +7,7 @@ import pytest
 
 from hvisph.casefile.loader import load_case
 from hvisph.simulation.run import run
-from hvisph.sph.viscosity import balsara_share, relaxed_share
+from hvisph.sph.terms.viscosity import balsara_share, relaxed_share
 
 C, H = 5000.0, 1e-4
 balsara, relaxed = balsara_share.py_func, relaxed_share.py_func

@@ -8,9 +8,9 @@ from small_runs import HARDENING, METAL, row_of
 
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
-from hvisph.output.folder import RunFolder
 from hvisph.output.reader import read_history, read_snapshot
-from hvisph.simulation.build import build
+from hvisph.output.run_folder import RunFolder
+from hvisph.setup.build import build
 from hvisph.simulation.loop import Run
 from hvisph.simulation.run import run, set_threads
 
@@ -86,7 +86,7 @@ def test_each_watcher_names_what_where_and_when(criterion, spoil, tmp_path):
 
 
 def test_a_crowd_is_said_to_be_one(tmp_path, monkeypatch):
-    monkeypatch.setattr("hvisph.sph.traversal.MOST_NEIGHBOURS", 70)
+    monkeypatch.setattr("hvisph.sph.neighbours.traversal.MOST_NEIGHBOURS", 70)
 
     def gather(particles):
         particles["position"][particles.id < 80] = 1e-4

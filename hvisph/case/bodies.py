@@ -6,20 +6,15 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.case.dimensions import NUMBER
-from hvisph.case.materials import NamedMaterial
-from hvisph.case.model import StrictModel
-from hvisph.case.plain_shapes import Axis
-from hvisph.case.shapes import OptionalRotation, Position, Rotation, Shape
-from hvisph.case.units import (
-    NonNegativeLength,
-    NonNegativeSpecificEnergy,
-    PositiveLength,
-    PositiveTemperature,
-    Quantity,
-)
-from hvisph.case.velocities import VelocityField, VelocityVector
+from hvisph.case.materials.material import NamedMaterial
 from hvisph.core.shapes import ARRANGEMENTS
+
+from .dimensions import NUMBER
+from .model import StrictModel
+from .shapes import OptionalRotation, Position, Rotation, Shape
+from .simple_shapes import Axis
+from .units import NonNegativeLength, NonNegativeSpecificEnergy, PositiveLength, PositiveTemperature, Quantity
+from .velocities import VelocityField, VelocityVector
 
 __all__ = ["Axis", "Body", "Position", "Rotation", "Shape"]
 

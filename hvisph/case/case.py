@@ -6,24 +6,25 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_serializer, model_validator
 
-from hvisph.case.axisymmetric import about_axis
-from hvisph.case.bodies import Body
-from hvisph.case.checks import problems_of
-from hvisph.case.expected import Expectations, MeasureName
-from hvisph.case.formulations import Formulation, RiemannFormulation
+from hvisph.case.checks.axisymmetric import about_axis
+from hvisph.case.checks.consistency import problems_of
 from hvisph.case.formulations.projection import default_step
 from hvisph.case.formulations.riemann import gas_formulation
-from hvisph.case.gauges import Gauge
-from hvisph.case.model import StrictModel, refuse
-from hvisph.case.output import Output
-from hvisph.case.regions import BoxRegion, Clamp, InitialLoad, SymmetryPlane
-from hvisph.case.time import Time, default_courant
-from hvisph.case.units import PositiveLength
-from hvisph.case.watch import Watch, Witness
 from hvisph.core.errors import CaseError
 from hvisph.core.kinematics import KINEMATICS, Kinematics
-from hvisph.core.measures import measures_of
+from hvisph.core.measure_catalogue import measures_of
 from hvisph.core.shapes import SHAPES, arrangements_of
+
+from .bodies import Body
+from .expected import Expectations, MeasureName
+from .formulations import Formulation, RiemannFormulation
+from .gauges import Gauge
+from .limits import Watch, Witness
+from .model import StrictModel, refuse
+from .output import Output
+from .regions import BoxRegion, Clamp, InitialLoad, SymmetryPlane
+from .time import Time, default_courant
+from .units import PositiveLength
 
 if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type checker
     KinematicsName = str

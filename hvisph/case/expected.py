@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationInfo, create_model
 
-from hvisph.case.dimensions import Dimension, dimension_of
-from hvisph.case.model import StrictModel
-from hvisph.case.units import Quantity
-from hvisph.core.measures import CATALOGUE
+from hvisph.core.measure_catalogue import CATALOGUE
+
+from .dimensions import Dimension, dimension_of
+from .model import StrictModel
+from .units import Quantity
 
 
 class Expectation(StrictModel):

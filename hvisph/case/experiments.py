@@ -6,9 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from hvisph.case.model import Problem, StrictModel, refuse
-from hvisph.case.sweep import Bound, Settings, Text
-from hvisph.case.units import NonNegativeNumber, PositiveNumber
+from .model import Problem, StrictModel, refuse
+from .sweep import Bound, Settings, Text
+from .units import NonNegativeNumber, PositiveNumber
 
 Words = Annotated[str, Field(min_length=1, max_length=4000)]
 JudgeName = Literal["taylor", "shield", "cloud", "limit", "melt", "crater", "spall", "fragments"]

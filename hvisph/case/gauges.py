@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.case.bodies import Position
-from hvisph.case.model import SCALAR_AS_LIST, Path, Problem, StrictModel
 from hvisph.core.errors import nearest
 from hvisph.core.fields import component_names, recordable
+
+from .bodies import Position
+from .model import SCALAR_AS_LIST, Path, Problem, StrictModel
 
 Fields = Annotated[tuple[Annotated[str, Field(max_length=64)], ...], SCALAR_AS_LIST, Field(min_length=1, max_length=64)]
 

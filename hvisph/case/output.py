@@ -6,10 +6,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.case.model import SCALAR_AS_LIST, StrictModel
-from hvisph.case.regions import BoxRegion, Region
-from hvisph.case.units import PositiveTime
 from hvisph.core.fields import WRITTEN
+
+from .model import SCALAR_AS_LIST, StrictModel
+from .regions import BoxRegion, Region
+from .units import PositiveTime
 
 # Fields that snapshots always hold: places, and volumes as mass over density.
 ALWAYS = ("position", "mass", "density")

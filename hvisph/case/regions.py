@@ -7,10 +7,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.case.bodies import Axis
-from hvisph.case.model import SCALAR_AS_LIST, Path, Problem, StrictModel
-from hvisph.case.units import Length, Pressure
 from hvisph.core.errors import nearest
+
+from .bodies import Axis
+from .model import SCALAR_AS_LIST, Path, Problem, StrictModel
+from .units import Length, Pressure
 
 Corner = Annotated[tuple[Length | None, ...], SCALAR_AS_LIST, Field(max_length=3)]
 

@@ -7,8 +7,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo
 
-from hvisph.case.model import SCALAR_AS_LIST, Shorthand, StrictModel
-from hvisph.case.plain_shapes import (
+from hvisph.core.shapes import SHAPES
+
+from .model import SCALAR_AS_LIST, Shorthand, StrictModel
+from .simple_shapes import (
     AnnulusShape,
     Axis,
     AxisField,
@@ -30,8 +32,7 @@ from hvisph.case.plain_shapes import (
     SphereShape,
     TubeShape,
 )
-from hvisph.case.units import Angle, Length, NonNegativeLength, PositiveLength
-from hvisph.core.shapes import SHAPES
+from .units import Angle, Length, NonNegativeLength, PositiveLength
 
 Position = Annotated[tuple[Length, ...], SCALAR_AS_LIST, Field(min_length=1, max_length=3)]
 

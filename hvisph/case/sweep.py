@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model, model_validator
 
-from hvisph.case.dimensions import NUMBER
-from hvisph.case.model import Problem, StrictModel, refuse
-from hvisph.case.units import PositiveTime, Quantity
+from .dimensions import NUMBER
+from .model import Problem, StrictModel, refuse
+from .units import PositiveTime, Quantity
 
 Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
 Value = str | int | float | bool | None | list[Any] | dict[str, Any]

@@ -6,9 +6,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from hvisph.case.dimensions import NUMBER
-from hvisph.case.model import StrictModel
-from hvisph.case.units import PositiveTime, Quantity
+from .dimensions import NUMBER
+from .model import StrictModel
+from .units import PositiveTime, Quantity
 
 # Courant number unless given, by formulation and for those without an entry. Where there is a viscosity the criterion
 # holds its signal, 1.2 alpha c, already, and it damps what grows at less: below DAMPED steps are as long at half of

@@ -17,7 +17,9 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from hvisph.case.dimensions import (
+from hvisph.core.errors import nearest
+
+from .dimensions import (
     ACCELERATION,
     ANGLE,
     COMMON_UNITS,
@@ -34,7 +36,6 @@ from hvisph.case.dimensions import (
     Dimension,
     spellings,
 )
-from hvisph.core.errors import nearest
 
 _NUMBER = re.compile(r"\s*([+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*(.*?)\s*", re.DOTALL)
 # Unit names, single-digit powers, products and quotients: all that units need, and nothing

@@ -8,11 +8,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo
 
-from hvisph.case.dimensions import ANGLE, RATE, VELOCITY
-from hvisph.case.model import SCALAR_AS_LIST, DataFile, Shorthand, StrictModel
-from hvisph.case.plain_shapes import Direction
-from hvisph.case.shapes import Position
-from hvisph.case.units import Number, PositiveLength, Quantity, Velocity
+from .dimensions import ANGLE, RATE, VELOCITY
+from .model import SCALAR_AS_LIST, DataFile, Shorthand, StrictModel
+from .shapes import Position
+from .simple_shapes import Direction
+from .units import Number, PositiveLength, Quantity, Velocity
 
 Rate = Annotated[float, Quantity(RATE)]
 

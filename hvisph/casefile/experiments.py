@@ -8,10 +8,11 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from hvisph.case.experiments import ExperimentSet
-from hvisph.casefile.data import SET, data_folder
-from hvisph.casefile.problems import raise_all, translate
-from hvisph.casefile.reading import read_yaml
 from hvisph.core.errors import CaseError
+
+from .errors import raise_all, translate
+from .paths import SET, data_folder
+from .yaml_reader import read_yaml
 
 
 def bundled_sets() -> dict[str, Path]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pydantic import BaseModel
 
 from hvisph.case.case import Case
-from hvisph.casefile.describe import Spot, keys_of, spot_of, walk
-from hvisph.casefile.wording import default_text, value_text
 from hvisph.core.errors import CaseError, nearest
-from hvisph.core.measures import CATALOGUE
+from hvisph.core.measure_catalogue import CATALOGUE
+
+from .field_text import default_text, value_text
+from .model_fields import Spot, keys_of, spot_of, walk
 
 
 def explain(path: str) -> str:

@@ -14,14 +14,15 @@ from pydantic import ValidationError
 
 from hvisph.case.case import Case
 from hvisph.case.model import Path
-from hvisph.casefile.data import bundled_cases
-from hvisph.casefile.material_library import Library, library, library_of, load_material, material_names
-from hvisph.casefile.merge import merged, overridden, with_bases
-from hvisph.casefile.plain import plain_document
-from hvisph.casefile.problems import raise_all, translate
-from hvisph.casefile.reading import read_yaml
-from hvisph.casefile.yaml_text import Document, Place, dump
 from hvisph.core.errors import CaseError, nearest
+
+from .errors import raise_all, translate
+from .mapping import plain_document
+from .material_library import Library, library, library_of, load_material, material_names
+from .overrides import merged, overridden, with_bases
+from .paths import bundled_cases
+from .yaml_reader import read_yaml
+from .yaml_text import Document, Place, dump
 
 __all__ = ["bundled_cases", "case_hash", "dump_case", "library", "load_case", "load_material", "material_names"]
 

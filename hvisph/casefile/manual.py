@@ -9,10 +9,11 @@ from pydantic import BaseModel
 
 from hvisph.case.case import Case
 from hvisph.case.dimensions import COMMON_UNITS, DIMENSIONS, NUMBER
-from hvisph.casefile.describe import Spot, spot_of
-from hvisph.casefile.material_library import library
-from hvisph.casefile.wording import default_text, value_text
-from hvisph.core.measures import CATALOGUE
+from hvisph.core.measure_catalogue import CATALOGUE
+
+from .field_text import default_text, value_text
+from .material_library import library
+from .model_fields import Spot, spot_of
 
 _HEAD = """\
 # The case file

@@ -17,14 +17,15 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError
 
-from hvisph.case.materials import Material
+from hvisph.case.materials.material import Material
 from hvisph.case.model import StrictModel
 from hvisph.case.units import Number, PositiveNumber, PositiveVelocity, Velocity
-from hvisph.casefile.merge import laid_over
-from hvisph.casefile.problems import raise_all, translate
-from hvisph.casefile.reading import read_yaml
-from hvisph.casefile.yaml_text import Document
 from hvisph.core.errors import CaseError
+
+from .errors import raise_all, translate
+from .overrides import laid_over
+from .yaml_reader import read_yaml
+from .yaml_text import Document
 
 _FOLDER = Path(__file__).resolve().parents[1] / "case" / "library"
 _ENDINGS = (".yaml", ".yml")

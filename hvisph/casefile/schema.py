@@ -59,7 +59,7 @@ def schema_text() -> str:
 
 def generated_files(root: Path) -> dict[Path, str]:
     """Return the files of a source tree at `root` that come from the models, with their text."""
-    from hvisph.casefile.manual import case_manual
+    from .manual import case_manual
 
     return {
         root / "schemas/case.schema.json": schema_text(),

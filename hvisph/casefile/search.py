@@ -10,10 +10,11 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from hvisph.case.case import Case
-from hvisph.casefile.data import bundled_cases
-from hvisph.casefile.describe import inner_of, places
-from hvisph.casefile.material_library import Library
-from hvisph.core.measures import CATALOGUE
+from hvisph.core.measure_catalogue import CATALOGUE
+
+from .material_library import Library
+from .model_fields import inner_of, places
+from .paths import bundled_cases
 
 # What people call things that have another name here.
 SYNONYMS = {

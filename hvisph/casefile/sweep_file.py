@@ -10,12 +10,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from hvisph.case.sweep import Sweep
-from hvisph.casefile.loader import case_document, validated
-from hvisph.casefile.plain import plain_document
-from hvisph.casefile.problems import located, raise_all, translate
-from hvisph.casefile.reading import read_yaml
-from hvisph.casefile.yaml_text import Document
 from hvisph.core.errors import CaseError
+
+from .errors import located, raise_all, translate
+from .loader import case_document, validated
+from .mapping import plain_document
+from .yaml_reader import read_yaml
+from .yaml_text import Document
 
 
 def load_sweep(source: str | os.PathLike[str] | Mapping[str, Any]) -> tuple[Sweep, Document, Document, Path]:

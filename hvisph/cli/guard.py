@@ -10,9 +10,9 @@ from typing import Any
 
 import typer
 
-from hvisph.cli.say import say
+from hvisph.cli.text.echo import say
 from hvisph.core.errors import INTERRUPTED, HvisphError
-from hvisph.parallel.launch import is_first
+from hvisph.parallel.mpi_launch import is_first
 
 FAILED = 3
 DEBUG = "HVISPH_DEBUG"

@@ -12,7 +12,9 @@ import typer
 from typer.models import CommandInfo
 
 import hvisph
-from hvisph.cli import (
+from hvisph.cli.text.echo import say
+
+from .commands import (
     cases,
     check,
     compare,
@@ -34,9 +36,8 @@ from hvisph.cli import (
     verify,
     watch,
 )
-from hvisph.cli.group import Group
-from hvisph.cli.guard import guarded
-from hvisph.cli.say import say
+from .group import Group
+from .guard import guarded
 
 _USUAL, _FIRST = gc.get_threshold(), 250_000  # objects made between two collections, and before the first
 

@@ -11,8 +11,9 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from hvisph.cli.options import JsonOption, QuietOption, ThreadsOption
-from hvisph.cli.say import say
+from hvisph.cli.text.echo import say
+
+from .options import JsonOption, QuietOption, ThreadsOption
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ class How(Running):
     def refuse(self) -> None:
         """Refuse before anything runs what would fail after it all; raises `CaseError`."""
         if self.plot is not None:
-            from hvisph.cli.compare import refuse_format
+            from hvisph.cli.commands.compare import refuse_format
 
             refuse_format(self.plot, "--plot")
 

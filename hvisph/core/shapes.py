@@ -17,7 +17,7 @@ SHAPES: dict[int, tuple[str, ...]] = {
 
 @dataclass(frozen=True)
 class Arrangement:
-    """One way to place particles in a shape; `hvisph.geometry.fill` has its function.
+    """One way to place particles in a shape; `hvisph.geometry.filling` has its function.
 
     Parameters
     ----------

@@ -13,10 +13,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..core.errors import RunError
-from ..core.jit import plain
-from ..materials.porosity import crush_curve
-from ..materials.table import Material
+from hvisph.compiler.jit import plain
+from hvisph.core.errors import RunError
+from hvisph.materials.material_table import Material
+from hvisph.materials.porosity import crush_curve
+
 from .roots import bracketed_root
 
 

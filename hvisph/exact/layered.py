@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ..core.errors import CaseError
-from ..materials.eos import Elastic, Linear
-from ..materials.table import Material
-from .fronts import track
-from .history import Layer, Tracked
-from .waves import LinearLaw
+from hvisph.core.errors import CaseError
+from hvisph.materials.eos import Elastic, Linear
+from hvisph.materials.material_table import Material
+
+from .wave_curves import LinearLaw
+from .wave_fronts import track
+from .wave_history import Layer, Tracked
 
 
 def barotropic_law(material: Material) -> LinearLaw:

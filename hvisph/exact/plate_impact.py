@@ -16,12 +16,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..materials.table import Material
-from .fronts import track
-from .history import Layer, Tracked
+from hvisph.materials.material_table import Material
+
+from .elastic_plastic import SolidLaw
 from .roots import bracketed_root
-from .solid import SolidLaw
-from .waves import State, Wave
+from .wave_curves import State, Wave
+from .wave_fronts import track
+from .wave_history import Layer, Tracked
 
 
 @dataclass(frozen=True)

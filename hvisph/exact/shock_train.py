@@ -18,9 +18,9 @@ from math import inf, log, sqrt
 
 import numpy as np
 
-from ..core.jit import plain
-from ..materials import state
-from ..materials.table import Material, pack
+from hvisph.compiler.jit import plain
+from hvisph.materials import thermodynamics
+from hvisph.materials.material_table import Material, pack
 
 SHOCKED = 1e6  # strain rate in a shock [1/s]
 _FIRST, _GROWTH, _STEP = 2e-5, 1.1, 1.5e-3  # of the compression eta from point to point
@@ -53,7 +53,7 @@ def _stress(material: Material, strength: bool) -> Callable[[float, float], floa
     if not strength:
         return pressure
     table, models = pack([material])
-    flow = plain(state.flow_stress)
+    flow = plain(thermodynamics.flow_stress)
 
     def stress(rho: float, e: float) -> float:
         p, strain = pressure(rho, e), log(rho / rho0)

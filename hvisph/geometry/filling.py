@@ -1,96 +1,107 @@
-"""What an arrangement returns, and the counting of particles that arrangements share."""
+"""From a shape, an arrangement's name and a spacing to particles: the room's front door."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from functools import partial
+from typing import Any
 
-import numpy as np
+from hvisph.core.errors import CaseError, nearest
+from hvisph.core.shapes import arrangements_of
+from hvisph.geometry.lattices.concentric_rings import fill_rings
+from hvisph.geometry.lattices.cubic import fill_lattice
+from hvisph.geometry.lattices.hcp import fill_hcp
+from hvisph.geometry.lattices.hexagonal import fill_hexagonal
+from hvisph.geometry.lattices.lattice_two_rings import fill_lattice_two_rings
+from hvisph.geometry.lattices.relaxed import fill_relaxed
 
-from hvisph.core.errors import CaseError
+from .lattice_count import Filling
+from .mass_fit import fill_exactly
+from .shapes import Shape
 
-# Against round-off in length / spacing: 50.1 mm / 0.1 mm must be 501 on every machine.
-ROUND_OFF = 1e-9
+# How each arrangement of the catalogue is made, and those that lay even numbers of layers where asked to.
+FUNCTIONS: dict[str, Callable[..., Filling]] = {
+    "even": fill_lattice,
+    "square": fill_lattice,
+    "cubic": fill_lattice,
+    "hexagonal": fill_hexagonal,
+    "hcp": fill_hcp,
+    "relaxed": fill_relaxed,
+    "rings": fill_rings,
+    "lattice_two_rings": fill_lattice_two_rings,
+}
+# Places of a lattice in the box around a shape up to which all are looked at, some seconds; beyond, a shape that fills
+# less than this share of its box is refused: wires or drops that a slip of the unit has thrown far apart.
+MOST_PLACES = 5e7
+LEAST_SHARE = 1 / 300
+PAIRED = ("even", "square", "cubic", "relaxed")
 
 
-@dataclass(frozen=True)
-class Filling:
-    """The particles of one body, around the origin of its shape.
+def allowed_arrangements(shape: Shape) -> list[str]:
+    """Return the names of the arrangements that have a meaning for `shape`, its default first."""
+    return list(arrangements_of(shape.dim, shape.kind))
+
+
+def fill(
+    shape: Shape, arrangement: str | None, dx: float, *, exact: bool = True, even: tuple[int, ...] = ()
+) -> Filling:
+    """Fill `shape` with particles.
 
     Parameters
     ----------
-    positions
-        Particle centres in the shape's coordinates, shape (n, dim) [m].
-    volumes
-        Volume of each particle, shape (n,) [m^dim].
-    size
-        Full size along each axis that the particles stand for [m].
-    spacing
-        Spacing of the particles, which their smoothing length follows: one for all, or shape (n,) [m].
-    note
-        What gave way: sizes in a nominal filling, spacing and masses in an exact one; empty if nothing did.
-    """
+    shape
+        One of `hvisph.geometry.shapes`.
+    arrangement
+        A name in the catalogue; None for the shape's default (even, square or cubic).
+    dx
+        Particle spacing [m].
+    exact
+        Whether spacing and volumes give way so that sizes and mass are the shape's; otherwise
+        every particle has the volume dx^dim, whatever that makes of the body.
+    even
+        Axes in whose middle no layer may lie, because a plane of symmetry does.
 
-    positions: np.ndarray
-    volumes: np.ndarray
-    size: tuple[float, ...]
-    spacing: float | np.ndarray
-    note: str = ""
-
-    @property
-    def count(self) -> int:
-        """Number of particles."""
-        return len(self.positions)
-
-    @property
-    def finest(self) -> float:
-        """Least spacing [m]."""
-        return float(np.min(self.spacing))
-
-
-def count_across(length: float, spacing: float, what: str = "body", even: bool = False) -> int:
-    """Return how many particles, or how many in pairs, at `spacing` [m] come nearest to `length` [m].
+    Returns
+    -------
+    Filling
+        Positions in the shape's coordinates, volumes, the size they stand for and a note of what
+        had to give way.
 
     Raises
     ------
     CaseError
-        When not one particle fits.
+        When `dx` is not positive, the arrangement is unknown or has no meaning for the shape, or the
+        shape is too small for it.
     """
-    count = math.floor(length / spacing + 0.5 + ROUND_OFF)
-    if count < 1:
+    if not (math.isfinite(dx) and dx > 0):
+        raise CaseError(f"the particle spacing must be positive and finite, not {dx:g}", where="resolution")
+    allowed = allowed_arrangements(shape)
+    name = allowed[0] if arrangement is None else arrangement
+    if name not in FUNCTIONS:
+        raise CaseError(f"unknown arrangement '{name}'{nearest(name, allowed)}", where="arrangement")
+    if name not in allowed:
         raise CaseError(
-            f"the {what} of {length:g} is thinner than half a particle at spacing {spacing:g}; "
-            "refine the resolution or enlarge the body",
-            where="resolution",
+            f"arrangement '{name}' has no meaning for a {shape.kind} in {shape.dim}D; allowed: {', '.join(allowed)}",
+            where="arrangement",
         )
-    return 2 * max(1, math.floor(length / spacing / 2 + 0.5 + ROUND_OFF)) if even else count
+    function = FUNCTIONS[name]
+    arrange: Any = partial(function, even=even) if even and name in PAIRED else function
+    return fill_exactly(shape, dx, arrange) if exact else arrange(shape, dx)
 
 
-def filled(positions: np.ndarray, dx: float, size: tuple[float, ...], asked: tuple[float, ...]) -> Filling:
-    """Return the `Filling` of `positions` of volume dx^dim each, noting a size that had to give way.
-
-    Raises
-    ------
-    CaseError
-        When there is no particle.
-    """
-    if len(positions) == 0:
-        raise CaseError(f"no particle at spacing {dx:g} fits into the body", where="resolution")
-    differs = any(abs(got - want) > ROUND_OFF * want for got, want in zip(size, asked, strict=True))
-    note = f"{_sizes(asked)} is filled as {_sizes(size)} at resolution {dx:g}" if differs else ""
-    volumes = np.full(len(positions), dx ** positions.shape[1])
-    return Filling(np.ascontiguousarray(positions), volumes, size, dx, note)
+def refuse_sparse(shape: Shape, dx: float) -> None:
+    """Raise `CaseError` for a shape that is nearly all empty, and so large that looking through it takes minutes."""
+    places = math.prod(max(side / dx, 1.0) for side in shape.extent())
+    if places > MOST_PLACES and estimated_count(shape, dx) < LEAST_SHARE * places:
+        size = " by ".join(f"{side:.3g}" for side in shape.extent())
+        raise CaseError(
+            f"the shape measures {size} and is nearly all empty: less than one in {1 / LEAST_SHARE:.0f} of "
+            f"{places:.2g} places at a spacing of {dx:.3g} would hold a particle; check the units of "
+            "its parts, or make them bodies"
+        )
 
 
-def centred(count: int, spacing: float) -> np.ndarray:
-    """Return `count` coordinates at `spacing` [m], symmetric about 0 to the last bit."""
-    return (np.arange(count) - (count - 1) / 2) * spacing
-
-
-def cover(low: float, high: float, spacing: float, even: bool = False) -> np.ndarray:
-    """Return coordinates at `spacing` [m] centred between `low` and `high`, as many as come nearest to fill it."""
-    return (low + high) / 2 + centred(count_across(high - low, spacing, even=even), spacing)
-
-
-def _sizes(size: tuple[float, ...]) -> str:
-    return " x ".join(f"{side:.6g}" for side in size)
+def estimated_count(shape: Shape, dx: float) -> float:
+    """Return roughly how many particles `fill` would make, without making them: volume / dx^dim."""
+    return shape.volume / dx**shape.dim

@@ -18,8 +18,8 @@ from itertools import combinations
 
 import numpy as np
 
-from hvisph.geometry.section import Section
-from hvisph.geometry.shapes import Placed, Shape
+from .section import Section
+from .shapes import Placed, Shape
 
 # Depth [spacings of the finer body] from which on bodies stand in each other: less is how a place is typed.
 DEEPEST = 0.4

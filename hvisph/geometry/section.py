@@ -13,11 +13,12 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.shapes import SECTION_ARRANGEMENTS
-from hvisph.geometry.fill import fill
-from hvisph.geometry.filling import Filling
-from hvisph.geometry.graded import Grading, fill_graded
-from hvisph.geometry.shapes import Cylinder, Ring, Shape, Tube
 from hvisph.geometry.shapes.combined import Measured
+
+from .filling import fill
+from .graded import Grading, fill_graded
+from .lattice_count import Filling
+from .shapes import Cylinder, Ring, Shape, Tube
 
 ROUND = 1e-6  # [size]: how much the distance to a solid of revolution may change round the axis
 
@@ -119,7 +120,7 @@ def fill_section(
     solid
         A shape in 3D.
     arrangement, dx, exact, even
-        As for `hvisph.geometry.fill.fill`, in 2D.
+        As for `hvisph.geometry.filling.fill`, in 2D.
     grading
         How the spacing grows in a section that flat faces bound; None for an even spacing.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.geometry.shapes import Shape
+from .shapes import Shape
 
 
 def on_surface(shape: Shape, points: np.ndarray, rounds: int = 8) -> np.ndarray:

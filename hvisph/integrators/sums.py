@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.exact import LARGEST, exact_sum, rounder_of, unit_of, value_of
+from hvisph.compiler.exact_sum import LARGEST, exact_sum, rounder_of, unit_of, value_of
 from hvisph.core.particles import Particles
 
 KINETIC, INTERNAL, MOMENTUM, PLASTIC, HEATING, SLIPPING, SUPPORT = 0, 1, 2, 5, 6, 7, 8
@@ -44,7 +44,7 @@ class Sums:
     wholes, extremes
         What compiled loops write: whole numbers and finer ones (chunks, 2, COUNTED), and floats (chunks, 3).
     units
-        Of the columns (COUNTED,), see `core.exact`.
+        Of the columns (COUNTED,), see `compiler.exact_sum`.
     over
         Makes sums and extremes of this process those of all.
     exact

@@ -30,8 +30,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ..core.jit import compiled
-from ..core.memory import number_at
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.vector.table_access import number_at
+
 from .slots import (
     ADDRESS,
     CURVE,

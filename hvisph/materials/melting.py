@@ -15,7 +15,8 @@ from math import exp
 
 import numpy as np
 
-from ..core.jit import compiled
+from hvisph.compiler.jit import compiled
+
 from . import slots
 from .slots import INVERSE_RHO0, MELT_FIRST, MELT_LAW, MELT_SECOND, MELT_TEMPERATURE
 

@@ -7,11 +7,12 @@ elastic answer; density, stress and plastic strain then follow as for any other 
 
 from __future__ import annotations
 
-from ..core.growth import grown
-from ..core.jit import compiled
-from ..core.solid import with_zz
-from .response import respond
-from .state import equilibrium_state, longitudinal_speed, shear_modulus
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.logarithmic_growth import grown
+from hvisph.compiler.tensors3d import with_zz
+
+from .stress_update import respond
+from .thermodynamics import equilibrium_state, longitudinal_speed, shear_modulus
 
 # Secant steps at most, and the share of the longitudinal modulus that counts as no stress.
 _STEPS = 12

@@ -24,8 +24,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..core.errors import CaseError
-from ..core.jit import called, compiled
+from hvisph.compiler.jit import called, compiled
+from hvisph.core.errors import CaseError
+
 from . import slots
 from .eos import pressure_and_sound_speed
 from .slots import DISTENSION, ELASTIC_PRESSURE, SOLID_PRESSURE

@@ -16,9 +16,9 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from ..core.errors import CaseError
-from ..core.jit import compiled
-from ..core.memory import row_address
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.vector.table_access import row_address
+from hvisph.core.errors import CaseError
 
 # Columns of `table` that every material has.
 RHO0 = 0  # reference density [kg/m^3]

@@ -8,10 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hvisph.measures.expected import within
-from hvisph.measures.measure import measure
-from hvisph.output import names, reader
+from hvisph.output import file_names, reader
 from hvisph.output.snapshot import Snapshot
+
+from .expected import within
+from .measure import measure
 
 COST = ("particles", "steps", "threads", "wall_seconds", "microseconds_per_particle_step")
 
@@ -115,10 +116,10 @@ def row(name: str, source: str | os.PathLike[str]) -> Row:
         When it holds nothing that can be measured.
     """
     path = Path(source)
-    if (path / names.SUMMARY).is_file():
+    if (path / file_names.SUMMARY).is_file():
         return _ended(name, path, reader.read_summary(path))
     measured = measure(path)
-    status = "unfinished" if (path / names.CASE).is_file() else "snapshot"
+    status = "unfinished" if (path / file_names.CASE).is_file() else "snapshot"
     plain = measured.as_dict()["measures"]
     return Row(name, path, measured.title, status, None, measured.time, plain, {}, {}, {})
 

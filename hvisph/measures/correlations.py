@@ -5,7 +5,7 @@ Spheres of any metal on plates of aluminium. Sources:
 - crater depth and single wall: Cour-Palais, as in NASA TM-2009-214785 eqs. 4-1 to 4-6;
 - Whipple shield: Christiansen, ibid. eqs. 4-23 to 4-26;
 - hole in a thin plate: Maiden and McHugh 1963 and Sawle 1969; their coefficients are recalled, not read in a source;
-- residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976 (`hvisph.measures.limit` fits their curve).
+- residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976 (`hvisph.measures.threshold` fits their curve).
 
 Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
 """

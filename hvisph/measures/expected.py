@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
 from hvisph.core.errors import CaseError, nearest
-from hvisph.measures.result import Result
+
+from .result import Result
 
 
 class Expectations(Protocol):

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.measures.result import Result, meaningless
-from hvisph.measures.scene import Scene
-from hvisph.measures.statistics import weighted_quantile
+from hvisph.measures.frame.measurement_frame import Scene
+
+from .result import Result, meaningless
+from .statistics import weighted_quantile
 
 MOST = 0.999  # share of the mass, so that no single particle decides
 NAMES = ("projectile_temperature", "target_temperature", "highest_temperature")

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.measures.result import Result, meaningless
-from hvisph.measures.roles import PROJECTILE, members
-from hvisph.measures.scene import Scene
-from hvisph.measures.shot import own_spacings
+from hvisph.measures.frame.impact_geometry import own_spacings
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.frame.roles import PROJECTILE, members
+
+from .result import Result, meaningless
 
 CRATER_BIN = 0.25e-3  # [m], along the plate's thickness
 AXIS_STRIP = 1.0e-3  # [m], half-width of the strip about the shot line

@@ -11,15 +11,16 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.measures.answer import answer
-from hvisph.measures.begun import Begun
-from hvisph.measures.moment import History, Measures, measure_snapshot, unmeasured
-from hvisph.measures.passage import Moment, moment_of, with_history
-from hvisph.measures.plateau import before_release, plateau
-from hvisph.measures.result import Result
-from hvisph.measures.scene import Scene
-from hvisph.measures.swing import LARGE, LATELY, MOST, lately, swinging
+from hvisph.measures.frame.initial_reference import Begun
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.one_dimensional.plateau import before_release, plateau
+from hvisph.measures.projectile.perforation_times import Moment, moment_of, with_history
 from hvisph.output.snapshot import Snapshot
+
+from .result import Result
+from .snapshot_measures import History, Measures, measure_snapshot, unmeasured
+from .temporal_scatter import LARGE, LATELY, MOST, lately, swinging
+from .verdict import answer
 
 __all__ = ["History", "Measures", "measure", "measure_in_time", "measure_snapshot", "unmeasured"]
 
@@ -48,7 +49,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     Measures
         ``measure(run)["plug_velocity"].value`` is a number in SI, and
         ``[piece.mass for body in measure(run).fragments for piece in body]`` are the masses of all fragments.
-        `hvisph.measures.series` writes what ``at="all"`` returns, `hvisph.pictures.series` draws it.
+        `hvisph.measures.series` writes what ``at="all"`` returns, `hvisph.visualization.measure_series` draws it.
 
     Raises
     ------
@@ -62,7 +63,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
         raise CaseError(f"no such run folder or snapshot: {path}")
     if not (at is None or at == "all" or (isinstance(at, int | float) and np.isfinite(at))):
         raise CaseError(f"{at!r} is no moment; allowed: a time in seconds, or 'all'", where="at")
-    from hvisph.output import names as files_of
+    from hvisph.output import file_names as files_of
     from hvisph.output import reader
 
     convention = reader.Convention(names or {}, units)
@@ -123,7 +124,7 @@ def measure_in_time(now: Snapshot, files: Sequence[Path], start: Snapshot | None
 
 def _in_time(now: Measures, files: Sequence[Path], begun: Begun | None, read: Callable[[Path], Snapshot]) -> Measures:
     """Return the measures of the last of the snapshots `files` with what only the earlier ones tell."""
-    from hvisph.output import names
+    from hvisph.output import file_names
 
     last = now.moment
 
@@ -136,7 +137,7 @@ def _in_time(now: Measures, files: Sequence[Path], begun: Begun | None, read: Ca
             return replace(last, projectile=lambda: moment_of(scene(number)).projectile())
         return moment_of(scene(number), lambda: scene(number))
 
-    earlier = [file for file in files if file.stem != names.POST_MORTEM][:-1]
+    earlier = [file for file in files if file.stem != file_names.POST_MORTEM][:-1]
     if now.dimensions == 1:
         now = _plateau_of(now, files, begun, read)
     if earlier:

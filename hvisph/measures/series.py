@@ -12,9 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.measures.measure import Measures
-from hvisph.measures.plug import FEWEST
-from hvisph.output.atomic import write_text
+from hvisph.measures.target.plug import FEWEST
+from hvisph.output.atomic_write import write_text
+
+from .measure import Measures
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hvisph.core.measures import Look, look_of
-from hvisph.measures.result import Result
+from hvisph.core.measure_catalogue import Look, look_of
+
+from .result import Result
 
 # Units of shares and angles, of which little is nothing; and what is next to nothing of any unit for people.
 UNSIZED = ("", "%", "deg")

@@ -11,9 +11,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from hvisph.core.errors import OutputError, nearest
-from hvisph.core.harmless import harmless
-from hvisph.output.foreign_names import BODY, ID, MATERIAL, SCALARS, SI, VELOCITY, Convention, bare
-from hvisph.output.snapshot import Snapshot
+from hvisph.core.terminal_escape import harmless
+
+from .foreign_names import BODY, ID, MATERIAL, SCALARS, SI, VELOCITY, Convention, bare
+from .snapshot import Snapshot
 
 VELOCITY_COMPONENTS = (("vx", "vy", "vz"), ("u", "v", "w"))
 TIME = ("timevalue", "time")

@@ -18,12 +18,13 @@ from zlib import crc32
 
 import numpy as np
 
-from hvisph.core.derived import Derived
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import CATALOGUE
-from hvisph.output import layout, names
-from hvisph.output.sealed import LABELS, naming, reading, writing
-from hvisph.output.snapshot import Snapshot
+from hvisph.core.lazy_arrays import Derived
+
+from . import field_layout, file_names
+from .sealed_hdf5 import LABELS, naming, reading, writing
+from .snapshot import Snapshot
 
 _VTK_VERTEX = 1
 # What never changes of a particle, and may stand in the first snapshot alone.
@@ -69,7 +70,7 @@ def write_hdf5(path: str | Path, snapshot: Snapshot, form: Form = PLAIN) -> None
     """
     with writing(path) as h5:
         more: dict[str, Any] = {"constants_in": form.constants_in} if form.constants_in else {}
-        text = layout.header_text(snapshot, more | {"sums": _write_vtk(h5, snapshot, form)}).encode("ascii")
+        text = field_layout.header_text(snapshot, more | {"sums": _write_vtk(h5, snapshot, form)}).encode("ascii")
         h5.create_dataset("hvisph/header", data=np.bytes_(text)).attrs["crc32"] = np.uint32(crc32(text))
 
 
@@ -91,15 +92,15 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
     """
     with reading(path, "a snapshot", verified=not (lazily and _has_sums(path))) as h5:
         header = _header(h5)
-        if header["format_version"] != layout.FORMAT_VERSION:
+        if header["format_version"] != field_layout.FORMAT_VERSION:
             raise OutputError(
-                f"its format is version {header['format_version']}, this hvisph reads {layout.FORMAT_VERSION}"
+                f"its format is version {header['format_version']}, this hvisph reads {field_layout.FORMAT_VERSION}"
             )
         places = {name: f"VTKHDF/PointData/{name}" for name in h5["VTKHDF/PointData"]}
         places["position"] = "VTKHDF/Points"
         lazily = lazily and h5[places["position"]].shape[0] > _SMALL
         sums = header.get("sums", {}) if lazily else {}  # else the seal has told
-        arrays = {name: _array(h5, places[name], sums) for name in (layout.INDICES if lazily else places)
+        arrays = {name: _array(h5, places[name], sums) for name in (field_layout.INDICES if lazily else places)
                   if name in places}  # fmt: skip
     if lazily:  # what few values need
         arrays |= {name: arrays[name].astype(np.int32) for name in ("body", "material") if name in arrays}
@@ -113,7 +114,7 @@ def read_hdf5(path: str | Path, lazily: bool = False) -> Snapshot:
             return _array(h5, places[name], sums)
 
     with naming(path, "a snapshot"):
-        return layout.snapshot_from(header, Derived((*places, *arrays), field) if lazily else arrays)
+        return field_layout.snapshot_from(header, Derived((*places, *arrays), field) if lazily else arrays)
 
 
 def _has_sums(path: str | Path) -> bool:
@@ -149,7 +150,7 @@ def _array(h5: Any, place: str, sums: Mapping[str, int]) -> np.ndarray:
 def _constants(path: Path, name: str, number: np.ndarray) -> dict[str, np.ndarray]:
     """Return what a snapshot leaves to another one beside it, of the same particles."""
     beside = path.with_name(name)
-    if not names.PATTERNS[names.SNAPSHOTS].fullmatch(name):
+    if not file_names.PATTERNS[file_names.SNAPSHOTS].fullmatch(name):
         raise OutputError(f"cannot read {path}: '{name[:64]}' is no snapshot beside it")
     if not beside.is_file():
         raise OutputError(f"cannot read {path}: masses, bodies and materials stand in {beside}, which is not there")
@@ -204,13 +205,13 @@ def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> dict[str, int]:
 
     def put(group: Any, place: str, values: np.ndarray, name: str = "") -> Any:
         """Write an array, a field as ParaView expects it, a piece at a time."""
-        shape = layout.to_vtk(name, values[:0], snapshot.dimensions).shape[1:]
+        shape = field_layout.to_vtk(name, values[:0], snapshot.dimensions).shape[1:]
         pieces = {"chunks": (min(n, PIECE), *shape), "compression": "gzip", "compression_opts": 1,
                   "shuffle": True} if form.compress and n else {}  # fmt: skip
         made = group.create_dataset(place, (len(values), *shape), values.dtype, **pieces)
         size, total = PIECE if form.compress else _AT_ONCE, 0
         for begin in range(0, len(values), size):
-            piece = layout.to_vtk(name, values[begin : begin + size], snapshot.dimensions)
+            piece = field_layout.to_vtk(name, values[begin : begin + size], snapshot.dimensions)
             made[begin : begin + size] = piece
             total = crc32(np.ascontiguousarray(piece).data, total)
         sums[made.name.removeprefix("/")] = total
@@ -228,7 +229,7 @@ def _write_vtk(h5: Any, snapshot: Snapshot, form: Form) -> dict[str, int]:
     for name in snapshot.fields:  # one at a time
         if name != "position" and name not in left_out:
             _describe(put(data, name, snapshot.fields[name], name), name, units)
-    for name in layout.INDICES:
+    for name in field_layout.INDICES:
         if name not in left_out:
             put(data, name, getattr(snapshot, name))
     root.create_dataset("FieldData/TimeValue", data=np.array([snapshot.time]))

@@ -12,7 +12,8 @@ from types import TracebackType
 from typing import Any
 
 from hvisph.core.errors import OutputError
-from hvisph.output.atomic import reason, write_text
+
+from .atomic_write import reason, write_text
 
 
 class NoHistory:

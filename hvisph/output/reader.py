@@ -16,18 +16,19 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import FEW, CaseError, OutputError
-from hvisph.core.harmless import harmless
-from hvisph.output import names
-from hvisph.output.atomic import reason
-from hvisph.output.foreign_names import SI, Convention
-from hvisph.output.hdf5 import read_hdf5, time_in
-from hvisph.output.lammps import read_lammps
-from hvisph.output.sealed import SIGNATURE
-from hvisph.output.snapshot import Snapshot
-from hvisph.output.summary_shape import misfit
-from hvisph.output.vtk_legacy import read_vtk
-from hvisph.output.vtp import is_vtp, read_vtp
-from hvisph.output.vtu import read_vtu
+from hvisph.core.terminal_escape import harmless
+
+from . import file_names
+from .atomic_write import reason
+from .foreign_names import SI, Convention
+from .hdf5 import read_hdf5, time_in
+from .lammps import read_lammps
+from .sealed_hdf5 import SIGNATURE
+from .snapshot import Snapshot
+from .summary_schema import misfit
+from .vtk_legacy import read_vtk
+from .vtp import is_vtp, read_vtp
+from .vtu import read_vtu
 
 # Files of other codes, by how their names end; in a folder of several kinds the first of these is read.
 FOREIGN = ("*.vtu", "*.vtp", "*.vtk", "*.dump", "*.lammpstrj", "dump.*")
@@ -91,17 +92,17 @@ def list_snapshots(run: str | Path) -> list[Path]:
     folder = Path(run)
     if not folder.is_dir():
         raise OutputError(f"cannot read {run}: no such folder")
-    own = (f"*{names.SNAPSHOT_ENDING}", f"*{names.OLD_ENDING}")
+    own = (f"*{file_names.SNAPSHOT_ENDING}", f"*{file_names.OLD_ENDING}")
     for place, patterns in (
-        (folder / names.SNAPSHOTS, own),
-        (folder / names.VTU, ("*.vtu",)),
+        (folder / file_names.SNAPSHOTS, own),
+        (folder / file_names.VTU, ("*.vtu",)),
         (folder, own),
         *((folder, (pattern,)) for pattern in FOREIGN),
     ):
-        there = (path for pattern in patterns for path in place.glob(pattern) if path.name != names.TIME_SERIES)
+        there = (path for pattern in patterns for path in place.glob(pattern) if path.name != file_names.TIME_SERIES)
         files = sorted(there, key=lambda path: _natural(path.name))
-        if place.name == names.SNAPSHOTS and place.parent == folder:  # a copy that a user keeps there is no moment
-            files = [path for path in files if names.is_own(path)] or files
+        if place.name == file_names.SNAPSHOTS and place.parent == folder:  # a copy that a user keeps there is no moment
+            files = [path for path in files if file_names.is_own(path)] or files
         if files:
             return files
     return []
@@ -120,9 +121,9 @@ def snapshots_in(run: str | Path) -> list[Path]:
         return files
     folder = Path(run)
     there = sorted(path.name for path in folder.iterdir() if not path.name.startswith("."))
-    if names.SUMMARY in there:
+    if file_names.SUMMARY in there:
         remedy = "a sweep has kept its summary only (`keep`): run its case again"
-    elif names.CASE in there or names.LOG in there:
+    elif file_names.CASE in there or file_names.LOG in there:
         remedy = "its run has not written the first; `hvisph run` of the case makes them"
     elif "table.csv" in there:
         remedy = f"it is that of a sweep: give one of {folder / 'runs'}"
@@ -161,7 +162,7 @@ def read_history(run: str | Path) -> dict[str, np.ndarray]:
     OutputError
         When the file is missing or not a history.
     """
-    path = Path(run) / names.HISTORY
+    path = Path(run) / file_names.HISTORY
     content = _bytes(path)
     try:
         text = content[: content.rfind(b"\n") + 1].decode("utf-8")
@@ -182,7 +183,7 @@ def read_summary(run: str | Path) -> dict[str, Any]:
     OutputError
         When the file is missing (the run did not end), damaged, or lacks what a summary has.
     """
-    path = Path(run) / names.SUMMARY
+    path = Path(run) / file_names.SUMMARY
     try:
         summary = json.loads(_bytes(path, LARGEST_SUMMARY))
     except (ValueError, RecursionError) as error:

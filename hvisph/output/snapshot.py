@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.derived import changed
+from hvisph.core.lazy_arrays import changed
 
 
 @dataclass

@@ -15,10 +15,11 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.output import names
-from hvisph.output.atomic import reason
-from hvisph.output.hdf5 import CONSTANTS, mark_vtk, names_in, write_labels
-from hvisph.output.sealed import LABELS, reading
+
+from . import file_names
+from .atomic_write import reason
+from .hdf5 import CONSTANTS, mark_vtk, names_in, write_labels
+from .sealed_hdf5 import LABELS, reading
 
 COUNTS = ("NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds")
 TIME = "FieldData/TimeValue"
@@ -47,9 +48,9 @@ def write_time_series(folder: str | os.PathLike[str]) -> None:
     import h5py
 
     home = Path(folder)
-    target = home / names.TIME_SERIES
-    partial = target.with_name(target.name + names.PARTIAL)
-    outlines = _outlines(home / names.SNAPSHOTS)
+    target = home / file_names.TIME_SERIES
+    partial = target.with_name(target.name + file_names.PARTIAL)
+    outlines = _outlines(home / file_names.SNAPSHOTS)
     try:
         if not outlines:
             target.unlink(missing_ok=True)
@@ -62,7 +63,11 @@ def write_time_series(folder: str | os.PathLike[str]) -> None:
 
 
 def _outlines(place: Path) -> list[_Outline]:
-    files = [path for path in place.glob(f"*{names.SNAPSHOT_ENDING}") if names.is_own(path) and names.is_plain(path)]
+    files = [
+        path
+        for path in place.glob(f"*{file_names.SNAPSHOT_ENDING}")
+        if file_names.is_own(path) and file_names.is_plain(path)
+    ]
     outlines = []
     for path in sorted((path for path in files if path.stem.isdecimal()), key=lambda path: int(path.stem)):
         try:
@@ -129,6 +134,8 @@ def _string(root: Any, name: str, outlines: Sequence[_Outline]) -> None:
     at = 0
     for one in outlines:
         shape, dtype, file = one.arrays[name]
-        layout[at : at + shape[0]] = h5py.VirtualSource(f"{names.SNAPSHOTS}/{file}", f"VTKHDF/{name}", shape, dtype)
+        layout[at : at + shape[0]] = h5py.VirtualSource(
+            f"{file_names.SNAPSHOTS}/{file}", f"VTKHDF/{name}", shape, dtype
+        )
         at += shape[0]
     root.create_virtual_dataset(name, layout)

@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.output.atomic import reason
-from hvisph.output.foreign import snapshot_of_another_code
-from hvisph.output.foreign_names import SI, Convention
-from hvisph.output.snapshot import Snapshot
+
+from .atomic_write import reason
+from .foreign import snapshot_of_another_code
+from .foreign_names import SI, Convention
+from .snapshot import Snapshot
 
 TYPES = {"unsigned_char": "u1", "char": "i1", "unsigned_short": ">u2", "short": ">i2", "unsigned_int": ">u4",
          "int": ">i4", "unsigned_long": ">u8", "long": ">i8", "vtktypeint64": ">i8", "vtktypeuint64": ">u8",

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.output.atomic import reason
-from hvisph.output.foreign import snapshot_of_another_code
-from hvisph.output.foreign_names import SI, Convention
-from hvisph.output.snapshot import Snapshot
+
+from .atomic_write import reason
+from .foreign import snapshot_of_another_code
+from .foreign_names import SI, Convention
+from .snapshot import Snapshot
 
 
 def is_vtp(path: str | Path) -> bool:

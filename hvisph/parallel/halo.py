@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hvisph.core.jit import specialise
+from hvisph.compiler.jit import specialise
 
 from .world import Ranks
 

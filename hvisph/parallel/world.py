@@ -14,10 +14,10 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from hvisph.core.alike import kind_of_machine
+from hvisph.compiler.build_id import kind_of_machine
 from hvisph.core.errors import CaseError, HvisphError
 
-from .launch import launched
+from .mpi_launch import launched
 
 T = TypeVar("T")
 MESSAGE = 1 << 28  # bytes at most; what counts them may be of 32 bits

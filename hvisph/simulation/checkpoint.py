@@ -16,14 +16,15 @@ import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.particles import ID
-from hvisph.output.checkpoint import Checkpoint, Ordered
-from hvisph.simulation.build import Setup
-from hvisph.simulation.clock import Clock, TimeStep
-from hvisph.simulation.fitting import refuse_misfit, refuse_other_particles
-from hvisph.simulation.monitors import Budget
-from hvisph.simulation.peaks import Peaks
-from hvisph.simulation.slabs import Slabs
-from hvisph.simulation.watch import Watch
+from hvisph.diagnostics.budgets import Budget
+from hvisph.diagnostics.peaks import Peaks
+from hvisph.diagnostics.sanity_checks import Watch
+from hvisph.output.checkpoint_file import Checkpoint, Ordered
+from hvisph.parallel.parallel_output import Slabs
+from hvisph.setup.build import Setup
+
+from .checkpoint_validation import refuse_misfit, refuse_other_particles
+from .clock import Clock, TimeStep
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case

@@ -1,6 +1,6 @@
 """Time of a run: steps from the criteria alone, the last one cut to land on the end.
 
-Moments of output cut no step: what they show lies between two steps (`hvisph.simulation.between`), so the
+Moments of output cut no step: what they show lies between two steps (`hvisph.simulation.interpolate_state`), so the
 cadence of output changes nothing in the results.
 """
 

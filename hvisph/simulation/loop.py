@@ -14,35 +14,36 @@ import numpy as np
 
 from hvisph import __version__
 from hvisph.case.case import Case
-from hvisph.case.checks import warnings_of
+from hvisph.case.checks.consistency import warnings_of
 from hvisph.casefile.loader import dump_case
 from hvisph.core.errors import RunError
 from hvisph.core.particles import copied
-from hvisph.formulations.stepper import PERMUTE_EVERY
-from hvisph.integrators.criteria import Limit
-from hvisph.output.checkpoint import Checkpoint
-from hvisph.output.folder import RunFolder
+from hvisph.diagnostics.budgets import Budget, Observer
+from hvisph.diagnostics.sanity_checks import Failure, Watch
+from hvisph.integrators.time_step import Limit
+from hvisph.output.checkpoint_file import Checkpoint
 from hvisph.output.history import HistoryWriter, NoHistory
-from hvisph.simulation.advice import advice
-from hvisph.simulation.ahead import compiling_ahead
-from hvisph.simulation.asked import COLLAPSED, Whole
-from hvisph.simulation.between import between
-from hvisph.simulation.build import Setup
-from hvisph.simulation.checkpoint import Keeper
-from hvisph.simulation.clock import Clock, TimeStep
-from hvisph.simulation.contact_warnings import contact_warnings
-from hvisph.simulation.cost import of_cores
-from hvisph.simulation.domain import Domain
-from hvisph.simulation.ending import Outcome, exit_code_of, sum_up
-from hvisph.simulation.listener import Listener, Reporter
-from hvisph.simulation.monitors import Budget, Observer
-from hvisph.simulation.pieces import tell_pieces
-from hvisph.simulation.release import let_go
-from hvisph.simulation.run_files import RunFiles
-from hvisph.simulation.signals import StopRequests
-from hvisph.simulation.slabs import Moment
-from hvisph.simulation.watch import Failure, Watch
-from hvisph.simulation.writer import SnapshotWriter
+from hvisph.output.run_folder import RunFolder
+from hvisph.parallel.collectives import COLLAPSED, Whole
+from hvisph.parallel.parallel_output import Moment
+from hvisph.precheck.body_rules import advice
+from hvisph.precheck.contact_rules import contact_warnings
+from hvisph.precheck.cost import of_cores
+from hvisph.precheck.precompilation import compiling_ahead
+from hvisph.schemes.stepper import PERMUTE_EVERY
+from hvisph.setup.build import Setup
+
+from .checkpoint import Keeper
+from .clock import Clock, TimeStep
+from .domain_box import Domain
+from .finalize import Outcome, exit_code_of, sum_up
+from .fragmentation import tell_pieces
+from .free_memory import let_go
+from .interpolate_state import between
+from .listener import Listener, Reporter
+from .run_files import RunFiles
+from .signals import StopRequests
+from .writer import SnapshotWriter
 
 
 class Run:

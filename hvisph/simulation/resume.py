@@ -8,21 +8,22 @@ from pathlib import Path
 
 from hvisph.case.case import Case
 from hvisph.casefile.loader import load_case
+from hvisph.compiler.jit import heard_compiling
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.jit import heard_compiling
-from hvisph.output import names
-from hvisph.output.checkpoint import Checkpoint, newest_checkpoint
-from hvisph.output.folder import RunFolder, clear_unfinished, looks_like_a_run
+from hvisph.output import file_names
+from hvisph.output.checkpoint_file import Checkpoint, newest_checkpoint
 from hvisph.output.reader import read_summary
+from hvisph.output.run_folder import RunFolder, clear_unfinished, looks_like_a_run
 from hvisph.parallel.world import world_here
-from hvisph.simulation.beginning import Beginning, begin
-from hvisph.simulation.build import set_up
-from hvisph.simulation.checkpoint import refuse_changed
-from hvisph.simulation.ending import Outcome
-from hvisph.simulation.handing import compile_for_all
-from hvisph.simulation.listener import Listener
-from hvisph.simulation.loop import Run
-from hvisph.simulation.run import begun, folder_of, with_threads
+from hvisph.setup.build import set_up
+from hvisph.setup.initial_state import Beginning, begin
+
+from .checkpoint import refuse_changed
+from .distribute import compile_for_all
+from .finalize import Outcome
+from .listener import Listener
+from .loop import Run
+from .run import begun, folder_of, with_threads
 
 
 def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_steps: int | None = None,
@@ -69,9 +70,9 @@ def resume_case(run: str | os.PathLike[str], end: str | float | None = None, max
     folder = Path(run)
     if not folder.is_dir() or not looks_like_a_run(folder):
         raise CaseError(f"{folder} is not the folder of a run")
-    file = folder / names.CASE
+    file = folder / file_names.CASE
     if not file.is_file():
-        raise CaseError(f"{folder} holds no {names.CASE}: the run never began, or it was deleted")
+        raise CaseError(f"{folder} holds no {file_names.CASE}: the run never began, or it was deleted")
     changes = [f"time.end={end!s}"] if end is not None else []
     changes += [f"time.max_steps={max_steps or 'null'}"] if max_steps is not None else []
     return load_case(file, changes)

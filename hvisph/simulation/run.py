@@ -10,23 +10,24 @@ from pathlib import Path
 import numba
 
 from hvisph.case.case import Case
-from hvisph.casefile.folder import run_name
+from hvisph.casefile.case_folder import run_name
 from hvisph.casefile.loader import load_case
-from hvisph.core.allocation import give_back_large
+from hvisph.compiler.jit import heard_compiling
+from hvisph.compiler.threads.fork_guard import refuse_fork
 from hvisph.core.errors import CaseError, computable
-from hvisph.core.forked import refuse_fork
-from hvisph.core.jit import heard_compiling
-from hvisph.output.folder import RunFolder, SilentFolder
-from hvisph.parallel.parts import Parts
+from hvisph.core.malloc_tuning import give_back_large
+from hvisph.output.run_folder import RunFolder, SilentFolder
+from hvisph.parallel.partition import Parts
 from hvisph.parallel.world import Alone, world_here
-from hvisph.simulation.beginning import Beginning, begin
-from hvisph.simulation.build import set_up
-from hvisph.simulation.cost import fed_threads, too_many, worthwhile_threads
-from hvisph.simulation.ending import Outcome
-from hvisph.simulation.estimate import refuse_impossible
-from hvisph.simulation.handing import compile_for_all, handed_out
-from hvisph.simulation.listener import Listener
-from hvisph.simulation.loop import Run
+from hvisph.precheck.cost import fed_threads, too_many, worthwhile_threads
+from hvisph.precheck.estimate import refuse_impossible
+from hvisph.setup.build import set_up
+from hvisph.setup.initial_state import Beginning, begin
+
+from .distribute import compile_for_all, handed_out
+from .finalize import Outcome
+from .listener import Listener
+from .loop import Run
 
 
 def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None = None, *, force: bool = False,

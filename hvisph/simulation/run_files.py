@@ -9,17 +9,18 @@ from typing import TYPE_CHECKING
 from hvisph import __version__
 from hvisph.casefile.loader import case_hash
 from hvisph.core.errors import OutputError
-from hvisph.output import names
-from hvisph.output.checkpoint import write_checkpoint
-from hvisph.output.folder import RunFolder, SilentFolder
+from hvisph.diagnostics.budgets import Budget, Observer
+from hvisph.output import file_names
+from hvisph.output.checkpoint_file import write_checkpoint
 from hvisph.output.history import HistoryWriter, NoHistory
 from hvisph.output.reader import read_snapshot
+from hvisph.output.run_folder import RunFolder, SilentFolder
 from hvisph.output.snapshot import Snapshot
-from hvisph.simulation.checkpoint import Cadence, Files, Keeper
-from hvisph.simulation.clock import Clock, TimeStep
-from hvisph.simulation.monitors import Budget, Observer
-from hvisph.simulation.slabs import Moment, fetched
-from hvisph.simulation.writer import SnapshotWriter
+from hvisph.parallel.parallel_output import Moment, fetched
+
+from .checkpoint import Cadence, Files, Keeper
+from .clock import Clock, TimeStep
+from .writer import SnapshotWriter
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -60,8 +61,8 @@ class RunFiles:
 
     def write_case(self) -> None:
         """Write the effective case."""
-        head = f"{names.CASE_HEAD} {__version__}; hash {case_hash(self._text)}\n"
-        self.folder.write_text(names.CASE, head + self._text)
+        head = f"{file_names.CASE_HEAD} {__version__}; hash {case_hash(self._text)}\n"
+        self.folder.write_text(file_names.CASE, head + self._text)
 
     def begin(self, start: Moment) -> HistoryWriter | NoHistory:
         """Begin anew with the first snapshot; return the history, to be closed by the caller."""
@@ -118,7 +119,7 @@ class RunFiles:
         with self.writer.snapshot(self._clock.time, self._clock.steps).open() as now:
             if now is None:
                 return None
-            number: int | str = names.POST_MORTEM if failed else self._clock.outputs
+            number: int | str = file_names.POST_MORTEM if failed else self._clock.outputs
             if isinstance(number, int) and self._clock.time != self.state.written:
                 number += 1
             if number != self._clock.outputs:

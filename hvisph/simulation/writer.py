@@ -11,24 +11,24 @@ import numpy as np
 
 from hvisph import __version__
 from hvisph.case.output import ALWAYS, Output, OutputRegion
-from hvisph.core.derived import Derived, changed
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import OF_STATE
+from hvisph.core.lazy_arrays import Derived, changed
 from hvisph.core.particles import FLAGS, RETIRED, Particles
-from hvisph.formulations.diagnose import diagnose
-from hvisph.measures.scene import reference
-from hvisph.output import names
-from hvisph.output.atomic import reason
-from hvisph.output.folder import RunFolder
+from hvisph.diagnostics.peaks import Followed, Peaks
+from hvisph.measures.frame.measurement_frame import reference
+from hvisph.output import file_names
+from hvisph.output.atomic_write import reason
+from hvisph.output.field_layout import INDICES
 from hvisph.output.hdf5 import Form, write_hdf5
-from hvisph.output.layout import INDICES
+from hvisph.output.run_folder import RunFolder
 from hvisph.output.snapshot import Snapshot
 from hvisph.output.time_series import write_time_series
 from hvisph.output.vtu import write_pvd, write_vtu
-from hvisph.simulation.build import Setup
-from hvisph.simulation.kernel_types import in_box
-from hvisph.simulation.peaks import Followed, Peaks
-from hvisph.simulation.slabs import SLAB, Moment, Slabs, fetched
+from hvisph.parallel.parallel_output import SLAB, Moment, Slabs, fetched
+from hvisph.schemes.derived_fields import diagnose
+from hvisph.setup.build import Setup
+from hvisph.setup.particle_types import in_box
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -159,10 +159,10 @@ class SnapshotWriter:
         """Delete the snapshots after `number` and that of a failure: a run that went back makes them again."""
         path = self.folder.path
         try:
-            for path in names.own_files(self.folder.path):
-                own = names.number_of(path)
-                stale = path.stem == names.POST_MORTEM or (own is not None and own > number)
-                if path.parent.name != names.CHECKPOINT and stale and names.is_plain(path):
+            for path in file_names.own_files(self.folder.path):
+                own = file_names.number_of(path)
+                stale = path.stem == file_names.POST_MORTEM or (own is not None and own > number)
+                if path.parent.name != file_names.CHECKPOINT and stale and file_names.is_plain(path):
                     path.unlink()
         except OSError as error:
             raise OutputError(f"cannot delete {path}: {reason(error)}") from error
@@ -203,10 +203,10 @@ class SnapshotWriter:
         if "vtu" in output.formats and not isinstance(number, str):
             path = _with_folder(self.folder.vtu_path(number))
             write_vtu(path, shown)
-            entry = f"{names.VTU}/{path.name}"
+            entry = f"{file_names.VTU}/{path.name}"
             self.series[:] = [one for one in self.series if one[1] != entry]
             self.series.append((snapshot.time, entry))
-            write_pvd(self.folder.path / names.SERIES, self.series)
+            write_pvd(self.folder.path / file_names.SERIES, self.series)
 
     def _write_regions(self, snapshot: Snapshot, number: int) -> None:
         for name, region in self.output.regions.items():

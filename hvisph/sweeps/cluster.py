@@ -14,8 +14,9 @@ from uuid import uuid4
 from warnings import warn
 
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.sweeps.driver import Failures, worker_command
-from hvisph.sweeps.folder import CLAIMS, SweepFolder
+
+from .driver import Failures, worker_command
+from .folder import CLAIMS, SweepFolder
 
 PATIENCE = 60.0  # wall time that workers have to write a checkpoint [s]
 LOOK = 2.0  # wall time between two looks at the cluster's workers [s]

@@ -17,14 +17,15 @@ from typing import Any, Protocol
 
 from hvisph.case.sweep import Bisect
 from hvisph.core.errors import INTERRUPTED, OutputError
-from hvisph.output import atomic
-from hvisph.sweeps.beside import beside_limit
-from hvisph.sweeps.folder import ENDED, RESULTS, STEPPING, SweepFolder
-from hvisph.sweeps.forked import Forked, can_fork
-from hvisph.sweeps.plan import Member
-from hvisph.sweeps.selection import Selection
-from hvisph.sweeps.table import Row, TableKeeper, row, rows
-from hvisph.sweeps.verdict import following, verdict
+from hvisph.output import atomic_write
+
+from .analysis import following, verdict
+from .correlation_comparison import beside_limit
+from .folder import ENDED, RESULTS, STEPPING, SweepFolder
+from .plan import Member
+from .selection import Selection
+from .subprocess_fork import Forked, can_fork
+from .table import Row, TableKeeper, row, rows
 
 POLL = 0.1  # least wall time between two looks [s]
 MOST_FAILURES = 5  # of workers in a row that end with an error
@@ -103,7 +104,7 @@ class LocalCrew:
 
     def _start(self) -> subprocess.Popen[bytes] | Forked:
         if self.forks and can_fork():
-            from hvisph.sweeps.worker import Worker
+            from .worker import Worker
 
             only = Selection.parse(dict(zip(self.options[::2], self.options[1::2], strict=True)).get("--only"))
             return Forked(lambda: Worker(SweepFolder(self.folder.path), self.threads, only).work())
@@ -172,7 +173,7 @@ class Driver:
         said = verdict(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members))
         for limit in said.get("limits", []):
             limit |= beside_limit(self.plan, limit)
-        atomic.write_text(self.folder.path / RESULTS, json.dumps(said, indent=2, ensure_ascii=False) + "\n")
+        atomic_write.write_text(self.folder.path / RESULTS, json.dumps(said, indent=2, ensure_ascii=False) + "\n")
         return said
 
     def _take_up(self) -> None:

@@ -21,10 +21,11 @@ from typing import Any
 from hvisph.case.sweep import Sweep
 from hvisph.casefile.yaml_text import dump
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.output import atomic, names
-from hvisph.output.lock import FileLock
-from hvisph.sweeps.plan import Member, Plan, load_plan
-from hvisph.sweeps.values import plain
+from hvisph.output import atomic_write, file_names
+from hvisph.output.file_lock import FileLock
+
+from .parameters import plain
+from .plan import Member, Plan, load_plan
 
 SWEEP, BASE, CASES, TABLE, RESULTS = "sweep.yaml", "base.yaml", "cases.csv", "table.csv", "results.json"
 RUNS, CLAIMS = "runs", "claims"
@@ -97,12 +98,12 @@ class SweepFolder:
             for name in (RUNS, CLAIMS):
                 (self.path / name).mkdir(parents=True, exist_ok=True)
         except OSError as error:
-            raise OutputError(f"cannot write {self.path}: {atomic.reason(error)}") from error
-        atomic.write_text(self.path / BASE, dump(plan.base.value))
+            raise OutputError(f"cannot write {self.path}: {atomic_write.reason(error)}") from error
+        atomic_write.write_text(self.path / BASE, dump(plan.base.value))
         effective = plan.sweep.model_dump(mode="json", exclude_unset=True, by_alias=True) | {"case": BASE, "set": {}}
         if effective["vary"].get("file"):
             effective["vary"] = {"type": "list", "cases": [member.values for member in members]}
-        atomic.write_text(self.path / SWEEP, dump({k: v for k, v in effective.items() if v != {}}))
+        atomic_write.write_text(self.path / SWEEP, dump({k: v for k, v in effective.items() if v != {}}))
         self.write_members(members)
         return list(members)
 
@@ -141,7 +142,7 @@ class SweepFolder:
         for member in members:
             cells = [_cell(member.values.get(path, "")) for path in paths]
             writer.writerow([member.number, member.digest, f"{member.cost:.3g}", *cells])
-        atomic.write_text(self.path / CASES, text.getvalue())
+        atomic_write.write_text(self.path / CASES, text.getvalue())
 
     def run_folder(self, member: Member) -> Path:
         """Return the folder of a case's run."""
@@ -160,7 +161,7 @@ class SweepFolder:
             yield False
             return
         except OSError as error:
-            raise OutputError(f"cannot write {self.path / CLAIMS}: {atomic.reason(error)}") from error
+            raise OutputError(f"cannot write {self.path / CLAIMS}: {atomic_write.reason(error)}") from error
         try:
             yield True
         finally:
@@ -174,7 +175,7 @@ class SweepFolder:
             with path.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(line) + "\n")
         except OSError as error:
-            raise OutputError(f"cannot write {path}: {atomic.reason(error)}") from error
+            raise OutputError(f"cannot write {path}: {atomic_write.reason(error)}") from error
 
     def standing(self, member: Member, *, held: bool = False) -> Standing:
         """Return how a case stands; `held` where this process holds its claim."""
@@ -246,7 +247,7 @@ def _vain_starts(events: Sequence[dict[str, Any]]) -> int:
 def _summary(folder: Path) -> dict[str, Any]:
     """Return what a sweep needs of a run's summary; empty where there is none."""
     try:
-        summary = json.loads((folder / names.SUMMARY).read_text(encoding="utf-8"))
+        summary = json.loads((folder / file_names.SUMMARY).read_text(encoding="utf-8"))
         measures = {
             name: {key: one.get(key) for key in ("value", "uncertainty", "unit")}
             for name, one in summary["measures"].items()

@@ -12,16 +12,17 @@ from typing import Any
 
 from hvisph.case.case import Case
 from hvisph.case.sweep import Sweep
+from hvisph.casefile.errors import located
 from hvisph.casefile.loader import materials_of, validated
-from hvisph.casefile.merge import overridden
-from hvisph.casefile.problems import located
+from hvisph.casefile.overrides import overridden
 from hvisph.casefile.sweep_file import load_sweep
 from hvisph.casefile.yaml_text import Document, Place
 from hvisph.core.errors import CaseError
-from hvisph.core.written import written
-from hvisph.simulation.estimate import estimated_steps, rough_count
-from hvisph.sweeps.points import points
-from hvisph.sweeps.values import EXPERIMENT, Values
+from hvisph.core.yaml_inline import written
+from hvisph.precheck.estimate import estimated_steps, rough_count
+
+from .design import points
+from .parameters import EXPERIMENT, Values
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from hvisph.case import sweep as models
-from hvisph.sweeps.values import Scale, Values
+
+from .parameters import Scale, Values
 
 
 def sampled(vary: models.Sample, base: Mapping[str, Any]) -> list[Values]:

@@ -7,8 +7,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from hvisph.core.errors import CaseError
-from hvisph.sweeps.folder import ENDED, Standing
-from hvisph.sweeps.plan import Member
+
+from .folder import ENDED, Standing
+from .plan import Member
 
 AGAIN = ("failed", "error", "killed", "interrupted")
 

@@ -8,11 +8,12 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from hvisph.core.written import written
-from hvisph.output import atomic
-from hvisph.output.lock import FileLock
-from hvisph.sweeps.folder import CLAIMS, TABLE, Standing, SweepFolder
-from hvisph.sweeps.plan import Member
+from hvisph.core.yaml_inline import written
+from hvisph.output import atomic_write
+from hvisph.output.file_lock import FileLock
+
+from .folder import CLAIMS, TABLE, Standing, SweepFolder
+from .plan import Member
 
 Row = dict[str, Any]
 
@@ -78,7 +79,7 @@ class TableKeeper:
             return
         try:
             text = table_text(rows(self.folder, members), self.record)
-            atomic.write_text(self.folder.path / TABLE, text)
+            atomic_write.write_text(self.folder.path / TABLE, text)
         finally:
             lock.release()
         took = time.monotonic() - begun

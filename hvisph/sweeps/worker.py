@@ -12,17 +12,18 @@ from typing import Any
 
 from hvisph.case.sweep import Sweep
 from hvisph.core.errors import INTERRUPTED, CaseError, HvisphError, OutputError
-from hvisph.output import names
-from hvisph.output.checkpoint import list_checkpoints
-from hvisph.output.folder import forget_snapshots
-from hvisph.simulation.ending import Outcome
+from hvisph.output import file_names
+from hvisph.output.checkpoint_file import list_checkpoints
+from hvisph.output.run_folder import forget_snapshots
+from hvisph.simulation.finalize import Outcome
 from hvisph.simulation.listener import Listener
 from hvisph.simulation.resume import resume
 from hvisph.simulation.run import run
-from hvisph.sweeps.folder import ENDED, STEPPING, SweepFolder
-from hvisph.sweeps.plan import Member, Plan
-from hvisph.sweeps.selection import Selection
-from hvisph.sweeps.table import TableKeeper
+
+from .folder import ENDED, STEPPING, SweepFolder
+from .plan import Member, Plan
+from .selection import Selection
+from .table import TableKeeper
 
 POLL = 0.5  # wall time between two looks when all that is left is with others [s]
 LOOK = 1.0  # wall time between two looks whether it is still wanted [s]
@@ -109,7 +110,7 @@ class Worker:
 
     def _compute(self, member: Member) -> bool:
         """Run a case to its end, its limit or a signal; False after a signal."""
-        newest = next(iter(list_checkpoints(self.folder.run_folder(member) / names.CHECKPOINT)), None)
+        newest = next(iter(list_checkpoints(self.folder.run_folder(member) / file_names.CHECKPOINT)), None)
         self.folder.note(member, "start", checkpoint=newest.name if newest else None)
         listener = _Limited(self.sweep.limit, lambda: self._tell(member), self._wanted)
         try:
@@ -133,7 +134,7 @@ class Worker:
 
     def _run(self, member: Member, listener: Listener) -> Outcome:
         path = self.folder.run_folder(member)
-        begun = (path / names.CASE).is_file()
+        begun = (path / file_names.CASE).is_file()
         if begun and not self.folder.failed(member):
             try:
                 return resume(path, threads=self.threads, listener=listener)

@@ -11,7 +11,7 @@ from hvisph.case.experiments import ExperimentSet
 from hvisph.casefile.experiments import bundled_sets, load_set, read_table
 from hvisph.casefile.loader import case_document
 from hvisph.core.errors import CaseError, nearest
-from hvisph.sweeps.values import EXPERIMENT, Values, plain, split
+from hvisph.sweeps.parameters import EXPERIMENT, Values, plain, split
 
 Form = Literal["full", "second", "coarse"]
 SHOT = f"{EXPERIMENT}shot"

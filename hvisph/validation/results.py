@@ -10,8 +10,9 @@ from typing import Any
 
 from hvisph import __version__
 from hvisph.core.errors import OutputError
-from hvisph.output import atomic
-from hvisph.validation.compare import Compared
+from hvisph.output import atomic_write
+
+from .comparison import Compared
 
 
 @dataclass(frozen=True)
@@ -64,8 +65,8 @@ def store(result: SetResult, folder: Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise OutputError(f"cannot write {folder}: {atomic.reason(error)}") from error
-    atomic.write_text(path, json.dumps(_rounded(result.as_dict()), indent=1, ensure_ascii=False) + "\n")
+        raise OutputError(f"cannot write {folder}: {atomic_write.reason(error)}") from error
+    atomic_write.write_text(path, json.dumps(_rounded(result.as_dict()), indent=1, ensure_ascii=False) + "\n")
     return path
 
 

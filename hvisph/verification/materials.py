@@ -6,8 +6,8 @@ from typing import Any
 
 from hvisph.case.case import Case
 from hvisph.casefile.material_library import library_values
-from hvisph.materials.table import Material
-from hvisph.simulation.materials import material_of
+from hvisph.materials.material_table import Material
+from hvisph.setup.materials import material_of
 
 # Elastic aluminium of the bars, beams and discs.
 RHO, YOUNGS_MODULUS, POISSON_RATIO = 2700.0, 70e9, 0.33  # [kg/m^3], [Pa], [-]

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from hvisph.pictures.curves import Curve, curves_picture
-from hvisph.verification.running import Verdict
+from hvisph.visualization.curves import Curve, curves_picture
+
+from .runner import Verdict
 
 PLAIN = ("computed", "mean", "tip")  # labels that say nothing beside the formulation's name
 

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from hvisph.core.particles import Particles
-from hvisph.pictures.curves import Curve
-from hvisph.simulation.bodies import PlacedBody
-from hvisph.verification.figure import Figure
-from hvisph.verification.ran import Ran
+from hvisph.setup.bodies import PlacedBody
+from hvisph.visualization.curves import Curve
+
+from .check import Figure
+from .finished_run import Ran
 
 SOLIDS = ("riemann", "eulerian", "total_lagrangian", "adaptive")  # those with an equation of state
 EULERIAN = ("riemann", "eulerian")  # those whose density may start anywhere

@@ -6,10 +6,10 @@ from typing import Annotated
 
 from pydantic import Field
 
-from hvisph.case.formulations.eulerian import EulerianFormulation
-from hvisph.case.formulations.projection import ProjectionFormulation
-from hvisph.case.formulations.riemann import RiemannFormulation
-from hvisph.case.formulations.total_lagrangian import AdaptiveFormulation, TotalLagrangianFormulation
+from .eulerian import EulerianFormulation
+from .projection import ProjectionFormulation
+from .riemann import RiemannFormulation
+from .total_lagrangian import AdaptiveFormulation, TotalLagrangianFormulation
 
 Formulation = Annotated[
     EulerianFormulation | RiemannFormulation | ProjectionFormulation | TotalLagrangianFormulation | AdaptiveFormulation,

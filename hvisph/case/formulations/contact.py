@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
+from hvisph.case.context import Surroundings
 from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import Problem, StrictModel
-from hvisph.case.surroundings import Surroundings
 from hvisph.case.units import PositiveNumber, Quantity
 
 

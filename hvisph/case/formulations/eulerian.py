@@ -7,16 +7,13 @@ from typing import Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from hvisph.case.formulations.contact import (
-    Contact,
-    RepulsiveContact,
-    SeparatingContact,
-    parted_problems,
-    stiffness_problems,
-)
-from hvisph.case.formulations.correction import Correction, NoCorrection, fill_correction
-from hvisph.case.formulations.options import NO_CONVERSION, AngularMomentum, KernelOptions
-from hvisph.case.formulations.viscosity import (
+from hvisph.case.context import Surroundings
+from hvisph.case.model import Problem, refuse
+
+from .contact import Contact, RepulsiveContact, SeparatingContact, parted_problems, stiffness_problems
+from .correction import Correction, NoCorrection, fill_correction
+from .options import NO_CONVERSION, AngularMomentum, KernelOptions
+from .viscosity import (
     ArtificialStress,
     DensityDissipation,
     MonaghanViscosity,
@@ -24,8 +21,6 @@ from hvisph.case.formulations.viscosity import (
     NoDensityDissipation,
     Viscosity,
 )
-from hvisph.case.model import Problem, refuse
-from hvisph.case.surroundings import Surroundings
 
 
 class EulerianFormulation(KernelOptions):

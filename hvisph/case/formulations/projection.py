@@ -7,11 +7,12 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from hvisph.case.context import Surroundings
 from hvisph.case.dimensions import LENGTH, NUMBER, TIME
-from hvisph.case.formulations.options import NO_CONVERSION, KernelOptions
 from hvisph.case.model import SCALAR_AS_LIST, Path, Problem
-from hvisph.case.surroundings import Surroundings
 from hvisph.case.units import Acceleration, Quantity, parse_quantity
+
+from .options import NO_CONVERSION, KernelOptions
 
 # Farahani 2009 steps by 0.1 ns at a spacing of 0.1 mm; in proportion to the spacing the physics stays [s/m].
 STEP_OVER_DX = 1e-6

@@ -7,18 +7,13 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from hvisph.case.context import Surroundings
 from hvisph.case.dimensions import NUMBER
-from hvisph.case.formulations.contact import (
-    Contact,
-    RepulsiveContact,
-    SeparatingContact,
-    stiffness_problems,
-    unavailable,
-)
-from hvisph.case.formulations.options import NO_CONVERSION, AngularMomentum, Kernel, KernelOptions
 from hvisph.case.model import Problem, refuse
-from hvisph.case.surroundings import Surroundings
 from hvisph.case.units import Quantity
+
+from .contact import Contact, RepulsiveContact, SeparatingContact, stiffness_problems, unavailable
+from .options import NO_CONVERSION, AngularMomentum, Kernel, KernelOptions
 
 # What goes with each form unless given.
 FORMS: dict[str, dict[str, Any]] = {

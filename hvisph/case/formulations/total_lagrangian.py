@@ -7,26 +7,16 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from hvisph.case.formulations.contact import (
-    Contact,
-    RepulsiveContact,
-    SeparatingContact,
-    parted_problems,
-)
-from hvisph.case.formulations.conversion import ConversionLimits
-from hvisph.case.formulations.correction import Correction, NoCorrection, fill_factor
-from hvisph.case.formulations.options import NO_CONVERSION, KernelOptions
-from hvisph.case.formulations.viscosity import (
-    ArtificialStress,
-    GrayArtificialStress,
-    MonaghanViscosity,
-    NoArtificialStress,
-    NoViscosity,
-)
+from hvisph.case.context import Surroundings
 from hvisph.case.model import Problem
 from hvisph.case.regions import EulerianRegion, region_problems
-from hvisph.case.surroundings import Surroundings
 from hvisph.case.units import NonNegativeNumber, PositiveNumber
+
+from .contact import Contact, RepulsiveContact, SeparatingContact, parted_problems
+from .conversion import ConversionLimits
+from .correction import Correction, NoCorrection, fill_factor
+from .options import NO_CONVERSION, KernelOptions
+from .viscosity import ArtificialStress, GrayArtificialStress, MonaghanViscosity, NoArtificialStress, NoViscosity
 
 # What a composite pair law knows.
 PlainViscosity = Annotated[NoViscosity | MonaghanViscosity, Field(discriminator="type")]

@@ -1,11 +1,11 @@
 """Shapes of bodies, one frozen dataclass a shape, families of them a file."""
 
-from hvisph.geometry.shapes.basic import Box, Cylinder, Disc, Interval, Sphere
-from hvisph.geometry.shapes.combined import Difference, Intersection, Placed, Repeat, Union
-from hvisph.geometry.shapes.hollow import Annulus, HollowSphere, Tube
-from hvisph.geometry.shapes.nosed import Dome, Frustum, Nosed, Ogive, RoundedCylinder
-from hvisph.geometry.shapes.polygon import Polygon, Prism, Ring
-from hvisph.geometry.shapes.shape import Shape
+from .basic import Box, Cylinder, Disc, Interval, Sphere
+from .combined import Difference, Intersection, Placed, Repeat, Union
+from .hollow import Annulus, HollowSphere, Tube
+from .nosed import Dome, Frustum, Nosed, Ogive, RoundedCylinder
+from .polygon import Polygon, Prism, Ring
+from .shape import Shape
 
 __all__ = [
     "Annulus",

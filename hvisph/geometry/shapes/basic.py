@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.shapes.shape import AXES, SURFACE_MARGIN, Axial, Centred, box_distance, require_sizes
+
+from .shape import AXES, SURFACE_MARGIN, Axial, Centred, box_distance, require_sizes
 
 
 class Ball(Centred):

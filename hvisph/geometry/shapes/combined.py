@@ -11,7 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.shapes.shape import Shape
+
+from .shape import Shape
 
 # A repeated shape of more copies than this looks only at the copies beside a point.
 ALL_COPIES = 16

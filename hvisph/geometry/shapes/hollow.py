@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.geometry.shapes.shape import AXES, Axial, Centred, box_distance, require_sizes, require_smaller
+from .shape import AXES, Axial, Centred, box_distance, require_sizes, require_smaller
 
 
 class HollowBall(Centred):

@@ -16,7 +16,8 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.shapes.shape import Shape, grid
+
+from .shape import Shape, grid
 
 # Pairs of ray and triangle at once, 200 bytes each.
 AT_ONCE = 1_000_000

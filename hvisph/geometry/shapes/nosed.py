@@ -14,7 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from hvisph.core.errors import CaseError, nearest
-from hvisph.geometry.shapes.shape import AXES, Centred, box_distance, line_distance, require_sizes
+
+from .shape import AXES, Centred, box_distance, line_distance, require_sizes
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(64)
 

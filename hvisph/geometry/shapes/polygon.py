@@ -10,7 +10,8 @@ from functools import cached_property
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.shapes.shape import Axial, Shape, box_distance, require_sizes
+
+from .shape import Axial, Shape, box_distance, require_sizes
 
 # Points times edges that are compared at once: what lies in a core's own cache.
 AT_ONCE = 16_000

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ..slots import Model
+from hvisph.materials.slots import Model
+
 from .grady_kipp import GradyKipp
 from .johnson_cook import JohnsonCookDamage
 from .johnson_holmquist import JohnsonHolmquistDamage

@@ -25,9 +25,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from .. import slots, tags
+from hvisph.compiler.jit import compiled
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
 
 CRACK_SPEED_OVER_RADIUS = slots.DAMAGE[0]  # c_g/R [1/s]
 INVERSE_YOUNG = slots.DAMAGE[1]  # 1/E [1/Pa]

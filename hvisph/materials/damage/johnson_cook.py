@@ -25,10 +25,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from .. import slots, tags
-from ..slots import PRESSURE_MINIMUM, SPALL_GROWTH
+from hvisph.compiler.jit import compiled
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import PRESSURE_MINIMUM, SPALL_GROWTH
+
 from .pressure_cutoff import require_tension
 
 D1 = slots.DAMAGE[0]

@@ -16,11 +16,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.jit import compiled
-from .. import slots, tags
-from ..eos.polynomial import A1
-from ..slots import INVERSE_RHO0, SHEAR_MODULUS
-from ..strength.johnson_holmquist import INVERSE_HEL_PRESSURE, TENSION
+from hvisph.compiler.jit import compiled
+from hvisph.materials import slots, tags
+from hvisph.materials.eos.polynomial import A1
+from hvisph.materials.slots import INVERSE_RHO0, SHEAR_MODULUS
+from hvisph.materials.strength.johnson_holmquist import INVERSE_HEL_PRESSURE, TENSION
 
 D1, D2, BETA = slots.DAMAGE[:3]
 

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from .. import tags
+from hvisph.materials import tags
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from .. import tags
-from ..slots import FAILS_IN_TENSION, PRESSURE_MINIMUM
+from hvisph.compiler.jit import compiled
+from hvisph.core.errors import CaseError
+from hvisph.materials import tags
+from hvisph.materials.slots import FAILS_IN_TENSION, PRESSURE_MINIMUM
 
 
 @dataclass(frozen=True)

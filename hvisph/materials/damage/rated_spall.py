@@ -17,8 +17,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...core.jit import compiled
-from ..slots import FAILS_IN_TENSION, PRESSURE_MINIMUM, SPALL_GROWTH, SPALL_INVERSE, SPALL_POWER
+from hvisph.compiler.jit import compiled
+from hvisph.materials.slots import FAILS_IN_TENSION, PRESSURE_MINIMUM, SPALL_GROWTH, SPALL_INVERSE, SPALL_POWER
 
 SLOWEST, FASTEST = 1e4, 1e7  # rates at which the law is known to hold [1/s]
 

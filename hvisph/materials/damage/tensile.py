@@ -19,9 +19,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from .. import slots, tags
+from hvisph.compiler.jit import compiled
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
 
 TENSILE_STRENGTH, SHEAR_STRENGTH = slots.DAMAGE[0], slots.DAMAGE[1]
 INVERSE_WORK = slots.DAMAGE[0]

@@ -5,10 +5,11 @@ from __future__ import annotations
 from math import sqrt
 from types import ModuleType
 
-from ...core.jit import called, compiled
-from .. import tags
-from ..present import FURTHER_EOS
-from ..slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
+from hvisph.compiler.jit import called, compiled
+from hvisph.materials import tags
+from hvisph.materials.model_flags import FURTHER_EOS
+from hvisph.materials.slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
+
 from . import (
     elastic,
     ideal_gas,

@@ -13,8 +13,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from .. import moduli, slots, tags
+from hvisph.core.errors import CaseError
+from hvisph.materials import moduli, slots, tags
+
 from . import linear
 
 # The same law as the linear one, in the same slot.

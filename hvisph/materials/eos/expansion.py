@@ -16,7 +16,7 @@ is a bound on what loose matter pushes with, no model of boiling: where vapour m
 
 from __future__ import annotations
 
-from ...core.jit import compiled
+from hvisph.compiler.jit import compiled
 
 MONATOMIC = 2.0 / 3.0  # H, the Grueneisen coefficient of a gas of single atoms [-]
 AS_CONDENSED = -1.0  # in place of v: the model's own form at every density

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ...core.errors import CaseError
+from hvisph.core.errors import CaseError
 
 _WORDS = 5  # numbers a line
 

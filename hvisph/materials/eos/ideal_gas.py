@@ -13,9 +13,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from .. import slots, tags
+from hvisph.compiler.jit import compiled
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
 
 GAMMA_MINUS_ONE = slots.EOS[0]
 

@@ -20,9 +20,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.jit import compiled, plain
-from .. import slots, tags
-from ..slots import RHO0
+from hvisph.compiler.jit import compiled, plain
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import RHO0
 
 CAPITAL_A = slots.EOS[0]
 CAPITAL_B = slots.EOS[1]

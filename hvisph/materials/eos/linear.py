@@ -14,9 +14,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.jit import compiled
-from .. import slots, tags
-from ..slots import INVERSE_RHO0, RHO0
+from hvisph.compiler.jit import compiled
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import INVERSE_RHO0, RHO0
 
 BULK_MODULUS = slots.EOS[0]
 

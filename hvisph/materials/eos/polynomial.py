@@ -17,9 +17,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.jit import compiled
-from .. import slots, tags
-from ..slots import INVERSE_RHO0, RHO0
+from hvisph.compiler.jit import compiled
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import INVERSE_RHO0, RHO0
+
 from . import expansion
 
 A1, A2, A3, B0, B1, T1, T2, OF_GAS = slots.EOS[:8]

@@ -16,10 +16,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from .. import slots, tags
-from ..slots import RHO0
+from hvisph.compiler.jit import compiled
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import RHO0
 
 C0_SQUARED = slots.EOS[0]
 GAMMA_MINUS_ONE = slots.EOS[1]

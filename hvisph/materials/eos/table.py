@@ -18,12 +18,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled, plain
-from ...core.memory import number_at
-from .. import slots, tags
-from ..isentrope import LENGTH as CURVE_LENGTH
-from ..slots import ADDRESS, CURVE
+from hvisph.compiler.jit import compiled, plain
+from hvisph.compiler.vector.table_access import number_at
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
+from hvisph.materials.isentrope import LENGTH as CURVE_LENGTH
+from hvisph.materials.slots import ADDRESS, CURVE
+
 from .grid import Grid, monotone
 
 LOW, MIDDLE, HIGH = 47, 160, 48  # cells along ln rho: below rho0/2, to 3 rho0, above

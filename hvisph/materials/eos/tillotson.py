@@ -26,10 +26,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from .. import slots, tags
-from ..slots import INVERSE_RHO0, RHO0
+from hvisph.compiler.jit import compiled
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import INVERSE_RHO0, RHO0
+
 from . import expansion
 
 CAPITAL_A = slots.EOS[0]

@@ -22,12 +22,13 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from ...core.memory import number_at
-from .. import slots, tags
-from ..isentrope import LENGTH as CURVE_LENGTH
-from ..slots import ADDRESS, CURVE, INVERSE_RHO0, RHO0
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.vector.table_access import number_at
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
+from hvisph.materials.isentrope import LENGTH as CURVE_LENGTH
+from hvisph.materials.slots import ADDRESS, CURVE, INVERSE_RHO0, RHO0
+
 from . import expansion
 
 C0_SQUARED, GAMMA0, OF_GAS, PIECES = slots.EOS[:4]

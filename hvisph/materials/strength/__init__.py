@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from math import inf
 
-from ...core.jit import called, compiled
-from .. import tags
-from ..present import FURTHER_STRENGTH
-from ..slots import (
+from hvisph.compiler.jit import called, compiled
+from hvisph.materials import tags
+from hvisph.materials.model_flags import FURTHER_STRENGTH
+from hvisph.materials.slots import (
     INVERSE_HEAT_CAPACITY,
     INVERSE_MELT_RANGE,
     INVERSE_RHO0,
@@ -16,6 +16,7 @@ from ..slots import (
     TOTAL_ENERGY,
     Model,
 )
+
 from . import (
     cowper_symonds,
     johnson_cook,

@@ -13,9 +13,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.jit import compiled
-from .. import slots, tags
-from ..slots import SHEAR_MODULUS
+from hvisph.compiler.jit import compiled
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import SHEAR_MODULUS
+
 from .linear_hardening import HARDENING_MODULUS, YIELD_STRESS
 
 INVERSE_REFERENCE_RATE = slots.STRENGTH[2]

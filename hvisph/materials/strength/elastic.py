@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from .. import slots, tags
-from ..slots import SHEAR_MODULUS
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import SHEAR_MODULUS
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,16 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from .. import slots, tags
-from ..slots import INVERSE_HEAT_CAPACITY, INVERSE_MELT_RANGE, MELT_TEMPERATURE, ROOM_TEMPERATURE, SHEAR_MODULUS
+from hvisph.compiler.jit import compiled
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import (
+    INVERSE_HEAT_CAPACITY,
+    INVERSE_MELT_RANGE,
+    MELT_TEMPERATURE,
+    ROOM_TEMPERATURE,
+    SHEAR_MODULUS,
+)
 
 YIELD_STRESS = slots.STRENGTH[0]
 HARDENING_COEFFICIENT = slots.STRENGTH[1]

@@ -20,10 +20,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from .. import slots, tags
-from ..slots import SHEAR_MODULUS
+from hvisph.compiler.jit import compiled
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import SHEAR_MODULUS
 
 HEL_STRESS, INTACT, INTACT_EXPONENT, RATE_COEFFICIENT = slots.STRENGTH[:4]
 FRACTURED, FRACTURED_EXPONENT, FRACTURED_LIMIT, TENSION, INVERSE_HEL_PRESSURE = slots.STRENGTH[4:9]

@@ -13,9 +13,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.jit import compiled
-from .. import slots, tags
-from ..slots import SHEAR_MODULUS
+from hvisph.compiler.jit import compiled
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import SHEAR_MODULUS
 
 YIELD_STRESS = slots.STRENGTH[0]
 HARDENING_MODULUS = slots.STRENGTH[1]

@@ -21,11 +21,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from .. import slots, tags
-from ..melting import Lindemann
-from ..slots import INVERSE_RHO0, SHEAR_MODULUS
+from hvisph.compiler.jit import compiled
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
+from hvisph.materials.melting import Lindemann
+from hvisph.materials.slots import INVERSE_RHO0, SHEAR_MODULUS
 
 YIELD_STRESS, YIELD_LIMIT, BETA, EXPONENT, INITIAL_STRAIN = slots.STRENGTH[:5]
 PRESSURE_COEFFICIENT, HEAT_COEFFICIENT = slots.STRENGTH[5], slots.STRENGTH[6]

@@ -16,10 +16,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from ...core.errors import CaseError
-from ...core.jit import compiled
-from .. import slots, tags
-from ..slots import MELT_TEMPERATURE, SHEAR_MODULUS
+from hvisph.compiler.jit import compiled
+from hvisph.core.errors import CaseError
+from hvisph.materials import slots, tags
+from hvisph.materials.slots import MELT_TEMPERATURE, SHEAR_MODULUS
 
 C0, C1, HARDENING, C3, C4, EXPONENT, BODY_CENTRED = slots.STRENGTH[:7]
 

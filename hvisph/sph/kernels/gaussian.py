@@ -11,8 +11,8 @@ from __future__ import annotations
 
 from math import pi
 
+from hvisph.compiler.jit import compiled
 from hvisph.core import kernels
-from hvisph.core.jit import compiled
 
 from .kernel import Kernel
 

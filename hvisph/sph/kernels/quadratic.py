@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from math import pi
 
-from hvisph.core.jit import compiled
+from hvisph.compiler.jit import compiled
 
 from .kernel import Kernel
 

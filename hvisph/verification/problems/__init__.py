@@ -1,11 +1,11 @@
 """The problems, one a file, and the table of them."""
 
 from hvisph.verification.problem import Problem
-from hvisph.verification.problems import (
+
+from . import (
     axisymmetric,
     axisymmetric_bodies,
     bars,
-    blobs,
     cantilever,
     core,
     friction,
@@ -14,8 +14,9 @@ from hvisph.verification.problems import (
     implosion,
     invariance,
     noh,
-    parting,
     plate,
+    random_collisions,
+    separation,
     sod,
     spacings,
     spall,
@@ -38,7 +39,7 @@ PROBLEMS: dict[str, Problem] = {
         spacings.PROBLEM,
         friction.PROBLEM,
         friction.WALLS,
-        parting.PROBLEM,
+        separation.PROBLEM,
         cantilever.PROBLEM,
         spinning_disc.PROBLEM,
         implosion.PROBLEM,
@@ -47,7 +48,7 @@ PROBLEMS: dict[str, Problem] = {
         axisymmetric_bodies.PROBLEM,
         core.PROBLEM,
         impacts.PROBLEM,
-        blobs.PROBLEM,
+        random_collisions.PROBLEM,
         invariance.PROBLEM,
         symmetry.PROBLEM,
     )

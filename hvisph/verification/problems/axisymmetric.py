@@ -12,14 +12,15 @@ from dataclasses import replace
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.exact.shells import Shell
-from hvisph.pictures.curves import Curve
-from hvisph.simulation.bodies import PlacedBody
-from hvisph.verification.figure import Figure, limit
+from hvisph.exact.collapsing_shell import Shell
+from hvisph.setup.bodies import PlacedBody
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.problem import EULERIAN, SOLIDS, Options, Problem, Start, Trial
-from hvisph.verification.problems.implosion import SHELLS, STIFF, TIMES, rings
-from hvisph.verification.problems.noh import SPHERE, Implosion, trial
-from hvisph.verification.ran import Ran, vectors
+from hvisph.visualization.curves import Curve
+
+from .implosion import SHELLS, STIFF, TIMES, rings
+from .noh import SPHERE, Implosion, trial
 
 # Of rings the pairs keep energy to round-off.
 RINGS = Implosion("spherical, of rings", 3, "axisymmetric", SPHERE, (0.025, 0.05), 0.15, "x", 1e-12)

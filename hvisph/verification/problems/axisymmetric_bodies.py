@@ -12,15 +12,16 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.exact.ball import Ball, ThinRing
+from hvisph.exact.elastic_ball import Ball, ThinRing
 from hvisph.exact.hugoniot import impedance_match
-from hvisph.pictures.curves import Curve
-from hvisph.simulation.bodies import PlacedBody
-from hvisph.verification.figure import Figure, limit
+from hvisph.setup.bodies import PlacedBody
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, stress_xx, vectors
 from hvisph.verification.materials import ELASTIC, POISSON_RATIO, RHO, YOUNGS_MODULUS, body_material, fluid
 from hvisph.verification.problem import SOLIDS, Options, Problem, Start, Trial
-from hvisph.verification.problems.cantilever import swing
-from hvisph.verification.ran import Ran, stress_xx, vectors
+from hvisph.visualization.curves import Curve
+
+from .cantilever import swing
 
 BALL = Ball(10e-3, RHO, YOUNGS_MODULUS, POISSON_RATIO)
 RING, SECTION = ThinRing(20e-3, RHO, YOUNGS_MODULUS), 4e-3

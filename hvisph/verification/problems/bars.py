@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.pictures.curves import Curve
-from hvisph.verification.figure import Figure, limit
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.materials import ELASTIC
 from hvisph.verification.problem import Options, Problem, Start, Trial
-from hvisph.verification.ran import Ran, vectors
+from hvisph.visualization.curves import Curve
 
 SPEED = 50.0  # [m/s]
 SIZES = {1: [10e-3], 2: [10e-3, 6e-3], 3: [12e-3, 6e-3, 6e-3]}

@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 
 from hvisph.output.snapshot import Snapshot
-from hvisph.simulation.bodies import PlacedBody
-from hvisph.verification.figure import Figure, limit
+from hvisph.setup.bodies import PlacedBody
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.materials import ELASTIC
 from hvisph.verification.problem import SOLIDS, Options, Problem, Start, Trial
-from hvisph.verification.problems.implosion import rings
-from hvisph.verification.ran import Ran, vectors
+
+from .implosion import rings
 
 Placing = Callable[[list[PlacedBody]], list[PlacedBody]]
 

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from hvisph.exact.hugoniot import Impact, impedance_match
-from hvisph.pictures.curves import Curve
-from hvisph.simulation.materials import material_of
-from hvisph.verification.figure import Figure, limit
+from hvisph.setup.materials import material_of
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, stress_xx, vectors
 from hvisph.verification.materials import body_material, fluid
 from hvisph.verification.problem import Options, Problem, Start, Trial
-from hvisph.verification.ran import Ran, stress_xx, vectors
+from hvisph.visualization.curves import Curve
 
 METALS = {
     "aluminium": "aluminium-howell-ball",
@@ -84,7 +84,7 @@ def _trial(projectile: str, target: str, speed: float, dx: float, along: int, ac
 
 
 def _material(plain: dict[str, Any]) -> Any:
-    from hvisph.case.materials import Material
+    from hvisph.case.materials.material import Material
 
     return material_of(Material.model_validate(plain))
 

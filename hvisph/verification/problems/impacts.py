@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from hvisph.measures.published import published
-from hvisph.verification.figure import Figure, limit
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran
 from hvisph.verification.problem import SOLIDS, Options, Problem, Start, Trial
-from hvisph.verification.ran import Ran
 
 METALS = {"al_al": "aluminium-howell-ball", "steel_al": "steel-howell-ball"}
 REFERENCE = "howell_ball"

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.exact.shells import Shell
-from hvisph.pictures.curves import Curve
-from hvisph.simulation.bodies import PlacedBody
-from hvisph.verification.figure import Figure
+from hvisph.exact.collapsing_shell import Shell
+from hvisph.setup.bodies import PlacedBody
+from hvisph.verification.check import Figure
+from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.problem import ALL, Options, Problem, Start, Trial
-from hvisph.verification.ran import Ran, vectors
+from hvisph.visualization.curves import Curve
 
 SHELLS = {
     "cylinder": Shell(2, 60e-3, 75e-3, 40e-3, 2700.0, 0.25e9),

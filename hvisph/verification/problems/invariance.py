@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.simulation.bodies import PlacedBody
-from hvisph.verification.figure import Figure, limit
+from hvisph.setup.bodies import PlacedBody
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.problem import ALL, Options, Problem, Start, Trial
-from hvisph.verification.problems.blobs import BRITTLE
-from hvisph.verification.ran import Ran, vectors
+
+from .random_collisions import BRITTLE
 
 FRAME = np.array([6000.0, 8000.0])  # [m/s]
 STEPS, STEP = 60, 6e-9  # the same for all, so that the same steps are compared [s]

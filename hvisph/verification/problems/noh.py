@@ -15,10 +15,10 @@ import numpy as np
 from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.particles import Particles
 from hvisph.exact.gas import Noh
-from hvisph.pictures.curves import Curve
-from hvisph.verification.figure import Figure, limit
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.problem import Options, Problem, Start, Trial
-from hvisph.verification.ran import Ran, vectors
+from hvisph.visualization.curves import Curve
 
 GAMMA, END = 5.0 / 3.0, 0.6
 COLD = 1e-6  # specific internal energy at the start, beside 1/2 behind the shock

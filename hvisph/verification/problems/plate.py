@@ -13,15 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.exact.history import Tracked
 from hvisph.exact.plate_impact import PlateImpact, impact, with_reflections
-from hvisph.materials.table import Material
-from hvisph.pictures.curves import Curve
-from hvisph.pictures.curves import steps as corners
-from hvisph.verification.figure import Figure
+from hvisph.exact.wave_history import Tracked
+from hvisph.materials.material_table import Material
+from hvisph.verification.check import Figure
+from hvisph.verification.finished_run import Ran
 from hvisph.verification.materials import body_material
 from hvisph.verification.problem import Options, Problem, Start, Trial
-from hvisph.verification.ran import Ran
+from hvisph.visualization.curves import Curve
+from hvisph.visualization.curves import steps as corners
 
 MATERIALS = {
     "stiffened gas": "aluminium-howell-ball",

@@ -11,10 +11,10 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from hvisph.exact.gas import GasState, riemann
-from hvisph.pictures.curves import Curve
-from hvisph.verification.figure import Figure, limit
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.problem import Options, Problem, Start, Trial
-from hvisph.verification.ran import Ran, vectors
+from hvisph.visualization.curves import Curve
 
 GAMMA = 1.4
 SEEN = 0.5  # of the tube on either side

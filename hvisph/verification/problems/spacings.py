@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.pictures.curves import Curve
-from hvisph.verification.figure import Figure, limit
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.materials import ELASTIC, POISSON_RATIO, RHO, YOUNGS_MODULUS
 from hvisph.verification.problem import EULERIAN, Options, Problem, Start, Trial
-from hvisph.verification.ran import Ran, vectors
+from hvisph.visualization.curves import Curve
 
 SPEED, CENTRE, WIDTH = 10.0, -8e-3, 8e-3  # of the pulse [m/s], [m]
 LENGTHS, THICKNESS = (20e-3, 12e-3), 16e-3  # of the bodies, and of the strip [m]

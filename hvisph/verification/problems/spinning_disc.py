@@ -8,11 +8,11 @@ import numpy as np
 
 from hvisph.core.particles import Particles
 from hvisph.output.snapshot import Snapshot
-from hvisph.pictures.curves import Curve
-from hvisph.verification.figure import Figure, limit
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.materials import ELASTIC
 from hvisph.verification.problem import Options, Problem, Start, Trial
-from hvisph.verification.ran import Ran, vectors
+from hvisph.visualization.curves import Curve
 
 DIAMETER, RIM = 20e-3, 100.0  # [m], speed of the rim [m/s]
 TURN = np.pi * DIAMETER / RIM  # [s]

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.verification.figure import Figure, limit
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.problem import SOLIDS, Options, Problem, Start, Trial
-from hvisph.verification.problems.blobs import BRITTLE
-from hvisph.verification.ran import Ran, vectors
+
+from .random_collisions import BRITTLE
 
 STEPS, STEP = 60, 6e-9  # the same for all, so that the same steps are compared [s]
 SPEED = 1500.0

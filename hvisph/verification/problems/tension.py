@@ -15,12 +15,12 @@ import numpy as np
 
 from hvisph.casefile.material_library import load_material
 from hvisph.core.particles import Particles
-from hvisph.pictures.curves import Curve
-from hvisph.simulation.bodies import PlacedBody
-from hvisph.simulation.materials import material_of
-from hvisph.verification.figure import Figure, limit
+from hvisph.setup.bodies import PlacedBody
+from hvisph.setup.materials import material_of
+from hvisph.verification.check import Figure, limit
+from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.problem import EULERIAN, Options, Problem, Start, Trial
-from hvisph.verification.ran import Ran, vectors
+from hvisph.visualization.curves import Curve
 
 TENSION, END = 4e9, 3e-6  # [Pa], [s]
 NOISE = 0.03  # standard deviation of the places, over dx

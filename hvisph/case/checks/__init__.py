@@ -1,0 +1,1 @@
+"""Consistency of a case: checks of its parts against each other."""

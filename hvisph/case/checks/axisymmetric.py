@@ -1,0 +1,156 @@
+"""Axisymmetric cases: what of a case in 3D is taken for the half-plane (x, r), and what such a case must fulfil."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+from hvisph.case.bodies import Body
+from hvisph.case.context import Surroundings
+from hvisph.case.formulations.riemann import bears_any_tension, is_gas
+from hvisph.case.model import Problem
+from hvisph.case.regions import SymmetryPlane
+from hvisph.core.kinematics import KINEMATICS
+
+# Fields of velocity that have a meaning about the axis.
+FIELDS = ("uniform", "radial", "linear", "table")
+# What solids leave out about the axis unless told otherwise: pairs push in the plane alone, and no hoop balances that.
+DEFAULTS: dict[str, dict[str, Any]] = {
+    "eulerian": {"viscosity_in_shear": "reduced"},
+    "adaptive": {"artificial_stress": {"type": "none"}},
+}
+_VECTORS = ("velocity", "position")
+
+
+def about_axis(data: dict[str, Any]) -> dict[str, Any]:
+    """Return the plain form of an axisymmetric case without what it has as one in 3D.
+
+    Formulations have the `DEFAULTS` of rings. A third component that is zero and planes of symmetry through the axis
+    say nothing about a solid of revolution.
+    """
+    filled = dict(data)
+    if isinstance(filled.get("bodies"), dict):
+        filled["bodies"] = {name: _flattened(body) for name, body in filled["bodies"].items()}
+    planes = filled.get("symmetry")
+    if isinstance(planes, list | tuple):
+        filled["symmetry"] = [plane for plane in planes if not _through_axis(plane)]
+    scheme = filled.get("formulation")
+    if isinstance(scheme, dict):
+        gas = isinstance(filled.get("bodies"), dict) and any(map(is_gas, filled["bodies"].values()))
+        filled["formulation"] = ({} if gas else DEFAULTS.get(str(scheme.get("type")), {})) | scheme
+    return filled
+
+
+def _flattened(body: Any) -> Any:
+    if not isinstance(body, dict):
+        return body
+    short = dict(body)
+    for key in _VECTORS:
+        value = short.get(key)
+        if isinstance(value, list | tuple) and len(value) == 3 and value[2] == 0:
+            short[key] = list(value[:2])
+    grading = short.get("grading")
+    if isinstance(grading, dict):
+        fine = grading.get("fine")
+        if isinstance(fine, list | tuple) and len(fine) == 3 and fine[1] == fine[2]:
+            short["grading"] = grading | {"fine": list(fine[:2])}
+    if short.get("arrangement") == "cubic":
+        short["arrangement"] = "square"
+    if "shape" in short:
+        short["shape"] = _in_space(short["shape"])
+    return short
+
+
+def _in_space(shape: Any) -> Any:
+    """Return a raw shape in 3D whose parts may stand at places of the half-plane, (x, y) for (x, y, 0)."""
+    if not isinstance(shape, dict):
+        return shape
+    whole = dict(shape)
+    for key in ("whole", "shape"):
+        if key in whole:
+            whole[key] = _in_space(whole[key])
+    for key in ("parts", "removed"):
+        if isinstance(whole.get(key), list | tuple):
+            whole[key] = [_in_space(part) for part in whole[key]]
+    if isinstance(whole.get("vectors"), list | tuple):
+        whole["vectors"] = [_lifted(vector) for vector in whole["vectors"]]
+    if "position" in whole:
+        whole["position"] = _lifted(whole["position"])
+    return whole
+
+
+def _lifted(vector: Any) -> Any:
+    return [*vector, 0] if isinstance(vector, list | tuple) and len(vector) == 2 else vector
+
+
+def _through_axis(plane: Any) -> bool:
+    if isinstance(plane, SymmetryPlane):
+        return plane.axis != "x" and plane.at == 0.0
+    return isinstance(plane, dict) and plane.get("axis") in ("y", "z") and plane.get("at", 0) == 0
+
+
+def axisymmetric_problems(case: Surroundings) -> Iterator[Problem]:
+    """Yield what an axisymmetric `case` has that has no meaning about the axis, or is not there yet."""
+    if not KINEMATICS[case.kinematics].revolved:
+        return
+    formulation = case.formulation
+    if formulation.type == "projection":
+        why = "its Poisson equation is that of the plane"
+        yield Problem(("kinematics",), f"'projection' has no axisymmetric form: {why}; use another formulation")
+    elif formulation.contact.type == "repulsive":
+        yield Problem(("formulation", "contact", "type"), "'repulsive' has no axisymmetric form; use separating")
+    if formulation.type == "eulerian":
+        yield from _without(formulation, "correction", "type", "none", "gradients are renormalised as it is")
+        yield from _without(formulation, "density_dissipation", "type", "none", "its exchange is one of the plane")
+    if formulation.mixes_kernels:
+        yield from _without(formulation, "spatial_correction", "type", "none", "gradients are renormalised as it is")
+    for index, plane in enumerate(case.symmetry):
+        if plane.axis != "x":
+            yield Problem(("symmetry", index), "a plane along the axis, but not through it; only planes across x")
+    for name, body in case.bodies.items():
+        yield from _body(name, body)
+
+
+def _without(formulation: Any, key: str, part: str, allowed: str, why: str) -> Iterator[Problem]:
+    model = getattr(formulation, key)
+    given = getattr(model, part) if part else model
+    if given != allowed:
+        path = ("formulation", key, part) if part else ("formulation", key)
+        yield Problem(path, f"'{given}' has no axisymmetric form: {why}; use {allowed}")
+
+
+def _body(name: str, body: Body) -> Iterator[Problem]:
+    if len(body.velocity) == 2 and body.velocity[1] != 0.0:
+        yield Problem(
+            ("bodies", name, "velocity"),
+            f"{body.velocity[1]:g} is a radial velocity of the whole ring, towards or away from the axis everywhere; "
+            "for an oblique impact use three_d, for an implosion a `radial` field in `initial_velocity`",
+        )
+    if body.position is not None and len(body.position) == 2 and body.position[1] != 0.0:
+        yield Problem(("bodies", name, "position"), "bodies are solids about the axis: y must be 0; off it use a ring")
+    if body.rotation is not None:
+        yield Problem(("bodies", name, "rotation"), "a turned solid is no solid about the axis; leave it out")
+    if body.shape.type == "particles":
+        yield Problem(("bodies", name, "shape", "type"), "particles from a file have no axisymmetric form")
+    for number, field in enumerate(body.initial_velocity):
+        if field.type not in FIELDS:
+            yield Problem(("bodies", name, "initial_velocity", number), "no ring turns about another axis than x")
+
+
+def axisymmetric_warnings(case: Surroundings) -> Iterator[str]:
+    """Yield what a user should know about an axisymmetric `case` before it runs."""
+    if not KINEMATICS[case.kinematics].revolved:
+        return
+    formulation = case.formulation
+    if hasattr(formulation, "artificial_stress") and formulation.artificial_stress.type != "none":
+        yield (
+            "formulation.artificial_stress: pushes rings apart in the plane, which no hoop balances: bodies in tension "
+            "run away; leave it out"
+        )
+    for name, body in case.bodies.items():
+        if bears_any_tension(body):
+            yield (
+                f"bodies.{name}.material: has neither damage nor a cut-off of tension, and rings do not break round "
+                "the axis: a cloud of debris is held by its own hoops, and what is drawn beyond all that its equation "
+                "of state bears, as on the axis, runs away; give one"
+            )

@@ -1,0 +1,187 @@
+"""What the bodies of a case must fulfil: shapes that fit the dimensions, arrangements, sizes, places, velocities."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+from hvisph.case.bodies import Body
+from hvisph.case.context import Surroundings
+from hvisph.case.model import Path, Problem
+from hvisph.case.shapes import RingShape, Shape, shape_problems
+from hvisph.case.simple_shapes import BoxShape, CylinderShape, IntervalShape, TubeShape
+from hvisph.case.velocities import LinearField, UniformField
+from hvisph.core.shapes import SECTION_ARRANGEMENTS, arrangements_of
+
+FASTEST = 1e5  # [m/s]; ten times any impact in the solar system's inner part is a slip of units
+MOST_PARTICLES = 2**31 - 1  # indices in compiled loops are 32 bits wide
+AXES = ("x", "y", "z")
+# Whose laws take every particle's own smoothing length.
+UNLIKE_SPACINGS = ("eulerian", "riemann")
+# Ratio of spacings and of masses of particles from which a word is due.
+UNLIKE, MOST_UNEQUAL = 1.1, 3.0
+
+
+def body_problems(case: Surroundings) -> Iterator[Problem]:
+    """Yield what is wrong with the bodies of `case`."""
+    for index, (name, body) in enumerate(case.bodies.items()):
+        path: Path = ("bodies", name)
+        wrong = shape_problems(body.shape, case.drawn, (*path, "shape"))
+        yield from (Problem(*one) for one in wrong)
+        if not wrong:
+            yield from _arrangement(case, body, path)
+            yield from _thickness(case, body, path)
+            yield from _spacing(case, body, path)
+        yield from _velocity(case, body, path)
+        yield from _place(case, body, path, first=index == 0)
+    yield from _count(case)
+
+
+def spacing_warnings(case: Surroundings) -> Iterator[str]:
+    """Yield what is doubtful where neighbours in the file have unlike spacings or masses of particles."""
+    bodies = list(case.bodies.items())
+    for (one, first), (other, second) in pairwise(bodies):
+        spacings = [body.resolution or case.resolution for body in (first, second)]
+        ratio = max(spacings) / min(spacings)
+        if ratio > UNLIKE:
+            yield (
+                f"bodies.{one} and bodies.{other}: spacings that differ {ratio:.3g} times; where they touch 2 to 6 % "
+                "of a wave comes back, and `separating` contact bears little until they are pressed; "
+                "`grading` within one body gives back 0.2 to 0.5 %"
+            )
+        masses = [body.material.density * dx**case.dim for body, dx in zip((first, second), spacings, strict=True)]
+        unequal = max(masses) / min(masses)
+        if ratio > UNLIKE and unequal > MOST_UNEQUAL:
+            equal = spacings[1] * (masses[0] / masses[1]) ** (1 / case.dim)
+            yield (
+                f"bodies.{one} and bodies.{other}: particles of one weigh {unequal:.3g} times those of the other; "
+                f"pairs of equal mass serve best: bodies.{other}.resolution = {equal:.3g} would make them so"
+            )
+
+
+def _length(path: Path, dim: int, given: int, what: str) -> Problem:
+    axes = ", ".join(AXES[:dim])
+    if what == "components" and given == 1 and path[-1] == "velocity":
+        return Problem(path, f"is a speed alone; write {{speed: ...}} for one along x, or [{axes}]")
+    return Problem(path, f"has {given} {what}, needs {dim} in {dim}D: [{axes}]")
+
+
+def _arrangement(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+    allowed = arrangements_of(case.dim, body.shape.type)
+    if case.drawn != case.dim:
+        allowed = SECTION_ARRANGEMENTS
+    if body.arrangement not in allowed:
+        yield Problem(
+            (*path, "arrangement"),
+            f"'{body.arrangement}' has no meaning for a {body.shape.type} in {case.dim}D; "
+            f"allowed: {', '.join(allowed)}",
+        )
+
+
+def _thickness(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+    formulation = case.formulation
+    h = formulation.h_over_dx * (body.resolution or case.resolution)
+    support = formulation.support_over_h * h
+    thickness = body.shape.thickness()
+    # a thickness written as a decimal multiple of dx must not fail by round-off
+    if thickness < support * (1.0 - 1e-9):
+        finest = thickness / (formulation.support_over_h * formulation.h_over_dx)
+        unit = _metre(case)
+        yield Problem(
+            (*path, "shape"),
+            f"the body is {thickness:g}{unit} thick, thinner than the kernel's support "
+            f"{formulation.support_over_h:g}h = {support:g}{unit} (h = {h:g}{unit}); "
+            f"make it thicker or the resolution {finest:.3g}{unit} or finer",
+        )
+
+
+def _spacing(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+    contact = getattr(case.formulation, "contact", None)
+    parted = contact is not None and contact.type == "repulsive"
+    for key in ("resolution", "grading"):
+        if getattr(body, key) is not None and (getattr(case.formulation, "type", "") not in UNLIKE_SPACINGS or parted):
+            yield Problem(
+                (*path, key),
+                f"spacings of a body's own need the formulation {' or '.join(UNLIKE_SPACINGS)}, with contact "
+                "separating or welded: Total Lagrangian bodies have one smoothing length",
+            )
+    grading = body.grading
+    if grading is None:
+        return
+    if case.drawn != case.dim:
+        if not _is_washer(body.shape):
+            yield Problem(
+                (*path, "grading"),
+                f"a {body.shape.type} has even spacing; of rings a cylinder, a tube and a ring of a box are graded",
+            )
+    elif not isinstance(body.shape, BoxShape | IntervalShape):
+        yield Problem((*path, "grading"), f"a {body.shape.type} has even spacing; only a box or an interval is graded")
+    if len(grading.fine) != case.dim:
+        yield _length((*path, "grading", "fine"), case.dim, len(grading.fine), "widths")
+    if not grading.coarsest > (body.resolution or case.resolution):
+        yield Problem((*path, "grading", "coarsest"), "must be above the spacing of the fine part, the resolution")
+    if body.mass == "nominal":
+        yield Problem((*path, "mass"), "a graded body always has its exact mass; leave `mass` out")
+
+
+def _is_washer(shape: Shape) -> bool:
+    """Whether the half-plane section of a solid of revolution about x is a box along x and the radius."""
+    if isinstance(shape, RingShape):
+        return shape.axis == "x" and isinstance(shape.section, BoxShape)
+    return isinstance(shape, CylinderShape | TubeShape) and shape.axis == "x"
+
+
+def _velocity(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
+    if len(body.velocity) != case.dim:
+        yield _length((*path, "velocity"), case.dim, len(body.velocity), "components")
+    elif case.units == "si" and math.hypot(*body.velocity) > FASTEST:
+        speed = math.hypot(*body.velocity)
+        yield Problem((*path, "velocity"), f"{speed:g} m/s is above {FASTEST / 1e3:g} km/s; check its unit")
+    for number, field in enumerate(body.initial_velocity):
+        place: Path = (*path, "initial_velocity", number)
+        centre = getattr(field, "centre", None)
+        if centre is not None and len(centre) != case.dim:
+            yield _length((*place, "centre"), case.dim, len(centre), "components")
+        if isinstance(field, UniformField) and len(field.velocity) != case.dim:
+            yield _length((*place, "velocity"), case.dim, len(field.velocity), "components")
+        if isinstance(field, LinearField) and {len(field.gradient), *map(len, field.gradient)} != {case.dim}:
+            yield Problem((*place, "gradient"), f"needs {case.dim} rows of {case.dim} in {case.dim}D")
+        if field.type == "spin" and case.dim == 1:
+            yield Problem(place, "nothing spins in 1D; leave it out")
+
+
+def _place(case: Surroundings, body: Body, path: Path, first: bool) -> Iterator[Problem]:
+    if body.position is not None:
+        if len(body.position) != case.dim:
+            yield _length((*path, "position"), case.dim, len(body.position), "components")
+        if body.gap:
+            yield Problem((*path, "gap"), "given beside `position`, which fixes the place already; leave one out")
+    elif first and body.gap:
+        yield Problem((*path, "gap"), "there is no body before the first; give the gap to the second")
+    if body.rotation is None:
+        return
+    if case.dim == 1:
+        yield Problem((*path, "rotation"), "a body in 1D cannot be rotated; leave it out")
+    elif case.dim == 2 and body.rotation.axis != (0.0, 0.0, 1.0):
+        yield Problem((*path, "rotation", "axis"), "the axis is always z in 2D; leave it out")
+    elif not math.hypot(*body.rotation.axis) > 0.0:
+        yield Problem((*path, "rotation", "axis"), "must not be all zero")
+
+
+def _count(case: Surroundings) -> Iterator[Problem]:
+    spacings = [
+        math.prod(size / (b.resolution or case.resolution) for size in b.shape.extent()[: case.dim])
+        for b in case.bodies.values()
+        if b.grading is None and b.shape.extent()
+    ]
+    if not sum(spacings) <= MOST_PARTICLES:
+        yield Problem(
+            ("resolution",),
+            f"{case.resolution:g}{_metre(case)} asks for about {sum(spacings):.1e} particles, more than the "
+            f"{MOST_PARTICLES:.1e} that can be numbered; make it coarser",
+        )
+
+
+def _metre(case: Surroundings) -> str:
+    return " m" if case.units == "si" else ""

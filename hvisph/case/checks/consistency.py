@@ -1,0 +1,178 @@
+"""What the parts of a case must fulfil together. Each check says where, what is wrong and the remedy."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Protocol
+
+from hvisph.case.bodies import Body
+from hvisph.case.context import Surroundings
+from hvisph.case.expected import Expectations
+from hvisph.case.formulations.options import KernelOptions
+from hvisph.case.gauges import Gauge, gauge_problems
+from hvisph.case.model import Path, Problem
+from hvisph.case.output import Output
+from hvisph.case.regions import Clamp, SymmetryPlane, box_problems, region_problems
+from hvisph.core.measure_catalogue import CATALOGUE, measures_of
+
+from .axisymmetric import axisymmetric_problems, axisymmetric_warnings
+from .bodies import body_problems, spacing_warnings
+from .plausible import implausible
+
+BAROTROPIC = ("linear", "elastic")  # equations of state without energy
+MOST_SNAPSHOTS = 1_000_000
+AXES = ("x", "y", "z")
+
+
+class Case(Surroundings, Protocol):
+    """A whole case: what its parts see of it, and the rest."""
+
+    @property
+    def smoothing_length(self) -> float:
+        """Initial smoothing length h [m]."""
+
+    @property
+    def clamped(self) -> Sequence[Clamp]:
+        """Regions that are held."""
+
+    @property
+    def formulation(self) -> KernelOptions:
+        """Scheme that computes the run."""
+
+    @property
+    def gauges(self) -> Mapping[str, Gauge]:
+        """Gauges by name."""
+
+    @property
+    def output(self) -> Output:
+        """What is written, and how often."""
+
+    @property
+    def measures(self) -> Sequence[str] | None:
+        """What to measure."""
+
+    @property
+    def expected(self) -> Expectations:
+        """Expected values."""
+
+
+def problems_of(case: Case) -> list[Problem]:
+    """Return all that is wrong with `case` beyond its single fields."""
+    return [
+        *body_problems(case),
+        *axisymmetric_problems(case),
+        *_symmetry(case),
+        *_regions(case),
+        *gauge_problems(case.gauges, case.dim),
+        *case.formulation.problems(case),
+        *_schedule(case),
+        *_measures(case),
+    ]
+
+
+def warnings_of(case: Case) -> list[str]:
+    """Return what a user should know about a valid `case` before it runs."""
+    warnings = [*spacing_warnings(case), *case.formulation.warnings(case), *_unused(case), *_mirrored(case)]
+    return [*warnings, *axisymmetric_warnings(case), *implausible(case)]
+
+
+def _unused(case: Case) -> Iterator[str]:
+    """Yield what is given and has no effect."""
+    projection = getattr(case.formulation, "type", "") == "projection"
+    for name, body in case.bodies.items():
+        eos = body.material.eos.type
+        if body.internal_energy != 0.0 and (projection or eos in BAROTROPIC):
+            why = "projection has no equation of energy" if projection else f"'{eos}' has none of energy"
+            yield f"bodies.{name}.internal_energy: {body.internal_energy:g} has no effect on its pressure: {why}"
+    default = type(case.time).model_fields["cfl"].default
+    if case.time.step is not None and case.time.cfl != default:
+        yield f"time.cfl: {case.time.cfl:g} is not used, because time.step = {case.time.step:g} fixes the step"
+
+
+def _mirrored(case: Case) -> Iterator[str]:
+    """Yield which bodies that a plane of symmetry may cut fly at, or away from, their own image.
+
+    Beside the plane a body meets its image as it would a rigid wall, which is what such a plane is given for.
+    """
+    for plane in case.symmetry:
+        axis = AXES.index(plane.axis)
+        for name, body in case.bodies.items():
+            if axis < len(body.velocity) and body.velocity[axis] != 0.0 and not _beside(body, axis, plane.at):
+                yield (
+                    f"bodies.{name}.velocity: {body.velocity[axis]:g} along {plane.axis} is across the symmetry plane "
+                    f"{plane.axis} = {plane.at:g}, so the body's image moves the other way; for a body that crosses "
+                    "the plane leave the plane out"
+                )
+
+
+def _beside(body: Body, axis: int, at: float) -> bool:
+    """Whether a body stands wholly on one side of a plane, as far as its shape knows its size."""
+    size = body.shape.extent()
+    if body.position is None or axis >= len(size) or axis >= len(body.position) or body.rotation is not None:
+        return False
+    return abs(body.position[axis] - at) >= 0.5 * size[axis] * (1.0 - 1e-9)
+
+
+def _symmetry(case: Case) -> Iterator[Problem]:
+    seen: dict[str, SymmetryPlane] = {}
+    for index, plane in enumerate(case.symmetry):
+        path = ("symmetry", index)
+        if plane.axis not in AXES[: case.dim]:
+            yield Problem(
+                (*path, "axis"), f"there is no axis {plane.axis} in {case.dim}D; allowed: {', '.join(AXES[: case.dim])}"
+            )
+        other = seen.setdefault(plane.axis, plane)
+        if other is plane:
+            continue
+        low, high = sorted((other, plane), key=lambda one: one.at)
+        support = case.formulation.support_over_h * case.smoothing_length
+        if (low.keep, high.keep) != ("above", "below"):
+            yield Problem(
+                (*path, "keep"),
+                f"two planes across {plane.axis} keep what lies between them: the lower one `above`, the upper `below`",
+            )
+        elif high.at - low.at < 2 * support:
+            yield Problem(
+                (*path, "at"),
+                f"the two planes across {plane.axis} are closer than twice the kernel's support, {2 * support:g}: "
+                "images of images would be missed; move them apart or make the resolution finer",
+            )
+        if [p.axis for p in case.symmetry].count(plane.axis) > 2:
+            yield Problem((*path, "axis"), f"a third plane across {plane.axis}; two are allowed")
+
+
+def _regions(case: Case) -> Iterator[Problem]:
+    for index, clamp in enumerate(case.clamped):
+        yield from region_problems(clamp, ("clamped", index), case.dim, case.bodies)
+    for index, load in enumerate(case.initial_loads):
+        yield from region_problems(load, ("initial_loads", index), case.dim, case.bodies)
+    for name, region in case.output.regions.items():
+        yield from region_problems(region, ("output", "regions", name), case.dim, case.bodies)
+    if case.domain is not None:
+        yield from box_problems(case.domain, ("domain",), case.dim)
+
+
+def _schedule(case: Case) -> Iterator[Problem]:
+    end, unit = case.time.end, " s" if case.units == "si" else ""
+    if case.output.every is not None and not end / case.output.every <= MOST_SNAPSHOTS:
+        yield Problem(
+            ("output", "every"),
+            f"{case.output.every:g}{unit} asks for {end / case.output.every:.2g} snapshots, more than "
+            f"{MOST_SNAPSHOTS:g}; make it longer",
+        )
+    if case.time.step is not None and case.time.step > end:
+        yield Problem(("time", "step"), f"{case.time.step:g}{unit} is beyond time.end = {end:g}{unit}; make it shorter")
+    if len(set(case.output.formats)) < len(case.output.formats):
+        yield Problem(("output", "formats"), "names a format twice")
+
+
+def _measures(case: Case) -> Iterator[Problem]:
+    wanted: list[tuple[Path, str]] = [(("measures", i), name) for i, name in enumerate(case.measures or ())]
+    wanted += [(("expected", name), name) for name, _ in case.expected.items()]
+    for path, name in wanted:
+        if case.dim not in CATALOGUE[name].dims:
+            yield Problem(path, f"has no meaning in {case.dim}D; allowed: {', '.join(measures_of(case.dim))}")
+
+
+def _metre(case: Case) -> str:
+    return " m" if case.units == "si" else ""

@@ -1,0 +1,63 @@
+"""What a part of a case may ask of the rest of it, for the rules that both must fulfil together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
+
+from .bodies import Body
+from .output import Output
+from .regions import BoxRegion, InitialLoad, SymmetryPlane
+from .time import Time
+
+
+class Surroundings(Protocol):
+    """A case as its parts see it."""
+
+    @property
+    def units(self) -> str:
+        """``si`` or ``none``."""
+
+    @property
+    def kinematics(self) -> str:
+        """Dimensions and stress state by name."""
+
+    @property
+    def dim(self) -> int:
+        """Number of space dimensions."""
+
+    @property
+    def drawn(self) -> int:
+        """Number of dimensions in which bodies are drawn."""
+
+    @property
+    def resolution(self) -> float:
+        """Spacing dx [m]."""
+
+    @property
+    def bodies(self) -> Mapping[str, Body]:
+        """Bodies by name."""
+
+    @property
+    def symmetry(self) -> Sequence[SymmetryPlane]:
+        """Symmetry planes."""
+
+    @property
+    def formulation(self) -> Any:
+        """Scheme that computes the run, one of `case.formulations`."""
+
+    @property
+    def initial_loads(self) -> Sequence[InitialLoad]:
+        """Impulses of the first step."""
+
+    @property
+    def domain(self) -> BoxRegion | None:
+        """Box outside of which particles are retired."""
+
+    @property
+    def time(self) -> Time:
+        """Duration and time stepping."""
+
+    @property
+    def output(self) -> Output:
+        """What is written, and how often."""

@@ -1,0 +1,1 @@
+"""Case models of materials: equation of state, strength, damage, thermal properties."""

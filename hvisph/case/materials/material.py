@@ -1,0 +1,145 @@
+"""A material: density, equation of state, strength and damage, each with its numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationInfo, model_validator
+
+from hvisph.case.model import Problem, Shorthand, StrictModel, refuse
+from hvisph.case.units import PositiveDensity
+from hvisph.core.errors import CaseError
+
+from .damage import Damage, JohnsonCookDamage, JohnsonHolmquistDamage, NoDamage
+from .eos import ElasticEos, Eos, IdealGasEos, PolynomialEos
+from .strength import (
+    JohnsonCookStrength,
+    JohnsonHolmquistStrength,
+    NoStrength,
+    RockStrength,
+    SteinbergGuinanStrength,
+    Strength,
+)
+from .thermal import IsentropeTemperature, Melting, Porosity, Temperature
+
+
+class Material(StrictModel):
+    """Everything the stress update needs to know of a body's substance."""
+
+    name: str = Field(
+        default="",
+        description="Name in messages and output; that of the library, if it comes from there",
+        max_length=64,
+    )
+    source: str = Field(default="", description="Where the numbers come from")
+    density: PositiveDensity = Field(description="Reference density rho0 [kg/m^3]")
+    eos: Eos = Field(description="Equation of state: pressure from density and energy")
+    strength: Strength = Field(
+        default=NoStrength(), description="Strength: limits and history of the deviatoric stress"
+    )
+    damage: Damage = Field(default=NoDamage(), description="Damage and spall")
+    temperature: Temperature = Field(
+        default=IsentropeTemperature(), description="How the temperature follows from density and energy"
+    )
+    melting: Melting | None = Field(
+        default=None, description="Melting point under pressure; that of the strength model unless given"
+    )
+    porosity: Porosity | None = Field(default=None, description="Pores; none unless given")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Material:
+        refuse(list(self._problems()))
+        return self
+
+    def _problems(self) -> Iterator[Problem]:
+        given = getattr(self.strength, "shear_modulus", None)
+        implied = self.eos.shear_modulus if isinstance(self.eos, ElasticEos) else None
+        has_shear = not isinstance(self.strength, NoStrength)
+        if has_shear and given is None and implied is None:
+            yield Problem(
+                ("strength", "shear_modulus"),
+                "missing: the equation of state does not imply it; give G, such as 27.6 GPa",
+            )
+        if given is not None and implied is not None:
+            yield Problem(
+                ("strength", "shear_modulus"),
+                f"given twice: the `elastic` equation of state implies {implied:.4g} Pa; leave it out",
+            )
+        if has_shear and isinstance(self.eos, IdealGasEos):
+            yield Problem(("strength", "type"), "an ideal gas has no strength; use {type: none}")
+        jc = self.strength if isinstance(self.strength, JohnsonCookStrength) else None
+        if jc is not None and jc.melt_temperature <= jc.room_temperature:
+            yield Problem(
+                ("strength", "melt_temperature"),
+                f"{jc.melt_temperature:g} K must be above the room temperature, {jc.room_temperature:g} K",
+            )
+        if isinstance(self.damage, JohnsonCookDamage):
+            if not has_shear or self.strength.type == "elastic":
+                yield Problem(
+                    ("damage", "type"),
+                    "johnson_cook damage grows with plastic strain, which "
+                    f"`strength: {{type: {self.strength.type}}}` never has; use a plastic strength",
+                )
+            elif self.damage.d5 != 0.0 and jc is None and self.melting is None:
+                yield Problem(
+                    ("damage", "d5"), "needs a melting point; use the `johnson_cook` strength, or set d5 to 0"
+                )
+        yield from self._ceramic()
+        yield from self._thermal()
+
+    def _ceramic(self) -> Iterator[Problem]:
+        """Yield what is wrong with a JH-2 set: its parts belong together, and it checks itself."""
+        strength = self.strength if isinstance(self.strength, JohnsonHolmquistStrength) else None
+        if isinstance(self.damage, JohnsonHolmquistDamage) and (
+            strength is None or not isinstance(self.eos, PolynomialEos)
+        ):
+            message = "goes with `strength: {type: johnson_holmquist}` and `eos: {type: polynomial}`"
+            yield Problem(("damage", "type"), message)
+        if strength is not None and strength.hel_pressure >= strength.hugoniot_elastic_limit:
+            yield Problem(("strength", "hel_pressure"), "must be below the hugoniot_elastic_limit")
+
+    def _thermal(self) -> Iterator[Problem]:
+        strength = self.strength
+        if isinstance(strength, SteinbergGuinanStrength) and strength.yield_limit < strength.yield_stress:
+            yield Problem(("strength", "yield_limit"), "must not be below the yield_stress")
+        if isinstance(strength, RockStrength) and strength.limit is not None and strength.limit <= strength.cohesion:
+            yield Problem(("strength", "limit"), "must be above the cohesion")
+        needs = strength.type in ("steinberg_guinan", "steinberg_lund", "zerilli_armstrong")
+        needs |= isinstance(strength, RockStrength) and strength.melt_temperature is not None
+        if needs and not self.temperature.known:
+            message = f"missing: `{strength.type}` strength depends on the temperature; give c_v, such as 885 J/(kg K)"
+            yield Problem(("temperature", "heat_capacity"), message)
+        if self.porosity is not None and self.porosity.solid_pressure <= self.porosity.elastic_pressure:
+            yield Problem(("porosity", "solid_pressure"), "must be above the elastic_pressure")
+        if self.porosity is not None and self.eos.type in ("jwl", "ideal_gas"):
+            yield Problem(("porosity",), f"a `{self.eos.type}` equation of state has no solid to hold pores")
+
+    @property
+    def shear_modulus(self) -> float:
+        """Shear modulus G [Pa], 0 for a fluid."""
+        if isinstance(self.strength, NoStrength):
+            return 0.0
+        given = self.strength.shear_modulus
+        if given is not None:
+            return given
+        return self.eos.shear_modulus if isinstance(self.eos, ElasticEos) else 0.0
+
+
+def _by_name(value: Any, info: ValidationInfo) -> Any:
+    """Fetch a material that is given by name from the library."""
+    if not isinstance(value, str):
+        return value
+    if info.context and info.context.get("units") == "none":
+        raise ValueError(f"the library is in SI, and the case has `units: none`; write out '{value[:64]}'")
+    library = (info.context or {}).get("library")
+    if library is None:
+        raise ValueError(f"there is no library at hand; write out '{value[:64]}'")
+    try:
+        return library(value)
+    except CaseError as error:
+        raise ValueError(error.message) from None
+
+
+_VARIED = {"type": "object", "properties": {"base": {"type": "string"}}, "required": ["base"]}
+NamedMaterial = Annotated[Material, Shorthand(_by_name, ("string",), (_VARIED,))]

@@ -1,0 +1,32 @@
+"""What pictures need of the case that a snapshot carries as text, also of one that this version would not load."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from hvisph.core.errors import CaseError
+
+from .yaml_text import parse
+
+
+def _case(text: Any) -> dict[str, Any]:
+    if not isinstance(text, str):
+        return {}
+    try:
+        case = parse(text, "case").value
+    except CaseError:
+        return {}
+    return case if isinstance(case, dict) else {}
+
+
+def formulation(text: Any) -> str:
+    """Return the name of the formulation; empty where the text does not tell."""
+    chosen = _case(text).get("formulation")
+    return str(chosen.get("type", "")) if isinstance(chosen, dict) else ""
+
+
+def symmetry_axes(text: Any) -> tuple[int, ...]:
+    """Return the axes whose coordinate plane is a mirror of the model; none where the text does not tell."""
+    planes = _case(text).get("symmetry")
+    axes = [plane.get("axis") for plane in planes if isinstance(plane, dict)] if isinstance(planes, list) else []
+    return tuple("xyz".index(axis) for axis in axes if axis in ("x", "y", "z"))

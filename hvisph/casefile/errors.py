@@ -1,0 +1,270 @@
+"""From what pydantic found to errors that say where, what, what is allowed and what is nearest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from difflib import get_close_matches
+from functools import cache
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+
+from hvisph.case.model import PROBLEMS, Path
+from hvisph.case.units import kind_of
+from hvisph.core.errors import CaseError, nearest
+from hvisph.core.yaml_inline import written
+
+from .model_fields import Spot, keys_of, places, walk
+from .yaml_text import Place
+
+MOST_SHOWN = 20
+# How like an allowed key a key is that is a slip of it, and in how many places one may stand that is told of.
+SLIP, MOST_PLACES = 0.75, 3
+
+
+class CaseErrors(CaseError):  # noqa: N818 - a collection, not a kind
+    """Several things wrong with one case.
+
+    Parameters
+    ----------
+    errors
+        Each of them.
+    """
+
+    def __init__(self, errors: Sequence[CaseError]):
+        self.errors = tuple(errors)
+        lines = [str(error) for error in errors[:MOST_SHOWN]]
+        if len(errors) > MOST_SHOWN:
+            lines.append(f"and {len(errors) - MOST_SHOWN} more")
+        super().__init__("\n".join([f"{len(errors)} errors in the case:", *(f"  {line}" for line in lines)]))
+
+
+def raise_all(errors: Sequence[CaseError]) -> None:
+    """Raise one error as it is, several as `CaseErrors`; do nothing if there are none."""
+    if len(errors) == 1:
+        raise errors[0]
+    if errors:
+        raise CaseErrors(errors)
+
+
+def translate(
+    error: ValidationError, root: type[BaseModel], data: Any, places: Mapping[Path, Place]
+) -> list[CaseError]:
+    """Return the errors of a validation of `data` against `root`, each with its place."""
+    errors: dict[tuple[Path, str], CaseError] = {}
+    for detail in error.errors(include_url=False):
+        path = user_path(root, detail["loc"], data)
+        if detail["type"] == PROBLEMS:
+            problems: Iterable[tuple[Path, str]] = ((path + p.path, p.message) for p in detail["ctx"][PROBLEMS])
+        else:
+            problems = [_explain(root, path, detail, data)]
+        for where, message in problems:
+            errors.setdefault((where, message), located(where, message, places))
+    return list(errors.values())
+
+
+def located(path: Path, message: str, places: Mapping[Path, Place]) -> CaseError:
+    """Return the error at `path`, with the place of the nearest key above that has one."""
+    place = next((places[path[:n]] for n in range(len(path), -1, -1) if path[:n] in places), Place(""))
+    where = ".".join(_short(str(part)) for part in path)
+    return CaseError(message, where=where, file=place.file, line=place.line)
+
+
+def user_path(root: type[BaseModel], loc: Sequence[str | int], data: Any) -> Path:
+    """Return pydantic's location without the tags of alternatives, which no user writes."""
+    path: Path = ()
+    tag_due = False
+    for part in loc:
+        # pydantic marks a bad name of a body by '[key]' after the name
+        named = walk(root, path[:-1], data) if part == "[key]" and path else None
+        if tag_due or (named is not None and named.named):
+            tag_due = False
+            continue
+        path = (*path, part)
+        spot = walk(root, path, data)
+        tag_due = spot is not None and spot.tagged
+    return path
+
+
+# What people write for a key, the key, and how the two differ.
+RIGID_WALL = ": a plane of symmetry is a rigid wall without friction, [{axis: x}] for what stands at x > 0"
+OTHER_WORDS = {
+    "radius": ("diameter", ", twice the radius"),
+    "thickness": ("length", ", which is along x"),
+    "height": ("length", ", which is along x"),
+    "speed": ("velocity", ", one component for each dimension"),
+    "dx": ("resolution", ""),
+    "spacing": ("resolution", ""),
+    "end_time": ("end", ""),
+    "duration": ("end", ""),
+    "interval": ("every", ""),
+    "place": ("at", ""),
+    "position": ("at", ""),
+    "dt": ("step", ""),
+    **dict.fromkeys(("wall", "walls", "boundary", "boundaries"), ("symmetry", RIGID_WALL)),
+}
+UNLIKE = ("model_type", "model_attributes_type", "dict_type", "tuple_type", "list_type")
+# How what is given as a text or a number alone is written out.
+WRITTEN_OUT = {
+    "time": "{end: 10 us}",
+    "output": "{every: 1 us}",
+    "symmetry": "[{axis: y}]",
+    "rotation": "{axis: [0, 0, 1], angle: 30}, or an angle alone",
+    "gauges": "{NAME: {type: material, at: [0, 0]}}",
+    "clamped": "[{box: {min: [0, null]}, bodies: [NAME]}]",
+    "witness": "{x: 100 mm}",
+}
+# Dimensions, and ours.
+OTHER_VALUES = {
+    "1d": "uniaxial_strain",
+    "2d": "plane_strain or axisymmetric",
+    "3d": "three_d",
+    "axial": "axisymmetric",
+    "2d_axisymmetric": "axisymmetric",
+    "rz": "axisymmetric",
+}
+# What other codes call a model or a shape, and ours.
+OTHER_TYPES = {
+    "drucker_prager": "rock",
+    "mohr_coulomb": "rock",
+    "lundborg": "rock",
+    "jh2": "johnson_holmquist",
+    "jh_2": "johnson_holmquist",
+    "gruneisen": "mie_gruneisen",
+    "shock": "mie_gruneisen",
+    "sesame": "table",
+    "bilinear": "linear_hardening",
+    "plastic_kinematic": "cowper_symonds",
+    "hydro": "none",
+    "circle": "disc",
+    "rod": "cylinder",
+    "plate": "box",
+    "tlsph": "total_lagrangian",
+}
+
+
+def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple[Path, str]:
+    kind, value = detail["type"], detail["input"]
+    if kind == "extra_forbidden":
+        parent = walk(root, path[:-1], data)
+        if parent is not None and (reason := _meaningless(parent, at(data, path[:-1]), str(path[-1]))):
+            return path, reason
+        if ":" in str(path[-1]):
+            spaced = _short(str(path[-1])).replace(":", ": ", 1)
+            return path, f"unknown key; YAML wants a space after a colon: '{spaced}'"
+        allowed = keys_of(parent, at(data, path[:-1])) if parent else []
+        key, remark = OTHER_WORDS.get(str(path[-1]), ("", ""))
+        if key in allowed:
+            return path, f"unknown key; give '{key}'{remark}"
+        unlike = _of_others(parent, at(data, path[:-1]), str(path[-1]), allowed) if parent else ""
+        return path, f"unknown key{unlike or _elsewhere(root, path, allowed) or nearest(str(path[-1]), allowed)}"
+    spot = walk(root, path, data)
+    if kind == "missing":
+        about = spot.info.description if spot and spot.info and spot.info.description else ""
+        named = "name" in (value if isinstance(value, dict) else {}) and path[-1] in ("density", "eos")
+        library = "; a material of the library is its name alone, or {base: NAME}" if named else ""
+        return path, f"missing{': ' + about if about else ''}{library}"
+    if kind == "union_tag_not_found":
+        return path, _untagged(spot, value)
+    if kind == "union_tag_invalid":
+        tag = str(detail["ctx"]["tag"])
+        ours = OTHER_TYPES.get(tag.lower().replace("-", "_"), "")
+        if spot and ours in spot.models:
+            return (*path, "type"), f"unknown '{_short(tag)}'; here it is '{ours}'"
+        return (*path, "type"), f"unknown '{_short(tag)}'{nearest(tag, list(spot.models) if spot else [])}"
+    if kind == "literal_error" and path[-1] == "kinematics" and (other := OTHER_VALUES.get(str(value).lower())):
+        return path, f"unknown {_shown(value)}; write {other}"
+    if kind == "literal_error":
+        return path, f"unknown {_shown(value)}{nearest(str(value), spot.choices if spot else ())}"
+    if kind == "value_error":
+        return path, str(detail["ctx"]["error"])
+    if kind == "model_attributes_type" and spot and spot.tagged:
+        return path, _untagged(spot, value)
+    written = next((WRITTEN_OUT.get(part) for part in reversed(path) if isinstance(part, str)), None)
+    return path, _plain(kind, detail, value) + (f"; write it like {written}" if written and kind in UNLIKE else "")
+
+
+def _of_others(parent: Spot, value: Any, key: str, allowed: Sequence[str]) -> str:
+    """Return which models at `parent` have a key that the chosen one has not; empty where none has."""
+    others = [tag for tag, model in parent.models.items() if key in model.model_fields]
+    tag = value.get("type") if isinstance(value, dict) else None
+    if not parent.tagged or tag not in parent.models or not others:
+        return ""
+    own = ", ".join(one for one in allowed if one != "type")
+    return f" of {tag}, which has {own}; it is one of {', '.join(others)}"
+
+
+def _elsewhere(root: type[BaseModel], path: Path, allowed: Sequence[str]) -> str:
+    """Return where below `root` a key stands that is unknown at `path`; empty where it is a slip, or stands in many."""
+    key = str(path[-1])
+    if get_close_matches(key, allowed, n=1, cutoff=SLIP):
+        return ""
+    found = _paths_by_key(root).get(key, set())
+    found = {one for one in found if one.split(".")[0] == path[0]} or found
+    told = " or ".join(sorted(found, key=lambda one: (one.count("."), one)))
+    return f" here; it stands at {told}" if 0 < len(found) <= MOST_PLACES else ""
+
+
+@cache
+def _paths_by_key(root: type[BaseModel]) -> dict[str, set[str]]:
+    """Return below `root` all paths at which a key stands."""
+    paths: dict[str, set[str]] = {}
+    for path, *_ in places(root):
+        paths.setdefault(path.rpartition(".")[2], set()).add(path)
+    return paths
+
+
+def _meaningless(spot: Spot, value: Any, key: str) -> str:
+    """Return why `key` has no meaning in the mapping `value`, empty where it is simply unknown."""
+    tag = value.get("type") if isinstance(value, dict) else None
+    reason = getattr(spot.models.get(str(tag)), "meaningless", {}).get(key)
+    return f"has no meaning with {tag}: {reason}; leave it out" if reason else ""
+
+
+def _plain(kind: str, detail: Any, value: Any) -> str:
+    """Word pydantic's remaining messages by what was found."""
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return f"expected a mapping of keys, found {kind_of(value)}"
+    if kind in ("tuple_type", "list_type"):
+        return f"expected a list, found {kind_of(value)}"
+    if kind == "string_type":
+        return f"expected text, found {kind_of(value)}"
+    if kind in ("int_type", "int_parsing", "int_from_float"):
+        return f"expected a whole number, found {_shown(value)}"
+    if kind == "string_pattern_mismatch":
+        return "a name starts with a letter or _ and holds up to 64 letters, digits, _ and -"
+    if kind == "too_short":
+        return f"needs at least {detail['ctx']['min_length']} entries, has {detail['ctx']['actual_length']}"
+    if kind == "too_long":
+        return f"has more than the {detail['ctx']['max_length']} entries that are allowed"
+    message = str(detail["msg"])
+    return f"{message[:1].lower()}{message[1:]}, found {_shown(value)}"
+
+
+def _untagged(spot: Spot | None, value: Any) -> str:
+    allowed = list(spot.models) if spot else []
+    if isinstance(value, dict):
+        return f"`type` is missing; allowed: {', '.join(allowed)}"
+    if isinstance(value, str) and value in allowed:
+        return f"expected a mapping; write {{type: {value}}}"
+    return f"expected a mapping with `type`, found {kind_of(value)}; allowed types: {', '.join(allowed)}"
+
+
+def at(data: Any, path: Path) -> Any:
+    """Return the value at `path` in plain `data`, None where there is none."""
+    for key in path:
+        if isinstance(data, dict):
+            data = data.get(key)
+        elif isinstance(data, list | tuple) and isinstance(key, int) and 0 <= key < len(data):
+            data = data[key]
+        else:
+            return None
+    return data
+
+
+def _shown(value: Any) -> str:
+    return f"'{_short(value)}'" if isinstance(value, str) else f"{_short(written(value))}"
+
+
+def _short(text: str, most: int = 64) -> str:
+    return text if len(text) <= most else f"{text[:most]}..."

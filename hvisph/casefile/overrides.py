@@ -1,0 +1,226 @@
+"""Changing a case before it is validated: a base with a small override, and single settings.
+
+In both, mappings merge key by key, anything else is replaced, null takes a key away (so that its
+default holds again), another `type` replaces a whole block, and a key that stands for others takes
+their place. A null that has nothing to take away and stands where no key can is kept, so that
+validation names it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from hvisph.case.case import Case
+from hvisph.case.model import Path
+from hvisph.case.units import kind_of
+from hvisph.core.errors import CaseError
+
+from .model_fields import walk
+from .yaml_text import MOST_DEEP, Document, Place, parse
+
+LONGEST_OVERRIDE = 10_000
+# Keys that stand for one another: giving one takes those of the other side from what it is laid over.
+INSTEAD = (
+    ({"us_up"}, {"sound_speed", "s1", "s2", "s3"}),
+    ({"heat_capacity"}, {"heat_capacities", "heat_of_melting", "melting_point"}),
+)
+
+
+def merged(base: Document, changes: Document) -> Document:
+    """Return `base` with `changes` laid over it; every value keeps the place it came from."""
+    result = Document(base.value, dict(base.places))
+    result.value = _merge(base.value, changes.value, (), result.places, changes.places)
+    return result
+
+
+def _merge(old: Any, new: Any, path: Path, places: dict[Path, Place], new_places: dict[Path, Place]) -> Any:
+    if not isinstance(old, dict) or not isinstance(new, dict) or _other_type(old, new):
+        _replace_places(path, places, new_places)
+        return _without_null(new, path) if isinstance(new, dict) else new
+    result = _making_way(old, new)
+    for key, item in new.items():
+        below = (*path, key)
+        if item is None and (key in result or _has_default(below)):
+            result.pop(key, None)
+            _replace_places(below, places, {})
+        elif key in result:
+            result[key] = _merge(result[key], item, below, places, new_places)
+        else:
+            _replace_places(below, places, new_places)
+            result[key] = _without_null(item, below) if isinstance(item, dict) else item
+    return result
+
+
+def _other_type(old: dict[str, Any], new: dict[str, Any]) -> bool:
+    return new.get("type") is not None and old.get("type") != new["type"]
+
+
+def _making_way(old: dict[str, Any], new: dict[str, Any]) -> dict[str, Any]:
+    """Return a copy of `old` without what keys of `new` stand for, see `INSTEAD`."""
+    given = {key for key, item in new.items() if item is not None}
+    gone: set[str] = set()
+    for one, other in INSTEAD:
+        for side, replaced in ((one, other), (other, one)):
+            if given & side and not given & replaced:
+                gone |= replaced
+    return {key: item for key, item in old.items() if key not in gone}
+
+
+def _without_null(value: dict[str, Any], path: Path) -> dict[str, Any]:
+    return {
+        key: _without_null(item, (*path, key)) if isinstance(item, dict) else item
+        for key, item in value.items()
+        if item is not None or not _has_default((*path, key))
+    }
+
+
+def _has_default(path: Path) -> bool:
+    """Whether some alternative of the models has the key at the end of `path`, rather than a name of the user's."""
+    above = walk(Case, path[:-1])
+    return above is not None and not above.named and walk(Case, path) is not None
+
+
+def _replace_places(path: Path, places: dict[Path, Place], new_places: dict[Path, Place]) -> None:
+    depth = len(path)
+    for old in [p for p in places if p[:depth] == path]:
+        del places[old]
+    places.update({p: place for p, place in new_places.items() if p[:depth] == path})
+
+
+def laid_over(material: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
+    """Return a material's plain values with `changes` laid over them, by the rules of a case and its base."""
+    return dict(_merge(material, changes, ("bodies", "", "material"), {}, {}))
+
+
+def with_bases(document: Document, values_of: Callable[[str], dict[str, Any]]) -> Document:
+    """Return `document` with every body's `material: {base: NAME, ...}` written out.
+
+    Parameters
+    ----------
+    document
+        The case as read.
+    values_of
+        Plain values of the material of a name.
+
+    Raises
+    ------
+    CaseError
+        If there is none of a name.
+    """
+    bodies = document.value.get("bodies")
+    if not isinstance(bodies, dict):
+        return document
+    result = dict(bodies)
+    for name, body in bodies.items():
+        material = body.get("material") if isinstance(body, dict) else None
+        if not isinstance(material, dict) or "base" not in material:
+            continue
+        path = ("bodies", name, "material", "base")
+        place = next((document.places[path[:n]] for n in (4, 3, 2, 1) if path[:n] in document.places), Place(""))
+        try:
+            if not isinstance(material["base"], str):
+                raise CaseError("expected the name of a material")
+            base = values_of(material["base"])
+        except CaseError as error:
+            raise CaseError(error.message, where=".".join(path), file=place.file, line=place.line) from None
+        changes = {key: value for key, value in material.items() if key != "base"}
+        varied = {"name": f"{base['name']}, varied"} if changes else {}
+        result[name] = {**body, "material": laid_over(base | varied, changes)}
+    return Document({**document.value, "bodies": result}, document.places)
+
+
+def overridden(document: Document, override: str, values_of: Callable[[str], dict[str, Any]]) -> Document:
+    """Return `document` with one setting `path.to.key=value` applied.
+
+    Parameters
+    ----------
+    document
+        The case as read.
+    override
+        Keys joined by dots, numbers for entries of lists, then the value in YAML. A setting may
+        reach into a material that the case names, and into a block that the case leaves to its default.
+    values_of
+        Plain values of the material of a name.
+
+    Raises
+    ------
+    CaseError
+        If it is no setting, or something that has no keys stands in its way.
+    """
+    keys, new, name = _parsed(override)
+    setting = _Setting(dict(document.places), Place(name), document.value, values_of)
+    return Document(setting.apply(document.value, (), keys, new), setting.places)
+
+
+def _parsed(override: str) -> tuple[list[str], Any, str]:
+    name = f"--set {override[:80]}{'...' if len(override) > 80 else ''}"
+    left, equals, text = override.partition("=")
+    keys = [key.strip() for key in left.split(".")]
+    if not equals or not all(keys):
+        raise CaseError("a setting looks like time.end=2us", file=name)
+    if len(override) > LONGEST_OVERRIDE or len(keys) > MOST_DEEP:
+        raise CaseError("the setting is too long", file=name)
+    try:
+        return keys, parse(text, name).value, name
+    except CaseError as error:
+        raise CaseError(error.message, where=left.strip(), file=name) from None
+
+
+class _Setting:
+    """One setting on its way down to the value that it changes."""
+
+    def __init__(self, places: dict[Path, Place], place: Place, root: Any, values_of: Callable[[str], dict[str, Any]]):
+        self.places, self.place, self.root, self.values_of = places, place, root, values_of
+
+    def apply(self, value: Any, path: Path, keys: list[str], new: Any) -> Any:
+        """Return `value`, which stands at `path`, with what lies at `keys` below it set to `new`."""
+        if not keys:
+            self.mark(path)
+            return _merge(value, new, path, self.places, dict.fromkeys([path], self.place))
+        if isinstance(value, list):
+            return self.apply_in_list(value, path, keys, new)
+        if value is None:
+            value = self.default_block(path)
+            self.mark(path)
+        elif isinstance(value, str) and _takes_material(path):
+            value = self.values_of(value)
+        if not isinstance(value, dict):
+            raise self.fail(path, f"has no keys, so '{keys[0]}' cannot be set in it; it is {kind_of(value)}")
+        return self.apply_in_mapping(value, path, keys, new)
+
+    def apply_in_list(self, value: list[Any], path: Path, keys: list[str], new: Any) -> list[Any]:
+        index = int(keys[0]) if keys[0].isdecimal() and len(keys[0]) < 9 else len(value)
+        if index >= len(value):
+            raise self.fail(path, f"has no entry '{keys[0]}'; its {len(value)} entries count from 0")
+        item = self.apply(value[index], (*path, index), keys[1:], new)
+        return [*value[:index], item, *value[index + 1 :]]
+
+    def apply_in_mapping(self, value: dict[str, Any], path: Path, keys: list[str], new: Any) -> dict[str, Any]:
+        key, *rest = keys
+        below = (*path, key)
+        if not rest and new is None:
+            self.mark(below)
+            kept = {} if key in value or _has_default(below) else {key: None}
+            return {name: item for name, item in value.items() if name != key} | kept
+        if not rest and key == "type" and value.get("type") != new:
+            self.mark(path)
+            return {"type": new}
+        return _making_way(value, {key: new}) | {key: self.apply(value.get(key), below, rest, new)}
+
+    def mark(self, path: Path) -> None:
+        _replace_places(path, self.places, {path: self.place})
+
+    def fail(self, path: Path, message: str) -> CaseError:
+        return CaseError(message, where=".".join(map(str, path)), file=self.place.file)
+
+    def default_block(self, path: Path) -> dict[str, Any]:
+        """Return the block that stands where the case has none: the `type` of the default, if it has one."""
+        spot = walk(Case, path, self.root)
+        default = spot.info.default if spot and spot.info else None
+        kind = getattr(default, "type", None)
+        return {"type": kind} if kind is not None else {}
+
+
+def _takes_material(path: Path) -> bool:
+    return len(path) == 3 and path[0] == "bodies" and path[2] == "material"

@@ -1,0 +1,192 @@
+"""`hvisph check`: a case in plain words, and what it will take, without running or compiling anything."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hvisph.cli.loading import load, placed
+from hvisph.cli.options import CaseArgument, JsonOption, PictureOption, ResolutionOption, SetOption, ThreadsOption
+from hvisph.cli.text.echo import say
+from hvisph.core.kinematics import KINEMATICS
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+LARGE = 1e7  # grammes and cubic millimetres from which on kilogrammes and metres are read
+
+
+def check(
+    case: CaseArgument,
+    resolution: ResolutionOption = None,
+    settings: SetOption = None,
+    threads: ThreadsOption = None,
+    as_json: JsonOption = False,
+    picture: PictureOption = None,
+) -> None:
+    """Explain a case and what it will take, without running it."""
+    from hvisph.case.checks.consistency import warnings_of
+    from hvisph.core.errors import computable
+    from hvisph.precheck.body_rules import advice, sparse
+    from hvisph.precheck.contact_rules import contact_warnings
+    from hvisph.precheck.estimate import estimate
+
+    loaded = load(case, settings, resolution)
+    with computable():
+        warnings = [*warnings_of(loaded), *contact_warnings(loaded), *advice(loaded)]
+    with placed(case), computable():
+        taken = estimate(loaded, threads)
+        if picture is not None:
+            from hvisph.cli.text.setup_picture import draw_setup
+
+            drawn = draw_setup(loaded, picture)
+            say(f"set-up drawn into {drawn}", err=True)
+    warnings += sparse({body.name: body.across for body in taken.bodies})
+    for warning in warnings:
+        say(f"warning: {warning}", err=True)
+    from hvisph.precheck.hugoniot_check import plane_shock
+
+    shock, reason = plane_shock(loaded)
+    if as_json:
+        from hvisph.cli.text.formatting import echo_json
+
+        echo_json(_plain(loaded, taken, shock, reason))
+    else:
+        say(_words(loaded, taken, shock, reason))
+
+
+def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
+    from dataclasses import asdict
+
+    from hvisph.precheck.regime import regime
+
+    facts = {
+        "title": case.title,
+        "kinematics": case.kinematics,
+        "formulation": case.formulation.type,
+        "resolution": case.resolution,
+        "smoothing_length": case.smoothing_length,
+        "particles": taken.particles,
+    }
+    facts |= asdict(taken)
+    facts["regime"] = asdict(regime(case)) | {"words": regime(case).words}
+    facts["plane_shock"] = {"reason": reason} if shock is None else asdict(shock)
+    return facts
+
+
+def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
+    from hvisph.cli.text.formatting import duration, paragraph, quantity, rounded, size, table
+    from hvisph.precheck.body_rules import tears
+    from hvisph.precheck.impact_pair import meeting
+    from hvisph.precheck.regime import regime
+    from hvisph.precheck.validation_record import experience
+
+    si = case.units == "si"
+
+    def number(value: float, unit: str, digits: int = 4) -> str:
+        return quantity(value, unit if si else "", digits)
+
+    about = "" if taken.counted else "about "
+    rows = [("body", "material", "shape", "velocity", "particles")]
+    for body in taken.bodies:
+        model = case.bodies[body.name]
+        velocity = ", ".join(f"{v:g}" for v in model.velocity) + (" m/s" if si else "")
+        velocity += "".join(f" + {field.type}" for field in model.initial_velocity)
+        across = f"{about}{body.particles}, {body.across} {'along' if case.dim == 1 else 'across'}"
+        rows.append((body.name, model.material.name or "own", _shape(model, number), velocity, across))
+    lines = [
+        case.title or "untitled case",
+        f"{KINEMATICS[case.kinematics].words}, {case.formulation.type} formulation, "
+        f"dx = {number(case.resolution, 'm')}, h = {number(case.smoothing_length, 'm')}",
+        "",
+        table(rows),
+        *(paragraph(f"{body.name}: {_filling(body, case, number)}", indent=2, hanging=4) for body in taken.bodies),
+        "",
+    ]
+    facts = [("particles", f"{about}{taken.particles}")]
+    kind = regime(case)
+    facts += [("regime", kind.words), *([("", text)] if (text := tears(case, kind)) else [])]
+    if known := experience(case, kind):
+        facts.append(("shots fired", known))
+    if shock is None:
+        facts.append(("plane shock", f"none: {reason}"))
+    else:
+        met = meeting(case)
+        assert met is not None
+        facts.append(
+            (
+                "plane shock",
+                f"{number(shock.pressure, 'Pa')} by impedance matching without strength, {met.first} on {met.second} "
+                f"at {number(met.velocity, 'm/s')}; interface at {number(shock.interface_velocity, 'm/s')} relative to "
+                f"{met.second}",
+            )
+        )
+        facts.append(
+            (
+                "",
+                f"shock speeds {number(shock.projectile.shock_speed, 'm/s')} and "
+                f"{number(shock.target.shock_speed, 'm/s')} into the bodies at rest",
+            )
+        )
+    from hvisph.precheck.cost import available_threads, of_cores
+
+    threads = of_cores(taken.threads, available_threads())
+    facts += [
+        ("steps", f"about {rounded(taken.steps)} to t = {number(case.time.end, 's')}"),
+        (
+            "time",
+            f"about {duration(taken.seconds)} on {threads}, after up to 15 s of compilation the first time",
+        ),
+        ("memory", f"about {size(taken.memory)}"),
+        (
+            "disk",
+            f"about {size(taken.disk)} in {taken.snapshots} snapshots ({', '.join(case.output.formats)})",
+        ),
+    ]
+    facts += _fitted(case, number, " m/s" if si else "")
+    names = [name for name, _ in case.expected.items()]
+    if names:
+        facts.append(("expected", ", ".join(names)))
+    return "\n".join([*lines, table(facts)])
+
+
+def _fitted(case: Case, number: Any, unit: str) -> list[tuple[str, str]]:
+    """Return the lines through measured points of Hugoniots, and what they leave of each point."""
+    facts = []
+    for name, body in case.bodies.items():
+        eos = body.material.eos
+        if eos.type == "mie_gruneisen" and eos.us_up:
+            c0, s1, s2, s3 = eos.hugoniot
+            curve = f" {s2:+.4g} up^2/Us {s3:+.4g} up^3/Us^2" if eos.us_up_order > 1 else ""
+            left = ", ".join(f"{one:+.3g}" for one in eos.residuals)
+            facts.append(
+                ("Hugoniot", f"{name}: Us = {number(c0, 'm/s')} + {s1:.4g} up{curve}, {len(eos.us_up)} points")
+            )
+            facts.append(("", f"measured less fitted: {left}{unit}"))
+    return facts
+
+
+def _filling(body: Any, case: Case, number: Any) -> str:
+    """Return place, mass and volume of a body, and what was adjusted to make them exact."""
+    if case.units == "si":
+        depth = {1: "/m^2", 2: "/m", 3: ""}[case.drawn]
+        millimetres = {1: "mm", 2: "mm^2", 3: "mm^3"}[case.drawn]
+        metres = "m" if case.drawn == 1 else f"m^{case.drawn}"
+        small = 1e3**case.drawn * body.volume
+        volume = f"{small:.5g} {millimetres}" if small < LARGE else f"{body.volume:.5g} {metres}"
+        weight = f"{1e3 * body.mass:.5g} g" if 1e3 * body.mass < LARGE else f"{body.mass:.5g} kg"
+        words = f"mass {weight}{depth}, volume of the shape {volume}"
+    else:
+        words = f"mass {body.mass:.5g}, volume of the shape {body.volume:.5g}"
+    if body.along:
+        words = f"x from {' to '.join(number(end, 'm') for end in body.along)}, {words}"
+    error = body.exactness - 1
+    words += "" if abs(error) < 1e-6 else f"; its particles weigh {100 * error:+.2g} % of it"
+    return f"{words}; {body.note}" if body.note else words
+
+
+def _shape(body: Any, number: Any) -> str:
+    sizes = " x ".join(number(side, "m") for side in dict.fromkeys(body.shape.extent()))
+    if body.shape.type == "box":
+        sizes = " x ".join(number(side, "m") for side in body.shape.size)
+    own = f", dx = {number(body.resolution, 'm')}" if body.resolution else ""
+    return f"{body.shape.type} {sizes}, {body.arrangement}{own}".replace(" ,", ",")

@@ -1,0 +1,183 @@
+"""`hvisph compare`: runs side by side, and in one picture."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hvisph.cli.guard import FAILED
+from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption
+from hvisph.cli.text.echo import say, show
+
+if TYPE_CHECKING:
+    from hvisph.postprocessing.gauge_overlay import Overlay
+
+PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".eps", ".ps")
+
+
+def compare(
+    sources: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SOURCE...",
+            help="Folders of runs, snapshots, case files, names of bundled cases, folders of any of these.",
+        ),
+    ],
+    runs: Annotated[Path, typer.Option("--runs", metavar="DIR", help="Where cases run that have not been run.")] = Path(
+        "runs"
+    ),
+    resolution: ResolutionOption = None,
+    settings: SetOption = None,
+    threads: ThreadsOption = None,
+    field: Annotated[
+        str | None,
+        typer.Option("--field", metavar="NAME", help="What colours the picture; pressure unless given."),
+    ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option("--picture", metavar="FILE", help="Draw the final states into one picture: png, pdf, svg."),
+    ] = None,
+    gauges: Annotated[
+        Path | None,
+        typer.Option(
+            "--gauges",
+            metavar="FILE",
+            help="Draw all gauges into one picture, in 1D beside the exact "
+            "solution, and tabulate the differences from it.",
+        ),
+    ] = None,
+    every: Annotated[bool, typer.Option("--all", help="Show all measures, not only those that matter most.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Run again what has been run.")] = False,
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Compare runs: measures, differences from published values, conservation, cost.
+
+    Cases run first, unless they have been run. Exit codes: 0 done, 2 bad input, 3 a run failed.
+    """
+    from hvisph.core.errors import CaseError
+
+    if field is not None and picture is None:
+        raise CaseError("needs --picture FILE, which it colours", where="--field")
+    from hvisph.postprocessing.comparison import entries
+
+    asked = entries(sources, runs=runs, overrides=settings or (), resolution=resolution)
+    if picture is not None and any(entry.case is not None for entry in asked):
+        _refuse_picture(picture, field)
+    if gauges is not None:
+        refuse_format(gauges, "--gauges")
+    _complete(asked, threads, force, quiet or as_json)
+    from hvisph.measures.compare import last_snapshot, row
+
+    rows = [row(entry.name, entry.folder) for entry in asked]
+    if picture is not None:
+        from hvisph.visualization.run_gallery import gallery
+
+        moments = {entry.name: last_snapshot(entry.folder) for entry in asked}
+        gallery(moments, picture, field or "pressure")
+    overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in asked}, gauges)
+    if as_json:
+        from hvisph.cli.text.formatting import echo_json
+
+        told: dict[str, Any] = {
+            "rows": [r.as_dict() for r in rows],
+            "picture": None if picture is None else str(picture),
+        }
+        if overlaid is not None:
+            told["gauges"] = {name: {column: asdict(one) for column, one in columns.items()}
+                              for name, columns in overlaid.differences.items()}  # fmt: skip
+        echo_json(told)
+    elif not quiet:
+        from hvisph.cli.text.comparison_table import comparison_tables
+
+        unitless = any(_unitless(entry) for entry in asked)
+        show(comparison_tables(rows, unitless, every))
+        if overlaid is not None:
+            from hvisph.cli.text.comparison_table import gauge_table
+
+            say(gauge_table(overlaid))
+        for drawn in (picture, gauges):
+            if drawn is not None:
+                say(f"\n{drawn}")
+    failed = [r.name for r in rows if r.status == "failed"]
+    if failed:
+        say(f"error: failed: {', '.join(failed)}", err=True, red=True)
+        raise typer.Exit(FAILED)
+
+
+def _refuse_picture(picture: Path, field: str | None) -> None:
+    """Refuse before anything runs what would fail after it all."""
+    from hvisph.core.errors import CaseError, nearest
+    from hvisph.core.fields import CATALOGUE
+
+    refuse_format(picture, "--picture")
+    if field not in (None, "body", *CATALOGUE):
+        raise CaseError(f"there is no field '{field}'{nearest(str(field), ['body', *CATALOGUE])}", where="--field")
+
+
+def refuse_format(picture: Path, option: str) -> None:
+    """Refuse a picture that cannot be stored; raises `CaseError` that names the option."""
+    from hvisph.core.errors import CaseError, nearest
+
+    if picture.suffix.lower() not in PICTURES:
+        raise CaseError(
+            f"{picture}: pictures cannot be stored as '{picture.suffix}'{nearest(picture.suffix, PICTURES)}",
+            where=option,
+        )
+
+
+def _draw_gauges(folders: dict[str, Path], picture: Path) -> Overlay:
+    """Draw the gauges of all runs into one picture."""
+    from hvisph.postprocessing.gauge_overlay import overlay
+    from hvisph.visualization.curves import curves_picture
+
+    made = overlay(folders)
+    curves_picture(made.panels, picture, title="Gauges", unitless=made.unitless)
+    return made
+
+
+def _complete(asked: Sequence[Any], threads: int | None, force: bool, silent: bool) -> None:
+    """Run what has not been run; an interrupt ends the command."""
+    from hvisph.postprocessing.comparison import is_run
+
+    todo = [entry for entry in asked if entry.case is not None and (force or not is_run(entry))]
+    if not todo:
+        return
+    from hvisph.cli.interrupt import noted_interrupts
+    from hvisph.cli.loading import placed
+    from hvisph.cli.text.run_report import listener_for
+    from hvisph.postprocessing.campaign import complete
+
+    for number, entry in enumerate(todo, 1):
+        if not silent:
+            say(f"[{number}/{len(todo)}] {entry.name}")
+        listener = listener_for(entry.case, silent)
+        listener.opening()
+        try:
+            with placed(str(entry.file)), noted_interrupts():
+                outcome = complete(entry, threads=threads, force=force, listener=listener)
+        finally:
+            listener.close()
+        if outcome is not None and outcome.summary["status"] == "interrupted":
+            say(f"interrupted; the same command goes on with {entry.name}", err=True)
+            raise typer.Exit(outcome.exit_code)
+        if not silent:
+            sys.stdout.flush()
+
+
+def _unitless(entry: Any) -> bool:
+    case = entry.case
+    if case is None and (entry.folder / "case.yaml").is_file():
+        from hvisph.casefile.loader import load_case
+        from hvisph.core.errors import CaseError
+
+        # a run of a later version, say: it can be shown all the same
+        with suppress(CaseError):
+            case = load_case(entry.folder / "case.yaml")
+    return case is not None and case.units == "none"

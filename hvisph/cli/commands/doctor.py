@@ -1,0 +1,85 @@
+"""`hvisph doctor`: whether this machine can run cases, and with what."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+from typing import Any
+
+import typer
+
+import hvisph
+from hvisph.cli.guard import FAILED
+from hvisph.cli.options import JsonOption
+from hvisph.cli.text.echo import say
+
+PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
+
+
+def doctor(as_json: JsonOption = False) -> None:
+    """Show what this machine has, and try a compiled loop."""
+    facts = _facts()
+    if as_json:
+        from hvisph.cli.text.formatting import echo_json
+
+        echo_json(facts)
+    else:
+        say(_words(facts))
+    if not facts["self_test"]["passed"]:
+        raise typer.Exit(FAILED)
+
+
+def _facts() -> dict[str, Any]:
+    from importlib.metadata import PackageNotFoundError, version
+
+    import psutil
+
+    from hvisph.compiler.cache import cache_folder
+    from hvisph.compiler.self_test import self_test
+    from hvisph.core.available_memory import free_memory
+    from hvisph.precheck.cost import available_threads
+
+    versions = {}
+    for package in PACKAGES:
+        try:
+            versions[package] = version(package)
+        except PackageNotFoundError:
+            versions[package] = "not installed"
+    folder = cache_folder()
+    return {
+        "hvisph": hvisph.__version__,
+        "python": platform.python_version(),
+        "platform": platform.platform(),
+        "executable": sys.executable,
+        "versions": versions,
+        "cores": psutil.cpu_count(logical=False) or psutil.cpu_count(),
+        "threads": available_threads(),
+        "memory_bytes": psutil.virtual_memory().total,
+        "free_memory_bytes": free_memory(),
+        "cache_folder": str(folder) if folder is not None else None,
+        "cache_writable": folder is not None and os.access(folder, os.W_OK),
+        "self_test": self_test(),
+    }
+
+
+def _words(facts: dict[str, Any]) -> str:
+    from hvisph.cli.text.formatting import duration, size, table
+
+    test = facts["self_test"]
+    cache = facts["cache_folder"] or "none: loops are compiled anew in every run; set HVISPH_CACHE_DIR"
+    if facts["cache_folder"] and not facts["cache_writable"]:
+        cache += " (read-only)"
+    result = "passed" if test["passed"] else f"FAILED: {test['reason']}"
+    made = "from the cache" if test["cached"] else "compiled"
+    rows = [
+        ("hvisph", facts["hvisph"]),
+        ("python", f"{facts['python']} ({facts['executable']})"),
+        ("platform", facts["platform"]),
+        ("packages", ", ".join(f"{name} {version}" for name, version in facts["versions"].items())),
+        ("cores", f"{facts['cores']}, {facts['threads']} threads usable"),
+        ("memory", f"{size(facts['memory_bytes'])}, {size(facts['free_memory_bytes'])} free"),
+        ("cache", cache),
+        ("self test", f"{result} ({made} in {duration(test['seconds'])}, {test['threads']} threads)"),
+    ]
+    return table(rows, indent=0)

@@ -1,0 +1,47 @@
+"""`hvisph limits`: what empirical correlations say of a case, without running it."""
+
+from __future__ import annotations
+
+import typer
+
+from hvisph.cli.loading import load
+from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption
+
+
+def limits(
+    case: CaseArgument,
+    resolution: ResolutionOption = None,
+    settings: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Tell what correlations say: crater, hole, single and Whipple walls; those out of their range are silent."""
+    loaded = load(case, settings, resolution)
+    from hvisph.measures.correlations import correlations
+    from hvisph.precheck.correlation_input import impact_of
+
+    impact, reason = impact_of(loaded)
+    known = correlations(impact) if impact is not None else []
+    if as_json:
+        from hvisph.cli.text.formatting import echo_json
+
+        echo_json({"correlations": [one.as_dict() for one in known], "reason": reason})
+        return
+    typer.echo(loaded.title or case)
+    typer.echo(limits_text([one.as_dict() for one in known], reason))
+
+
+def limits_text(known: list[dict[str, object]], reason: str = "") -> str:
+    """Return correlations in their plain form as text."""
+    from hvisph.cli.text.formatting import table
+    from hvisph.core.measure_catalogue import axis_unit
+
+    if not known:
+        return f"no correlation holds here{f': {reason}' if reason else ': all are out of their range'}"
+    lines = [("correlation", "", "", "")]
+    for one in known:
+        value = one["value"]
+        assert isinstance(value, float)
+        unit, factor = axis_unit("mm", [value])
+        what = f"{one['name']}: {one['quantity']}"
+        lines.append((what, f"{factor * value:.2f} {unit}", str(one["text"]), str(one["source"])))
+    return table(lines)

@@ -1,0 +1,139 @@
+"""`hvisph materials`: the material library."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from hvisph.cli.options import JsonOption
+from hvisph.cli.text.echo import say
+
+
+def materials(
+    name: Annotated[
+        str | None, typer.Argument(metavar="NAME", help="Material to print; all are listed unless given.")
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw Hugoniot, release and strength of NAME into FILE.")
+    ] = None,
+    compare: Annotated[
+        list[str] | None, typer.Option(metavar="OTHER", help="Put another material beside NAME; may be repeated.")
+    ] = None,
+    own: Annotated[
+        list[Path] | None, typer.Option("--file", metavar="FILE", help="File or folder of your own materials.")
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List the material library, or print one material: numbers, sources, what follows from them."""
+    from hvisph.casefile.material_library import library_of
+    from hvisph.cli.text.formatting import echo_json, table
+    from hvisph.core.errors import CaseError
+
+    known = library_of(tuple(own or ()))
+    if name is None:
+        if plot or compare:
+            raise CaseError("--plot and --compare need the name of a material")
+        loaded = {key: known.load(key) for key in known.names()}
+        if as_json:
+            echo_json([material.model_dump(mode="json") for material in loaded.values()])
+            return
+        rows = [("name", "kg/m^3", "equation of state", "strength", "damage")]
+        for key, material in loaded.items():
+            rows.append((key, f"{material.density:g}", material.eos.type, material.strength.type, material.damage.type))
+        say(table(rows, indent=0))
+        return
+    names = [known.name_of(each) for each in (name, *(compare or ()))]
+    models = [known.load(each) for each in names]
+    if as_json:
+        shown = [model.model_dump(mode="json") for model in models]
+        echo_json(shown[0] if len(shown) == 1 else shown)
+    elif compare:
+        say(_beside(models))
+    else:
+        say(_sheet(known, names[0], models[0]))
+    if plot is not None:
+        from hvisph.postprocessing.material_sheet import picture
+
+        say(f"wrote {picture(models, plot, known.notes(names[0]))}", err=True)
+
+
+def _sheet(known: Any, name: str, model: Any) -> str:
+    """Return numbers, sources and what follows, as text."""
+    from hvisph.casefile.material_library import CONFIDENCE
+    from hvisph.casefile.yaml_text import dump
+    from hvisph.cli.text.formatting import paragraph, quantity, table
+    from hvisph.postprocessing.material_sheet import beside_measured, binned, derived, hugoniot
+
+    notes = known.notes(name)
+    left = {"name", "source"} if notes.sources else {"name"}  # those of the numbers are listed below
+    lines = ["# SI units", dump(model.model_dump(mode="json", exclude=left), width=80).rstrip()]
+    if notes.aliases:
+        lines.append(f"# also called {', '.join(notes.aliases)}")
+    if notes.note:
+        lines += [f"# {line[2:]}" for line in paragraph(notes.note, indent=2).splitlines()]
+    if notes.sources:
+        lines += ["", "sources of the numbers"]
+        for source in notes.sources:
+            doubt = CONFIDENCE[source.confidence]
+            text = f"{', '.join(source.of)}: {source.text}{f' [{doubt}]' if doubt else ''}"
+            lines.append(paragraph(text, indent=2, hanging=4))
+    lines += ["", "what follows from them"]
+    lines.append(table([(key, quantity(value, unit)) for key, (value, unit) in derived(model).items()]))
+    rows = hugoniot(model)
+    if rows:
+        lines += ["", "behind shocks, without strength"]
+        shown = [("up", "Us", "pressure", "density", "temperature")]
+        for u, speed, pressure, density, heat in rows:
+            kelvin = f"{heat:.0f} K" if heat == heat else "unknown"
+            shown.append((f"{u:g} m/s", f"{speed:.0f} m/s", quantity(pressure, "Pa"), f"{density:.0f} kg/m^3", kelvin))
+        lines.append(table(shown))
+    for points, whose in notes.measured:
+        beside = beside_measured(model, points)
+        if beside:
+            words = (f"beside {whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s the speed of its last wave is "
+                     f"{_apart(beside)}")  # fmt: skip
+            if model.strength.type != "none":
+                words += f"; without what its strength bears {_apart(beside_measured(model, points, strength=False))}"
+            bins = binned(beside) if points == notes.hugoniot else None
+            if bins is not None:
+                off, where, scatter = bins
+                words += (f". In bins of five points it is {off:+.1f} % off at most, at {where:.0f} m/s; single "
+                          f"points scatter by {scatter:.1f} % about the mean of theirs")  # fmt: skip
+            lines += ["", paragraph(words)]
+    if notes.shocks:
+        low, high = notes.shocks
+        other = f"; beyond take {notes.beyond}" if notes.beyond else ""
+        lines += [
+            "",
+            paragraph(f"within 2 % of measured shocks from {low:g} to {high:g} m/s of particle velocity{other}"),
+        ]
+    elif notes.beyond:
+        lines += ["", paragraph(f"within 2 % of measured shocks nowhere; for shocks take {notes.beyond}")]
+    return "\n".join(lines)
+
+
+def _apart(beside: Sequence[tuple[float, float, float]]) -> str:
+    """Return how far shock speeds are off measured ones, in words."""
+    apart = [100.0 * (ours / measured - 1.0) for _, measured, ours in beside]
+    if not apart:
+        return "unknown"
+    spread = (sum(value**2 for value in apart) / len(apart)) ** 0.5
+    mean = sum(apart) / len(apart)
+    return f"{mean:+.1f} % off in the mean, {spread:.1f} % in root mean square, {max(apart, key=abs):+.1f} % at most"
+
+
+def _beside(models: list[Any]) -> str:
+    """Return materials in columns: models, then what follows from their numbers."""
+    from hvisph.cli.text.formatting import quantity, table
+    from hvisph.postprocessing.material_sheet import derived
+
+    columns = [derived(model) for model in models]
+    rows = [("", *(model.name for model in models))]
+    rows.append(("density", *(f"{model.density:g} kg/m^3" for model in models)))
+    rows += [(part, *(getattr(model, part).type for model in models)) for part in ("eos", "strength", "damage")]
+    keys = dict.fromkeys(key for each in columns for key in each)
+    rows += [(key, *(quantity(*each[key]) if key in each else "" for each in columns)) for key in keys]
+    return table(rows, indent=0)

@@ -1,0 +1,283 @@
+"""`hvisph measure`: lengths, peaks, voids and fragments of a run or a snapshot, from its files alone."""
+
+from __future__ import annotations
+
+import textwrap
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hvisph.cli.options import JsonOption
+from hvisph.cli.text.echo import say, show
+from hvisph.core.terminal_escape import harmless
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+HEADING = 14  # of a column's name, which is broken where it is longer
+
+# Share of a time that is asked for by which the nearest snapshot may miss it without a word.
+FAR = 0.1
+
+
+def measure(
+    source: Annotated[
+        str,
+        typer.Argument(
+            metavar="SOURCE", help="Folder of a run, or a snapshot; of another code VTU, VTP, VTK or LAMMPS dump."
+        ),
+    ],
+    at: Annotated[
+        str | None,
+        typer.Option(
+            "--at",
+            metavar="TIME|all",
+            help="Snapshot nearest to a time (4us), or all; the last unless given.",
+        ),
+    ] = None,
+    fragments: Annotated[
+        bool, typer.Option("--fragments", help="List what every body has broken into: groups linked at 2 dx.")
+    ] = False,
+    smallest: Annotated[
+        int | None,
+        typer.Option(
+            "--smallest",
+            min=1,
+            metavar="N",
+            help="With --fragments: list those of N particles or more, 5 unless given, and sum up the others.",
+        ),
+    ] = None,
+    csv: Annotated[
+        Path | None,
+        typer.Option("--csv", metavar="FILE", help="Write a line a moment, or a fragment, for programs; SI units."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option("--plot", metavar="FILE", help="Draw all measures over time; FILE.png or .pdf.")
+    ] = None,
+    witness: Annotated[
+        Path | None,
+        typer.Option("--witness", metavar="FILE", help="Draw what the debris does to a witness plane; FILE.png."),
+    ] = None,
+    plane: Annotated[
+        str | None,
+        typer.Option("--plane", metavar="X", help="Witness plane along the shot line, 100mm; the case's unless given."),
+    ] = None,
+    units: Annotated[
+        str,
+        typer.Option("--units", metavar="L,M,T", help="Of another code's files: length, mass and time; mm,g,us say."),
+    ] = "",
+    field: Annotated[
+        list[str] | None,
+        typer.Option("--field", metavar="QUANTITY=NAME", help="Another code's name of a quantity: density=rho0."),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Measure a run: crater, penetration, pressures, voids, plug, fragments; now or over time."""
+    _refuse(at, fragments, smallest, plot)
+    from hvisph.measures.measure import measure as measure_source
+
+    moment = _moment(at)
+    measured = measure_source(source, "all" if plot is not None else moment, names=_names(field or []),
+                              units=_units(units), witness=_plane(plane))  # fmt: skip
+    if isinstance(moment, float) and abs(measured.time - moment) > FAR * max(abs(moment), measured.time):
+        say(f"note: there is no snapshot near --at {at}; this is the nearest", err=True)
+    _written(measured, csv, plot, fragments)
+    if witness is not None:
+        from hvisph.visualization.witness import witness_picture
+
+        witness_picture(measured.cloud, witness, measured.title)
+    if as_json:
+        from hvisph.cli.text.formatting import echo_json
+
+        fewest = smallest or _fewest()
+        echo_json(measured.fragments_as_dict(fewest) if fragments else measured.as_dict())
+        return
+    text = _fragments(measured, smallest or _fewest()) if fragments else _measures(source, measured, at)
+    show(f"{harmless(measured.title or source)}\n{text}")
+    for file in (csv, plot, witness):
+        if file is not None:
+            say(str(file))
+
+
+def _refuse(at: str | None, fragments: bool, smallest: int | None, plot: Path | None) -> None:
+    """Raise `CaseError` for options that say nothing together."""
+    from hvisph.core.errors import CaseError
+
+    if smallest is not None and not fragments:
+        raise CaseError("it is an option of --fragments", where="--smallest")
+    if plot is not None and fragments:
+        raise CaseError("fragments as a list have no picture; without --fragments it shows how they develop",
+                        where="--plot")  # fmt: skip
+    if plot is not None and at not in (None, "all"):
+        raise CaseError("a picture shows all moments; leave --at out", where="--plot")
+
+
+def _moment(text: str | None) -> float | str | None:
+    """Return `--at` as the room of measures wants it: None, seconds or ``all``."""
+    if text is None or text == "all":
+        return text
+    from hvisph.case.dimensions import TIME
+    from hvisph.case.units import parse_quantity
+    from hvisph.core.errors import CaseError
+
+    try:
+        return parse_quantity(text, TIME)
+    except ValueError as error:
+        raise CaseError(f"{error}, or all", where="--at") from None
+
+
+def _plane(text: str | None) -> float | None:
+    """Return `--plane` in metres."""
+    if text is None:
+        return None
+    from hvisph.case.dimensions import LENGTH
+    from hvisph.case.units import parse_quantity
+    from hvisph.core.errors import CaseError
+
+    try:
+        return parse_quantity(text, LENGTH)
+    except ValueError as error:
+        raise CaseError(str(error), where="--plane") from None
+
+
+def _names(fields: list[str]) -> dict[str, str]:
+    """Return what `--field` says: the file's own name of each quantity."""
+    from hvisph.core.errors import CaseError
+
+    chosen = {}
+    for text in fields:
+        quantity, equals, name = text.partition("=")
+        if not (quantity.strip() and equals and name.strip()):
+            raise CaseError(f"'{text}' is no QUANTITY=NAME, such as density=rho", where="--field")
+        chosen[quantity.strip().replace(" ", "_").replace("-", "_")] = name.strip()
+    return chosen
+
+
+def _units(text: str) -> tuple[float, float, float]:
+    """Return units of length, mass and time in SI."""
+    if not text:
+        return 1.0, 1.0, 1.0
+    from hvisph.case.dimensions import LENGTH, MASS, TIME
+    from hvisph.case.units import parse_quantity
+    from hvisph.core.errors import CaseError
+
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 3 or not all(part and part[0].isalpha() for part in parts):
+        raise CaseError(f"'{text}' is no length, mass and time, such as mm,g,us", where="--units")
+    try:
+        length, mass, time = (parse_quantity(f"1 {part}", kind)
+                              for part, kind in zip(parts, (LENGTH, MASS, TIME), strict=True))  # fmt: skip
+    except ValueError as error:
+        raise CaseError(f"{error}; give length, mass and time, such as mm,g,us", where="--units") from None
+    return length, mass, time
+
+
+def _written(measured: Any, csv: Path | None, plot: Path | None, fragments: bool) -> None:
+    """Write the files that were asked for."""
+    if csv is None and plot is None:
+        return
+    from hvisph.measures.series import write_fragments, write_series
+    from hvisph.visualization.measure_series import series_picture
+
+    if csv is not None:
+        (write_fragments if fragments else write_series)(measured, csv)
+    if plot is not None:
+        series_picture(measured, plot)
+
+
+def _fewest() -> int:
+    from hvisph.measures.target.plug import FEWEST
+
+    return FEWEST
+
+
+def _fragments(measured: Any, fewest: int) -> str:
+    """Return the fragments of the moment, or of all of them."""
+    from hvisph.cli.text.formatting import quantity
+    from hvisph.cli.text.fragments_table import fragments_series, fragments_text
+
+    if measured.series:
+        return fragments_series(measured.series, fewest)
+    time = quantity(measured.time, "" if measured.unitless else "s")
+    return f"t = {time}, step {measured.step}; fragments are linked at 2 dx\n\n{fragments_text(measured, fewest)}"
+
+
+def _measures(source: str, measured: Any, at: str | None) -> str:
+    """Return the measures of the moment beside what is expected of them, or of all moments."""
+    from hvisph.cli.text.formatting import quantity
+    from hvisph.cli.text.results_table import results_table, sections_table
+
+    if measured.series:
+        return _series(measured.series, measured.unitless)
+    case = _case_of(Path(source))
+    expected = _expected(case, measured) if at is None else []
+    time = quantity(measured.time, "" if measured.unitless else "s")
+    plain = measured.as_dict()
+    shown = results_table(plain["measures"], expected, measured.unitless)
+    sections = sections_table(plain, measured.unitless)
+    shown += f"\n\n{sections}" if sections else ""
+    head = f"{measured.answer}\n\n" if measured.answer else ""
+    return f"t = {time}, step {measured.step}\n\n{head}{shown}"
+
+
+def _case_of(folder: Path) -> Case | None:
+    """Return the effective case of a run's folder; None where there is none that can be read."""
+    path = folder / "case.yaml"
+    if path.is_file():
+        from hvisph.casefile.loader import load_case
+        from hvisph.core.errors import CaseError
+
+        # of a later version, say: the files can be measured all the same
+        with suppress(CaseError):
+            return load_case(path)
+    return None
+
+
+def _expected(case: Case | None, measured: Any) -> list[dict[str, Any]]:
+    """Return the comparison with what the case expects at its end; none before that."""
+    if case is None or measured.time < case.time.end * (1.0 - 1e-9):
+        return []
+    from hvisph.measures.expected import compare
+
+    asked = {name: entry for name, entry in case.expected.items() if name in measured.results}
+    return compare(measured.results, asked)
+
+
+def _series(series: Any, unitless: bool) -> str:
+    """Return one line a moment, one column a measure that ever has a value, in tables that fit a screen."""
+    from hvisph.cli.text.formatting import SCREEN, table, times
+    from hvisph.measures.table import rows
+
+    shown = [{row.name: row for row in rows(moment.results, unitless=unitless)} for moment in series]
+    names = [name for name in shown[0] if any(cells[name].value != "-" for cells in shown)]
+    first = ["t", *times([moment.time for moment in series], "" if unitless else "s")]
+    blocks: list[list[list[str]]] = []
+    width = SCREEN
+    for name in names:
+        values = [cells[name].value for cells in shown]
+        heading = textwrap.wrap(shown[0][name].label, HEADING)
+        column = [*heading, *([] if unitless else [_unit(values)]), *(value.split(" ")[0] for value in values)]
+        own = max(map(len, column)) + 2
+        if width + own > SCREEN:
+            blocks.append([first])
+            width = max(map(len, first)) + 4  # with the indent
+        blocks[-1].append(column)
+        width += own
+    return "\n\n".join(table(_lines(block)) for block in blocks)
+
+
+def _lines(columns: list[list[str]]) -> list[list[str]]:
+    """Return the lines of columns of which all but the first end together; that one begins with the first line."""
+    first, *others = columns
+    height = max(map(len, others))
+    padded = [[first[0], *[""] * (height - len(first)), *first[1:]]]
+    padded += [[*[""] * (height - len(column)), *column] for column in others]
+    return [list(line) for line in zip(*padded, strict=True)]
+
+
+def _unit(values: list[str]) -> str:
+    """Return the unit that stands behind the numbers in `values`."""
+    last = next(value for value in values if value != "-").split(" ")[-1]
+    return "" if last[-1].isdigit() else last

@@ -1,0 +1,133 @@
+"""`hvisph plot` and `hvisph animate`: all particles of a run as pictures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from hvisph.cli.options import QuietOption
+
+FieldOption = Annotated[
+    str,
+    typer.Option("--field", metavar="NAME", help="speed, pressure, damage, velocity_x, body, material ..."),
+]
+RangeOption = Annotated[
+    str | None, typer.Option("--range", metavar="A,B", help="Ends of the colour scale [SI]; those of the run.")
+]
+LogOption = Annotated[bool, typer.Option("--log", help="Colours follow the logarithm.")]
+ViewOption = Annotated[
+    str | None,
+    typer.Option(
+        "--view",
+        metavar="VIEW",
+        help="side, front, 3d, or yaw,pitch [degrees]; 3D turned, to the struck face of an oblique plate.",
+    ),
+]
+MirrorOption = Annotated[bool, typer.Option("--mirror/--no-mirror", help="Show images at symmetry planes.")]
+ZoomOption = Annotated[
+    str | None, typer.Option("--zoom", metavar="Z", help="How many times larger, or left,right,bottom,top [m].")
+]
+
+
+def plot(
+    runs: Annotated[list[str], typer.Argument(metavar="RUN...", help="Folders of runs, or snapshots.")],
+    at: Annotated[
+        str | None, typer.Option("--at", metavar="TIMES", help="Moments, such as 2us,4us; the last unless given.")
+    ] = None,
+    field: FieldOption = "speed",
+    ends: RangeOption = None,
+    log: LogOption = False,
+    view: ViewOption = None,
+    mirror: MirrorOption = True,
+    zoom: ZoomOption = None,
+    out: Annotated[
+        Path | None, typer.Option("--out", "-o", metavar="FILE", help="png, pdf or svg; plot.png in the run's folder.")
+    ] = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Draw all particles: several moments or runs in one picture, mirrored to the whole, nearest in front."""
+    from hvisph.postprocessing.snapshot_selection import shown_moments
+    from hvisph.visualization.particles import view_picture
+
+    moments = [moment for run in runs for moment in shown_moments(Path(run), _times(at), len(runs) > 1)]
+    first = Path(runs[0])
+    target = out or (first if first.is_dir() else first.parent) / "plot.png"
+    look = _look(field, ends, log, view, mirror, zoom, moments)
+    path = view_picture(moments, target, look)
+    if not quiet:
+        typer.echo(str(path))
+
+
+def animate(
+    run: Annotated[str, typer.Argument(metavar="RUN", help="Folder of a run.")],
+    out: Annotated[Path, typer.Option("--out", "-o", metavar="FILE", help="gif, mp4, or html for a player.")],
+    field: FieldOption = "speed",
+    ends: RangeOption = None,
+    log: LogOption = False,
+    view: ViewOption = None,
+    mirror: MirrorOption = True,
+    zoom: ZoomOption = None,
+    seconds: Annotated[float, typer.Option("--seconds", min=0.1, help="How long it lasts.")] = 6.0,
+    quiet: QuietOption = False,
+) -> None:
+    """Draw every snapshot of a run as one moving picture."""
+    if out.suffix.lower() in (".html", ".htm"):
+        from hvisph.visualization.html.build import report
+
+        path = report([run], out)
+    else:
+        from hvisph.postprocessing.snapshot_selection import shown_moments
+        from hvisph.visualization.animation import animate as draw
+
+        moments = shown_moments(Path(run), "all", False)
+        path = draw(moments, out, _look(field, ends, log, view, mirror, zoom, moments), seconds)
+    if not quiet:
+        typer.echo(str(path))
+
+
+def _times(at: str | None) -> list[float] | str | None:
+    """Return `--at` as times [s], ``all`` or None."""
+    if at is None or at == "all":
+        return at
+    from hvisph.case.dimensions import TIME
+    from hvisph.case.units import parse_quantity
+    from hvisph.core.errors import CaseError
+
+    try:
+        return [parse_quantity(part.strip(), TIME) for part in at.split(",")]
+    except ValueError as error:
+        raise CaseError(f"{error}, or all", where="--at") from None
+
+
+def _look(field: str, ends: str | None, log: bool, view: str | None, mirror: bool, zoom: str | None,
+          moments: list[Any]) -> Any:  # fmt: skip
+    from hvisph.core.errors import CaseError, nearest
+    from hvisph.visualization.camera import VIEWS
+    from hvisph.visualization.particles import Look, usual_view
+
+    turned: Any = view or usual_view(moments[0])
+    if view and view not in VIEWS:
+        numbers = _numbers(turned, "--view") if turned[:1] in "-+.0123456789" else ()
+        if len(numbers) != 2:
+            raise CaseError(f"'{turned}' is no view{nearest(turned, list(VIEWS))}", where="--view")
+        turned = numbers
+    limits = _numbers(ends, "--range") if ends else None
+    if limits is not None and (len(limits) != 2 or not limits[0] < limits[1]):
+        raise CaseError("needs a lower and a higher value, such as 0,3000", where="--range")
+    enlarged: Any = _numbers(zoom, "--zoom") if zoom else None
+    if enlarged is not None:
+        if len(enlarged) not in (1, 4) or (len(enlarged) == 1 and enlarged[0] <= 0.0):
+            raise CaseError("needs one factor above 0, or left,right,bottom,top", where="--zoom")
+        enlarged = enlarged[0] if len(enlarged) == 1 else enlarged
+    return Look(field, limits, log, turned, mirror, enlarged)
+
+
+def _numbers(text: str, where: str) -> tuple[float, ...]:
+    from hvisph.core.errors import CaseError
+
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise CaseError(f"'{text}': expected numbers with commas between", where=where) from None

@@ -1,0 +1,43 @@
+"""`hvisph resume`: go on with a run that was stopped, killed or has ended."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from hvisph.cli.interrupt import noted_interrupts
+from hvisph.cli.options import JsonOption, QuietOption, ReportOption, ThreadsOption
+from hvisph.cli.text.run_report import conclude, kept, listener_for
+from hvisph.parallel.mpi_launch import is_first
+
+
+def resume(
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the run.")],
+    end: Annotated[
+        str | None, typer.Option("--end", metavar="TIME", help="A new end: 10us; the case's unless given.")
+    ] = None,
+    max_steps: Annotated[
+        int | None,
+        typer.Option("--max-steps", min=0, metavar="N", help="Stop early after so many steps; 0 for never."),
+    ] = None,
+    threads: ThreadsOption = None,
+    report: ReportOption = False,
+    quiet: QuietOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Go on with a run from its newest checkpoint."""
+    from hvisph.simulation.resume import ended, resume_case, resume_run
+
+    case = resume_case(folder, end, max_steps)
+    if end is None and max_steps is None and ended(folder) and not (quiet or as_json) and is_first():
+        typer.echo("the run has ended: this only sums it up anew; --end TIME goes on", err=True)
+    listener = listener_for(case, quiet or as_json)
+    listener.opening()
+    try:
+        with kept(folder), noted_interrupts():
+            outcome = resume_run(folder, case, threads=threads, listener=listener)
+    finally:
+        listener.close()
+    conclude(outcome, case.units == "none", quiet, as_json, report)

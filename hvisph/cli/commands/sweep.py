@@ -1,0 +1,224 @@
+"""`hvisph sweep`, `converge` and `limit`: many runs and what they say together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from hvisph.cli.guard import FAILED, INTERRUPTED
+from hvisph.cli.options import CaseArgument, ResolutionOption, SetOption
+from hvisph.cli.sweep_options import How, Running, shared
+from hvisph.cli.text.echo import say
+
+if TYPE_CHECKING:
+    from hvisph.sweeps.folder import SweepFolder
+
+
+@shared
+def sweep(
+    how: How,
+    source: Annotated[
+        str, typer.Argument(metavar="SWEEP", help="Sweep's file, or the folder of one that was begun, to go on with.")
+    ],
+    only: Annotated[
+        str | None, typer.Option("--only", metavar="WHAT", help="failed, interrupted, or numbers: 3..7.")
+    ] = None,
+    dry: Annotated[bool, typer.Option("--dry", help="List the cases and run nothing.")] = False,
+    table: Annotated[bool, typer.Option("--table", help="Show how a sweep stands and run nothing.")] = False,
+    work: Annotated[
+        bool, typer.Option("--work", help="Be one more worker of a sweep's folder, as in a job array.")
+    ] = False,
+    wanted: Annotated[Path | None, typer.Option("--while", hidden=True)] = None,
+) -> None:
+    """Run many cases that differ from one, and tabulate what they measured; the same command goes on.
+
+    Exit codes: 0 all done and as expected, 1 missed an expectation or a limit, 2 bad input, 3 a case failed,
+    130 interrupted.
+    """
+    from hvisph.sweeps.selection import Selection
+
+    chosen = Selection.parse(only)
+    how.refuse()
+    if work:
+        _work(source, how.threads, chosen, wanted)
+    elif dry:
+        _list(source, how.as_json)
+    elif table:
+        from hvisph.sweeps.start import existing
+
+        _show(existing(source), how)
+    else:
+        from hvisph.sweeps.start import begin
+
+        folder = begin(source, how.out)
+        go(folder, how, chosen, only)
+        _show(folder, how)
+
+
+@shared
+def converge(
+    how: How,
+    case: CaseArgument,
+    resolutions: Annotated[
+        str, typer.Option("--resolutions", metavar="LIST", help="At least two, best three: 0.4mm,0.2mm,0.1mm.")
+    ],
+    settings: SetOption = None,
+) -> None:
+    """Run a case at several resolutions: order of convergence, value at infinite resolution, grid convergence index."""
+    from hvisph.core.errors import CaseError
+
+    values = [value.strip() for value in resolutions.split(",") if value.strip()]
+    if len(values) < 2:
+        raise CaseError(f"'{resolutions}': at least two, such as 0.4mm,0.2mm,0.1mm", where="--resolutions")
+    vary = {"type": "converge", "path": "resolution", "values": values}
+    _study(how, "converge", case, settings, vary)
+
+
+@shared
+def limit(
+    how: How,
+    case: CaseArgument,
+    vary: Annotated[
+        str, typer.Option("--vary", metavar="PATH", help="The setting, such as bodies.projectile.velocity.0.")
+    ],
+    between: Annotated[
+        str, typer.Option("--between", metavar="A,B", help="Where it does not happen, and where it does: 200,900m/s.")
+    ],
+    until: Annotated[
+        str | None, typer.Option("--until", metavar="WIDTH", help="Width of the bracket; 1/16 of the first.")
+    ] = None,
+    measure: Annotated[
+        str, typer.Option("--event", metavar="MEASURE", help="What begins to happen: a measure above --above.")
+    ] = "perforated",
+    above: Annotated[float, typer.Option("--above", help="Where it has happened [SI].")] = 0.5,
+    resolution: ResolutionOption = None,
+    settings: SetOption = None,
+) -> None:
+    """Find where something begins to happen, such as the ballistic limit, by bisection with all workers.
+
+    Exit codes: 0 found, 1 no limit between the values, 2 bad input, 3 a shot failed, 130 interrupted.
+    """
+    bounds = _bounds(between)
+    width = until if until is not None else _sixteenth(*bounds)
+    varied = {"type": "bisect", "path": vary, "between": list(bounds), "until": width,
+              "event": {"measure": measure, "above": above}}  # fmt: skip
+    fixed = [*(settings or ()), *([f"resolution={resolution}"] if resolution else ())]
+    _study(how, "limit", case, fixed, varied)
+
+
+def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, Any]) -> None:
+    """Run a sweep that a command describes, and say what came out."""
+    from hvisph.core.errors import CaseError
+    from hvisph.sweeps.parameters import plain
+    from hvisph.sweeps.selection import Selection
+    from hvisph.sweeps.start import SWEEPS, begin
+
+    how.refuse()
+    fixed = {}
+    for setting in settings or ():
+        path, equals, value = setting.partition("=")
+        if not equals:
+            raise CaseError("a setting looks like time.end=2us", where="--set")
+        fixed[path.strip()] = plain(value)
+    folder = begin({"case": case, "set": fixed, "vary": vary}, how.out or SWEEPS / f"{kind}-{Path(case).stem}")
+    go(folder, how, Selection(), None)
+    _show(folder, how)
+
+
+def _bounds(text: str) -> tuple[str, str]:
+    """Return two values, the first with the unit of the second where it has none."""
+    from hvisph.core.errors import CaseError
+    from hvisph.sweeps.parameters import split
+
+    parts = [part.strip() for part in text.split(",")]
+    if len(parts) != 2:
+        raise CaseError(f"'{text}': two values with a comma between, such as 200,900m/s", where="--between")
+    (low, unit), (high, other) = (split("--between", part) for part in parts)
+    return f"{low:g} {unit or other}".strip(), f"{high:g} {other}".strip()
+
+
+def _sixteenth(low: str, high: str) -> str:
+    from hvisph.sweeps.parameters import split
+
+    (a, unit), (b, other) = split("--between", low), split("--between", high)
+    from hvisph.core.errors import CaseError
+
+    if unit != other:
+        raise CaseError("give --until, or both values in the same unit", where="--between")
+    return f"{abs(b - a) / 16:.12g} {unit}".strip()
+
+
+def _work(source: str, threads: int | None, chosen: Any, wanted: Path | None) -> None:
+    from hvisph.sweeps.start import existing
+    from hvisph.sweeps.worker import Worker
+
+    code = Worker(existing(source), threads, chosen, wanted).work()
+    if code:
+        raise typer.Exit(code)
+
+
+def _list(source: str, as_json: bool) -> None:
+    from hvisph.cli.text.formatting import echo_json, table
+    from hvisph.core.yaml_inline import told_apart
+    from hvisph.sweeps.plan import load_plan
+
+    members = load_plan(source).first()
+    if as_json:
+        echo_json([{"number": m.number, "hash": m.digest, "cost": m.cost, "values": m.values} for m in members])
+        return
+    paths = list(dict.fromkeys(path for member in members for path in member.values))
+    values = [told_apart([member.values.get(path) for member in members]) for path in paths]
+    rows = [["", *paths], *([str(m.number), *own] for m, *own in zip(members, *values, strict=True))]
+    say(table(rows))
+    say(f"\n{len(members)} cases, {sum(m.cost for m in members):.2g} particle-steps in all")
+
+
+def go(folder: SweepFolder, how: Running, chosen: Any, only: str | None) -> None:
+    """Compute what is left, telling of each case as it ends; leave the command where it is interrupted."""
+    from hvisph.cli.interrupt import ends_like_ctrl_c
+    from hvisph.cli.text.sweep_log import Teller
+    from hvisph.sweeps.start import driver
+
+    under_way = driver(folder, how.workers, how.threads, chosen, only, how.crew())
+    teller = Teller(under_way, how.silent)
+    try:
+        with ends_like_ctrl_c(), teller:
+            for row in under_way.go():
+                teller.ended(row)
+    except KeyboardInterrupt:
+        say(f"interrupted; go on with: hvisph sweep {folder.path}", err=True)
+        raise typer.Exit(INTERRUPTED) from None
+
+
+def _show(folder: SweepFolder, how: How) -> None:
+    """Print how a sweep stands and what it says, and leave the command with its exit code."""
+    from hvisph.sweeps.selection import Selection
+    from hvisph.sweeps.start import driver
+    from hvisph.sweeps.table import rows
+
+    stands = driver(folder, None, None, Selection(), None)
+    said = stands.conclude()
+    shown = rows(folder, stands.members)
+    if how.as_json:
+        from hvisph.cli.text.formatting import echo_json
+
+        echo_json({"rows": shown, "results": said, "folder": str(folder.path)})
+    elif not how.quiet:
+        from hvisph.cli.text.sweep_log import summary
+
+        say(summary(stands.sweep, shown, said, folder.path))
+    if how.plot is not None:
+        from hvisph.visualization.sweeps import sweep_picture
+
+        title = stands.sweep.title or str(stands.plan.base.value.get("title", ""))
+        sweep_picture(said, shown, how.plot, title or folder.path.name, stands.sweep.record)
+        if not how.silent:
+            say(str(how.plot))
+    statuses = {row["status"] for row in shown}
+    if statuses & {"failed", "error", "killed"}:
+        raise typer.Exit(FAILED)
+    if any(row["missed"] for row in shown) or any(one["open"] for one in said.get("limits", [])):
+        raise typer.Exit(1)

@@ -1,0 +1,31 @@
+"""Where the command `hvisph` begins: Ctrl-C while it is still being loaded says so, and shows no traceback."""
+
+from __future__ import annotations
+
+import os
+import signal
+from types import FrameType
+
+from hvisph.core.errors import INTERRUPTED
+
+
+def main() -> None:
+    """Load all commands, and run the one that was asked for."""
+    # a parent that had it ignored, as `nohup` does, meant it
+    ours = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    if ours:
+        signal.signal(signal.SIGINT, _leave)
+    from .main import app
+
+    if ours:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        app(prog_name="hvisph")
+    except KeyboardInterrupt:
+        _leave(signal.SIGINT, None)
+
+
+def _leave(number: int, frame: FrameType | None) -> None:
+    """End at once: whatever is being imported would report an exception of ours as its own."""
+    os.write(2, b"interrupted\n")
+    os._exit(INTERRUPTED)

@@ -1,0 +1,1 @@
+"""Text output of the command line: tables, progress, numbers with units."""

@@ -1,0 +1,152 @@
+"""Numbers with units, and tables, as text for people."""
+
+from __future__ import annotations
+
+import json
+import math
+import textwrap
+from collections.abc import Sequence
+from typing import Any
+
+from hvisph.core.terminal_escape import harmless
+
+from .echo import show
+
+SCREEN = 100  # columns of a terminal that tables fit into
+GAP = 2  # between columns
+NARROWEST = 24  # column in which words are wrapped
+_PREFIXES = (
+    (1e9, "G"),
+    (1e6, "M"),
+    (1e3, "k"),
+    (1.0, ""),
+    (1e-3, "m"),
+    (1e-6, "u"),
+    (1e-9, "n"),
+    (1e-12, "p"),
+)
+
+
+def quantity(value: float, unit: str = "", digits: int = 4) -> str:
+    """Return `value` [SI] with the prefix that suits it: 0.0001 m as ``0.1 mm``; as it is without a unit."""
+    if not unit or unit.startswith("k") or value == 0.0 or not math.isfinite(value):  # kg/m^3 has its prefix
+        return f"{value:.{digits}g} {unit}".rstrip()
+    # a tenth of a unit reads better than a hundred of the next smaller: 0.1 mm, not 100 um
+    factor, prefix = next((p for p in _PREFIXES if abs(value) >= 0.0999 * p[0]), _PREFIXES[-1])
+    return f"{value / factor:.{digits}g} {prefix}{unit}"
+
+
+def times(values: Sequence[float], unit: str = "s", digits: int = 4) -> list[str]:
+    """Return a series of times [SI] with one prefix for all of them, which suits the least that is not 0."""
+    if not unit:
+        return [quantity(value, "", digits) for value in values]
+    least = min((abs(value) for value in values if value), default=1.0)
+    factor, prefix = next((p for p in _PREFIXES if least >= 0.0999 * p[0]), _PREFIXES[-1])
+    return [f"{value / factor:.{digits}g} {prefix}{unit}" for value in values]
+
+
+def duration(seconds: float) -> str:
+    """Return a wall-clock time in the two units that suit it: ``2 min 5 s``."""
+    if seconds < 9.95:
+        return f"{seconds:.1f} s"
+    whole = round(seconds)
+    for size, unit, next_size, next_unit in (
+        (86400, "d", 3600, "h"),
+        (3600, "h", 60, "min"),
+        (60, "min", 1, "s"),
+    ):
+        if whole >= size:
+            return f"{whole // size} {unit} {whole % size // next_size} {next_unit}"
+    return f"{whole} s"
+
+
+def size(count: float) -> str:
+    """Return a number of bytes as ``12 MB``."""
+    factor, prefix = next(((f, p) for f, p in _PREFIXES if count >= f), (1.0, ""))
+    return f"{count / factor:.3g} {prefix}B"
+
+
+def rounded(count: float) -> str:
+    """Return a number to two figures, written out: ``2700``."""
+    return f"{float(f'{count:.2g}'):.0f}"
+
+
+def table(rows: Sequence[Sequence[str]], indent: int = 2, *, cut: bool = False) -> str:
+    """Return `rows` as text in aligned columns.
+
+    Words in the last column are wrapped, or with `cut` cut off, so that lines fit a screen. Columns that are too many
+    for it go on below, after the first one again.
+    """
+    rows = [[harmless(cell) for cell in row] for row in rows]
+    widths = _widths(rows)
+    room = SCREEN - indent - sum(width + GAP for width in widths[:-1])
+    if widths and widths[-1] > room >= NARROWEST:
+        rows = [line for row in rows for line in _wrapped(row, len(widths), room, cut)]
+        widths = _widths(rows)
+    if len(widths) > 2 and indent + sum(widths) + GAP * (len(widths) - 1) > SCREEN:
+        return tables(rows, indent=indent)
+    return _aligned(rows, indent)
+
+
+def tables(rows: Sequence[Sequence[str]], kept: int = 1, indent: int = 2) -> str:
+    """Return `rows` as tables below each other, no wider than a screen, which all begin with `kept` columns.
+
+    A row with fewer cells than others ends early.
+    """
+    widths = _widths(rows)
+    least = indent + sum(width + GAP for width in widths[:kept])
+    room = SCREEN - least
+    blocks = _blocks(widths, kept, room)
+    widest = max(widths[kept:], default=0)
+    while room > widest and len(narrower := _blocks(widths, kept, room - 1)) == len(blocks):
+        blocks, room = narrower, room - 1  # about as wide as each other
+    chosen = [[*range(kept), *block] for block in blocks]
+    if len(chosen) == 1:  # or the one column is wider than a screen by itself
+        return _aligned(rows, indent)
+    return "\n\n".join(table([[row[k] for k in columns if k < len(row)] for row in rows], indent) for columns in chosen)
+
+
+def _blocks(widths: Sequence[int], kept: int, room: int) -> list[list[int]]:
+    """Return the columns from `kept` on in blocks that are no wider than `room`, single ones but for that."""
+    blocks: list[list[int]] = [[]]
+    used = 0
+    for column in range(kept, len(widths)):
+        if blocks[-1] and used + widths[column] > room:
+            blocks.append([])
+            used = 0
+        blocks[-1].append(column)
+        used += widths[column] + GAP
+    return blocks
+
+
+def _aligned(rows: Sequence[Sequence[str]], indent: int) -> str:
+    widths = _widths(rows)
+    lines = ((" " * GAP).join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)) for row in rows)
+    return "\n".join(" " * indent + line.rstrip() for line in lines)
+
+
+def paragraph(text: str, indent: int = 0, hanging: int | None = None) -> str:
+    """Return `text` in lines that fit a screen, those after the first indented by `hanging`."""
+    rest = " " * (indent if hanging is None else hanging)
+    return textwrap.fill(harmless(text), SCREEN, initial_indent=" " * indent, subsequent_indent=rest,
+                         break_long_words=False, break_on_hyphens=False)  # fmt: skip
+
+
+def _widths(rows: Sequence[Sequence[str]]) -> list[int]:
+    return [max(len(row[k]) for row in rows if k < len(row)) for k in range(max(map(len, rows), default=0))]
+
+
+def _wrapped(row: Sequence[str], columns: int, room: int, cut: bool) -> list[list[str]]:
+    """Return a row as several, whose last cells hold the words of its last one; a shorter row as it is."""
+    if len(row) < columns or len(row[-1]) <= room:
+        return [list(row)]
+    if cut:
+        return [[*row[:-1], f"{row[-1][: room - 3]}..."]]
+    words = textwrap.wrap(row[-1], room, break_long_words=False, break_on_hyphens=False)
+    return [[*row[:-1], words[0]], *([""] * (columns - 1) + [line] for line in words[1:])]
+
+
+def echo_json(content: Any) -> None:
+    """Print `content` as JSON on standard output."""
+    text = json.dumps(content, indent=2, ensure_ascii=False)
+    show("".join(c if c == "\n" or harmless(c) == c or c == "\\" else f"\\u{ord(c):04x}" for c in text))

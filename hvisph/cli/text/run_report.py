@@ -1,0 +1,127 @@
+"""How a run ends on the terminal: its results, its cost, and the exit code of the command."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from hvisph.cli.guard import FAILED
+from hvisph.core.terminal_escape import harmless
+from hvisph.parallel.mpi_launch import is_first
+
+from .echo import say, show
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+    from .text_log import Silence
+
+
+def listener_for(case: Case, silent: bool) -> Silence:
+    """Return what tells people how the run goes: a live display on a terminal, lines elsewhere."""
+    from .text_log import Lines, Silence
+
+    if silent or not is_first():
+        return Silence()
+    if not sys.stdout.isatty():
+        return Lines(case)
+    from .progress_bar import Live
+
+    return Live(case)
+
+
+def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool, report: bool = False) -> None:
+    """Print how a run ended, with `report` after writing its page, and leave the command with its exit code."""
+    if not is_first():  # of several processes one speaks
+        raise typer.Exit(outcome.exit_code)
+    page = _page(outcome.folder) if report else None
+    if as_json:
+        from .formatting import echo_json
+
+        echo_json(outcome.summary)
+    elif not quiet:
+        show(_results(outcome.summary, outcome.folder, unitless))
+        if page is not None:
+            say(f"Report: {page}")
+    failure = outcome.summary["failure"]
+    if failure is not None:
+        say(f"error: the run failed: {failure['message']}", err=True, red=True)
+    if outcome.summary["status"] == "interrupted":
+        say(f"stopped by {outcome.signal}; go on with: hvisph resume {outcome.folder}", err=True)
+    raise typer.Exit(outcome.exit_code or (FAILED if failure is not None else 0))
+
+
+@contextmanager
+def kept(folder: Path | str) -> Iterator[None]:
+    """Say of a run that a second Ctrl-C ends in this block, its summary unwritten, where it can be taken up."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        begun = any(Path(folder).glob("checkpoint/*.h5")) and not (Path(folder) / "summary.json").exists()
+        if begun and is_first():
+            say(f"stopped before it was summed up; go on with: hvisph resume {folder}", err=True)
+        raise
+
+
+def _page(folder: Path) -> Path | None:
+    """Return the report of a run, just written; None where it cannot be, which is said and spoils nothing."""
+    from hvisph.core.errors import HvisphError
+    from hvisph.visualization.html.build import report
+
+    try:
+        return report([folder])
+    except HvisphError as error:
+        say(f"warning: no report: {error}", err=True)
+        return None
+
+
+SHARES = {"failed": "failed", "above_melting": "above melting", "beyond_range": "beyond the range of its material",
+          "negative_energy": "below zero energy"}  # fmt: skip
+
+
+def _state(summary: dict[str, Any], unitless: bool) -> list[str]:
+    """Return a line on shares of the mass that are not nothing, and one on the pressure beside its estimate."""
+    from hvisph.core.measure_catalogue import told_share
+
+    told = summary.get("shares") or {}
+    parts = [f"{told_share(told[name])} {word}" for name, word in SHARES.items() if told.get(name)]
+    lines = [f"of the mass: {', '.join(parts)}"] if parts else []
+    pressures = summary.get("pressures") or {}
+    if pressures.get("impedance_match") and pressures.get("highest"):
+        scale, unit = (1.0, "") if unitless else (1e-9, " GPa")
+        highest, estimate = (scale * pressures[name] for name in ("highest", "impedance_match"))
+        lines.append(
+            f"highest pressure {highest:.3g}{unit}; {estimate:.3g}{unit} in a flat impact by impedance matching"
+        )
+    return ["", *lines] if lines else []
+
+
+def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
+    from hvisph.cli.commands.limits import limits_text
+
+    from .formatting import duration
+    from .results_table import conservation_rows, results_table, sections_table
+
+    pace = summary["microseconds_per_particle_step"]
+    cost = f", {pace:.3f} us per particle-step" if pace is not None else ""
+    state = {"done": "Done", "failed": "Failed", "interrupted": "Interrupted"}[summary["status"]]
+    lines = [
+        "",
+        *([summary["answer"], ""] if summary["answer"] else []),
+        results_table(summary["measures"], summary["expected"], unitless, conservation_rows(summary)),
+        *_state(summary, unitless),
+        *([f"\n{sections}"] if (sections := sections_table(summary, unitless)) else []),
+        *(["", limits_text(summary["correlations"])] if summary.get("correlations") else []),
+        "",
+        f"{state} after {summary['steps']} steps in {duration(summary['wall_seconds'])} "
+        f"on {summary['threads']} thread{'s' if summary['threads'] > 1 else ''}{cost}: {harmless(folder)}",
+    ]
+    missed = [entry["name"] for entry in summary["expected"] if not entry["passed"]]
+    if missed:
+        lines.append(f"Not as expected: {', '.join(missed)}")
+    return "\n".join(lines)

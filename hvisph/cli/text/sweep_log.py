@@ -1,0 +1,225 @@
+"""A sweep on the terminal: a line for each case that ends, how many are left, and what all say together."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from hvisph.core.yaml_inline import told_apart, written
+
+from .echo import say
+from .formatting import duration, table, tables
+
+SHOT = "experiment.shot"  # names a case by itself
+SHOWN_MISSES = 5  # cases whose expected values were missed, on the terminal
+SHOWN_ROWS = 60  # of the table on the terminal
+
+
+class Teller:
+    """Tells of cases as they end.
+
+    Parameters
+    ----------
+    driver
+        The sweep under way.
+    silent
+        Say nothing.
+    """
+
+    def __init__(self, driver: Any, silent: bool):
+        self.driver, self.silent = driver, silent
+        self.done, self.began = 0, time.monotonic()
+
+    def __enter__(self) -> Teller:
+        if not self.silent:
+            members = len(self.driver.members)
+            workers = self.driver.workers
+            what = f"{members} case{'s' * (members > 1)}, {workers} worker{'s' * (workers > 1)}"
+            say(f"{what}, into {self.driver.folder.path}")
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None,
+                 trace: TracebackType | None) -> None:  # fmt: skip
+        sys.stdout.flush()
+
+    def ended(self, row: dict[str, Any]) -> None:
+        """Hear that a case has ended."""
+        self.done += 1
+        if self.silent:
+            return
+        paths = _shortest([*row["values"]])
+        values = row["values"].get(SHOT) or ", ".join(
+            f"{path} {written(value)}" for path, value in zip(paths, row["values"].values(), strict=True)
+        )
+        said = row["message"] or _measured(row, _main(self.driver.sweep.record, [row])[:3])
+        left = self._left()
+        say(f"{row['number']:5d}  {values}  {row['status']}  {said}{left}")
+        sys.stdout.flush()
+
+    def _left(self) -> str:
+        standing = [(member, self.driver.folder.standing(member).status) for member in self.driver.members]
+        left = [member.cost for member, status in standing if status in ("waiting", "running", "interrupted")]
+        if not left:
+            return ""
+        ended = sum(member.cost for member, status in standing if status == "done")
+        spent = time.monotonic() - self.began
+        ahead = f", about {duration(spent * sum(left) / ended)}" if ended else ""
+        return f"  ({len(left)} left{ahead})"
+
+
+def _main(record: Sequence[str] | None, rows: Sequence[dict[str, Any]]) -> list[str]:
+    """Return the measures to show: those recorded, with or without values, or the main ones that have some."""
+    from hvisph.core.measure_catalogue import main_measures
+
+    if record is not None:
+        return [name for name in record if any(name in row["measures"] for row in rows)]
+    there = dict.fromkeys(name for row in rows for name, one in row["measures"].items() if one["value"] is not None)
+    return main_measures([*there])
+
+
+def _measured(row: dict[str, Any], names: Sequence[str]) -> str:
+    from .formatting import quantity
+
+    parts = []
+    for name in names:
+        one = row["measures"].get(name, {})
+        if name == "perforated":
+            parts.append({None: "perforated or not is open", 0.0: "not perforated"}.get(one.get("value"), "perforated"))
+        elif isinstance(one.get("value"), int | float):
+            parts.append(f"{name.replace('_', ' ')} {quantity(float(one['value']), one['unit'] or '')}")
+    return ", ".join(parts)
+
+
+def summary(sweep: Any, rows: Sequence[dict[str, Any]], said: dict[str, Any], path: Path) -> str:
+    """Return what a sweep says, in words and tables."""
+    parts = [""]
+    if "converge" in said:
+        parts += [_converge(said["converge"], sweep.record), ""]
+    elif "limits" in said:
+        parts += [*map(_limit, said["limits"]), ""]
+    elif "sample" in said:
+        parts += [_sample(said["sample"], sweep.record), ""]
+    elif "experiment" in said:
+        parts += [_experiment(said["experiment"]), ""]
+    parts += [_rows(rows, sweep.record), ""]
+    counts: dict[str, int] = {}
+    for row in rows:
+        counts[row["status"]] = counts.get(row["status"], 0) + 1
+    missed = [f"case {row['number']}: {', '.join(row['missed'])}" for row in rows if row["missed"]]
+    if missed:
+        more = f"; and {len(missed) - SHOWN_MISSES} more" if len(missed) > SHOWN_MISSES else ""
+        parts += [f"not as expected: {'; '.join(missed[:SHOWN_MISSES])}{more}", ""]
+    parts.append(", ".join(f"{count} {status}" for status, count in counts.items()) + f": {path / 'table.csv'}")
+    return "\n".join(parts)
+
+
+def _rows(rows: Sequence[dict[str, Any]], record: Sequence[str] | None) -> str:
+    from hvisph.core.measure_catalogue import look_of
+
+    paths = list(dict.fromkeys(key for row in rows for key in row["values"]))
+    names = _main(record, rows)
+    sizes = {name: [abs(row["measures"].get(name, {}).get("value") or 0.0) for row in rows] for name in names}
+    looks = {name: look_of(name).fitting(max(sizes[name], default=0.0)) for name in names}
+    head = ["", *_shortest(paths), "", *(looks[name].short for name in names)]
+    units = ["", *("" for _ in paths), "", *(looks[name].unit for name in names)]
+    lines = [head, units]
+    values = [told_apart([row["values"].get(path) for row in rows]) for path in paths]
+    for row, *own in zip(rows[:SHOWN_ROWS], *values, strict=False):
+        cells = [_cell(name, row["measures"].get(name, {}).get("value"), looks[name]) for name in names]
+        lines.append([str(row["number"]), *own, row["status"], *cells])
+    more = f"\n  and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
+    return tables(lines, kept=2 + len(paths)) + more
+
+
+def _shortest(paths: Sequence[str]) -> list[str]:
+    """Return paths by as many of their last parts as tell them apart, a number with the key that it belongs to."""
+    shown = []
+    for path in paths:
+        parts = path.split(".")
+        ends = [".".join(parts[-k:]) for k in range(1, len(parts) + 1) if not parts[-k].isdigit() or k == len(parts)]
+        unlike = (end for end in ends if not any(f".{other}".endswith(f".{end}") for other in paths if other != path))
+        shown.append(next(unlike, path))
+    return shown
+
+
+def _cell(name: str, value: Any, look: Any) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, bool) or name == "perforated":
+        return "yes" if value else "no"
+    number = float(value) * look.factor
+    return f"{number:.4g}" if look.decimals < 0 else f"{number:.{look.decimals}f}"
+
+
+def _converge(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
+    from hvisph.core.measure_catalogue import look_of
+
+    lines = [["", "unit", "finest", "order", "extrapolated", "index", ""]]
+    for name, one in verdict.items():
+        if record is not None and name not in record:
+            continue
+        look = look_of(name)
+        finest = one["values"][one["spacings"].index(min(one["spacings"]))]
+        if name == "perforated":
+            lines.append([look.label, "", _cell(name, finest, look), "-", "-", "-", one["verdict"]])
+            continue
+        order = f"{one['order']:.2f}" if one["order"] is not None else "-"
+        limit = f"{one['extrapolated'] * look.factor:.4g}" if one["extrapolated"] is not None else "-"
+        index = f"{100 * one['index']:.2g} %" if one["index"] is not None else "-"
+        lines.append([look.label, look.unit, f"{finest * look.factor:.4g}", order, limit, index, one["verdict"]])
+    return table(lines)
+
+
+def _limit(verdict: dict[str, Any]) -> str:
+    unit = f" {verdict['unit']}" if verdict["unit"] else ""
+    where = "".join(f"{path} = {written(value)}: " for path, value in verdict["for"].items())
+    if verdict["open"]:
+        return f"{where}no limit: {verdict['open']}"
+    if verdict["mixed"]:
+        text = (f"mixed from {verdict['above']:.6g} to {verdict['below']:.6g}{unit}: "
+                "some shots beyond one where it happens are without")  # fmt: skip
+    else:
+        text = "limit between {:.6g} and {:.6g}".format(*sorted((verdict["below"], verdict["above"]))) + unit
+    curve = verdict["lambert_jonas"]
+    if curve:
+        text += (f"; Lambert-Jonas: {curve['limit']:.4g} m/s, a {curve['a']:.3g}, p {curve['p']:.3g}, "
+                 f"off by {curve['deviation']:.3g} m/s")  # fmt: skip
+    lines = [where + text]
+    lines += [f"  {one['name']}: {one['quantity']}: {one['value']:.0f} m/s ({one['range']})"
+              for one in verdict.get("correlations", [])]  # fmt: skip
+    if "recht_ipson" in verdict:
+        through = [(shot, one) for shot, one in zip(verdict["shots"], verdict["recht_ipson"]["residuals"], strict=True)
+                   if shot["happened"] and shot["residual"] is not None]  # fmt: skip
+        said = ", ".join(f"{abs(shot['residual']):.0f} beside {one:.0f} m/s at {shot['value']:.5g}{unit}"
+                         for shot, one in through)  # fmt: skip
+        lines.append(f"  residual velocities beside Recht-Ipson's about this limit: {said}")
+    return "\n".join(lines)
+
+
+def _experiment(verdict: dict[str, Any]) -> str:
+    from hvisph.core.measure_catalogue import look_of
+
+    lines = [["against the experiment", "shots", "mean", "worst"]]
+    for name, one in verdict.items():
+        off = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
+        lines.append([look_of(name).label, str(len(one["cases"])), *off])
+    return table(lines)
+
+
+def _sample(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
+    from hvisph.core.measure_catalogue import look_of
+
+    paths = list(next(iter(verdict.values()))["rank_correlation"]) if verdict else []
+    lines = [["", "unit", "mean", "sd", "5 %", "50 %", "95 %", *_shortest(paths)]]
+    for name, one in verdict.items():
+        if record is not None and name not in record:
+            continue
+        look = look_of(name)
+        numbers = [f"{one[key] * look.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
+        ranks = ["-" if rank is None else f"{rank:+.2f}" for rank in one["rank_correlation"].values()]
+        lines.append([look.label, look.unit, *numbers, *ranks])
+    return table(lines)

@@ -1,0 +1,1 @@
+"""Compilation of loops and scalar functions by numba, with vector lanes, tensors and a cache."""

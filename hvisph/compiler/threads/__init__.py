@@ -1,0 +1,1 @@
+"""Threads of compiled loops: the parallel loop, its primitives and the guard against forks."""

@@ -1,0 +1,206 @@
+"""Operations in compiled code: their text is run over stand-ins, which note types or emit instructions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.typing.templates import AbstractTemplate, infer_global, signature
+from numba.extending import lower_builtin
+
+from hvisph.compiler.vector.gather import Many, load, store
+from hvisph.compiler.vector.lanes import VECTOR, Lanes, lanes, reduced, splat, strict
+
+
+class _Number:
+    """What stands for a number while an operation is compiled: it notes, or emits, the arithmetic done with it."""
+
+    def _with(self, name: str, a: Any, b: Any) -> Any:
+        raise NotImplementedError
+
+    def __add__(self, other):
+        return self._with("fadd", self, other)
+
+    def __radd__(self, other):
+        return self._with("fadd", other, self)
+
+    def __sub__(self, other):
+        return self._with("fsub", self, other)
+
+    def __rsub__(self, other):
+        return self._with("fsub", other, self)
+
+    def __mul__(self, other):
+        return self._with("fmul", self, other)
+
+    def __rmul__(self, other):
+        return self._with("fmul", other, self)
+
+    def __truediv__(self, other):
+        return self._with("fdiv", self, other)
+
+    def __rtruediv__(self, other):
+        return self._with("fdiv", other, self)
+
+    def __neg__(self):
+        return self._with("fmul", -1.0, self)
+
+
+class _Kind(_Number):
+    """A number whose type alone is known: `kind` is that of lanes or of a float."""
+
+    def __init__(self, kind: Any) -> None:
+        self.kind = kind
+
+    def _with(self, name: str, a: Any, b: Any) -> _Kind:
+        return _Kind(_common((a, b)))
+
+    def total(self) -> _Kind:
+        return _Kind(types.float64)
+
+    def spread(self) -> _Kind:
+        return _Kind(lanes)
+
+
+def _common(numbers: Any) -> Any:
+    """Return the type that holds all of `numbers`: lanes where one of them is."""
+    return next((n.kind for n in numbers if isinstance(getattr(n, "kind", None), Lanes)), types.float64)
+
+
+class _Value(_Number):
+    """A number of the function under compilation."""
+
+    def __init__(self, builder: Any, value: Any, kind: Any) -> None:
+        self.builder, self.value, self.kind = builder, value, kind
+
+    def _with(self, name: str, a: Any, b: Any) -> _Value:
+        builder, kind = self.builder, _common((a, b))
+        a, b = (_emitted(builder, n) for n in (a, b))
+        if isinstance(kind, Lanes):
+            a, b = (n if n.type == VECTOR else splat(builder, n) for n in (a, b))
+        return _Value(builder, getattr(builder, name)(a, b, flags=getattr(kind, "flags", ())), kind)
+
+    def total(self) -> _Value:
+        return _Value(self.builder, reduced(self.builder, "fadd", self.value, 0.0), types.float64)
+
+    def spread(self) -> _Value:
+        return _Value(self.builder, splat(self.builder, self.value), lanes)
+
+
+def _emitted(builder: Any, number: Any) -> Any:
+    return number.value if isinstance(number, _Value) else ir.Constant(ir.DoubleType(), float(number))
+
+
+class _KindOfRows:
+    """An array of floats, or many rows of one, whose numbers are not known yet."""
+
+    def __init__(self, kind: Any) -> None:
+        self.kind = kind
+
+    def __getitem__(self, place):
+        return _Kind(self.kind)
+
+    def __setitem__(self, place, number):
+        pass
+
+
+class _Rows:
+    """An array of the function under compilation."""
+
+    def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
+        self.context, self.builder, self.kind = context, builder, kind
+        self.array = context.make_array(kind)(context, builder, value)
+
+    def _address(self, place: tuple[Any, ...]) -> Any:
+        builder, count = self.builder, self.kind.ndim
+        shape, strides = (cgutils.unpack_tuple(builder, t, count) for t in (self.array.shape, self.array.strides))
+        index = [n.value if isinstance(n, _Value) else ir.Constant(ir.IntType(64), n) for n in place]
+        return cgutils.get_item_pointer2(
+            self.context, builder, self.array.data, shape, strides, self.kind.layout, index
+        )
+
+    def __getitem__(self, place):
+        return _Value(self.builder, self.builder.load(self._address(place)), types.float64)
+
+    def __setitem__(self, place, number):
+        self.builder.store(_emitted(self.builder, number), self._address(place))
+
+
+class _ManyRows:
+    """Many rows of an array at once; the number of a single row says nothing here."""
+
+    def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
+        self.context, self.builder, self.kind, self.value = context, builder, kind, value
+
+    def __getitem__(self, place):
+        slot = ir.Constant(ir.IntType(64), place[1])
+        return _Value(self.builder, load(self.context, self.builder, self.kind, self.value, slot), strict)
+
+    def __setitem__(self, place, number):
+        slot, value = ir.Constant(ir.IntType(64), place[1]), _emitted(self.builder, number)
+        wide = value if value.type == VECTOR else splat(self.builder, value)
+        store(self.context, self.builder, self.kind, self.value, slot, wide)
+
+
+def _stand_in(kind: Any) -> Any:
+    """Return what `kind` is to an operation that is asked for the type of its result."""
+    if isinstance(kind, types.Literal):
+        return kind.literal_value
+    if isinstance(kind, types.BaseTuple):
+        return tuple(_stand_in(part) for part in kind)
+    if isinstance(kind, (types.Array, Many)):
+        return _KindOfRows(strict if isinstance(kind, Many) else types.float64)
+    return _Kind(kind)
+
+
+def _argument(context: Any, builder: Any, kind: Any, value: Any) -> Any:
+    """Return what a value of type `kind` is to an operation under compilation."""
+    if isinstance(kind, types.Literal):
+        return kind.literal_value
+    if isinstance(kind, types.BaseTuple):
+        parts = cgutils.unpack_tuple(builder, value, len(kind))
+        return tuple(_argument(context, builder, k, v) for k, v in zip(kind, parts, strict=True))
+    rows = {types.Array: _Rows, Many: _ManyRows}.get(type(kind))
+    return rows(context, builder, kind, value) if rows else _Value(builder, value, kind)
+
+
+def _passed(kind: Any) -> Any:
+    """Return the type as which an argument of type `kind` reaches the operation; plain integers are indices."""
+    if isinstance(kind, types.Literal) or not isinstance(kind, types.Integer):
+        return types.float64 if isinstance(kind, types.Float) else kind
+    return types.uint64
+
+
+def unrolled(write: Callable[..., Any]) -> None:
+    """Let compiled functions call an operation, see `compiler.component_functions`."""
+
+    class Operation(AbstractTemplate):
+        key, prefer_literal = write, True
+
+        def generic(self, arguments, keywords):
+            try:
+                result = write(*map(_stand_in, arguments))
+            except (TypeError, IndexError, KeyError, ValueError, AttributeError):
+                return None  # no such operation on these
+            passed = map(_passed, arguments)
+            if result is None:
+                return signature(types.none, *passed)
+            if isinstance(result, tuple):
+                return signature(types.UniTuple(_common(result), len(result)), *passed)
+            return signature(_common((result,)), *passed)
+
+    def generate(context, builder, sig, values):
+        result = write(*(_argument(context, builder, k, v) for k, v in zip(sig.args, values, strict=True)))
+        if result is None:
+            return context.get_dummy_value()
+        kind = sig.return_type
+        parts = [_emitted(builder, part) for part in (result if isinstance(result, tuple) else (result,))]
+        if isinstance(getattr(kind, "dtype", kind), Lanes):
+            parts = [part if part.type == VECTOR else splat(builder, part) for part in parts]
+        return context.make_tuple(builder, kind, parts) if isinstance(result, tuple) else parts[0]
+
+    infer_global(write, types.Function(Operation))
+    lower_builtin(write, types.VarArg(types.Any))(generate)

@@ -1,0 +1,1 @@
+"""Vector lanes of compiled loops: arithmetic, masks, gathers and the neighbour filter."""

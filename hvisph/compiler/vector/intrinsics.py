@@ -1,0 +1,190 @@
+"""Vector operations that no compiler finds by itself: rows to columns, exact sums; and what `compiler.vector.neighbour_filter` shares.
+
+They are written in LLVM's own target-independent vector code, with the same results on every machine.
+"""
+
+from __future__ import annotations
+
+import platform
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from .api import EIGHT, LANES
+from .lanes import lanes, splat, strict
+
+_i8, _i32, _i64, _f64 = ir.IntType(8), ir.IntType(32), ir.IntType(64), ir.DoubleType()
+
+# Bits of the x86 control register: results, and operands, below 2.2e-308 count as zero.
+_FLUSHES = 0x8040
+HAS_REGISTER = platform.machine().lower() in ("x86_64", "amd64")
+
+
+def _kept_lanes() -> ir.Constant:
+    """Return, for each mask of eight bits, the numbers of its set bits, then zeros."""
+    row = ir.ArrayType(_i8, EIGHT)
+    rows = []
+    for mask in range(256):
+        kept = [bit for bit in range(EIGHT) if mask >> bit & 1]
+        rows.append(ir.Constant(row, kept + [0] * (EIGHT - len(kept))))
+    return ir.Constant(ir.ArrayType(row, 256), rows)
+
+
+def _address(context: Any, builder: Any, array_type: Any, array: Any, indices: list[Any], target: Any) -> Any:
+    """Return a pointer to `array[indices]` as a pointer to `target`."""
+    view = context.make_array(array_type)(context, builder, array)
+    strides = cgutils.unpack_tuple(builder, view.strides, array_type.ndim)
+    offset = ir.Constant(_i64, 0)
+    for index, stride in zip(indices, strides, strict=True):
+        offset = builder.add(offset, builder.mul(index, stride))
+    base = builder.bitcast(view.data, _i8.as_pointer())
+    return builder.bitcast(builder.gep(base, [offset]), target.as_pointer())
+
+
+@intrinsic
+def neighbours(typing_context, rows, near, k, width):
+    """Return the first slots of the rows near[k], near[k+1] ... as vectors, one a slot, a lane a row.
+
+    Parameters
+    ----------
+    rows
+        Array (count, `width` or more, rounded up to an even number).
+    near
+        Array of uint32 with the rows' numbers.
+    k
+        First place in `near`; LANES rows are read.
+    width
+        Number of slots, a literal.
+
+    Returns
+    -------
+    A tuple of `width` vectors; those that are not used cost nothing.
+    """
+    if not isinstance(width, types.Literal):
+        return None
+    slots = width.literal_value
+    signature = types.UniTuple(lanes, slots)(rows, near, types.uint64, width)
+
+    def generate(context, builder, signature, arguments):
+        rows, near, k, _ = arguments
+
+        def joined(a, b, order):
+            return builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(_i32, len(order)), order))
+
+        address = _address(context, builder, signature.args[1], near, [k], ir.VectorType(_i32, LANES))
+        numbers = builder.load(address, align=4)
+        first, places = ir.Constant(_i64, 0), []
+        for lane in range(LANES):
+            index = builder.zext(builder.extract_element(numbers, ir.Constant(_i32, lane)), _i64)
+            places.append(_address(context, builder, signature.args[0], rows, [index, first], _f64))
+
+        def side_by_side(chosen, slot, count):
+            """Return `count` slots from `slot` on of the chosen rows, one row after the other."""
+            wide, number = ir.VectorType(_f64, count).as_pointer(), ir.Constant(_i64, slot)
+            addresses = [builder.bitcast(builder.gep(places[row], [number]), wide) for row in chosen]
+            parts = [builder.load(address, align=8) for address in addresses]
+            while len(parts) > 1:
+                order = list(range(2 * parts[0].type.count))
+                parts = [joined(a, b, order) for a, b in zip(parts[::2], parts[1::2], strict=True)]
+            return parts[0]
+
+        columns = []
+        # Four slots at once, of every second of LANES/2 rows: exchanges within pairs of lanes, then of pairs.
+        step, lanes_of_pairs = LANES // 4, range(0, LANES, 2)
+        for slot in range(0, slots - 3, 4):
+            begins = (row for row in range(LANES) if row % (2 * step) < 2)
+            a, b, c, d = (side_by_side(range(row, row + 2 * step, 2), slot, 4) for row in begins)
+            for pair in (0, 2):
+                for part in (0, 1):
+                    order = [lane + part + side for lane in lanes_of_pairs for side in (0, LANES)]
+                    place = [lane + side for lane in lanes_of_pairs for side in (0, 1) if lane % 4 == pair]
+                    ab, cd = joined(a, b, order), joined(c, d, order)
+                    columns.append(joined(ab, cd, place + [LANES + lane for lane in place]))
+        for slot in range(len(columns), slots, 2):
+            # Even and odd rows apart: a single exchange of lanes is left, the rest are loads.
+            even, odd = (side_by_side(range(parity, LANES, 2), slot, 2) for parity in (0, 1))
+            for part in (0, 1):
+                order = [lane + part + side for lane in lanes_of_pairs for side in (0, LANES)]
+                columns.append(joined(even, odd, order))
+        return context.make_tuple(builder, signature.return_type, columns[:slots])
+
+    return signature, generate
+
+
+@intrinsic
+def add_rounded(typing_context, counted, k, terms, rounder, finer):
+    """Round lanes to whole numbers and finer ones, and add them to counted[0, k] and counted[1, k].
+
+    Parameters
+    ----------
+    counted
+        Contiguous array of int64 (2, columns, LANES): whole numbers and finer ones.
+    k
+        Column of it.
+    terms, rounder
+        Strict lanes, and what rounds them, see `compiler.exact_sum`.
+    finer
+        Bits of the finer part, a literal.
+    """
+    if not isinstance(finer, types.Literal):
+        return None
+    share = 2.0**-finer.literal_value
+    signature = types.void(counted, types.uint64, strict, types.float64, finer)
+
+    def generate(context, builder, signature, arguments):
+        array, column, term, rounder, _ = arguments
+        integers = ir.VectorType(_i64, LANES)
+        fine = splat(builder, builder.fmul(rounder, ir.Constant(_f64, share)))
+        rounder = splat(builder, rounder)
+        whole = builder.fadd(term, rounder)
+        rest = builder.fadd(builder.fsub(term, builder.fsub(whole, rounder)), fine)
+        for part, (rounded, base) in enumerate(((whole, rounder), (rest, fine))):
+            count = builder.sub(builder.bitcast(rounded, integers), builder.bitcast(base, integers))
+            place = [ir.Constant(_i64, part), column, ir.Constant(_i64, 0)]
+            address = _address(context, builder, signature.args[0], array, place, integers)
+            builder.store(builder.add(builder.load(address, align=8), count), address, align=8)
+        return context.get_dummy_value()
+
+    return signature, generate
+
+
+@intrinsic
+def flush_tiny(typing_context):
+    """Let this thread take numbers below 2.2e-308 for zero; return the mode it was in, for `as_before`.
+
+    Products of what an impact has hardly reached are that small, and each would take 150 cycles.
+    """
+
+    def generate(context, builder, signature, arguments):
+        if not HAS_REGISTER:
+            return ir.Constant(_i32, 0)
+        mode = builder.load(_with_register(builder, "stmxcsr", cgutils.alloca_once(builder, _i32)))
+        _with_register(
+            builder, "ldmxcsr", cgutils.alloca_once_value(builder, builder.or_(mode, ir.Constant(_i32, _FLUSHES)))
+        )
+        return mode
+
+    return types.uint32(), generate
+
+
+@intrinsic
+def as_before(typing_context, mode):
+    """Put this thread back into a mode that `flush_tiny` returned."""
+
+    def generate(context, builder, signature, arguments):
+        if HAS_REGISTER:
+            _with_register(builder, "ldmxcsr", cgutils.alloca_once_value(builder, arguments[0]))
+        return context.get_dummy_value()
+
+    return types.void(types.uint32), generate
+
+
+def _with_register(builder: Any, name: str, place: Any) -> Any:
+    """Store the control register in a place of 32 bits, or load it from there; return the place."""
+    kind = ir.FunctionType(ir.VoidType(), [_i8.as_pointer()])
+    function = cgutils.get_or_insert_function(builder.module, kind, f"llvm.x86.sse.{name}")
+    builder.call(function, [builder.bitcast(place, _i8.as_pointer())])
+    return place

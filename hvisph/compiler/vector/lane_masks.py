@@ -1,0 +1,280 @@
+"""Decisions over strict lanes: where one holds, and what is taken where it does.
+
+A comparison of lanes is a mask, one truth a lane. `both`, `either` and `opposite` combine masks, or truths of all
+lanes; `chosen` takes of two values, tuples included, the one or the other lane by lane. `compiler.if_conversion` makes
+of the branches of a scalar function a text with these.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.core.typeconv import Conversion
+from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
+from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
+
+from .api import LANES
+from .lanes import VECTOR, splat, strict
+
+_i1, _i32, _i64 = ir.IntType(1), ir.IntType(32), ir.IntType(64)
+_MASK, _BITS = ir.VectorType(_i1, LANES), ir.IntType(LANES)
+
+
+class Mask(types.Type):
+    """Type of LANES truths."""
+
+    def __init__(self) -> None:
+        super().__init__("mask")
+
+    def can_convert_from(self, typing_context, other):
+        """Take a truth for one of all lanes."""
+        return Conversion.unsafe if isinstance(other, types.Boolean) else None
+
+    def unify(self, typing_context, other):
+        """Return what a variable is that is of this type or of another one."""
+        return self if isinstance(other, types.Boolean) else None
+
+
+mask = Mask()
+
+
+@register_model(Mask)
+class _MaskModel(models.PrimitiveModel):
+    def __init__(self, manager: Any, kind: Any) -> None:
+        super().__init__(manager, kind, _MASK)
+
+
+@lower_cast(types.Boolean, Mask)
+def _from_truth(context, builder, kind, target, value):
+    return splat(builder, value)
+
+
+def _compare(function: Any, sign: str) -> None:
+    cases = [(strict, strict), (strict, types.float64), (types.float64, strict)]
+    template = {"key": function, "cases": [signature(mask, *case) for case in cases]}
+    infer_global(function)(type("_Template", (ConcreteTemplate,), template))
+
+    def lower(context, builder, sig, arguments):
+        pairs = zip(arguments, sig.args, strict=True)
+        a, b = (value if kind == strict else splat(builder, value) for value, kind in pairs)
+        return (builder.fcmp_unordered if sign == "!=" else builder.fcmp_ordered)(sign, a, b)
+
+    for case in cases:
+        lower_builtin(function, *case)(lower)
+
+
+for _comparison, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">="),
+                           (operator.eq, "=="), (operator.ne, "!=")):  # fmt: skip
+    _compare(_comparison, _sign)
+
+
+def _lane_by_lane(function: Any, count: int) -> None:
+    """Let `function` of `count` floats be called with lanes: one after the other, by the same code as for floats."""
+    cases = [(strict,)] if count == 1 else [(strict, strict), (strict, types.float64), (types.float64, strict)]
+    template = {"key": function, "cases": [signature(strict, *case) for case in cases]}
+    infer_global(function)(type("_Template", (ConcreteTemplate,), template))
+
+    def lower(context, builder, sig, arguments):
+        single = signature(types.float64, *(types.float64,) * count)
+        call = context.get_function(function, single)
+        made = ir.Constant(VECTOR, ir.Undefined)
+        for lane in range(LANES):
+            at = ir.Constant(_i32, lane)
+            values = (builder.extract_element(v, at) if v.type == VECTOR else v for v in arguments)
+            made = builder.insert_element(made, call(builder, list(values)), at)
+        return made
+
+    for case in cases:
+        lower_builtin(function, *case)(lower)
+
+
+for _of_one in (math.exp, math.log, math.sin, math.cos, math.tan, math.acos):
+    _lane_by_lane(_of_one, 1)
+for _of_two in (operator.pow, operator.ipow):
+    _lane_by_lane(_of_two, 2)
+
+
+def _is_truth(kind: Any) -> bool:
+    return isinstance(kind, (types.Boolean, Mask))
+
+
+def _joined(a: Any, b: Any, by_lanes: bool) -> Any:
+    """Return the type of a choice between values of types `a` and `b`, None where there is none."""
+    if isinstance(a, types.BaseTuple) and isinstance(b, types.BaseTuple) and len(a) == len(b):
+        parts = [_joined(p, q, by_lanes) for p, q in zip(a, b, strict=True)]
+        if None in parts:
+            return None
+        named = a if isinstance(a, types.BaseNamedTuple) else None
+        return types.BaseTuple.from_types(parts, named.instance_class if named else None)
+    if isinstance(a, Mask) or isinstance(b, Mask) or (by_lanes and _is_truth(a)):
+        return mask if _is_truth(a) and _is_truth(b) else None
+    if _is_truth(a) or _is_truth(b):
+        return types.boolean if a == b else None
+    numbers = (types.Float, types.Integer, type(strict))
+    if not isinstance(a, numbers) or not isinstance(b, numbers):
+        return None
+    return strict if by_lanes or strict in (a, b) else types.float64
+
+
+def _chosen(context: Any, builder: Any, condition: Any, kind: Any, parts: Any) -> Any:
+    """Return the choice, of type `kind`, between two pairs of type and value."""
+    (a_kind, a), (b_kind, b) = parts
+    if isinstance(kind, types.BaseTuple):
+        split = [zip(k, cgutils.unpack_tuple(builder, v, len(k)), strict=True) for k, v in parts]
+        made = (_chosen(context, builder, condition, k, p) for k, p in zip(kind, zip(*split, strict=True), strict=True))
+        return context.make_tuple(builder, kind, list(made))
+    a, b = _as(context, builder, a_kind, a, kind), _as(context, builder, b_kind, b, kind)
+    return builder.select(condition, a, b)
+
+
+def _as(context: Any, builder: Any, kind: Any, value: Any, target: Any) -> Any:
+    """Return a value of a number's or a truth's type as one of `target`."""
+    if kind == target:
+        return value
+    if target == strict:
+        return splat(builder, context.cast(builder, value, kind, types.float64))
+    return context.cast(builder, value, kind, target)
+
+
+@intrinsic
+def chosen(typing_context, condition, a, b):
+    """Return `a` where the condition, a mask or a truth, holds and `b` elsewhere: numbers, truths or tuples of them."""
+    result = _joined(a, b, isinstance(condition, Mask)) if _is_truth(condition) else None
+    if result is None:
+        return None
+
+    def generate(context, builder, sig, arguments):
+        held, *values = arguments
+        return _chosen(context, builder, held, result, tuple(zip(sig.args[1:], values, strict=True)))
+
+    return result(condition, a, b), generate
+
+
+def _combined(name: str) -> Any:
+    @intrinsic
+    def combine(typing_context, a, b):
+        if not _is_truth(a) or not _is_truth(b):
+            return None
+        result = mask if Mask in (type(a), type(b)) else types.boolean
+
+        def generate(context, builder, sig, arguments):
+            wide = (_as(context, builder, k, v, result) for k, v in zip(sig.args, arguments, strict=True))
+            return getattr(builder, name)(*wide)
+
+        return result(a, b), generate
+
+    return combine
+
+
+both, either = _combined("and_"), _combined("or_")
+
+
+@intrinsic
+def opposite(typing_context, a):
+    """Return where `a` does not hold."""
+    return (a(a), lambda context, builder, sig, arguments: builder.not_(arguments[0])) if _is_truth(a) else None
+
+
+def _asked(whole: bool) -> Any:
+    @intrinsic
+    def ask(typing_context, a):
+        if not _is_truth(a):
+            return None
+
+        def generate(context, builder, sig, arguments):
+            if a == types.boolean:
+                return arguments[0]
+            bits = builder.bitcast(arguments[0], _BITS)
+            return builder.icmp_unsigned("==" if whole else "!=", bits, ir.Constant(_BITS, -1 if whole else 0))
+
+        return types.boolean(a), generate
+
+    return ask
+
+
+some, every = _asked(False), _asked(True)
+
+
+@intrinsic
+def first_lanes(typing_context, count):
+    """Return a mask of the first `count` lanes."""
+
+    def generate(context, builder, sig, arguments):
+        kind = ir.VectorType(_i64, LANES)
+        numbers = ir.Constant(kind, list(range(LANES)))
+        return builder.icmp_unsigned("<", numbers, splat(builder, arguments[0]))
+
+    return mask(types.uint64), generate
+
+
+# One lane of many: what is called for each by itself.
+
+
+def _of_lane(kind: Any) -> Any:
+    if isinstance(kind, types.BaseTuple):
+        named = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else None
+        return types.BaseTuple.from_types([_of_lane(k) for k in kind], named)
+    return {strict: types.float64, mask: types.boolean}.get(kind, kind)
+
+
+def _of_lanes(kind: Any) -> Any:
+    if isinstance(kind, types.BaseTuple):
+        named = kind.instance_class if isinstance(kind, types.BaseNamedTuple) else None
+        return types.BaseTuple.from_types([_of_lanes(k) for k in kind], named)
+    if isinstance(kind, types.Boolean):
+        return mask
+    return strict if isinstance(kind, (types.Float, types.Integer)) else kind
+
+
+def _lane(context: Any, builder: Any, kind: Any, value: Any, k: Any) -> Any:
+    if isinstance(kind, types.BaseTuple):
+        parts = zip(kind, cgutils.unpack_tuple(builder, value, len(kind)), strict=True)
+        return context.make_tuple(builder, _of_lane(kind), [_lane(context, builder, q, v, k) for q, v in parts])
+    return builder.extract_element(value, k) if kind in (strict, mask) else value
+
+
+def _with_lane(context: Any, builder: Any, kinds: Any, values: Any, k: Any) -> Any:
+    """Return a value of type kinds[0] with lane `k` of that of kinds[1]."""
+    kind, single = kinds
+    if isinstance(kind, types.BaseTuple):
+        split = [cgutils.unpack_tuple(builder, value, len(kind)) for value in values]
+        parts = zip(zip(kind, single, strict=True), zip(*split, strict=True), strict=True)
+        return context.make_tuple(builder, kind, [_with_lane(context, builder, *part, k) for part in parts])
+    number = _as(context, builder, single, values[1], types.boolean if kind == mask else types.float64)
+    return builder.insert_element(values[0], number, k)
+
+
+@intrinsic
+def lane(typing_context, value, k):
+    """Return lane `k` of a value, tuples of them included; what has no lanes as it is."""
+
+    def generate(context, builder, sig, arguments):
+        found = _lane(context, builder, sig.args[0], *arguments)
+        if context.enable_nrt:  # arrays among them are a further reference
+            context.nrt.incref(builder, sig.return_type, found)
+        return found
+
+    return _of_lane(value)(value, types.uint64), generate
+
+
+@intrinsic
+def with_lane(typing_context, wide, k, value):
+    """Return `wide`, a value of `no_lanes`, with lane `k` of a single one."""
+
+    def generate(context, builder, sig, arguments):
+        whole, at, single = arguments
+        return _with_lane(context, builder, (sig.args[0], sig.args[2]), (whole, single), at)
+
+    return wide(wide, types.uint64, value), generate
+
+
+@intrinsic
+def no_lanes(typing_context, like):
+    """Return lanes of values such as `like`, in which nothing stands yet."""
+    result = _of_lanes(like)
+    return result(like), lambda context, builder, sig, arguments: context.get_constant_null(result)

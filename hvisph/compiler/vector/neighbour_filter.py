@@ -1,0 +1,222 @@
+"""The two filters of the traversal: what is near the box around a group of particles, and which of it is near one.
+
+Written in LLVM's own target-independent vector code, as `compiler.vector.intrinsics`. The first is loose. The second tests in single
+precision and, where that cannot tell, in double without rounding across operations: its list is the same on every
+machine, and that of a plain test in double precision.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from .api import EIGHT, NUMBERED, SIXTEEN
+from .intrinsics import _address, _kept_lanes
+from .lanes import splat
+
+_i8, _i32, _i64 = ir.IntType(8), ir.IntType(32), ir.IntType(64)
+_f32, _f64 = ir.FloatType(), ir.DoubleType()
+_FAST = ("reassoc", "contract", "arcp", "nsz")
+
+
+def _lane_numbers(kind: Any, count: int) -> Any:
+    return ir.Constant(ir.VectorType(kind, count), list(range(count)))
+
+
+def _bits(builder: Any, mask: Any) -> Any:
+    """Return a mask as an integer of 64 bits."""
+    return builder.zext(builder.bitcast(mask, ir.IntType(mask.type.count)), _i64)
+
+
+def _append_lanes(builder: Any, mask: Any, first: Any, store: Any, n: Any) -> Any:
+    """Store `first` plus the lanes that a mask of eight keeps, side by side; return the new length."""
+    bits = _bits(builder, mask)
+    table = cgutils.global_constant(builder, "kept_lanes", _kept_lanes())
+    entry = builder.gep(table, [ir.Constant(_i64, 0), bits])
+    entry = builder.bitcast(entry, ir.VectorType(_i8, EIGHT).as_pointer())
+    kept = builder.zext(builder.load(entry, align=1), ir.VectorType(_i32, EIGHT))
+    store(builder.add(splat(builder, builder.trunc(first, _i32), EIGHT), kept), n)
+    return builder.add(n, builder.ctpop(bits))
+
+
+def _append_kept(builder: Any, mask: Any, numbers: Any, first: Any, store: Any, n: Any) -> Any:
+    """Store the numbers that a mask of sixteen keeps, or their places from `first` on; return the new length."""
+    if NUMBERED:
+        kind = numbers.type
+        shape = ir.FunctionType(kind, [kind, mask.type, kind])
+        compress = cgutils.get_or_insert_function(builder.module, shape, "llvm.experimental.vector.compress.v16i32")
+        store(builder.call(compress, [numbers, mask, ir.Constant(kind, ir.Undefined)]), n)
+        return builder.add(n, builder.ctpop(_bits(builder, mask)))
+    for half in range(0, SIXTEEN, EIGHT):
+        order = ir.Constant(ir.VectorType(_i32, EIGHT), list(range(half, half + EIGHT)))
+        part = builder.shuffle_vector(mask, mask, order)
+        n = _append_lanes(builder, part, builder.add(first, ir.Constant(_i64, half)), store, n)
+    return n
+
+
+def _storing(context: Any, builder: Any, kind: Any, array: Any) -> Any:
+    """Return a function that stores a vector at a place of a one-dimensional array of uint32."""
+
+    def store(value: Any, place: Any) -> None:
+        builder.store(value, _address(context, builder, kind, array, [place], value.type), align=4)
+
+    return store
+
+
+def _column(context: Any, builder: Any, kind: Any, array: Any, f: int, place: Any, vector: Any) -> Any:
+    """Return the numbers of column `f` from `place` on as a vector."""
+    address = _address(context, builder, kind, array, [ir.Constant(_i64, f), place], vector)
+    return builder.load(address, align=vector.element.get_abi_size(context.target_data))
+
+
+@intrinsic
+def append_near_box(typing_context, columns, dim, j, end, box, h, half_reach, numbers, n):
+    """Append to `numbers`, from place `n` on, those of the particles j to j+7 that may meet one inside a box.
+
+    Parameters
+    ----------
+    columns
+        Array (dim + 1, count + 8): position components and, last, smoothing length.
+    dim
+        Number of dimensions, a literal.
+    j, end
+        First of the eight, and the end of their run: particles from `end` on are not meant.
+    box
+        Array (dim or more, 3): a point, and the box's middle relative to it and half its edge, along each axis.
+    h
+        Largest smoothing length inside.
+    half_reach
+        Half the kernel's reach, a little more for round-off.
+    numbers, n
+        Array of uint32 with room for eight more, and its used length.
+
+    Returns
+    -------
+    The new used length.
+    """
+    if not isinstance(dim, types.Literal):
+        return None
+    dimensions = dim.literal_value
+    signature = types.uint64(
+        columns, dim, types.uint64, types.uint64, box, types.float64, types.float64, numbers, types.uint64
+    )
+
+    def generate(context, builder, signature, arguments):
+        cols, _, j, end, box, h, half_reach, numbers, n = arguments
+        eight = ir.VectorType(_f64, EIGHT)
+        fabs = cgutils.get_or_insert_function(builder.module, ir.FunctionType(eight, [eight]), "llvm.fabs.v8f64")
+
+        def of_box(f, part):
+            place = [ir.Constant(_i64, f), ir.Constant(_i64, part)]
+            number = builder.load(_address(context, builder, signature.args[4], box, place, _f64), align=8)
+            return splat(builder, number, EIGHT)
+
+        def column(f):
+            return _column(context, builder, signature.args[0], cols, f, j, eight)
+
+        r2, zero = None, ir.Constant(eight, [0.0] * EIGHT)
+        for f in range(dimensions):
+            d = builder.fsub(builder.fsub(column(f), of_box(f, 0)), of_box(f, 1))
+            d = builder.fsub(builder.call(fabs, [d]), of_box(f, 2), flags=_FAST)
+            d = builder.select(builder.fcmp_ordered(">", d, zero), d, zero)
+            d2 = builder.fmul(d, d, flags=_FAST)
+            r2 = d2 if r2 is None else builder.fadd(r2, d2, flags=_FAST)
+        limit = builder.fadd(splat(builder, h, EIGHT), column(dimensions), flags=_FAST)
+        limit = builder.fmul(limit, splat(builder, half_reach, EIGHT), flags=_FAST)
+        meant = builder.add(splat(builder, j, EIGHT), _lane_numbers(_i64, EIGHT))
+        mask = builder.icmp_unsigned("<", meant, splat(builder, end, EIGHT))
+        mask = builder.and_(mask, builder.fcmp_ordered("<=", r2, builder.fmul(limit, limit, flags=_FAST)))
+        return _append_lanes(builder, mask, j, _storing(context, builder, signature.args[7], numbers), n)
+
+    return signature, generate
+
+
+@intrinsic
+def append_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half_reach, slack, near, n):
+    """Append to `near`, from place `n` on, those of sixteen candidates from place `k` on that are neighbours of `i`.
+
+    Parameters
+    ----------
+    rough, exact
+        Arrays (dim + 1, room) of float32 and float64: position components, in `rough` relative to the box's point,
+        and, last, smoothing length.
+    numbers
+        Numbers of the candidates, uint32.
+    dim
+        Number of dimensions, a literal.
+    k, i
+        The first candidate's place, and the particle's number; it is no neighbour of itself.
+    own
+        The particle's x, y, z and smoothing length.
+    box
+        As in `append_near_box`.
+    half_reach
+        Half the kernel's reach: a pair meets within `half_reach` times the sum of both lengths.
+    slack
+        How wrong a squared distance in single precision may be.
+    near, n
+        Array of uint32 with room for sixteen more, and its used length. It receives numbers of particles where
+        NUMBERED, else places.
+
+    Returns
+    -------
+    The new used length.
+    """
+    if not isinstance(dim, types.Literal):
+        return None
+    dimensions = dim.literal_value
+    signature = types.uint64(
+        rough, exact, numbers, dim, types.uint64, types.uint64, own, box, types.float64, types.float64, near,
+        types.uint64,
+    )  # fmt: skip
+
+    def generate(context, builder, signature, arguments):
+        rough, exact, numbers, _, k, i, own, box, half_reach, slack, near, n = arguments
+        own = cgutils.unpack_tuple(builder, own, 4)
+
+        def spread(value, element):
+            value = value if value.type == element else builder.fptrunc(value, element)
+            return splat(builder, value, SIXTEEN)
+
+        def tested(kind, array, at, element, flags):
+            """Return the squared distances and the squared limits."""
+            wide, r2 = ir.VectorType(element, SIXTEEN), None
+            for f in range(dimensions):
+                d = builder.fsub(spread(at[f], element), _column(context, builder, kind, array, f, k, wide))
+                d2 = builder.fmul(d, d, flags=flags)
+                r2 = d2 if r2 is None else builder.fadd(r2, d2, flags=flags)
+            h = _column(context, builder, kind, array, dimensions, k, wide)
+            limit = builder.fmul(builder.fadd(spread(own[3], element), h), spread(half_reach, element), flags=flags)
+            return r2, builder.fmul(limit, limit, flags=flags)
+
+        relative = []
+        for f in range(dimensions):
+            place = [ir.Constant(_i64, f), ir.Constant(_i64, 0)]
+            origin = builder.load(_address(context, builder, signature.args[7], box, place, _f64), align=8)
+            relative.append(builder.fsub(own[f], origin))
+        r2, limit = tested(signature.args[0], rough, relative, _f32, _FAST)
+        room = builder.fsub(limit, r2)
+        slack = spread(slack, _f32)
+        inside = builder.fcmp_ordered(">", room, slack)
+        perhaps = builder.fcmp_ordered(">=", room, builder.fneg(slack))
+        doubtful = builder.icmp_unsigned("!=", _bits(builder, inside), _bits(builder, perhaps))
+        before = builder.basic_block
+        with builder.if_then(doubtful, likely=False):
+            r2, limit = tested(signature.args[1], exact, own, _f64, ())
+            certain = builder.fcmp_ordered("<", r2, limit)
+            last = builder.basic_block
+        mask = builder.phi(inside.type)
+        mask.add_incoming(inside, before)
+        mask.add_incoming(certain, last)
+
+        short = ir.VectorType(_i32, SIXTEEN)
+        candidates = builder.load(_address(context, builder, signature.args[2], numbers, [k], short), align=4)
+        another = builder.icmp_unsigned("!=", candidates, splat(builder, builder.trunc(i, _i32), SIXTEEN))
+        store = _storing(context, builder, signature.args[10], near)
+        return _append_kept(builder, builder.and_(mask, another), candidates, k, store, n)
+
+    return signature, generate

@@ -1,0 +1,1 @@
+"""Diagnostics of a run: balances, extremes, sanity checks and the summary."""

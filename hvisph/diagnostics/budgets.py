@@ -1,0 +1,251 @@
+"""What a run keeps account of: budgets of energy and momentum, the columns of its history."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.exact_sum import value_of, whole_parts
+from hvisph.core.particles import CLAMPED, FLAGS, Particles
+from hvisph.integrators import sums as column
+from hvisph.measures.one_dimensional.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
+from hvisph.schemes.standard.scheme import fallbacks
+from hvisph.setup.build import Setup
+from hvisph.sph.neighbours.symmetry_planes import Plane
+
+# Of the two gradients of each pair in the last evaluation, those that the correction left plain.
+FALLBACKS_COLUMN = "correction_fallbacks"
+# Work of friction between bodies up to the record [J], which is heat in their internal energy.
+SLIP_COLUMN = "slip_work"
+# Work of plastic flow, and what viscosity, Riemann fluxes and friction dissipated, up to the record [J].
+WORK_COLUMNS = ("plastic_work", "shock_heating")
+# Highest pressure of any particle up to the record [Pa].
+HIGHEST_COLUMN = "highest_pressure"
+# Angular momentum about the origin [kg m^2/s], by dimensions; summed every so many steps, not a number between.
+ANGULAR_COLUMNS: dict[int, tuple[str, ...]] = {
+    1: (),
+    2: ("angular_momentum_z",),
+    3: ("angular_momentum_x", "angular_momentum_y", "angular_momentum_z"),
+}
+ANGULAR_EVERY = 20
+# Particles summed at once: what numpy makes of so many stays in a cache.
+AT_ONCE = 4096
+# Work against a contact algorithm since the start [J]: a separating contact keeps it, a repulsive one has made it heat.
+CONTACT_COLUMN = "contact_energy"
+
+
+class Budget:
+    """Energy and momentum of the whole, against the start; what was retired still counts.
+
+    Parameters
+    ----------
+    setup
+        The run, with its forces evaluated once.
+
+    Attributes
+    ----------
+    plastic_work, shock_heating
+        Work of plastic flow; what viscosity, Riemann fluxes and friction dissipated [J].
+    slip_work
+        Work of the friction between bodies, which is heat in their internal energy [J].
+    impulse
+        Momentum given to the clamped particles (3,) [kg m/s].
+    retired
+        Particles [1], mass [kg], momentum (3) [kg m/s] and energy [J] that left the domain, in one row (6,).
+    highest_pressure
+        Of any particle so far [Pa].
+    angular_momentum
+        At the start [kg m^2/s]; none where no account of it is kept.
+    pending
+        Momentum (3) and energy that the next step takes from retired particles, per time [N, W] (4,).
+    """
+
+    def __init__(self, setup: Setup):
+        particles, sums = setup.particles, setup.stepper.sums
+        self.energy = float(sums[column.KINETIC] + sums[column.INTERNAL])
+        self.kinetic = float(sums[column.KINETIC])
+        self._has_energy, self._stepper = setup.stepper.has_energy, setup.stepper
+        self.momentum = sums[column.MOMENTUM : column.MOMENTUM + 3].copy()
+        speed = np.sqrt((particles["velocity"] ** 2).sum(axis=1))
+        share = setup.share
+        self.size = share.exact_sum(particles["mass"] * speed)
+        self.slip_work = self.plastic_work = self.shock_heating = 0.0
+        self.impulse = np.zeros(3)
+        self.retired = np.zeros(6)
+        self.pending = np.zeros(4)
+        self.highest_pressure = float(setup.stepper.pressures.max(initial=0.0))
+        self._setup = setup
+        # planes and clamps give angular momentum of which no account is kept
+        held = share.most(float((particles.tags[:, FLAGS] & CLAMPED).any()))[0]
+        kept = not setup.planes and not held
+        self.angular_momentum = angular_momentum(setup) if kept else np.zeros(0)
+        middle = [share.exact_sum(one) / share.count for one in particles["position"].T]
+        lever = particles["position"] - np.array(middle)
+        self._swing = share.exact_sum(particles["mass"] * speed * np.sqrt((lever**2).sum(axis=1)))
+        free = np.ones(3)
+        free[[plane.axis for plane in setup.planes]] = 0.0  # a mirror gives momentum along its normal
+        self._free = free
+
+    def record(self, sums: np.ndarray, dt: float, pressures: np.ndarray) -> None:
+        """Take account of a step [s]: forces on clamped particles, works, slip, what is pending, the pressures (n,)."""
+        self.highest_pressure = max(self.highest_pressure, float(pressures.max(initial=0.0)))
+        self.slip_work += dt * float(sums[column.SLIPPING])
+        self.plastic_work += float(sums[column.PLASTIC])
+        self.shock_heating += float(sums[column.HEATING])
+        self.impulse += dt * sums[column.SUPPORT : column.SUPPORT + 3]
+        self.retired[2:] += dt * self.pending
+        self.pending[:] = 0.0
+
+    def highest(self) -> float:
+        """Return the highest pressure of any particle of all processes so far [Pa]."""
+        self.highest_pressure = float(self._setup.share.most(self.highest_pressure)[0])
+        return self.highest_pressure
+
+    def energies(self, sums: np.ndarray) -> dict[str, float | None]:
+        """Return the energies by kind [J; per metre in 2D] of what is computed; None for what is not known."""
+        kept = self._has_energy
+        energies = {"initial": self.energy, "kinetic": float(sums[column.KINETIC]),
+                 "internal": float(sums[column.INTERNAL]) if kept else None,
+                 "plastic_work": self.plastic_work if kept else None,
+                 "shock_heating": self.shock_heating if kept else None, "slip_work": self.slip_work}  # fmt: skip
+        return {name: value if value is not None and np.isfinite(value) else None for name, value in energies.items()}
+
+    def energy_drift(self, sums: np.ndarray) -> float | None:
+        """Return the change of total energy over that at the start; None where it began with none or is not kept."""
+        if not self._has_energy:
+            return None
+        stored = self._stepper.stored_energy
+        total = float(sums[column.KINETIC] + sums[column.INTERNAL] + self.retired[5]) + stored
+        return (total - self.energy) / self.energy if self.energy > 0.0 else None
+
+    def momentum_drift(self, sums: np.ndarray) -> float | None:
+        """Return the change of momentum over the sum of m |v| at the start; None where nothing moved."""
+        now = sums[column.MOMENTUM : column.MOMENTUM + 3] + self.impulse + self.retired[2:5]
+        change = float(np.linalg.norm((now - self.momentum) * self._free))
+        return change / self.size if self.size > 0.0 else None
+
+    def angular_drift(self) -> float | None:
+        """Return the change of angular momentum over the sum of m |r| |v| about the middle at the start.
+
+        None for cut, clamped and one-dimensional models, those that have lost particles, and where nothing moved.
+        """
+        if not len(self.angular_momentum) or self.retired[0] or not self._swing > 0.0:
+            return None
+        return float(np.linalg.norm(angular_momentum(self._setup) - self.angular_momentum)) / self._swing
+
+    def as_dict(self, sums: np.ndarray) -> dict[str, float | None]:
+        """Return the plain form for the summary, without numbers that are not finite."""
+        ratio = float(sums[column.KINETIC]) / self.kinetic if self.kinetic > 0.0 else None
+        kept = {"energy_drift": self.energy_drift(sums), "momentum_drift": self.momentum_drift(sums),
+                 "angular_momentum_drift": self.angular_drift(), "kinetic_energy_ratio": ratio}  # fmt: skip
+        if self.retired[0]:
+            kept |= {"retired_particles": float(self.retired[0]), "retired_mass": float(self.retired[1]),
+                      "retired_energy": float(self.retired[5])}  # fmt: skip
+        return {name: value if value is not None and np.isfinite(value) else None for name, value in kept.items()}
+
+
+def angular_momentum(setup: Setup) -> np.ndarray:
+    """Return the angular momentum about the origin [kg m^2/s]: none in 1D and of rings, about z in 2D, (3,) in 3D."""
+    stepper = setup.stepper
+    # a sum in whole numbers of the unit of momentum, a million smoothing lengths away
+    unit = float(stepper.totals.units[column.MOMENTUM] * 2.0 ** (20.0 + np.floor(np.log2(stepper.support))))
+    particles = stepper.particles
+    columns = len(ANGULAR_COLUMNS[_turns(particles)])
+    if not columns:
+        return np.zeros(0)
+    parts = np.zeros((2, columns), np.int64)
+    for first in range(0, particles.count, AT_ONCE):
+        parts += whole_parts(turning(particles, slice(first, first + AT_ONCE)), unit)
+    return value_of(setup.share.total(parts), unit)
+
+
+def turning(particles: Particles, some: slice = slice(None)) -> np.ndarray:
+    """Return the angular momentum of `some` particles about the origin (n, 0, 1 or 3) [kg m^2/s]."""
+    x, momentum = particles["position"][some], particles["mass"][some, None] * particles["velocity"][some]
+    pairs: dict[int, tuple[tuple[int, int], ...]] = {1: (), 2: ((0, 1),), 3: ((1, 2), (2, 0), (0, 1))}
+    columns = [x[:, a] * momentum[:, b] - x[:, b] * momentum[:, a] for a, b in pairs[_turns(particles)]]
+    return np.stack(columns, 1) if columns else np.zeros((len(x), 0))
+
+
+def _turns(particles: Particles) -> int:
+    """Return the dimensions in which the particles can turn: rings about an axis cannot."""
+    return 1 if particles.kinematics.revolved else particles.dim
+
+
+class Observer:
+    """The history: one record a step, with the pressures at the projectile's centre and on its axis, and gauges."""
+
+    BASE = ("step", "time", "dt", "criterion", "limiting_particle", "kinetic_energy", "internal_energy",
+            "momentum_x", "momentum_y", "momentum_z", "energy_drift")  # fmt: skip
+
+    def __init__(self, setup: Setup, spacing: float):
+        self._setup, particles = setup, setup.particles
+        self._watched = setup.watched or watched_particles(particles, setup.planes, spacing)
+        formulation = setup.stepper.formulation
+        self.corrected, self._slips = formulation.corrects, formulation.slips
+        counted = (FALLBACKS_COLUMN,) if self.corrected else ()
+        counted = (*counted, SLIP_COLUMN) if self._slips else counted
+        self._works = setup.stepper.has_energy
+        counted = (*counted, *WORK_COLUMNS) if self._works else counted
+        self._repels = formulation.repels
+        counted = (*counted, CONTACT_COLUMN) if self._repels else counted
+        counted = (*counted, HIGHEST_COLUMN, *ANGULAR_COLUMNS[_turns(particles)])
+        self.columns = (*self.BASE, *self._watched, *counted, *setup.gauges.columns)
+
+    def due(self, step: int) -> bool:
+        """Whether a gauge asks for a record after `step` steps, whatever the history's own cadence."""
+        return self._setup.gauges.due(step)
+
+    def record(self, step: int, time: float, dt: float, criterion: str, particle: int, budget: Budget) -> list[Any]:
+        """Return the record of a step."""
+        sums, share = self._setup.stepper.sums, self._setup.share
+        centre, axis = self._watched[CENTRE_COLUMN], self._watched[AXIS_COLUMN]
+        pressures = share.at(np.concatenate([centre, axis]), self._setup.stepper.pressures)
+        drift = budget.energy_drift(sums)
+        return [
+            step, time, dt, criterion, particle, float(sums[column.KINETIC]), float(sums[column.INTERNAL]),
+            *(float(p) for p in sums[column.MOMENTUM : column.MOMENTUM + 3]),
+            float("nan") if drift is None else drift,
+            float(pressures[: len(centre)].mean()), float(pressures[len(centre) :].min()),
+            *((int(share.total(np.array([fallbacks(self._setup.stepper)]))[0]),) if self.corrected else ()),
+            *((budget.slip_work,) if self._slips else ()),
+            *((budget.plastic_work, budget.shock_heating) if self._works else ()),
+            *((float(self._setup.stepper.contact_energy),) if self._repels else ()),
+            budget.highest(), *self._angular(step), *self._setup.gauges.record(step, share),
+        ]  # fmt: skip
+
+    def _angular(self, step: int) -> list[float]:
+        particles = self._setup.particles
+        if step % ANGULAR_EVERY:
+            return [float("nan")] * len(ANGULAR_COLUMNS[_turns(particles)])
+        return [float(one) for one in angular_momentum(self._setup)]
+
+
+def watched_particles(particles: Particles, planes: tuple[Plane, ...], spacing: float) -> dict[str, np.ndarray]:
+    """Return the numbers of the projectile's particles whose pressures the history holds, by column.
+
+    Parameters
+    ----------
+    particles, planes
+        All particles at the start, and the planes of symmetry.
+    spacing
+        dx [m].
+    """
+    projectile = np.flatnonzero(particles.body == 0)
+    position, numbers = particles["position"][projectile], particles.id[projectile]
+    axis = _mirror_axis(position, planes)
+    return {
+        CENTRE_COLUMN: np.sort(numbers[centre_particles(position, spacing, axis)]),
+        AXIS_COLUMN: np.sort(numbers[axis_particles(position, spacing, axis)]),
+    }
+
+
+def _mirror_axis(position: np.ndarray, planes: tuple[Plane, ...]) -> np.ndarray | None:
+    """Return the shot line of a problem cut by symmetry planes, which its particles alone do not show."""
+    if not any(plane.axis for plane in planes):
+        return None
+    centre = 0.5 * (position.min(axis=0) + position.max(axis=0))
+    for plane in planes:
+        centre[plane.axis] = plane.at
+    return np.asarray(centre[1:])

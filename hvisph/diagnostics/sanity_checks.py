@@ -1,0 +1,230 @@
+"""Watchers: a run that has left its physics stops, and says which particle did, where, when and why."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import RunError
+from hvisph.core.particles import MATERIAL
+from hvisph.integrators import sums as column
+from hvisph.parallel.collectives import Seen, Whole
+from hvisph.setup.build import Setup
+
+# Steps between two looks at all densities.
+DENSITY_EVERY = 8
+# Share of the energy at the start that the internal energy may be below zero without a word: a first step of contact
+# of bodies at zero energy ends so by 2e-5, for that step.
+UNNOTICED = 1e-4
+# A liquid or metal that is drawn beyond the largest tension of its isentrope falls into itself at any step.
+TORN = (
+    ". Nothing limits the tension of its material: drawn to where the speed of sound ends, it runs away at any step; "
+    "give it a damage, as {type: pressure_cutoff, pressure: ...}"
+)
+
+
+class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever reads about it
+    """A run that stopped itself: what, where and when.
+
+    Parameters
+    ----------
+    criterion
+        Name of the watcher.
+    message
+        What happened and its likely cause.
+    particle, body, position
+        Permanent number, body and place [m] of the particle at fault.
+    time, step
+        When [s], and after how many steps.
+    """
+
+    def __init__(self, criterion: str, message: str, particle: int | None, body: str | None,
+                 position: list[float] | None, time: float, step: int):  # fmt: skip
+        super().__init__(message)
+        self.criterion, self.particle, self.body = criterion, particle, body
+        self.position, self.time, self.step = position, time, step
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for the summary."""
+        facts: dict[str, Any] = {"particle": self.particle, "body": self.body}
+        if self.position is not None:
+            facts["position"] = [x if np.isfinite(x) else None for x in self.position]
+        return facts | {
+            "step": self.step,
+            "time": self.time,
+            "criterion": self.criterion,
+            "message": str(self),
+        }
+
+
+class Watch:
+    """Stops a run that has failed; every method raises `Failure` when it has.
+
+    Parameters
+    ----------
+    setup
+        The run, with its forces evaluated once.
+    limits
+        The case's `watch`.
+    """
+
+    def __init__(self, setup: Setup, limits: Any):
+        self._setup, self._limits = setup, limits
+        fastest = float(setup.stepper.sums[column.FASTEST])
+        signal = float(setup.share.most(setup.stepper.signals.max(initial=0.0))[0])
+        scale = fastest if fastest > 0.0 else signal
+        self.speed_limit = np.inf if limits.speed_over_initial is None else limits.speed_over_initial * scale
+        self.first: float | None = None
+        self._energy = float(setup.stepper.sums[column.KINETIC] + abs(setup.stepper.sums[column.INTERNAL]))
+        self._floor = min(0.0, float(setup.stepper.sums[column.INTERNAL]))
+        self._warned = False
+
+    def check_step(self, limit: Whole, time: float, step: int) -> None:
+        """Judge what limits the next step: rates that are not finite, a step that has collapsed."""
+        if limit.criterion == "not_finite":
+            raise self._failure(
+                "not_finite", self._setup.share.look_up(limit.number), time, step, "a rate is not finite"
+            )
+        if limit.criterion == "inverted":
+            raise self._failure(
+                "inverted", self._setup.share.look_up(limit.number), time, step,
+                "a deformation gradient is inverted (J <= 0): the distortion is more than Total Lagrangian kernels "
+                "bear; let particles turn Eulerian (formulation adaptive)",
+            )  # fmt: skip
+        if limit.criterion == "passed_through":
+            raise self._failure(
+                "passed_through", self._setup.share.look_up(limit.number), time, step,
+                "bodies pass through each other: particles from within one stand in the midst of another, because "
+                "the impact outgrows the contact; give formulation.contact more stiffness, or take riemann",
+            )  # fmt: skip
+        if self.first is None:
+            self.first = limit.dt
+        smallest = self._limits.step_over_initial
+        if limit.dt < smallest * self.first:
+            raise self._failure(
+                "step_collapse", self._setup.share.look_up(limit.number), time, step,
+                f"the time step fell to {limit.dt:.3g} s, below {smallest:g} of the first, by the criterion "
+                f"'{limit.criterion}'",
+            )  # fmt: skip
+
+    def check_state(self, drift: float | None, time: float, step: int) -> None:
+        """Judge the state after a step: finite, no runaway, densities, total energy kept but for `drift` of it."""
+        sums = self._setup.stepper.sums
+        if not all(map(isfinite, sums[: column.FASTEST + 1].tolist())):
+            bad = self._one_of(np.logical_not(np.isfinite(self._setup.particles.data).all(axis=1)))
+            if bad:
+                raise self._failure("not_finite", bad, time, step, "a value of the state is not finite")
+        if not sums[column.FASTEST] <= self.speed_limit:
+            speed = np.sqrt((self._setup.particles["velocity"] ** 2).sum(axis=1))
+            worst = self._setup.share.worst(speed)
+            assert worst is not None
+            raise self._failure(
+                "runaway", worst, time, step,
+                f"a particle moves at {sums[column.FASTEST]:.4g} m/s, more than the limit of "
+                f"{self.speed_limit:.4g} m/s",
+            )  # fmt: skip
+        if self._limits.density and step % DENSITY_EVERY == 0:
+            self._check_density(time, step)
+        missing, allowed = self._missing_energy(), self._limits.negative_energy
+        if allowed is not None and missing > allowed:
+            particles = self._setup.particles
+            coldest = self._setup.share.worst(-particles["mass"] * particles["internal_energy"])
+            raise self._failure(
+                "negative_energy", coldest, time, step,
+                f"the internal energy of the whole is below zero by {100.0 * missing:.3g} % of that at the start, "
+                f"more than {100.0 * allowed:g} %; it is lowest in",
+            )  # fmt: skip
+        most = self._limits.energy_drift
+        if most is not None and drift is not None and not abs(drift) <= most:
+            stepper = self._setup.stepper
+            hottest = self._setup.share.worst(np.abs(stepper.rates[stepper.place, self._power]))
+            raise self._failure(
+                "energy_drift", hottest, time, step,
+                f"total energy has changed by {100.0 * drift:+.3g} % since the start, more than "
+                f"{100.0 * most:g} %; energy changes fastest in",
+            )  # fmt: skip
+
+    def warning(self, time: float) -> str:
+        """Return what is to be said loudly, once, after a step; empty where all is well."""
+        missing = self._missing_energy()
+        if self._warned or not missing > UNNOTICED:
+            return ""
+        self._warned = True
+        return (
+            f"warning: the internal energy of the whole fell below zero at t = {time:.6g} s, by "
+            f"{100.0 * missing:.2g} % of the energy at the start: the scheme takes more out of particles than "
+            "they hold; what follows is not to be trusted"
+        )
+
+    def _missing_energy(self) -> float:
+        """Return by how much the internal energy is below zero, or below that at the start, over the energy then."""
+        if not (self._setup.stepper.has_energy and self._energy > 0.0):
+            return 0.0
+        return (self._floor - float(self._setup.stepper.sums[column.INTERNAL])) / self._energy
+
+    @property
+    def _power(self) -> int:
+        return self._setup.particles.dim  # its column in the rates, after the acceleration
+
+    def _check_density(self, time: float, step: int) -> None:
+        particles, limits = self._setup.particles, self._setup.density_limits
+        density, share = particles["density"], self._setup.share
+        highest, lowest = density.max(initial=0.0), density.min(initial=np.inf)
+        fine = lowest > 0.0 and highest < limits.min()
+        if not share.most(float(not fine))[0]:
+            return
+        most = limits[particles.material]
+        outside = ~((density > 0.0) & (density < most))
+        worst, count = self._one_of(outside), int(share.total(np.array([outside.sum()]))[0])
+        if worst:
+            material = int(share.at(np.array([worst.number]), particles.tags)[0, MATERIAL])
+            raise self._failure(
+                "density", worst, time, step,
+                f"a density of {worst.density:.4g} kg/m^3 is outside the range of the equation of state of '"
+                f"{self._setup.materials[material]}', 0 to {limits[material]:.4g} kg/m^3, as of {count} of "
+                f"{share.count} particles (where these are few, in a jet or a spike, watch.density: false goes on "
+                "without this limit)",
+            )  # fmt: skip
+
+    def _one_of(self, chosen: Any) -> Seen | None:
+        """Return of the `chosen` particles (n,), bool, of all processes that of the smallest number."""
+        return self._setup.share.worst(np.where(chosen, 1.0, -np.inf))
+
+    def collapsed(self, error: RunError, time: float, step: int) -> Failure:
+        """Return the failure of an evaluation that found too many neighbours, at the most crowded place."""
+        position = self._setup.particles["position"]
+        edge = self._setup.stepper.support
+        finite = np.isfinite(position).all(axis=1) & (np.abs(position) < 1e15 * edge).all(axis=1)
+        lost = self._one_of(~finite)
+        if lost:
+            return self._failure("not_finite", lost, time, step, "a position is not finite")
+        cells = np.floor(position / edge).astype(np.int64)
+        _, member, crowd = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
+        return self._failure(
+            "collapse", self._setup.share.worst(crowd[member.ravel()].astype(float)), time, step, str(error)
+        )
+
+    def _failure(self, criterion: str, seen: Seen | None, time: float, step: int, what: str) -> Failure:
+        assert seen is not None  # there are particles
+        body = self._setup.bodies[seen.body]
+        place = ", ".join(f"{x:.6g}" for x in seen.position)
+        message = (
+            f"{what}: particle {seen.number} of body '{body}' at ({place}) m, time {time:.6g} s, step {step}; "
+            f"{_likely_cause(seen, self._setup.bears_any_tension[seen.body])}"
+        )
+        return Failure(criterion, message, seen.number, body, seen.position, time, step)
+
+
+def _likely_cause(seen: Seen, bears_any_tension: bool) -> str:
+    density, energy = seen.density, seen.energy
+    if not np.isfinite(density) or not np.isfinite(energy):
+        return "its state is not finite: the step is too long for what happens there; try a smaller time.cfl"
+    if density <= 0.0:
+        return "its density is not positive: the equation of state has no answer there; try a smaller time.cfl"
+    return (
+        f"its density is {density:.4g} kg/m^3 and its energy {energy:.4g} J/kg; the step is too long, or the "
+        "material's equation of state is beyond its range there; try a smaller time.cfl"
+        + (TORN if bears_any_tension else "")
+    )

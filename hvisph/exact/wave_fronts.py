@@ -1,0 +1,228 @@
+"""Wave-front tracking: one-dimensional impact of layers, as a chain of Riemann problems.
+
+Mass coordinates: the interfaces between materials stand still, fronts run at constant speeds
+between uniform states, and only when fronts meet is there anything to solve. Layers touch or
+stand apart by gaps; once closed, a contact stays closed, in tension too, as bodies of particles
+do that feel each other through their kernel sums. Outer ends are free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
+from math import inf
+
+import numpy as np
+
+from hvisph.core.errors import CaseError, RunError
+
+from .roots import bracketed_root
+from .wave_curves import State, Wave
+from .wave_history import Front, Layer, Tracked
+
+_TOGETHER = 1e-12  # events this close, in relation to the time span, are one
+_MANY = 50  # fronts alive from which on the limits below which waves and borders are left out rise
+
+
+def track(
+    layers: Sequence[Layer], end: float, strain_step: float = 0.01, weakest: float = 1e-7, alike: float = 1e-7
+) -> Tracked:
+    """Follow all waves of an impact up to the time `end`.
+
+    Parameters
+    ----------
+    layers
+        From left to right; faces that coincide touch, others have a gap.
+    end
+        [s].
+    strain_step
+        Change of ln(rho) by which rarefactions are cut into fronts.
+    weakest
+        Waves weaker than this part of the strongest stress are left out. Where more than 50 fronts are
+        alive both limits rise with the square of their number: elastic waves that cross would multiply
+        without end. What they rose to is in the result.
+    alike
+        States of one material that differ by less than this part (in volume, and in the deviator
+        by this part of the strongest stress) become one when waves have crossed.
+
+    Raises
+    ------
+    CaseError
+        If layers overlap or are out of order, or have no extent.
+    RunError
+        If more fronts arise than a minute can follow.
+    """
+    bounds = _checked_bounds(layers)
+    tracker = _Tracker(strain_step, weakest, alike)
+    at_rest = [layer.law.at_rest(layer.velocity) for layer in layers]
+    tracker.alive = [Front(0.0, 0.0, 0.0, None, at_rest[0], layers[0].begin)]
+    clusters = []
+    for i in range(1, len(layers)):
+        mass, left, right = float(bounds[i]), at_rest[i - 1], at_rest[i]
+        if layers[i].begin - layers[i - 1].end > 1e-12 * (layers[-1].end - layers[0].begin):
+            tracker.alive.append(Front(mass, 0.0, 0.0, left, None, layers[i - 1].end))
+            tracker.alive.append(Front(mass, 0.0, 0.0, None, right, layers[i].begin))
+        else:
+            clusters.append(Front(mass, 0.0, 0.0, left, right, layers[i].begin))
+            tracker.alive.append(clusters[-1])
+    tracker.alive.append(Front(float(bounds[-1]), 0.0, 0.0, at_rest[-1], None, layers[-1].end))
+    for front in clusters:
+        if front.left and front.right and _differ(front.left, front.right):
+            i = tracker.alive.index(front)
+            tracker.meet(i, i, 0.0)
+    tracker.run(end)
+    return Tracked(layers, bounds, tracker.dead + tracker.alive, end, weakest * tracker.highest)
+
+
+def _differ(left: State, right: State) -> bool:
+    return left.velocity != right.velocity or left.stress != right.stress
+
+
+def _checked_bounds(layers: Sequence[Layer]) -> np.ndarray:
+    if not layers:
+        raise CaseError("there are no layers")
+    span = layers[-1].end - layers[0].begin
+    bounds = [0.0]
+    for number, layer in enumerate(layers):
+        if not layer.end > layer.begin:
+            raise CaseError(f"layer {number + 1} ends at {layer.end:g}, not beyond its begin {layer.begin:g}")
+        if number and layer.begin < layers[number - 1].end - 1e-12 * span:
+            raise CaseError(f"layer {number + 1} begins at {layer.begin:g}, inside the one before or ahead of it")
+        bounds.append(bounds[-1] + (layer.end - layer.begin) * layer.law.at_rest(0.0).density)
+    return np.array(bounds)
+
+
+def _ending_at(waves: list[Wave], ahead: State | None, end: State, direction: int) -> Wave:
+    """Let the last wave end at the velocity and stress of `end`, across which no wave is sent.
+
+    A wave left out must leave no jump of stress behind: it would push for good. The last wave
+    on the other side takes it up, in exact balance of mass and momentum, by a slight change of
+    speed.
+    """
+    flux, state = waves[-1]
+    before = waves[-2][1] if len(waves) > 1 else ahead
+    if before is None or end.velocity == before.velocity:
+        return flux, state
+    changed = direction * (end.stress - before.stress) / (end.velocity - before.velocity)
+    fastest = waves[-2][0] if len(waves) > 1 else 1.01 * flux
+    if not 0.99 * flux < changed < fastest:
+        return flux, state
+    volume = before.volume - (end.stress - before.stress) / changed**2
+    return changed, replace(state, velocity=end.velocity, stress=end.stress, volume=volume)
+
+
+class _Tracker:
+    """The fronts alive, in order of mass, and the next meeting of any two neighbours."""
+
+    def __init__(self, strain_step: float, weakest: float, alike: float, most: int = 300_000):
+        self.strain_step, self.weakest, self.alike, self.most = strain_step, weakest, alike, most
+        self.alive: list[Front] = []
+        self.dead: list[Front] = []
+        self.strongest = 0.0
+        self.rise, self.highest = 1.0, 1.0  # of both limits: now, and at most
+
+    def run(self, end: float) -> None:
+        now = 0.0
+        while True:
+            times = [self._meeting(a, b, now) for a, b in pairwise(self.alive)]
+            now = min(times)
+            if now >= end:
+                return
+            first = times.index(now)
+            last = first
+            while last + 1 < len(times) and times[last + 1] <= now + _TOGETHER * end:
+                last += 1
+            self.rise = max(1.0, len(self.alive) / _MANY) ** 2
+            self.highest = max(self.highest, self.rise)
+            self.meet(first, last + 1, now)
+            if len(self.dead) > self.most:
+                raise RunError(f"more than {self.most} fronts by t = {now:.6g}; coarser rarefactions would help")
+
+    @staticmethod
+    def _meeting(a: Front, b: Front, now: float) -> float:
+        if a.right is None:  # across a gap: when it closes
+            left, right = a.left, b.right
+            if left is None or right is None or left.velocity <= right.velocity:
+                return inf
+            return now + max(b.position_at(now) - a.position_at(now), 0.0) / (left.velocity - right.velocity)
+        closing = a.speed - b.speed
+        if closing <= 0.0:
+            return inf
+        return now + max(b.mass_at(now) - a.mass_at(now), 0.0) / closing
+
+    def meet(self, first: int, last: int, now: float) -> None:
+        """Replace the fronts `first` to `last`, which are at one place, by what comes of their meeting."""
+        old = self.alive[first : last + 1]
+        still = [front for front in old if front.speed == 0.0]
+        mass = still[0].mass if still else old[0].mass_at(now)
+        left, right = old[0].left, old[-1].right
+        stress = self._stress_between(left, right)
+        self.strongest = max(self.strongest, abs(stress))
+        rows: dict[int, list[Wave]] = {-1: [], 1: []}
+        for state, direction in ((left, -1), (right, 1)):
+            if state and abs(stress - state.stress) > self.rise * self.weakest * self.strongest:
+                rows[direction] = state.law.waves(state, stress, direction, self.strain_step)
+        for state, direction in ((left, -1), (right, 1)):
+            if state and not rows[direction] and rows[-direction]:
+                ahead = right if direction < 0 else left
+                rows[-direction][-1] = _ending_at(rows[-direction], ahead, state, -direction)
+        made, state = [], left
+        for flux, behind in rows[-1]:
+            made.append(Front(mass, now, -flux, state, behind))
+            state = behind
+        ahead, from_right = right, []
+        for flux, behind in rows[1]:
+            from_right.append(Front(mass, now, flux, behind, ahead))
+            ahead = behind
+        if state is None or ahead is None or state.law is not ahead.law or self._contact(state, ahead):
+            position = next((f.position_at(now) for f in still if f.left is None or f.right is None), 0.0)
+            made.append(Front(mass, now, 0.0, state, ahead, position))
+        elif from_right:
+            from_right[-1] = replace(from_right[-1], left=state)
+        elif made:
+            made[-1] = replace(made[-1], right=ahead)
+        for front in old:
+            front.died = now
+        self.dead += old
+        self.alive[first : last + 1] = made + from_right[::-1]
+
+    def _contact(self, left: State, right: State) -> bool:
+        """Whether two states of one material differ so much that their border must be kept."""
+        apart = abs(left.volume - right.volume) / left.volume
+        scale = max(abs(left.stress), abs(right.stress), self.strongest)
+        alike = self.rise * self.alike
+        return apart > alike or abs(left.deviator - right.deviator) > alike * scale
+
+    def _stress_between(self, left: State | None, right: State | None) -> float:
+        """Stress at which both sides have one velocity; zero at a surface."""
+        if left is None or right is None:
+            return 0.0
+
+        def excess(stress: float) -> float:
+            ends = []
+            for state, direction in ((left, -1), (right, 1)):
+                waves = state.law.waves(state, stress, direction, self.strain_step)
+                ends.append(waves[-1][1].velocity if waves else state.velocity)
+            return ends[1] - ends[0]  # rises with the stress
+
+        floor = 0.999999 * max(left.law.lowest_stress(), right.law.lowest_stress())
+        near = 0.5 * (left.stress + right.stress)
+        value = excess(near)
+        if value == 0.0:
+            return near
+        acoustic = abs(left.velocity - right.velocity) * self._flux(left)
+        width = max(abs(left.stress - right.stress), acoustic, 1e-9 * abs(floor))
+        sign = -1.0 if value > 0.0 else 1.0
+        for _ in range(200):
+            far = max(near + sign * width, floor)
+            if (excess(far) > 0.0) != (value > 0.0):
+                return bracketed_root(excess, min(near, far), max(near, far))
+            if far == floor:
+                break
+            near, width = far, 2.0 * width
+        raise RunError("the layers would part: a tension beyond what the materials' laws can bear")
+
+    def _flux(self, state: State) -> float:
+        waves = state.law.waves(state, state.stress + 1e-6 * abs(state.law.lowest_stress()), 1, self.strain_step)
+        return waves[0][0]

@@ -1,1 +1,0 @@
-"""Arrangements of particles inside shapes, one family a file; `hvisph.geometry.fill` chooses among them."""

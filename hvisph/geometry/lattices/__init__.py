@@ -1,0 +1,1 @@
+"""Arrangements of particles inside shapes, one family a file; `hvisph.geometry.filling` chooses among them."""

@@ -1,0 +1,179 @@
+"""The steps of the pass over single particles: to load, carry, strain and store one, or many at once; see `update`.
+
+Templates; `PARTS` are what a stepper binds.
+"""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.logarithmic_growth import grown
+from hvisph.compiler.tensors import (
+    divergence,
+    dot,
+    double_dot,
+    minus,
+    own_gradient,
+    own_vector,
+    plus,
+    put,
+    radial,
+    times,
+)
+from hvisph.compiler.tensors3d import full_gradient, own_full_symmetric, put_full_symmetric, stretching, with_zz
+from hvisph.sph.terms.viscosity import balsara_share, relaxed_share
+
+from .particle_records import Rates, State
+
+# The smallest radius of a ring, over h: below it a ring is taken for one of this radius.
+ON_AXIS = 0.07
+# Of the signal of a hoop; see `hoop_signal`.
+STEEPNESS, NEAR = 0.63, 0.8
+# Which share of the viscosity a particle takes: all of it, or by a published switch.
+WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
+
+
+def loaded(state, i):
+    """Return particle `i` of the state."""
+    return State(own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM), state[i, S_DENSITY],
+                 state[i, S_INTERNAL_ENERGY], state[i, S_SMOOTHING_LENGTH],
+                 own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
+                 (state[i, S_MEMORY], state[i, S_FLAW_STRAIN], state[i, S_FLAW_EXPONENT], state[i, S_FLAWS],
+                  state[i, S_STRAIN_RATE])
+                 if REMEMBERS else NOTHING)  # fmt: skip
+
+
+def store(state, i, now):
+    """Write particle `i` into the state."""
+    put(state, i, S_POSITION, now.x)
+    put(state, i, S_VELOCITY, now.u)
+    state[i, S_DENSITY] = now.rho
+    state[i, S_INTERNAL_ENERGY] = now.e
+    state[i, S_SMOOTHING_LENGTH] = now.h
+    put_full_symmetric(state, i, S_DEVIATOR, now.s, DIM)
+    state[i, S_PLASTIC_STRAIN] = now.plastic_strain
+    state[i, S_DAMAGE] = now.damage
+    if REMEMBERS:
+        state[i, S_MEMORY], state[i, S_FLAW_STRAIN] = now.memory[0], now.memory[1]
+        state[i, S_STRAIN_RATE] = now.memory[4]
+
+
+def measured(rates, k):
+    """Return row `k` of the rates."""
+    return Rates(own_vector(rates, k, R_ACCELERATION, DIM), rates[k, R_POWER], own_gradient(rates, k, R_GRADIENT, DIM),
+                 rates[k, R_DENSITY] if DENSITY_RATE else 0.0, rates[k, R_HOOP] if REVOLVED else 0.0)  # fmt: skip
+
+
+def remember(state, i, u, rate):
+    """Keep the rates of an evaluation, and the velocity `u` that it was made with, for the step after."""
+    put(state, i, S_PREVIOUS_VELOCITY, u)
+    put(state, i, S_PREVIOUS_ACCELERATION, rate.a)
+    state[i, S_PREVIOUS_POWER] = rate.power
+    put(state, i, S_PREVIOUS_GRADIENT, rate.l)
+    if DENSITY_RATE:
+        state[i, S_PREVIOUS_DENSITY_RATE] = rate.density
+    if REVOLVED:
+        state[i, S_PREVIOUS_HOOP_RATE] = rate.hoop
+
+
+def moved(state, i, now, rate, free, u, dt):
+    """Carry position, velocity and energy over a step: return them in a state, and gradient, swelling, hoop's rate.
+
+    `u` is the velocity of the evaluation, with which power and gradient were found. The step's rates are those of
+    the evaluation or, with PREVIOUS, the means of them and of the one before. `free` is 0 of a particle that is held.
+    """
+    a, power, l, density, hoop = rate.a, rate.power, rate.l, rate.density, rate.hoop
+    if PREVIOUS:
+        before = own_vector(state, i, S_PREVIOUS_ACCELERATION, DIM)
+        a = times(0.5, plus(a, before))
+        power = 0.5 * (power + state[i, S_PREVIOUS_POWER])
+        l = times(0.5, plus(l, own_gradient(state, i, S_PREVIOUS_GRADIENT, DIM)))
+        if DENSITY_RATE:
+            density = 0.5 * (density + state[i, S_PREVIOUS_DENSITY_RATE])
+        if REVOLVED:
+            hoop = 0.5 * (hoop + state[i, S_PREVIOUS_HOOP_RATE])
+    a = times(free, a)
+    # Mean velocity of the step; the work of the forces at it is what the energy receives.
+    mean = plus(now.u, times(0.5 * dt, a))
+    missing = dot(rate.a, minus(mean, u))
+    if PREVIOUS:
+        missing = 0.5 * (missing + dot(before, minus(mean, own_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
+    after = State(plus(now.x, times(dt, mean)), plus(now.u, times(dt, a)), now.rho,
+                  now.e + dt * (power - missing), now.h, now.s, now.plastic_strain, now.damage,
+                  now.memory)  # fmt: skip
+    return after, l, divergence(l) - density, hoop
+
+
+def sparsest(mass, ring, h, thickness):
+    """Return the least density [kg/m^3] that particles of `mass`, rings of a radius, can have: of one alone, m W(0)."""
+    least = SPARSEST * mass / thickness
+    for _ in range(DIM):
+        least /= h
+    return least / (2.0 * pi * ring) if REVOLVED else least
+
+
+def strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
+    """Strain a particle over `dt` at the velocity gradient `l` in the plane and its rate of volume `swelling` there.
+
+    A ring's circumference grows at the rate `hoop`; its smoothing length follows its area. Density stays above `least`.
+    Returns the state, pressure, bulk sound speed, full velocity gradient, and growth of the thickness.
+    """
+    full, thicker, rho = full_gradient(l), 1.0, now.rho
+    if PLANE_STRESS:
+        zz = thinning(table, models, m, dt, rho, swelling, now.e, now.s, now.plastic_strain, now.damage, full)
+        full, thicker = with_zz(full, zz), grown(dt * zz)
+        rho *= grown(-dt * (swelling + zz))
+    elif REVOLVED:
+        full = with_zz(full, hoop)
+        rho *= grown(-dt * (swelling + hoop))
+    else:
+        rho *= grown(-dt * swelling)
+    if SPARSEST:  # which keeps a lone ring from thinning, and does not press it as it nears the axis
+        rho = max(rho, min(least, now.rho) if REVOLVED else least)
+    h = min(max(now.h * grown(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
+    s, plastic_strain, damage, p, c, memory = recall(
+        table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip
+    kept = memory if REMEMBERS else NOTHING
+    return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, kept), p, c, full, thicker
+
+
+def works(before, now, l, p, dt):
+    """Return what a step did to a particle, per mass [J/kg]: plastic work, and what was dissipated beside it.
+
+    The energy that its own pressure `p` and deviator did not do, at its strain, came from viscosity, from the fluxes
+    of Riemann problems or from friction. `l` is the full velocity gradient, `p` the pressure of the evaluation.
+    """
+    volume = 2.0 / (before.rho + now.rho)
+    strain = now.plastic_strain - before.plastic_strain
+    plastic = volume * strain * sqrt(1.5 * double_dot(now.s, now.s)) if strain > 0.0 else 0.0
+    pressed = p * (1.0 / before.rho - 1.0 / now.rho)
+    sheared = volume * dt * double_dot(times(0.5, plus(before.s, now.s)), stretching(l))
+    return plastic, now.e - before.e - pressed - sheared
+
+
+@compiled
+def ring_radius(x, h):
+    """Return the radius of the ring at `x` [m], at the axis that of a tenth of a spacing or so."""
+    return max(abs(radial(x)), ON_AXIS * h)
+
+
+@compiled
+def hoop_signal(h, ring):
+    """Return the speed of signals of a ring over that of sound: near the axis its hoop swings the faster.
+
+    Elastic rods of rings stay still up to steps c dt/r of 0.86, 0.70 and 0.63 where h/r is 2.4, 4.8 and 9.6 (c that of
+    longitudinal waves), whatever the spacings are: 1/(1.75 (1 - 0.8 r/h)). At the Courant number of rings, 0.3, this
+    keeps a sixth below that.
+    """
+    return STEEPNESS * (h / ring - NEAR)
+
+
+def viscous_share(share, l, c, h, dt, coefficients):
+    """Return the share of the viscosity that a particle takes, from its full velocity gradient."""
+    if SWITCH == MORRIS_MONAGHAN:
+        return relaxed_share(share, divergence(l), c, h, dt, coefficients[5], coefficients[6])
+    return balsara_share(l, c, h)
+
+
+PARTS = (loaded, store, measured, remember, moved, sparsest, strained, works, viscous_share)

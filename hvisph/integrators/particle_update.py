@@ -1,0 +1,227 @@
+"""The pass over single particles: complete a step, predict the next stage, update the stress, pack.
+
+Between two evaluations of the pair forces every particle is visited once. With the rates of the
+last evaluation its state is carried to the end of the step; then the stage of the
+next evaluation is predicted, `materials.stress_update` gives the stress there, and what the neighbours
+need is packed into the particle's row. See `integrators.scheme` for the scheme and its energy.
+
+Particles of a chunk that share a material, and are all held or all free, are carried LANES at once. The text is that of
+a single one: arrays stand for many of their rows, numbers are lanes (`compiler.vector.gather`, `compiler.if_conversion`), each of which
+rounds as a single number does. So the bits do not depend on which particles are carried together.
+"""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+
+from hvisph.compiler.exact_sum import add_lanes, add_lanes_of, sum_lanes
+from hvisph.compiler.tensors import divergence, dot, no_axial, no_vector, own_axial, own_vector, plus, put, times
+from hvisph.compiler.tensors3d import in_space
+from hvisph.compiler.vector.api import LANES, all_strict, first_lanes, lane, many
+from hvisph.compiler.vector.partition import NONE, listed
+from hvisph.compiler.vector.prefetch import fetch_row
+from hvisph.sph.terms.viscosity import shear_share
+
+from .particle_records import Limits, Shown, State
+from .particle_steps import MORRIS_MONAGHAN, hoop_signal, ring_radius
+from .sums import COUNTED, HEATING, INTERNAL, KINETIC, LENGTH, MOMENTUM, PLASTIC, SIZE, SLIPPING, SPEED2, SUPPORT
+
+CHUNK = 256
+# Rings in shear flow have all of the viscosity at the axis, none beyond the reduced share from h over this on.
+AT_AXIS = 0.5
+# The most that density leads the number of particles by: fronts make a tenth of it.
+AFAR = 0.5
+
+
+def carried(particles, here, alike, materials, coefficients, times_ahead, h_limits, rows, limits, counted, most,
+            rounders):  # fmt: skip
+    """Carry LANES particles on, of one material and all held or all free.
+
+    Parameters
+    ----------
+    particles
+        Their rows of the state, of tags and of rates.
+    here
+        The lanes that count: others repeat the last of these.
+    alike
+        Their material and whether they are held.
+    materials, coefficients, times_ahead, h_limits, rows, limits
+        See `update`; rows and limits of these particles.
+    counted
+        Whole numbers of each lane and finer ones (2, COUNTED, LANES), which their sums are added to.
+    most
+        Largest speed squared, largest smoothing length and sum of the sizes of energies so far, a lane each.
+    rounders
+        What rounds energies, momenta, forces and powers.
+
+    Returns
+    -------
+    tuple
+        `most` with these particles.
+    """
+    state, tags, rates = particles
+    m, held = alike
+    table, models = materials
+    dt, stage, complete = times_ahead
+    h_low, h_high = h_limits
+    lengths, signals, pressures = limits
+    of_energy, of_momentum, of_force, of_power = rounders
+    s = np.uint64(0)  # arrays stand for all of the particles: any row will do
+    flowed = dissipated = 0.0
+    mass, now, rate = state[s, S_MASS], loaded(state, s), measured(rates, s)
+    acting, free = rate, 0.0 if held else 1.0
+    if held:
+        resting = rate.a
+        if PREVIOUS:
+            resting = times(0.5, plus(resting, own_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
+        add_lanes_of(counted, SUPPORT, here, in_space(times(mass, resting)), of_force)
+    a = no_vector(DIM) if held else rate.a
+    thickness = state[s, S_THICKNESS] if PLANE_STRESS else 1.0
+    ring = ring_radius(now.x, now.h) if REVOLVED else 0.0
+    least = sparsest(mass, ring, now.h, thickness) if SPARSEST else 0.0
+    if complete:
+        u, before = own_vector(rows, s, U, DIM), now
+        now, l, swelling, hoop = moved(state, s, now, acting, free, u, dt)
+        now, p, c, l, thicker = strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)
+        store(state, s, now)
+        flowed, dissipated = works(before, now, l, pressures[s], dt)
+        flowed, dissipated = mass * flowed, mass * dissipated
+        if PLANE_STRESS:
+            state[s, S_THICKNESS] *= thicker
+        if SWITCH == MORRIS_MONAGHAN:
+            state[s, S_VISCOSITY_SHARE] = viscous_share(state[s, S_VISCOSITY_SHARE], l, c, now.h, dt, coefficients)
+        if PREVIOUS:
+            remember(state, s, u, acting)
+        if LEADS:
+            state[s, S_DENSITY_LEAD] = min(max(state[s, S_DENSITY_LEAD] + dt * rates[s, R_LEAD], -AFAR), AFAR)
+        if SPINS:
+            made = times(dt, own_axial(rates, s, R_SPIN, DIM))
+            put(state, s, S_PREVIOUS_SPIN, plus(own_axial(state, s, S_PREVIOUS_SPIN, DIM), made))
+    speed2 = dot(now.u, now.u)
+    kinetic, internal = 0.5 * mass * speed2, mass * now.e
+    add_lanes(counted, KINETIC, here, kinetic, of_energy)
+    add_lanes(counted, INTERNAL, here, internal, of_energy)
+    add_lanes_of(counted, MOMENTUM, here, in_space(times(mass, now.u)), of_momentum)
+    add_lanes(counted, PLASTIC, here, flowed, of_energy)
+    add_lanes(counted, HEATING, here, dissipated, of_energy)
+    if SLIPS:
+        add_lanes(counted, SLIPPING, here, mass * rates[s, R_SLIP], of_power)
+    # The stage: where the rates are evaluated next.
+    x = plus(now.x, times(stage, plus(now.u, times(DRIFT * stage, a))))
+    ahead = State(x, plus(now.u, times(stage, a)), now.rho, now.e + stage * rate.power, now.h, now.s,
+                  now.plastic_strain, now.damage, now.memory)  # fmt: skip
+    swelling = divergence(rate.l) - rate.density
+    ahead, p, c, l, thicker = strained(
+        ahead, stage, rate.l, swelling, rate.hoop, least, table, models, m, h_low, h_high)  # fmt: skip
+    pressures[s], lengths[s] = p, ahead.h
+    shear = shear_modulus(table, models, m, ahead.rho, ahead.e, p)
+    c_l, c_t = longitudinal_speed(c, ahead.rho, shear), shear_speed(ahead.rho, shear)
+    # In plane stress a membrane: its forces and its density are those of its thickness.
+    thickness = state[s, S_THICKNESS] * thicker if PLANE_STRESS else 1.0
+    # In the plane of a ring the mass of its section.
+    ring = ring_radius(ahead.x, ahead.h) if REVOLVED else 0.0
+    planar = mass / (2.0 * pi * ring) if REVOLVED else mass
+    per_step = AHEAD / stage if stage > 0.0 else 0.0
+    spin = times(per_step, own_axial(state, s, S_PREVIOUS_SPIN, DIM)) if SPINS else no_axial(DIM)
+    lead = state[s, S_DENSITY_LEAD] + stage * rates[s, R_LEAD] if LEADS else 0.0
+    signal = pack(rows, s, coefficients, Shown(
+        ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
+        times(thickness, ahead.s), tags[s, 1], ring, spin, lead))  # fmt: skip
+    if SHEARS:  # alpha goes with this speed of sound
+        left = shear_share(l)
+        if REVOLVED:  # nothing else holds the rows at the axis
+            left = max(left, 1.0 - AT_AXIS * ring / ahead.h)
+        rows[s, C] *= left
+    if LIMITED:
+        signal = show_limits(rows, s, coefficients, signal, ahead.rho, c, Limits(
+            thickness * bearable_tension(table, models, m, ahead.s, ahead.damage),
+            thickness * bearable_shear(
+                table, models, m, ahead.rho, ahead.e, p, ahead.s, ahead.plastic_strain,
+                ahead.plastic_strain > now.plastic_strain, ahead.damage, l),
+            failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
+            1.0 if h_low < ahead.h < h_high else 0.0, density_at_rest(table, m)))  # fmt: skip
+    if SWITCH:
+        share = state[s, S_VISCOSITY_SHARE] if SWITCH == MORRIS_MONAGHAN else 1.0
+        share = viscous_share(share, l, c, ahead.h, stage, coefficients)
+        rows[s, SHARE] = share
+        # a small share lets no step grow: the shock that raises it may be a step away
+        signal += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
+    signals[s] = max(signal, c_l * hoop_signal(ahead.h, ring)) if REVOLVED else signal
+    fastest, longest, size = most
+    return max(fastest, speed2), max(longest, ahead.h), size + (kinetic + abs(internal) if here else 0.0)
+
+
+def update(chunk, count, state, tags, place, rates, materials, coefficients, times_ahead, h_limits, rows, limits, sums,
+           rounders):  # fmt: skip
+    """Complete a step and pack the stage of the next one for a chunk of particles: the template.
+
+    Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
+    SPARSEST (least rho h^dim/m, 0 for none), DENSITY_RATE (1 where the rates hold one of ln(rho)),
+    DRIFT (share of the acceleration in the stage's
+    position), PLANE_STRESS, REVOLVED, SWITCH (share of the viscosity), SHEARS (1 where
+    shear takes a share of it), LEADS (1 where density gives up its lead over the number of particles), SPINS (1 where
+    pairs take back the angular momentum that they made), AHEAD (share of the step that the stage is ahead),
+    REMEMBERS (1 where particles have a memory), NOTHING (else), columns of the state (S_...) and of the rates (R_...),
+    slots of the row (U, C, SHARE), `carried` and the templates of `parts`, and functions of `hvisph.materials` and
+    `pack`.
+
+    Parameters
+    ----------
+    chunk, count
+        See `compiler.threads.parallel_for.shared`.
+    state, tags
+        The particles.
+    place, rates
+        Row of each particle's rates, and the rates.
+    materials
+        Table and models of the packed materials.
+    coefficients
+        Numbers that `pack` and the switches read.
+    times_ahead
+        Length of the step [s], how far the next stage is ahead of its end [s], whether to complete the step.
+    h_limits
+        Least and largest smoothing length [m].
+    rows
+        The packed rows of the evaluation, which those of the next stage replace.
+    limits
+        Three arrays (n,) that receive smoothing length, speed of signals and pressure at the stage.
+    sums, rounders
+        `Sums.loops`: arrays that receive sums over the completed state, and what rounds these.
+    """
+    lengths, signals, pressures = limits
+    wholes, extremes = sums
+    first = chunk * np.uint64(CHUNK)
+    end = min(first + np.uint64(CHUNK), count)
+    keys, near = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
+    placed = np.empty(CHUNK + LANES, np.uint32)
+    counted = np.zeros((2, COUNTED, LANES), np.int64)
+    most = (all_strict(0.0), all_strict(0.0), all_strict(0.0))
+    for s in range(first, end):  # material, and whether it is held
+        keys[s - first] = np.uint64(2) * np.uint64(tags[s, 2]) + np.uint64(tags[s, 3] & np.uint32(1))
+    key = np.uint64(0)
+    while key != np.uint64(NONE):
+        n, above = listed(keys, end - first, first, key, near)
+        for k in range(n + np.uint64(LANES)):
+            if n > np.uint64(0):
+                placed[k] = place[np.uint64(near[k])]
+        for k in range(np.uint64(0), n, np.uint64(LANES)):
+            for later in range(k + np.uint64(LANES), min(k + np.uint64(2 * LANES), n)):
+                s = np.uint64(near[later])
+                fetch_row(state, s, 0, state.shape[1])
+                fetch_row(rows, s, 0, rows.shape[1])
+                fetch_row(rates, np.uint64(placed[later]), 0, rates.shape[1])
+            most = carried(
+                (many(state, near, k), many(tags, near, k), many(rates, placed, k)),
+                first_lanes(n - k), (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)),
+                materials, coefficients, times_ahead, h_limits, many(rows, near, k),
+                (many(lengths, near, k), many(signals, near, k), many(pressures, near, k)), counted, most,
+                rounders)  # fmt: skip
+        key = above
+    sum_lanes(wholes, chunk, counted)
+    fastest = longest = size = 0.0
+    for k in range(np.uint64(LANES)):
+        fastest, longest = max(fastest, lane(most[0], k)), max(longest, lane(most[1], k))
+        size += lane(most[2], k)
+    extremes[chunk, SPEED2], extremes[chunk, LENGTH], extremes[chunk, SIZE] = fastest, longest, size

@@ -1,0 +1,134 @@
+"""Named time-step criteria, and the watch for values that are not finite.
+
+    signal        h / (c_l + 1.2 alpha c + 1.2 beta max|mu|)        Monaghan 1989
+    acceleration  sqrt(h / |a|)
+
+None depends on the frame. The smallest over all particles, times the case's cfl, limits the step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.jit import specialise
+from hvisph.compiler.threads.parallel_for import shared
+
+NAMES = ("signal", "acceleration")
+CHUNK = 256
+NOBODY = 0xFFFFFFFF
+
+
+@dataclass
+class Limit:
+    """What limits the step: time [s], criterion, the particle (index) that set it, and by what it was compared."""
+
+    dt: float
+    criterion: str
+    particle: int
+    unrounded: float = 0.0  # smaller for whoever limits more: roots and shares give many the same time
+
+
+def _limits_of(lengths, signals, rates, place, viscous, s):
+    """Return what the criteria allow particle `s`, the second to the fourth power, and a sum that shows its health."""
+    k = np.uint64(place[s])
+    h = lengths[s]
+    a2 = 0.0
+    for f in range(np.uint64(DIM)):
+        a2 += rates[k, f] * rates[k, f]
+    health = a2 + signals[s]
+    for f in range(np.uint64(DIM), np.uint64(DIM + 2 + DIM * DIM)):
+        health += rates[k, f]
+    return h / (signals[s] + viscous * rates[k, DIM + 1]), h * h / a2, health
+
+
+def _limits(chunk, count, lengths, signals, rates, place, viscous, least):
+    """Find the least of a chunk."""
+    first = chunk * np.uint64(CHUNK)
+    by_signal = by_acceleration = np.inf
+    whole = 0.0
+    for s in range(first, min(first + np.uint64(CHUNK), count)):
+        signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
+        by_signal = signal if signal < by_signal else by_signal  # `min` has a rule for what is no number
+        by_acceleration = acceleration if acceleration < by_acceleration else by_acceleration
+        whole += health
+    least[chunk, 0], least[chunk, 1], least[chunk, 2] = by_signal, by_acceleration, whole
+
+
+def _which(lengths, signals, rates, place, viscous, numbers, chunk, criterion, value):
+    """Return which particle of a chunk it is, that of the smallest number of several: of `value`, or not finite."""
+    chosen = np.uint64(NOBODY)
+    first = np.uint64(chunk) * np.uint64(CHUNK)
+    for s in range(first, min(first + np.uint64(CHUNK), np.uint64(len(signals)))):
+        signal, acceleration, health = limits_of(lengths, signals, rates, place, viscous, s)
+        # np.isfinite takes x - x for 0 where sums may be reordered
+        meant = not abs(health) < np.inf if criterion == 2 else (acceleration if criterion else signal) == value
+        if meant and (chosen == np.uint64(NOBODY) or numbers[s] < numbers[chosen]):
+            chosen = s
+    return chosen
+
+
+class Criteria:
+    """Finds the step that the particles allow.
+
+    Parameters
+    ----------
+    dim
+        Number of dimensions.
+    count
+        Number of particles.
+    cfl
+        Share of the allowed time that a step may take.
+    viscous
+        Factor of max|mu| in the signal speed: 1.2 beta.
+    """
+
+    def __init__(self, dim: int, count: int, cfl: float, viscous: float):
+        self.cfl, self.viscous = cfl, viscous
+        limits_of = specialise(_limits_of, DIM=dim)
+        self._loop = shared(specialise(_limits, limits_of=limits_of), CHUNK)
+        self._which = specialise(_which, parallel=False, limits_of=limits_of)
+        self.hold(count)
+
+    def hold(self, count: int) -> None:
+        """Make room for `count` particles."""
+        self._least = np.empty((-(-count // CHUNK), 3))
+
+    def limit(self, lengths: np.ndarray, signals: np.ndarray, rates: np.ndarray, place: np.ndarray,
+              numbers: np.ndarray) -> Limit:  # fmt: skip
+        """Return what limits the next step; of particles that limit it alike that of the smallest number does.
+
+        Parameters
+        ----------
+        lengths, signals
+            Smoothing length [m] and speed of signals without viscosity [m/s], (n,).
+        rates, place
+            Rows of rates in cell order, and the row of each particle.
+        numbers
+            Permanent numbers (n,).
+
+        Returns
+        -------
+        Limit
+            With `criterion` ``not_finite`` and the particle, where a rate is not finite.
+        """
+        given = (lengths, signals, rates, place, self.viscous)
+        self._loop(len(signals), *given, self._least)
+        least = self._least.min(axis=0).tolist()
+        bad = np.flatnonzero(~np.isfinite(self._least[:, 2]))
+        culprit = self._first(given, numbers, bad, 2, 0.0)
+        if culprit != NOBODY:  # the sum of a chunk may overflow where no particle has
+            return Limit(0.0, "not_finite", culprit)
+        times = least[0], sqrt(sqrt(least[1]))
+        kind = int(times[1] < times[0])
+        alike = np.flatnonzero(self._least[:, kind] == least[kind])
+        who = self._first(given, numbers, alike, kind, least[kind])
+        return Limit(self.cfl * times[kind], NAMES[kind], who, least[kind])
+
+    def _first(self, given: Any, numbers: np.ndarray, chunks: np.ndarray, criterion: int, value: float) -> int:
+        """Return the particle of the smallest number that is meant in any of `chunks`, or NOBODY."""
+        chosen = [self._which(*given, numbers, chunk, criterion, value) for chunk in chunks]
+        return int(min((s for s in chosen if s != NOBODY), key=lambda s: numbers[s], default=NOBODY))

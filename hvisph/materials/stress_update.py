@@ -1,0 +1,279 @@
+"""The stress update: rotation, elasticity, yield, damage, pressure. The only one.
+
+    S* = R (S + G dt dev D) R^T + G dt dev D
+    S  = S* (q - 3 G d eps_p) / q   where  q = sqrt(3/2 S*:S*) > Y
+    D = (L + L^T)/2,  W = (L - L^T)/2,  L_ij = du_i/dx_j
+
+R = exp(dt W) is the Jaumann rate dS/dt = 2 G dev D + W.S + S.W^T taken over a finite step: an exact rotation, so that a
+spinning body keeps its stress whatever the step. Half of the increment turns with the body, which makes the update
+second order in the step. The axial vector of W gives R in closed form (Cayley's, with the tangent of half the angle); a
+flow in the plane needs only its z part. G is the modulus at the end of the step.
+
+Yield returns radially (von Mises with the full deviator: S:S <= 2/3 Y^2). The plastic strain
+increment solves q - 3 G x = Y(eps_p + x) by one secant from the increment without hardening:
+exact for perfect plasticity and linear hardening. Where Y is concave (Johnson-Cook) it is above
+the solution by second-order terms and leaves the stress on the safe side of the new yield
+surface. The strain rate of the models is the equivalent deviatoric one of the step; where `rate_smoothing` N is given,
+its running mean, to which a step adds 1/N.
+
+The energy handed in holds all the work done on the particle, plastic work included: heating by
+plastic work needs no term of its own.
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt, tan
+
+from hvisph.compiler.jit import called, compiled
+from hvisph.compiler.tensors import (
+    determinant,
+    divergence,
+    double_dot,
+    matrix,
+    no_symmetric,
+    plus,
+    plus_identity,
+    times,
+)
+from hvisph.compiler.tensors3d import curl, rotation, stretching, turned, turned_in_plane
+
+from . import tags
+from .damage import grady_kipp, johnson_holmquist, rated_spall, tensile
+from .damage import johnson_cook as damage_model
+from .model_flags import FURTHER_DAMAGE, FURTHER_EOS, FURTHER_STRENGTH, POROUS
+from .slots import (
+    DAMAGE_TAG,
+    DISTENSION,
+    EOS_TAG,
+    FAILED_FRICTION,
+    FAILS_IN_TENSION,
+    MOLTEN_ENERGY,
+    PRESSURE_MINIMUM,
+    RATE_WEIGHT,
+    SHEAR_MODULUS,
+    SPALL_GROWTH,
+    STRENGTH_TAG,
+    SURE_ENERGY,
+    SURE_STRESS,
+    parameters,
+)
+from .strength import hardening, yield_stress
+from .strength import johnson_holmquist as ceramic
+from .thermodynamics import borne, circumstances, felt_damage, solid_pressure
+
+# A deviator this close above the yield surface is on it: a return is not repeated for rounding.
+_ON_THE_SURFACE = 1.0 + 1e-13
+# A half-angle whose tangent the series gives to rounding.
+_SMALL_ANGLE_SQUARED = 2.5e-3
+# What a particle remembers beside plastic strain and damage: of porous material the distension, of an explosive the
+# time since its ignition [s], of JH-2 the pressure of bulking [Pa]; then flaws, or Grady's limit; the smoothed strain
+# rate [1/s]. This is none of it.
+NOTHING = (1.0, 0.0, 1.0, 0.0, 0.0)
+# The strain rates that a smoothed one is held between [1/s].
+_SLOWEST, _FASTEST = 1e-6, 1e9
+
+
+@compiled
+def _half_tangent(a):
+    """Return the axis with the tangent of its length: what Cayley's rotation takes for an exact angle."""
+    square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
+    if square < _SMALL_ANGLE_SQUARED:
+        series = 1.0 + square * (1.0 / 3.0 + square * (2.0 / 15.0 + square * (17.0 / 315.0 + square * 62.0 / 2835.0)))
+        return times(series, a)
+    angle = sqrt(square)
+    return times(tan(angle) / angle, a)
+
+
+@compiled
+def rotated(s, a):
+    """Rotate six components by the half-angle vector `a` (dt/2 times the spin)."""
+    a = _half_tangent(a)
+    if a[0] == 0.0 and a[1] == 0.0:
+        return turned_in_plane(s, a[2])
+    return turned(s, rotation(a))
+
+
+@compiled
+def respond(table, models, m, dt, rho, e, s, plastic_strain, damage, l):
+    """Advance the stress of a particle that remembers nothing else: see `recall`, whose memory is left out."""
+    s, plastic_strain, damage, p, c, _ = recall(table, models, m, dt, rho, e, s, plastic_strain, damage, NOTHING, l)
+    return s, plastic_strain, damage, p, c
+
+
+@compiled
+def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
+    """Advance a particle's stress by `dt`.
+
+    Parameters
+    ----------
+    table, models, m
+        Packed materials and the row of this one, uint64.
+    dt
+        Time step [s]; with zero an admissible deviator comes back as it was.
+    rho, e
+        Density [kg/m^3] and specific internal energy [J/kg] at the end of the step.
+    s
+        Deviator [Pa] at its start: xx, yy, zz, xy, xz, yz.
+    plastic_strain, damage
+        Equivalent plastic strain and damage at its start.
+    memory
+        Five more numbers, see `NOTHING`.
+    l
+        Velocity gradient [1/s], best at the middle of the step: nine components row by row, xy = du_x/dy.
+
+    Returns
+    -------
+    The deviator [Pa], plastic strain, damage, pressure [Pa], bulk sound speed [m/s] and memory.
+    """
+    row = parameters(table, m)
+    strength, damage_tag = models[m, STRENGTH_TAG], models[m, DAMAGE_TAG]
+    first = memory[0]
+    if FURTHER_EOS and models[m, EOS_TAG] == tags.JWL:
+        first += dt
+    solid, c, first = solid_pressure(models[m, EOS_TAG], rho, e, first, row)
+    if FURTHER_DAMAGE and damage_tag == tags.CRUSHING:
+        solid += first
+    if POROUS and FURTHER_DAMAGE and row[DISTENSION] > 1.0 and damage_tag == tags.GRADY_KIPP:  # crushing breaks
+        damage = max(damage, (row[DISTENSION] - first) / (row[DISTENSION] - 1.0))
+    if row[SPALL_GROWTH] > 0.0:
+        damage = rated_spall.grown(damage, solid, dt, row)
+    if row[FAILS_IN_TENSION] > 0.0 and (solid < row[PRESSURE_MINIMUM] or (solid < 0.0 and e > row[MOLTEN_ENERGY])):
+        damage = 1.0
+    limit = memory[1]
+    if FURTHER_DAMAGE and damage_tag == tags.GRADY_SPALL and damage < 1.0:
+        damage, limit = _spalled(solid, rho, c, divergence(l), limit, row)
+    memory = (first, limit, memory[2], memory[3], memory[4])
+    felt = felt_damage(damage, row)
+    p = borne(damage_tag, solid, felt, row)
+    friction = row[FAILED_FRICTION]
+    owns = FURTHER_STRENGTH and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)  # its own strength when broken
+    if strength == tags.NO_STRENGTH or (felt >= 1.0 and friction <= 0.0 and not owns):
+        if (
+            FURTHER_DAMAGE
+            and strength == tags.NO_STRENGTH
+            and damage < 1.0
+            and damage_tag == tags.PRINCIPAL_STRESS
+            and -solid >= row[tensile.TENSILE_STRENGTH]
+        ):
+            damage, p = 1.0, max(p, 0.0)
+        return no_symmetric(3), plastic_strain, damage, p, c, memory
+
+    shear, filled = row[SHEAR_MODULUS], 1.0
+    if POROUS and row[DISTENSION] > 1.0:  # the solid's state; its stress acts on its share of a section
+        rho, filled = rho * first, 1.0 / first
+    d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
+    homologous, logged, factor, offset = 0.0, 0.0, 1.0, 0.0
+    fails = damage_tag == tags.JOHNSON_COOK_DAMAGE and damage < 1.0
+    heated = fails or strength >= tags.JOHNSON_COOK
+    strain_rate = sqrt((2.0 / 3.0) * double_dot(d, d)) if heated else 0.0
+    smooths = heated and row[RATE_WEIGHT] > 0.0
+    if smooths:
+        strain_rate = _smoothed(strain_rate, memory[4], dt, row)
+        memory = (first, limit, memory[2], memory[3], strain_rate)
+    if FURTHER_STRENGTH and heated:  # the modulus may vary
+        homologous, logged, factor, offset, share = circumstances(strength, rho, e, p, strain_rate, felt, row)
+        shear *= share
+    if FURTHER_DAMAGE and damage_tag == tags.GRADY_KIPP and felt < 1.0 and not owns:
+        s = times(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
+    shear *= filled
+    if damage_tag == tags.JOHNSON_COOK_DAMAGE:
+        filled *= damage_model.borne_share(damage, row)
+    half = times(shear * dt, d)
+    s = plus(rotated(plus(s, half), times(0.25 * dt, curl(l))), half)
+    if shear == 0.0:
+        s = no_symmetric(3)
+    flow, increment = inf, 0.0
+    rubble = felt >= 1.0 and not owns
+    trial_squared = 1.5 * double_dot(s, s)
+    simple = strength == tags.JOHNSON_COOK and not (rubble or smooths or FURTHER_DAMAGE)
+    # Elastic at any rate: neither temperature nor logarithm are needed. No return here: lanes could not follow it.
+    sure = row[SURE_STRESS] * filled
+    elastic = simple and not FURTHER_STRENGTH and e < row[SURE_ENERGY] and trial_squared <= sure * sure
+    if heated and not FURTHER_STRENGTH and not elastic:
+        homologous, logged, factor, offset, _ = circumstances(strength, rho, e, p, strain_rate, felt, row)
+    if simple and not elastic:  # below its least yield stress no power is needed
+        flow = yield_stress(strength, 0.0, factor, offset, row) * filled
+    if strength != tags.ELASTIC_STRENGTH and not elastic and (flow == inf or trial_squared > flow * flow):
+        flow = yield_stress(strength, plastic_strain, factor, offset, row) * filled
+    if rubble:  # friction, but no more than what it was made of bore
+        flow = min(flow, friction * max(p, 0.0))
+    if trial_squared > flow * flow * _ON_THE_SURFACE:
+        trial = sqrt(trial_squared)
+        excess = trial - flow
+        increment = excess / (3.0 * shear)
+        hardened = 0.0
+        if not rubble:
+            hardened = hardening(strength, increment, plastic_strain, flow, factor, offset, filled, row)
+        increment *= excess / (excess + hardened)
+        reached = trial - 3.0 * shear * increment
+        s = times(reached / trial, s)
+        plastic_strain += increment
+        if fails:
+            damage += increment / damage_model.fracture_strain(p, reached, logged, homologous, row)
+            damage = min(damage, 1.0)
+    if FURTHER_DAMAGE and damage_tag > tags.JOHNSON_COOK_DAMAGE and damage < 1.0:
+        flowed = (increment, flow, strain_rate)
+        s, damage, p, first = _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row)
+        memory = (first, memory[1], memory[2], memory[3], memory[4])
+    if felt_damage(damage, row) >= 1.0 and not (FURTHER_DAMAGE and damage_tag == tags.CRUSHING):
+        p = max(p, 0.0)
+        if friction == 0.0 and not owns:
+            s = no_symmetric(3)
+    return s, plastic_strain, damage, p, c, memory
+
+
+@compiled
+def _smoothed(rate, before, dt, row):
+    """Strain rate [1/s] as the mean of the past that forgets a share of itself every step."""
+    if dt > 0.0:
+        before += row[RATE_WEIGHT] * (rate - before)
+    return min(max(before, _SLOWEST), _FASTEST)
+
+
+@called
+def _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row):
+    """Return deviator, damage, pressure and first of the memory with the damage of a step, of the models by stress.
+
+    `flowed` is the step's plastic strain, yield stress [Pa] and strain rate [1/s].
+    """
+    first = memory[0]
+    increment, flow, rate = flowed
+    if damage_tag == tags.CRUSHING:
+        if increment > 0.0:
+            damage = min(damage + increment / johnson_holmquist.fracture_strain(p, row), 1.0)
+            after = ceramic.yield_stress(p, rate, damage, row)
+            first = johnson_holmquist.bulking(rho, first, flow, after, row)
+        return s, damage, p, first
+    greatest, least = _principal(s)
+    if damage_tag == tags.COCKCROFT_LATHAM:
+        damage = min(damage + max(greatest - p, 0.0) * increment * row[tensile.INVERSE_WORK], 1.0)
+    elif damage_tag == tags.PRINCIPAL_STRESS:
+        torn = greatest - solid >= row[tensile.TENSILE_STRENGTH]
+        if torn or 0.5 * (greatest - least) >= row[tensile.SHEAR_STRENGTH]:
+            damage = 1.0
+    elif damage_tag == tags.GRADY_KIPP:
+        strain = (greatest - solid) * row[grady_kipp.INVERSE_YOUNG]
+        damage = grady_kipp.grown(damage, strain, dt, memory[1], memory[2], memory[3], row)
+        if strength not in (tags.ROCK, tags.JOHNSON_HOLMQUIST):
+            s = times(1.0 - damage, s)
+        p = borne(damage_tag, solid, damage, row)
+    return s, damage, p, first
+
+
+@compiled
+def _principal(s):
+    """Greatest and least eigenvalue [Pa] of the deviator `s`."""
+    return tensile.principal_deviators(sqrt(1.5 * double_dot(s, s)), determinant(matrix(s)))
+
+
+@compiled
+def _spalled(p, rho, c, rate, limit, row):
+    """Damage 1 or 0, and Grady's limit [Pa], which is fixed when tension first passes half of it."""
+    if p >= 0.0:
+        return 0.0, limit
+    if limit == 0.0:
+        free = tensile.spall_strength(rho, c, rate, row)
+        if -p < 0.5 * free:
+            return 0.0, 0.0
+        limit = free
+    return (1.0 if -p >= limit else 0.0), limit

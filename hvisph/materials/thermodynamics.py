@@ -1,0 +1,201 @@
+"""The state of a material: pressure as far as it bears tension, speeds, temperature, modulus, flow stress."""
+
+from __future__ import annotations
+
+from math import inf, log, nan, sqrt
+
+from hvisph.compiler.jit import called, compiled
+from hvisph.materials.damage.johnson_cook import borne_share
+from hvisph.materials.damage.pressure_cutoff import limited_pressure
+from hvisph.materials.eos.jwl import BURN_RATE
+from hvisph.materials.strength.johnson_holmquist import TENSION
+
+from . import tags
+from .eos import pressure_and_sound_speed
+from .isentrope import temperature
+from .melting import melt_temperature
+from .model_flags import FURTHER_DAMAGE, FURTHER_EOS, FURTHER_STRENGTH, POROUS
+from .porosity import loaded
+from .slots import (
+    DAMAGE_TAG,
+    DISTENSION,
+    EOS_TAG,
+    FAILED_FRICTION,
+    INVERSE_HEAT_CAPACITY,
+    KEEPS_STRESS,
+    RHO0,
+    SHEAR_MODULUS,
+    STRENGTH_TAG,
+    parameters,
+)
+from .strength import conditions, homologous_temperature, shear_share, yield_stress
+
+# What stands for a strain rate of nothing in a logarithm [1/s].
+_LEAST_RATE = 1e-300
+# To find a density: halvings of a bracket, and how often it may be widened to hold one.
+_HALVINGS, _WIDENINGS = 40, 20
+
+
+@compiled
+def felt_damage(damage, row):
+    """Damage as far as the stress feels it: none where a failed particle keeps its stress."""
+    return 0.0 if row[FAILED_FRICTION] == KEEPS_STRESS else damage
+
+
+@compiled
+def borne(damage_tag, p, felt, row):
+    """Pressure [Pa] that the material bears: limited in tension, and less or none where it is damaged."""
+    p = limited_pressure(p, row)
+    if p < 0.0:
+        if felt >= 1.0:
+            return 0.0
+        if FURTHER_DAMAGE and damage_tag == tags.GRADY_KIPP:
+            return (1.0 - felt) * p
+        if FURTHER_DAMAGE and damage_tag == tags.CRUSHING:
+            return max(p, -row[TENSION] * (1.0 - felt))
+    return p
+
+
+@compiled
+def least_pressure(damage_tag, damage, row):
+    """Lowest pressure [Pa] that the material bears at its damage: -1e300 where nothing limits its tension."""
+    return borne(damage_tag, -1e300, felt_damage(damage, row), row)
+
+
+@compiled
+def solid_pressure(tag, rho, e, memory, row):
+    """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first number remembered."""
+    if POROUS and row[DISTENSION] > 1.0:
+        return loaded(tag, rho, e, memory, row)
+    p, c = pressure_and_sound_speed(tag, rho, e, row)
+    if FURTHER_EOS and tag == tags.JWL and row[BURN_RATE] > 0.0:
+        p *= min(max(memory * row[BURN_RATE], 0.0), 1.0)
+    return p, c, memory
+
+
+@compiled
+def remembered_state(table, models, m, rho, e, damage, memory):
+    """Pressure [Pa] and bulk sound speed [m/s] of a particle with the first number of its memory."""
+    row, damage_tag = parameters(table, m), models[m, DAMAGE_TAG]
+    p, c, _ = solid_pressure(models[m, EOS_TAG], rho, e, memory, row)
+    if FURTHER_DAMAGE and damage_tag == tags.CRUSHING:
+        p += memory
+    return borne(damage_tag, p, felt_damage(damage, row), row), c
+
+
+@compiled
+def equilibrium_state(table, models, m, rho, e, damage):
+    """Pressure [Pa] and bulk sound speed [m/s], with tension cut off and taken from failed material.
+
+    The sound speed is that of the equation of state before any cut: the stiffer one, so
+    that time steps stay on the safe side.
+    """
+    row = parameters(table, m)
+    p, c = pressure_and_sound_speed(models[m, EOS_TAG], rho, e, row)
+    return borne(models[m, DAMAGE_TAG], p, felt_damage(damage, row), row), c
+
+
+@called
+def between_voids(tag, rho, e, p, row):
+    """Density [kg/m^3] of what bears the pressure `p` [Pa], not above zero, while its mean density is `rho`.
+
+    Where less tension is borne than the equation of state has at `rho`, voids have opened, and what lies between them
+    is as dense as `p` says.
+    """
+    if p > 0.0 or pressure_and_sound_speed(tag, rho, e, row)[0] >= p:
+        return rho
+    low, high = rho, max(rho, row[RHO0])
+    for _ in range(_WIDENINGS):
+        if pressure_and_sound_speed(tag, high, e, row)[0] >= p:
+            break
+        high *= 1.05
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if pressure_and_sound_speed(tag, middle, e, row)[0] < p:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+@compiled
+def temperature_of(table, models, m, rho, e, p, memory):
+    """Temperature [K] of a particle that bears the pressure `p` [Pa]; not a number without a heat capacity.
+
+    `memory` is the first number of its memory. What has failed or been cut off holds no cold tension, whatever its
+    density: its temperature is that of the matter between the voids.
+    """
+    row = parameters(table, m)
+    if not row[INVERSE_HEAT_CAPACITY] > 0.0:
+        return nan
+    if POROUS and row[DISTENSION] > 1.0:
+        rho, p = rho * memory, p * memory
+    return temperature(between_voids(models[m, EOS_TAG], rho, e, p, row), e, row)
+
+
+@compiled
+def _of_the_solid(rho, row):
+    """Density [kg/m^3] of the solid between pores: that at rest or denser, less where more than the pores opened."""
+    return min(rho * row[DISTENSION], max(rho, row[RHO0]))
+
+
+@compiled
+def shear_modulus(table, models, m, rho, e, p):
+    """Shear modulus [Pa] of the current state."""
+    strength = models[m, STRENGTH_TAG]
+    if not FURTHER_STRENGTH or strength <= tags.JOHNSON_COOK:
+        return table[m, SHEAR_MODULUS]
+    row = parameters(table, m)
+    if POROUS and row[DISTENSION] > 1.0:
+        rho = _of_the_solid(rho, row)
+    melt = melt_temperature(rho, p, row)
+    return row[SHEAR_MODULUS] * shear_share(strength, rho, p, temperature(rho, e, row), melt, row)
+
+
+@compiled
+def circumstances(strength, rho, e, p, rate, felt, row):
+    """Homologous temperature, logarithm of the rate, then factor, offset and share of the modulus of `conditions`."""
+    t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
+    homologous = homologous_temperature(e, t, melt, row)
+    logged = log(max(rate, _LEAST_RATE))
+    factor, offset, share = conditions(strength, rho, e, p, t, melt, homologous, rate, logged, felt, row)
+    return homologous, logged, factor, offset, share
+
+
+@compiled
+def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
+    """Yield stress [Pa] of the current state at the equivalent strain rate `rate` [1/s], and shear modulus [Pa].
+
+    The yield stress is infinite for an elastic solid and for a fluid, zero for what has failed and flows, that of
+    friction for rubble, as far as the whole material bears it. Of porous material it is that of the solid at rest or
+    denser, an upper limit.
+    """
+    row, strength = parameters(table, m), models[m, STRENGTH_TAG]
+    felt = felt_damage(damage, row)
+    shear = row[SHEAR_MODULUS]
+    owns = FURTHER_STRENGTH and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)
+    broken = strength != tags.NO_STRENGTH and felt >= 1.0 and not owns
+    friction = row[FAILED_FRICTION] * max(p, 0.0) if broken else inf
+    if strength in (tags.NO_STRENGTH, tags.ELASTIC_STRENGTH):
+        return friction, shear
+    if POROUS and row[DISTENSION] > 1.0:
+        rho = _of_the_solid(rho, row)
+    _, _, factor, offset, share = circumstances(strength, rho, e, p, rate, felt, row)
+    flow = yield_stress(strength, plastic_strain, factor, offset, row)
+    if models[m, DAMAGE_TAG] == tags.JOHNSON_COOK_DAMAGE:
+        flow *= borne_share(damage, row)
+    flow = min(flow, friction)
+    cracked = FURTHER_DAMAGE and models[m, DAMAGE_TAG] == tags.GRADY_KIPP and not owns
+    return (flow * (1.0 - felt) if cracked and not broken else flow), shear * share
+
+
+@compiled
+def longitudinal_speed(c, rho, shear):
+    """Speed of longitudinal waves sqrt(c^2 + 4G/(3 rho)) [m/s] at bulk sound speed `c` and shear modulus G."""
+    return sqrt(c * c + (4.0 / 3.0) * shear / rho)
+
+
+@compiled
+def shear_speed(rho, shear):
+    """Speed of shear waves sqrt(G/rho) [m/s]."""
+    return sqrt(shear / rho)

@@ -1,0 +1,72 @@
+"""What a material bears at most across a plane: the limits of a traction between particles.
+
+tension  -p_least + |S|,  p_least the lowest pressure that the material bears at its damage: 0 of a gas and of failed
+         material, a cut-off where there is one, of crushed ceramic what is left of its tensile strength; else no limit
+shear    Y / sqrt(3),  0 of failed material,  without limit where nothing yields
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.tensors import divergence, double_dot, plus_identity
+from hvisph.compiler.tensors3d import stretching
+from hvisph.materials.damage.johnson_cook import SOFTENING
+
+from . import tags
+from .slots import DAMAGE_TAG, DISTENSION, EOS_TAG, FAILED_FRICTION, RHO0, STRENGTH_TAG, parameters
+from .thermodynamics import flow_stress, least_pressure
+
+# Stands for no limit [Pa].
+UNLIMITED = 1e300
+# Plastic strain beyond which the particles of a body are no lattice.
+DISORDER = 0.2
+
+
+@compiled
+def failed(table, models, m, damage):
+    """Whether `damage` has left the material without stress but pressure."""
+    if damage < 1.0 or table[m, FAILED_FRICTION] != 0.0:
+        return False
+    return models[m, STRENGTH_TAG] != tags.ROCK and models[m, STRENGTH_TAG] != tags.JOHNSON_HOLMQUIST
+
+
+@compiled
+def bearable_tension(table, models, m, s, damage):
+    """Return the largest normal traction [Pa] at the deviator `s`, six components [Pa]."""
+    deviator = sqrt(double_dot(s, s))
+    if models[m, EOS_TAG] in (tags.IDEAL_GAS, tags.JWL):
+        return deviator
+    return deviator - least_pressure(models[m, DAMAGE_TAG], damage, parameters(table, m))
+
+
+@compiled
+def bearable_shear(table, models, m, rho, e, p, s, plastic_strain, flowed, damage, l):
+    """Return the largest shear traction [Pa] of the state at the full velocity gradient `l` [1/s].
+
+    `flowed` says that its plastic strain has just grown: sound Johnson-Cook metal is on its yield surface then.
+    """
+    harm = models[m, DAMAGE_TAG]
+    plain = harm < tags.JOHNSON_COOK_DAMAGE or (harm == tags.JOHNSON_COOK_DAMAGE and table[m, SOFTENING] == 0.0)
+    plain = plain and models[m, STRENGTH_TAG] == tags.JOHNSON_COOK and not table[m, DISTENSION] > 1.0
+    if plain and flowed and damage < 1.0:
+        return sqrt(0.5 * double_dot(s, s))
+    d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
+    rate = sqrt((2.0 / 3.0) * double_dot(d, d))
+    flow = flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate)[0]
+    return flow / sqrt(3.0) if flow < UNLIMITED else UNLIMITED
+
+
+@compiled
+def orderly(models, m, plastic_strain):
+    """Return 1 of a solid that has not flowed, falling to 0 with plastic strain; 0 of a liquid."""
+    if models[m, STRENGTH_TAG] == tags.NO_STRENGTH:
+        return 0.0
+    return max(1.0 - plastic_strain / DISORDER, 0.0)
+
+
+@compiled
+def density_at_rest(table, m):
+    """Return the density [kg/m^3] at the start, with its pores."""
+    return table[m, RHO0] / table[m, DISTENSION]

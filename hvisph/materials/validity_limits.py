@@ -1,0 +1,166 @@
+"""Where a material's models hold: density, energy, temperature; and the tension that such a material bears.
+
+Density. Of condensed matter from half of rho0, where nothing is left of a solid or liquid, to 3 rho0, where the
+isentrope of the temperature ends; less where the cold sound speed falls to its floor on the way (the model has lost
+its stability), or where the Hugoniot has no bound (Mie-Grueneisen). Linear laws within 10 % of rho0, beyond which
+shocks stiffen. Tables as far as they reach; gases and detonation products everywhere; Tillotson's vapour, e >=
+e_iv, has no least density.
+Energy. Above that of 1 K, where a heat capacity is known: the temperature is held there. Tillotson's above -E0
+eta^2/2, where its w is held; a gas has none below zero; tables as far as they reach.
+Tension. Ductile spall by Grady 1988, J. Mech. Phys. Solids 36, 353: (2 rho c^2 Y eps_c)^(1/2) with eps_c = 0.15 and
+Y at rest, at most K/10; 3 % of K where nothing yields, which is about twice what clean water bears.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import inf, sqrt
+
+import numpy as np
+
+from hvisph.compiler.jit import plain
+
+from . import isentrope, slots
+from .eos import Elastic, IdealGas, JonesWilkinsLee, Linear, MieGrueneisen, Table, Tillotson, UsUpTable
+from .material_table import Material, pack
+from .thermodynamics import flow_stress
+
+LINEAR = 0.1  # of rho0
+COLDEST = 1.0  # [K], where `isentrope.temperature` is held
+CRITICAL_STRAIN = 0.15
+STRONGEST, WITHOUT_YIELD = 0.1, 0.03  # tension over K
+
+
+@dataclass(frozen=True)
+class Range:
+    """Where a material's models hold.
+
+    Parameters
+    ----------
+    least_density, greatest_density
+        [kg/m^3]; the least is that of cold material.
+    vapour_energy
+        Energy above which there is no least density [J/kg].
+    knows_heat
+        Whether it has a temperature, which has to be above 1 K.
+    tension
+        What a material of these numbers bears at most [Pa].
+    """
+
+    least_density: float
+    greatest_density: float
+    vapour_energy: float
+    knows_heat: bool
+    tension: float
+
+    @property
+    def words(self) -> str:
+        """Density and temperature in words, in SI."""
+        return self.said()
+
+    def said(self, unitless: bool = False) -> str:
+        """Return density and temperature in words, in SI or without units."""
+        cold = " where it is cold" if self.vapour_energy < inf else ""
+        parts = [f"above {self.least_density:.4g}{cold}"] if self.least_density > 0.0 else []
+        parts += [f"below {self.greatest_density:.4g}"] if self.greatest_density < inf else []
+        density = [f"density {' and '.join(parts)}{'' if unitless else ' kg/m^3'}"] if parts else []
+        heat = [f"temperature above {COLDEST:g} K"] if self.knows_heat else []
+        return ", ".join([*density, *heat]) or "energy above zero"
+
+
+@lru_cache(maxsize=64)
+def range_of(material: Material) -> Range:
+    """Return where the models of `material` hold."""
+    eos, rho0 = material.eos, material.density
+    low, high = isentrope.LOWEST * rho0, isentrope.HIGHEST * rho0
+    vapour = inf
+    if isinstance(eos, (IdealGas, JonesWilkinsLee)):
+        low, high = 0.0, inf
+    elif isinstance(eos, Table):
+        low, high = float(eos.grid.density[0]), float(eos.grid.density[-1])
+    elif isinstance(eos, (Linear, Elastic)):
+        low, high = (1.0 - LINEAR) * rho0, (1.0 + LINEAR) * rho0
+    else:
+        low, high = _stable(material)
+    if isinstance(eos, (MieGrueneisen, UsUpTable)):
+        high = min(high, eos.largest_density(rho0))
+    if isinstance(eos, Tillotson):
+        vapour = eos.incipient_energy
+    if material.porosity is not None:
+        low /= material.porosity.distension
+    inverse = float(material.row()[slots.INVERSE_HEAT_CAPACITY])
+    return Range(low, high, vapour, inverse > 0.0 and not material.total_energy, _tension(material))
+
+
+def outside_range(
+    material: Material, density: np.ndarray, energy: np.ndarray, temperature: np.ndarray | None = None,
+    pressure: np.ndarray | None = None, damage: np.ndarray | None = None,
+) -> np.ndarray:  # fmt: skip
+    """Tell which states lie where the models of a material do not hold.
+
+    Parameters
+    ----------
+    material
+        What the states are of.
+    density, energy
+        [kg/m^3] and [J/kg], each (n,).
+    temperature
+        [K], (n,); not looked at unless given, nor where it is not a number.
+    pressure, damage
+        [Pa] and [-], (n,): what has failed, or is cut off at the least pressure that it bears, has opened, and its mean
+        density may be as low as it will.
+
+    Returns
+    -------
+    numpy.ndarray
+        Booleans (n,).
+    """
+    holds, eos = range_of(material), material.eos
+    thin = (density < holds.least_density) & (energy < holds.vapour_energy)
+    if pressure is not None and damage is not None:
+        least = float(material.row()[slots.PRESSURE_MINIMUM])
+        thin &= ~((pressure <= 0.0) & ((pressure <= least) | (material.can_fail & (damage >= 1.0))))
+    outside = (density > holds.greatest_density) | thin
+    if holds.knows_heat and temperature is not None:
+        outside |= temperature <= COLDEST
+    if isinstance(eos, Tillotson):
+        outside |= energy < -0.5 * eos.reference_energy * (density / material.density) ** 2
+    elif isinstance(eos, IdealGas):
+        outside |= energy < 0.0
+    elif isinstance(eos, Table):
+        grid = eos.grid
+        within = np.clip(density, grid.density[0], grid.density[-1])
+        outside |= energy > np.interp(within, grid.density, grid.energy[:, -1])
+        outside |= energy < np.interp(within, grid.density, grid.energy[:, 0])
+    return np.asarray(outside)
+
+
+def _stable(material: Material) -> tuple[float, float]:
+    """Return the densities [kg/m^3] about rho0 between which the cold sound speed is above its floor."""
+    curve = material.whole_row[slots.CURVE : isentrope.HEATS : isentrope.WIDTH]
+    densities = material.density * np.linspace(isentrope.LOWEST, isentrope.HIGHEST, isentrope.POINTS)
+    middle = int(np.searchsorted(densities, material.density))
+    floor = slots.FLOOR_SHARE * material.bulk_sound_speed**2
+    ends = []
+    for places in (range(middle, -1, -1), range(middle, isentrope.POINTS)):
+        end = material.density
+        for k in places:
+            if not material.sound_speed_squared(float(densities[k]), float(curve[k])) > floor:
+                break
+            end = float(densities[k])
+        ends.append(end)
+    return ends[0], ends[1]
+
+
+def _tension(material: Material) -> float:
+    if isinstance(material.eos, (IdealGas, JonesWilkinsLee)):
+        return inf
+    bulk = material.density * material.bulk_sound_speed**2
+    table, models = pack([material])
+    y = float(
+        plain(flow_stress)(table, models, 0, material.density, material.eos.ambient_energy, 0.0, 0.0, 0.0, 1.0)[0]
+    )
+    if not 0.0 < y < bulk:
+        return WITHOUT_YIELD * bulk
+    return min(sqrt(2.0 * bulk * y * CRITICAL_STRAIN), STRONGEST * bulk)

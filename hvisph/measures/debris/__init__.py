@@ -1,0 +1,1 @@
+"""Measures of debris: fragments, cloud, witness plate, voids."""

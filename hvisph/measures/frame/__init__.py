@@ -1,0 +1,1 @@
+"""Reference frame of measures: axis, bodies, roles and initial geometry."""

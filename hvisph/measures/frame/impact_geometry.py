@@ -1,0 +1,290 @@
+"""The shot: who hits what, along which line, seen in which axes, and how much of it was computed.
+
+All of it follows from a run's first snapshot. Later snapshots hold it in their metadata under ``shot``, so that
+each can be measured alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import OutputError
+from hvisph.core.lazy_arrays import changed
+from hvisph.measures.debris.groups import ALIKE
+from hvisph.measures.target.perforation_path import with_openings
+from hvisph.output.snapshot import Snapshot
+
+from .roles import LAYER, PROJECTILE, STILL, line_of, mean_of, members, roles_of, shot_direction
+from .symmetry_completion import Mirror, Whole, whole_of
+from .target_geometry import ALIGNED, Plate, outline, plate_of
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What is known of a shot from its start.
+
+    Parameters
+    ----------
+    roles
+        Of every body: ``projectile``, ``layer`` or ``other``.
+    whole
+        How the whole follows from what was computed.
+    frame
+        Orthonormal rows (dim, dim): the shot direction and directions across it, in the case's axes.
+    plates
+        The layers before they were struck, in the order in which the shot line meets them.
+    speed
+        Of the impact: the projectile's against the first layer's [m/s]; None where it is not known.
+    masses
+        Mass of every body at the start, of the whole [kg; kg/m in 2D, kg/m^2 in 1D].
+    energy
+        Kinetic energy of the whole at the start, seen from the layers [J; per metre in 2D].
+    drift
+        Velocity of the layers at the start (dim,), in the case's axes [m/s]; empty where they rest, or one flies apart.
+    """
+
+    roles: tuple[str, ...]
+    whole: Whole = field(default_factory=Whole)
+    frame: tuple[tuple[float, ...], ...] = ()
+    plates: tuple[Plate, ...] = ()
+    speed: float | None = None
+    masses: tuple[float, ...] = ()
+    energy: float | None = None
+    drift: tuple[float, ...] = ()
+
+    @property
+    def turned(self) -> bool:
+        """Whether the shot's axes are others than the case's."""
+        return bool(self.frame) and not np.array_equal(self.frame, np.eye(len(self.frame)))
+
+    def seen(self, snapshot: Snapshot) -> Snapshot:
+        """Return the whole model in the axes of the shot, as seen from its layers; itself where nothing is to do."""
+        snapshot = _left_behind(self.whole.complete(snapshot), self.drift)
+        return _turned(snapshot, np.array(self.frame)) if self.turned else snapshot
+
+    def back(self, vectors: np.ndarray) -> np.ndarray:
+        """Return vectors (.., dim) of the shot's axes in those of the case."""
+        return vectors @ np.array(self.frame) if self.turned else vectors
+
+    def told(self, time: float) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+        """Return what makes a place and a velocity (dim,) at `time` [s] the case's."""
+        drift = np.array(self.drift or (0.0,))
+        return lambda place, velocity: (self.back(place) + time * drift, self.back(velocity) + drift)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for the metadata of snapshots."""
+        return {
+            "roles": list(self.roles),
+            "whole": self.whole.as_dict(),
+            "frame": [list(row) for row in self.frame],
+            "plates": [plate.as_dict() for plate in self.plates],
+            "speed": self.speed,
+            "masses": list(self.masses),
+            "energy": self.energy,
+            "drift": list(self.drift),
+        }
+
+    @classmethod
+    def from_dict(cls, plain: Mapping[str, Any]) -> Shot:
+        """Return what `as_dict` was made from.
+
+        Raises
+        ------
+        OutputError
+            When it is something else.
+        """
+        try:
+            return cls(
+                tuple(map(str, plain["roles"])),
+                Whole.from_dict(plain["whole"]),
+                tuple(tuple(map(float, row)) for row in plain["frame"]),
+                tuple(Plate.from_dict(plate) for plate in plain["plates"]),
+                None if plain["speed"] is None else float(plain["speed"]),
+                tuple(map(float, plain["masses"])),
+                None if plain["energy"] is None else float(plain["energy"]),
+                tuple(map(float, plain.get("drift", ()))),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise OutputError(f"the snapshot's metadata on the shot are damaged ({error!r})") from error
+
+
+def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
+    """Return the shot that a snapshot is a moment of.
+
+    Parameters
+    ----------
+    start
+        The run's first snapshot, where there is one; it is believed before the metadata of `now`.
+    now
+        The moment.
+    """
+    source = now if start is None else start
+    if "shot" in source.metadata and "plates" in source.metadata["shot"]:
+        shot = Shot.from_dict(source.metadata["shot"])
+        if start is None or start.dimensions < 2:
+            return shot
+        if "drift" not in source.metadata["shot"]:  # of a version that did not store it
+            shot = replace(shot, drift=_drift(shot.whole.complete(start), shot.roles))
+        told = all({"edges", "open"} <= plate.keys() for plate in source.metadata["shot"]["plates"])
+        return shot if told else _outlined(shot, start)
+    given = source.metadata.get("shot", {})
+    planes = given.get("planes")
+    if planes is not None:
+        planes = [Mirror("xyz".index(plane["axis"]), float(plane["at"])) for plane in planes]
+    roles = roles_of(start, now, given.get("roles", ()))
+    spacing = spacing_of(source)
+    projectile = members(source, roles, PROJECTILE)
+    whole = _whole(source, projectile, spacing, planes) if source.dimensions > 1 else Whole()
+    if start is None:
+        return Shot(roles, whole, _rows(np.eye(now.dimensions)))
+    complete = whole.complete(start)
+    frame = _frame(complete, roles)
+    seen = _turned(complete, frame)
+    speed, energy = _impact(seen, roles)
+    mass = seen.fields.get("mass")
+    masses = [] if mass is None else np.bincount(seen.body, mass, len(roles)).tolist()
+    plates = _plates(seen, roles, line_of(seen, roles), spacing)
+    return Shot(roles, whole, _rows(frame), plates, speed, tuple(masses), energy, _drift(complete, roles))
+
+
+def _outlined(shot: Shot, start: Snapshot) -> Shot:
+    """Return the shot of a run of a version that did not store outlines and openings of layers, with them."""
+    seen, spacing = shot.seen(start), spacing_of(start)
+    flat = [(seen.fields["position"][seen.body == plate.body], plate) for plate in shot.plates]
+    plates = [replace(plate, edges=outline(plate.across(position))) for position, plate in flat]
+    return replace(shot, plates=tuple(_with_openings(plate, seen, shot.roles, spacing) for plate in plates))
+
+
+def _whole(source: Snapshot, projectile: np.ndarray, spacing: float, planes: list[Mirror] | None) -> Whole:
+    if source.revolved:
+        return Whole((Mirror(1, 0.0),), revolution=True)
+    return whole_of(source, projectile, spacing, planes)
+
+
+def spacing_of(snapshot: Snapshot) -> float:
+    """Return dx [m]: as the run says, or in other codes' files the cell that a particle's mass fills."""
+    if "spacing" in snapshot.metadata:
+        return float(snapshot.metadata["spacing"])
+    if {"mass", "density"} <= snapshot.fields.keys():
+        volume = np.median(snapshot.fields["mass"] / snapshot.fields["density"])
+        return float(volume ** (1.0 / snapshot.dimensions))
+    from scipy.spatial import cKDTree
+
+    position = snapshot.fields["position"]
+    return float(np.median(cKDTree(position).query(position, k=2)[0][:, 1]))
+
+
+def _plates(seen: Snapshot, roles: tuple[str, ...], axis: np.ndarray, spacing: float) -> tuple[Plate, ...]:
+    position = seen.fields["position"].reshape(seen.count, -1)
+    layers = [body for body, role in enumerate(roles) if role == LAYER and (seen.body == body).any()]
+    plates = [_with_openings(plate_of(body, position[seen.body == body], axis, spacing), seen, roles, spacing)
+              for body in layers]  # fmt: skip
+    return tuple(sorted(plates, key=lambda plate: float(position[seen.body == plate.body, 0].mean())))
+
+
+def _with_openings(plate: Plate, seen: Snapshot, roles: tuple[str, ...], spacing: float) -> Plate:
+    position, own = seen.fields["position"].reshape(seen.count, -1), np.flatnonzero(seen.body == plate.body)
+    projectile = position[members(seen, roles, PROJECTILE)]
+    return with_openings(plate, position[own], projectile, own_spacings(seen, own, spacing), spacing)
+
+
+def own_spacings(start: Snapshot, rows: np.ndarray, spacing: float) -> float | np.ndarray:
+    """Return the spacing of the particles `rows` of the start [m]: dx, or where it differs, of each its own."""
+    ratio = start.metadata.get("h_over_dx")
+    if ratio is None or "smoothing_length" not in start.fields or not len(rows):
+        return spacing
+    own = start.fields["smoothing_length"][rows] / float(ratio)
+    return np.asarray(own) if own.min() < spacing / ALIKE or own.max() > spacing * ALIKE else spacing
+
+
+def _frame(start: Snapshot, roles: tuple[str, ...]) -> np.ndarray:
+    """Return the shot's axes: its direction, and across it the axes of the first layer.
+
+    They turn with the shot and all that it hits. Where the shot flies along x and the layer's edges are along y
+    and z they are the case's own.
+    """
+    dim = start.dimensions
+    along = shot_direction(start, roles)
+    if np.abs(along - np.eye(dim)[0]).max() < ALIGNED:
+        along = np.eye(dim)[0]
+    if dim == 1:
+        return np.eye(1)  # layers are told by their order
+    if dim == 2:
+        return np.array([along, [-along[1], along[0]]])
+    across = _across(start, roles, along)
+    if along[0] == 1.0 and np.sort(np.abs(across))[:2].max() < ALIGNED:
+        return np.eye(3)
+    return np.array([along, across, np.cross(along, across)])
+
+
+def _across(start: Snapshot, roles: tuple[str, ...], along: np.ndarray) -> np.ndarray:
+    """Return a direction across the shot line that belongs to the layers: of an edge, or half-way between corners."""
+    position = start.fields["position"]
+    chosen = members(start, roles, LAYER)
+    chosen = chosen if chosen.any() else np.ones(start.count, bool)
+    rows = np.flatnonzero(chosen)[np.argsort(start.id[chosen])]
+    flat = position[rows] - position[rows].mean(axis=0)
+    flat = flat - (flat @ along)[:, None] * along
+    values, vectors = np.linalg.eigh(flat.T @ flat)
+    distance = np.sqrt((flat**2).sum(axis=1))
+    corner = flat[int(np.argmax(distance >= (1.0 - 1e-9) * distance.max()))]
+    if values[2] - values[1] > 1e-6 * values[2]:
+        edge = vectors[:, 2] * (1.0 if corner @ vectors[:, 2] >= 0.0 else -1.0)
+    else:  # round or square: the farthest particle is on a diagonal
+        corner = corner / np.sqrt((corner**2).sum())
+        edge = (corner - np.cross(along, corner)) / np.sqrt(2.0)
+    edge = edge - (edge @ along) * along
+    return np.asarray(edge / np.sqrt((edge**2).sum()))
+
+
+def _turned(snapshot: Snapshot, frame: np.ndarray) -> Snapshot:
+    if np.array_equal(frame, np.eye(len(frame))):
+        return snapshot
+
+    def turned(name: str, values: np.ndarray) -> np.ndarray:
+        return values.reshape(snapshot.count, -1) @ frame.T if name in ("position", "velocity") else values
+
+    return replace(snapshot, fields=changed(snapshot.fields, turned))
+
+
+def _drift(start: Snapshot, roles: tuple[str, ...]) -> tuple[float, ...]:
+    """Return the velocity that all layers of a shot have at the start (dim,) [m/s]; empty where they have none."""
+    if start.dimensions == 1 or not {"velocity", "mass"} <= start.fields.keys():
+        return ()
+    velocity = start.fields["velocity"][members(start, roles, LAYER)]
+    size = float(np.abs(start.fields["velocity"]).max(initial=0.0))
+    mean = mean_of(start, "velocity", roles, LAYER)
+    if not len(velocity) or not np.abs(mean).max() > STILL * size or np.abs(velocity - mean).max() > STILL * size:
+        return ()
+    return tuple(mean.tolist())
+
+
+def _left_behind(snapshot: Snapshot, drift: tuple[float, ...]) -> Snapshot:
+    """Return a snapshot as seen by who goes along with a `drift` [m/s] since the start; itself without one."""
+    if not drift:
+        return snapshot
+    gone = {"position": snapshot.time * np.array(drift), "velocity": np.array(drift)}
+
+    def left(name: str, values: np.ndarray) -> np.ndarray:
+        return values - gone[name] if name in gone else values
+
+    return replace(snapshot, fields=changed(snapshot.fields, left))
+
+
+def _impact(seen: Snapshot, roles: tuple[str, ...]) -> tuple[float | None, float | None]:
+    """Return the speed of the impact and the kinetic energy as seen from the layers; None where they are not known."""
+    if not {"velocity", "mass"} <= seen.fields.keys():
+        return None, None
+    layers = mean_of(seen, "velocity", roles, LAYER)
+    relative = seen.fields["velocity"].reshape(seen.count, -1) - layers
+    energy = 0.5 * float((seen.fields["mass"] * (relative**2).sum(axis=1)).sum())
+    speed = float(np.sqrt(((mean_of(seen, "velocity", roles, PROJECTILE) - layers) ** 2).sum()))
+    return speed, energy
+
+
+def _rows(matrix: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    return tuple(tuple(row) for row in matrix.tolist())

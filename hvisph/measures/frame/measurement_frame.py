@@ -1,0 +1,341 @@
+"""What every length is measured against: the axis, the struck face, the plates' thickness, the main bodies.
+
+A scene is the whole model in the axes of the shot (`shot`): x along the shot line, mirror images filled in.
+The axis is the line along x through the centre that the projectile had at the start; the struck face
+is the first layer's, x = 0 in cases placed automatically. They are read from the run's first snapshot.
+A snapshot that stands alone brings them in its metadata (as `reference` gives them); where it does not, y = 0,
+x = 0, the thickness of the outermost tenth of the target's main bodies, which the impact reaches last,
+and the projectile's present width take their place.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.errors import OutputError
+from hvisph.measures.debris.fragments import Fragments, Groups
+from hvisph.measures.debris.groups import LINK, connected_groups, main_body
+from hvisph.output.snapshot import Snapshot
+
+from .boundary_rim import Rim, rim_at_start, rim_between
+from .impact_geometry import Shot, own_spacings, shot_of, spacing_of
+from .initial_reference import Begun
+from .roles import PROJECTILE, line_of, members
+from .target_geometry import Plate
+
+
+def reference(start: Snapshot) -> dict[str, Any]:
+    """Return what the metadata of later snapshots must hold for them to be measured alone.
+
+    Parameters
+    ----------
+    start
+        The run's first snapshot, with `spacing` in its metadata, and under ``shot`` the case's `roles` and `planes`.
+
+    Returns
+    -------
+    dict
+        `shot` (see there), `axis` (list of dim - 1 coordinates [m]), `width` of the projectile [m] and, where there
+        is a target, its `face` (x of the struck plane) and `thickness` [m]; coordinates in the axes of the shot.
+    """
+    scene = Scene.of(start, start)
+    frame: dict[str, Any] = {"shot": scene.shot.as_dict(), "axis": scene.axis.tolist(), "width": scene.width}
+    return frame | {"face": scene.face, "thickness": scene.thickness} if scene.has_target else frame
+
+
+@dataclass
+class Scene:
+    """One moment of a run, seen along its shot line.
+
+    Parameters
+    ----------
+    now
+        The moment to measure: the whole model in the axes of the shot.
+    start
+        The run's first snapshot, where there is one, likewise.
+    shot
+        What is known of the shot.
+    begun
+        What is known of the start, the same for all moments of a run.
+    """
+
+    now: Snapshot
+    start: Snapshot | None = None
+    shot: Shot = field(default_factory=lambda: Shot(()))
+    begun: Begun | None = field(default=None, repr=False)
+    _groups: dict[tuple[int, ...], Groups] = field(default_factory=dict, init=False, repr=False)
+    _fragments: dict[tuple[int, ...], Fragments] = field(default_factory=dict, init=False, repr=False)
+    _attached: dict[int, np.ndarray] = field(default_factory=dict, init=False, repr=False)
+    _rims: dict[int, np.ndarray] = field(default_factory=dict, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not self.shot.roles:
+            self.shot = shot_of(self.start, self.now)
+
+    @classmethod
+    def of(cls, now: Snapshot, begun: Begun | Snapshot | None = None) -> Scene:
+        """Return the scene of a snapshot as a file holds it: the shot found, images filled in, axes turned.
+
+        Parameters
+        ----------
+        now
+            The moment.
+        begun
+            The run's first snapshot, or what is known of it where several moments are looked at.
+        """
+        if begun is None:
+            shot = shot_of(None, now)
+            return cls(shot.seen(now), None, shot)
+        begun = begun if isinstance(begun, Begun) else Begun(begun)
+        shot = begun.shot(now)
+        start = begun.seen(shot)
+        return cls(start if now is begun.start else shot.seen(now), start, shot, begun)
+
+    @cached_property
+    def position(self) -> np.ndarray:
+        """Positions now, shape (n, dim) [m].
+
+        Raises
+        ------
+        OutputError
+            When a position is not finite: no length has a meaning then.
+        """
+        position = self.now.fields["position"]
+        if not np.isfinite(position).all():
+            number = int(self.now.id[np.flatnonzero(~np.isfinite(position).all(axis=1))[0]])
+            raise OutputError(f"the position of particle {number} is not finite at t = {self.now.time:.6g} s")
+        return position
+
+    @cached_property
+    def spacing(self) -> float:
+        """Spacing dx [m]: as the run says, or in other codes' files the cell that a particle's mass fills."""
+        return spacing_of(self.now)
+
+    def spacings(self, rows: np.ndarray) -> float | np.ndarray:
+        """Return the spacing of the particles `rows` [m]: dx, or where a body has several, of each its own.
+
+        It is that of the start, which the smoothing lengths of then tell.
+        """
+        start = self.start
+        if start is None or "smoothing_length" not in start.fields or not len(rows):
+            return self.spacing
+        images = self.shot.whole.images  # whose numbers follow those of their particles
+        at = np.searchsorted(start.id[: start.count // images], self.now.id[rows] // images * images)
+        return own_spacings(start, at, self.spacing)
+
+    @cached_property
+    def support(self) -> float:
+        """Reach of the kernel [m]: 2h where the files do not name it, and h is 1.4 dx where they do not tell."""
+        reach = float(self.now.metadata.get("kernel_reach", 2.0))
+        h = self.now.fields.get("smoothing_length")
+        return reach * (float(np.median(h)) if h is not None else 1.4 * self.spacing)
+
+    @cached_property
+    def axis(self) -> np.ndarray:
+        """Lateral coordinates of the shot line, shape (dim - 1,) [m]."""
+        if "axis" in self.now.metadata:
+            return np.atleast_1d(np.asarray(self.now.metadata["axis"], dtype=float))
+        if self.start is not None:
+            return line_of(self.start, self.shot.roles)
+        return np.zeros(self.now.dimensions - 1)
+
+    @property
+    def space(self) -> int:
+        """Dimensions of the whole that masses and energies are those of: 3 of a solid of revolution."""
+        return 3 if self.shot.whole.revolution else self.now.dimensions
+
+    @cached_property
+    def lateral(self) -> np.ndarray:
+        """Coordinates across the shot line, shape (n, dim - 1) [m]."""
+        return self.position[:, 1:] - self.axis
+
+    @cached_property
+    def radius(self) -> np.ndarray:
+        """Distance from the shot line, shape (n,) [m]."""
+        return np.sqrt((self.lateral**2).sum(axis=1))
+
+    @cached_property
+    def is_projectile(self) -> np.ndarray:
+        """Whether a particle is the projectile's, shape (n,)."""
+        return members(self.now, self.shot.roles, PROJECTILE)
+
+    @cached_property
+    def layers(self) -> tuple[int, ...]:
+        """Indices of the bodies that are layers and have particles, in the order along the shot line."""
+        ordered = [plate.body for plate in self.shot.plates]
+        ordered += [body for body, role in enumerate(self.shot.roles) if role == "layer" and body not in ordered]
+        present = set(self.now.present)
+        return tuple(body for body in ordered if body in present)
+
+    @property
+    def has_target(self) -> bool:
+        """Whether there is a layer."""
+        return bool(self.layers)
+
+    @property
+    def target(self) -> int:
+        """Index of the first layer's body; -1 where there is none."""
+        return self.layers[0] if self.layers else -1
+
+    @cached_property
+    def is_target(self) -> np.ndarray:
+        """Whether a particle is the first layer's, shape (n,)."""
+        return np.asarray(self.now.body == self.target)
+
+    @cached_property
+    def _plate(self) -> tuple[float, float]:
+        """The struck face [m] and the thickness [m] of the plate before it was struck."""
+        metadata = self.now.metadata
+        if "face" in metadata and "thickness" in metadata:
+            return float(metadata["face"]), float(metadata["thickness"])
+        if self.shot.plates and self.start is not None:
+            return self._along_the_shot(self.shot.plates[0])
+        plate = np.concatenate(self.target_sides)
+        outer = plate[self.radius[plate] >= np.quantile(self.radius[plate], 0.9)]
+        return 0.0, float(np.ptp(self.position[outer, 0]) + self.spacing)
+
+    def _along_the_shot(self, plate: Plate) -> tuple[float, float]:
+        """Return x of the struck face and the thickness along the shot line [m]; an oblique plate is thicker there."""
+        basis = np.array(plate.basis)
+        x = (plate.front - basis[0, 1:] @ self.axis) / basis[0, 0]
+        return float(x), float(plate.thickness / basis[0, 0])
+
+    @property
+    def face(self) -> float:
+        """Plane of the target's struck face before the impact, x [m]."""
+        return self._plate[0]
+
+    @property
+    def thickness(self) -> float:
+        """Thickness of the target along the shot line before the impact [m]."""
+        return self._plate[1]
+
+    @cached_property
+    def width(self) -> float:
+        """Width across the shot line that the projectile has, at the start where it is known [m]; 0 without one."""
+        if "width" in self.now.metadata:
+            return float(self.now.metadata["width"])
+        source = self.start or self.now
+        position = source.fields["position"][members(source, self.shot.roles, PROJECTILE)]
+        if not len(position):
+            return 0.0
+        if source.dimensions == 1:
+            return float(np.ptp(position) + self.spacing)
+        return float(np.ptp(position[:, 1]) + self.spacing)
+
+    def fragments(self, *bodies: int) -> Fragments:
+        """Return the fragments of a body, or of several as if they were one, the largest first."""
+        if bodies not in self._fragments:
+            self._fragments[bodies] = Fragments.of(self.now, self.groups(*bodies), bodies[0])
+        return self._fragments[bodies]
+
+    def attached(self, layer: int) -> np.ndarray:
+        """Return for each group of a layer whether it holds something of the layer's rim, shape (groups,)."""
+        if layer not in self._attached:
+            self._attached[layer] = self.groups(layer).holding(self.rim(layer))
+        return self._attached[layer]
+
+    def groups(self, *bodies: int) -> Groups:
+        """Return the connected groups of a body, or of several as if they were one, the largest first.
+
+        Groups are ordered by their number of particles. They are sought in the part that was computed, and joined
+        with their images (`whole`).
+        """
+        if bodies not in self._groups:
+            _ = self.position  # says which particle has none
+            count = self.now.count // self.shot.whole.images
+            part = np.flatnonzero(np.isin(self.now.body[:count], bodies))
+            likely = (
+                self.begun.neighbours.pairs(bodies, self.now.id[part] // self.shot.whole.images) if self.begun else None
+            )
+            spacing = self.spacings(part)
+            labels = connected_groups(self.now.fields["position"][part], spacing, likely=likely)
+            labels = self.shot.whole.joined(labels, self._own_axes(part), LINK * spacing)
+            copies = part[None] + count * np.arange(self.shot.whole.images)[:, None]
+            self._groups[bodies] = Groups.of(copies.ravel(), labels)
+        return self._groups[bodies]
+
+    def _own_axes(self, part: np.ndarray) -> np.ndarray:
+        """Return positions in the case's axes, in which the planes of symmetry are."""
+        return self.shot.back(self.position[part].reshape(len(part), -1))
+
+    @cached_property
+    def shot_groups(self) -> Fragments:
+        """Connected groups of the projectile, all its bodies together."""
+        bodies = [body for body, role in enumerate(self.shot.roles) if role == PROJECTILE]
+        if not bodies:
+            none = np.zeros(0, dtype=np.int64)
+            return Fragments.of(self.now, Groups.of(none, none), -1)
+        return self.fragments(*bodies)
+
+    @property
+    def shot_mass(self) -> float:
+        """Mass of the projectile at the start [kg; kg/m in 2D, kg/m^2 in 1D]; 0 where it is not known."""
+        own = zip(self.shot.masses, self.shot.roles, strict=False)
+        return float(sum(mass for mass, role in own if role == PROJECTILE))
+
+    @cached_property
+    def projectile(self) -> np.ndarray:
+        """Indices of the projectile's main body."""
+        return self.shot_groups[0].particles if self.shot_groups else np.zeros(0, dtype=np.int64)
+
+    def plate(self, body: int) -> Plate | None:
+        """Return the geometry of a layer before it was struck; None where the start is not known."""
+        return next((plate for plate in self.shot.plates if plate.body == body), None)
+
+    @cached_property
+    def target_sides(self) -> list[np.ndarray]:
+        """Indices of the target's main bodies: in 2D on each side of the shot line, in 3D all round it.
+
+        A half model has one side.
+        """
+        plate = self.is_target
+        if self.now.dimensions != 2:
+            pieces = self.groups(self.target)
+            return [pieces.particles(0) if len(pieces) else np.zeros(0, dtype=np.int64)]
+        upper = self.lateral[:, 0] > 0.0
+        sides = [self._main(plate & upper), self._main(plate & ~upper)]
+        return [side for side in sides if len(side)]
+
+    def rim(self, body: int) -> np.ndarray:
+        """Return whether a particle is of a layer's rim, its outer tenth towards any of its edges, shape (n,).
+
+        Of a layer of several parts, those that do not reach there have rims of their own. What began there, where the
+        start is known and particles have permanent numbers, as in our own files; else what is there now, between the
+        edges of the main bodies: debris may have flown further. In 1D there is none.
+        """
+        if body not in self._rims:
+            self._rims[body] = self._rim(body)
+        return self._rims[body]
+
+    def _rim(self, body: int) -> np.ndarray:
+        own = self.now.body == body
+        if self.now.dimensions == 1:
+            return np.zeros_like(own)
+        if self.plate(body) is not None and self.permanent:
+            return np.isin(self.now.id, self.first_rim(body).numbers) & own
+        main = np.concatenate(self.target_sides) if body == self.target else self.groups(body).particles(0)
+        return rim_between(own, self.lateral, main, self.axis)
+
+    @property
+    def permanent(self) -> bool:
+        """Whether the start is known and its particles have permanent numbers, as in our own files."""
+        return self.start is not None and "spacing" in self.start.metadata
+
+    def first_rim(self, body: int) -> Rim:
+        """Return a layer's rim at the start, which is known."""
+        return self.begun.rim(body, self._find_rim) if self.begun else self._find_rim(body)
+
+    def _find_rim(self, body: int) -> Rim:
+        plate = self.plate(body)
+        assert plate is not None
+        assert self.start is not None
+        return rim_at_start(self.start, plate, self.spacing)
+
+    def _main(self, chosen: np.ndarray) -> np.ndarray:
+        members = np.flatnonzero(chosen)
+        return members[main_body(self.position[members], self.spacings(members))]

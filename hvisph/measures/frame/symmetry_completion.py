@@ -1,0 +1,189 @@
+"""The whole model of what was computed in part: a half, a quarter, an eighth, or the section of a round one.
+
+Everything is measured on the whole: `Whole.complete` adds the mirror images, so that lengths, masses, energies and
+counts need no factor of their own anywhere else. What is costly, the search for connected groups, is done on the
+part that was computed, and `Whole.joined` extends its result: a group and its image are one where they touch the
+plane between them.
+
+Only planes that cut the projectile are planes of the whole. One across the shot line is a rigid wall, one beside
+the projectile the edge of a plate; the images behind those are no matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.lazy_arrays import changed
+from hvisph.output.snapshot import Snapshot
+
+TOUCH = 0.75  # [dx]; the first layer of particles is half a spacing from its plane
+SKIPPED = (
+    "deviator",
+    "velocity_gradient",
+    "deformation_gradient",
+    "previous_spin",
+)  # tensors and turning: no measure of a whole model needs them
+
+
+@dataclass(frozen=True)
+class Mirror:
+    """A plane of symmetry: the axis that it is normal to, and its coordinate [m]."""
+
+    axis: int
+    at: float
+
+
+@dataclass(frozen=True)
+class Whole:
+    """How the whole follows from the part that was computed.
+
+    Parameters
+    ----------
+    mirrors
+        The planes of symmetry; of a solid of revolution its axis, as the plane r = 0.
+    revolution
+        Whether the part is the section of a solid of revolution, its particles rings with the whole ring's mass.
+    """
+
+    mirrors: tuple[Mirror, ...] = ()
+    revolution: bool = False
+
+    @property
+    def factor(self) -> int:
+        """How many parts the whole has; masses of rings are those of the whole already."""
+        return 1 if self.revolution else 2 ** len(self.mirrors)
+
+    @property
+    def images(self) -> int:
+        """How many times each particle is in the completed snapshot."""
+        return int(2 ** len(self.mirrors))
+
+    @property
+    def kind(self) -> str:
+        """``whole``, ``planes`` or ``revolution``."""
+        return "revolution" if self.revolution else "planes" if self.mirrors else "whole"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for the summary and for the metadata of snapshots."""
+        planes = [{"axis": "xyz"[mirror.axis], "at": mirror.at} for mirror in self.mirrors]
+        return {"kind": self.kind, "factor": self.factor, "planes": planes}
+
+    @classmethod
+    def from_dict(cls, plain: dict[str, Any]) -> Whole:
+        """Return what `as_dict` was made from."""
+        mirrors = tuple(Mirror("xyz".index(plane["axis"]), float(plane["at"])) for plane in plain["planes"])
+        return cls(mirrors, plain["kind"] == "revolution")
+
+    def complete(self, snapshot: Snapshot) -> Snapshot:
+        """Return the snapshot with all mirror images behind its own particles, one whole copy after the other."""
+        if not self.mirrors:
+            return snapshot
+        count, images = snapshot.count, self.images
+        signs = self._signs(snapshot.dimensions)
+        offsets = self._offsets(snapshot.dimensions)
+
+        def imaged(name: str, values: np.ndarray) -> np.ndarray:
+            if name in ("position", "velocity"):
+                own = values.reshape(count, -1)
+                shift = offsets if name == "position" else np.zeros_like(offsets)
+                return (own[None] * signs[:, None] + shift[:, None]).reshape(images * count, -1)
+            tiled = np.tile(values, (images, *[1] * (values.ndim - 1)))
+            return tiled / images if self.revolution and name == "mass" else tiled
+
+        fields = changed(snapshot.fields, imaged, [name for name in snapshot.fields if name not in SKIPPED])
+        number = (snapshot.id[None] * images + np.arange(images)[:, None]).ravel()
+        return replace(snapshot, fields=fields, body=np.tile(snapshot.body, images),
+                       material=np.tile(snapshot.material, images), id=number)  # fmt: skip
+
+    def joined(self, labels: np.ndarray, position: np.ndarray, reach: float | np.ndarray) -> np.ndarray:
+        """Return the groups of the whole from those of the part.
+
+        Parameters
+        ----------
+        labels
+            Group of each of n particles of the part.
+        position
+            Their positions, shape (n, dim) [m], in the case's axes.
+        reach
+            Distance at which particles are linked [m], or of each particle its own (n,).
+
+        Returns
+        -------
+        numpy.ndarray
+            Group of each of the images * n particles, as `complete` orders them. A group is one with its image
+            where a particle is linked to its own: any other link across the plane implies that one.
+        """
+        if not self.mirrors or len(labels) == 0:
+            return labels
+        bits = np.arange(self.images)
+        apart = np.zeros(int(labels.max()) + 1, dtype=np.int64)  # the planes that a group does not touch, as bits
+        for number, mirror in enumerate(self.mirrors):
+            nearest = np.full(len(apart), np.inf)
+            np.minimum.at(nearest, labels, np.abs(position[:, mirror.axis] - mirror.at) - 0.5 * reach)
+            if not self.revolution:
+                apart |= np.where(nearest > 0.0, 1 << number, 0)
+        keys = (labels[None] * self.images + (bits[:, None] & apart[labels][None])).ravel()
+        used = np.zeros(len(apart) * self.images, dtype=bool)
+        used[keys] = True
+        return np.asarray((np.cumsum(used) - 1)[keys])
+
+    def _signs(self, dim: int) -> np.ndarray:
+        signs = np.ones((self.images, dim))
+        for number, mirror in enumerate(self.mirrors):
+            signs[(np.arange(self.images) >> number) & 1 == 1, mirror.axis] = -1.0
+        return signs
+
+    def _offsets(self, dim: int) -> np.ndarray:
+        offsets = np.zeros((self.images, dim))
+        for number, mirror in enumerate(self.mirrors):
+            offsets[(np.arange(self.images) >> number) & 1 == 1, mirror.axis] = 2.0 * mirror.at
+        return offsets
+
+
+def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Sequence[Mirror] | None) -> Whole:
+    """Return how the whole follows from what was computed.
+
+    Parameters
+    ----------
+    start
+        The first snapshot.
+    projectile
+        Whether each of its particles is the projectile's, shape (n,).
+    spacing
+        dx [m].
+    planes
+        The case's planes of symmetry; None where they are not known, and then a coordinate plane counts that all
+        matter is on one side of and that a particle touches.
+    """
+    position = start.fields["position"].reshape(start.count, -1)
+    if planes is None:
+        planes = [Mirror(axis, 0.0) for axis in range(1, position.shape[1]) if _half(position[:, axis], spacing)]
+    shot = position[projectile]
+    moving = start.fields["velocity"].reshape(start.count, -1)[projectile] if "velocity" in start.fields else None
+    kept = []
+    for plane in planes:
+        touching = np.abs(shot[:, plane.axis] - plane.at) <= TOUCH * spacing
+        cuts = bool(touching.any())
+        across = moving is not None and _crosses(moving, touching, plane.axis)
+        if cuts and not across:
+            kept.append(plane)
+    return Whole(tuple(kept))
+
+
+def _half(coordinate: np.ndarray, spacing: float) -> bool:
+    low, high = coordinate.min(), coordinate.max()
+    return bool((low > 0.0 and low <= TOUCH * spacing) or (high < 0.0 and high >= -TOUCH * spacing))
+
+
+def _crosses(velocity: np.ndarray, touching: np.ndarray, axis: int) -> bool:
+    """Whether the projectile moves along the axis, so that its plane is a wall.
+
+    A ring that closes about its middle moves along the axis, too, but not beside the plane.
+    """
+    mean = np.abs(velocity.mean(axis=0))
+    beside = abs(float(velocity[touching, axis].mean())) if touching.any() else 0.0
+    return bool(mean[axis] > 1e-9 * mean.max(initial=0.0) and beside > 0.5 * mean[axis])

@@ -1,0 +1,1 @@
+"""Measures of one-dimensional impacts and of single histories."""

@@ -1,0 +1,1 @@
+"""Measures of targets: hole, perforation, damage, plug, impulse."""

@@ -1,0 +1,158 @@
+"""What a finished run should say of itself: signs that its last state is not to be trusted everywhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
+
+import numpy as np
+
+from hvisph.core.kinematics import KINEMATICS
+from hvisph.core.measure_catalogue import told_share
+from hvisph.measures.debris.groups import connected_groups
+from hvisph.output.snapshot import Snapshot
+
+from .model_validity import Holds, strayed
+
+REVOLVED = tuple(name for name, one in KINEMATICS.items() if one.revolved)
+# Nearest neighbours below this share of the particle's own size are clumped; so many of a body say so.
+CLUMPED, CLUMPS = 0.3, 0.01
+# Of the energy at the start: internal energy below zero, and of a body's particles: those that left the largest piece.
+BELOW_ZERO, TORN = 1e-3, 0.01
+# A particle without another within so many of its smoothing lengths is alone; kernels reach to 2 to 3.
+ALONE = 3.0
+# Of the energy at the start: p V of particles that are alone, which nothing takes from them any more.
+HELD = 1e-3
+# Particles nearer than so many spacings hang together.
+LINK = 2.0
+# A piece of at least this share of the largest was cut off, not torn, where its edge had flowed by this plastic strain.
+PIECE, CUT = 0.25, 0.5
+
+
+def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequence[bool], spacing: float,
+            holds: Sequence[Holds] = (), moments: Iterable[Snapshot] = ()) -> list[str]:  # fmt: skip
+    """Return what should be said of the state in which a run ended.
+
+    Parameters
+    ----------
+    now, start
+        The last and the first state.
+    bodies
+        Names of the bodies.
+    whole
+        Whether each body is a solid without a model of damage, which has no way to fail but by tearing.
+    spacing
+        dx [m].
+    holds, moments
+        Where the material of each body holds, and the moments of the run before `now`, over which that is looked at.
+    """
+    told = []
+    left = strayed(chain(moments, [now]), bodies, holds) if holds else {}
+    for number, (name, has_no_damage) in enumerate(zip(bodies, whole, strict=True)):
+        mine = (now.body == number) & (now.fields["mass"] > 0.0)
+        if mine.sum() < 2:
+            continue
+        told += [f"{name}: {text}" for text in left.get(name, [])]
+        position = now.fields["position"][mine]
+        told += [f"{name}: {text}" for text in _of_body(now, mine, position, spacing)]
+        if has_no_damage:
+            # by number: particles may have left the domain since
+            before = start.fields["position"][np.searchsorted(start.id, now.id[mine])]
+            strain = now.fields["plastic_strain"][mine] if "plastic_strain" in now.fields else np.zeros(mine.sum())
+            told += [f"{name}: {text}" for text in _torn(position, before, strain, spacing)]
+    return [*told, *_energy(now, start), *_alone(now, start)]
+
+
+def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: float) -> Iterator[str]:
+    from scipy.spatial import cKDTree
+
+    position = position.reshape(len(position), -1)
+    density = now.fields["density"][mine]
+    if turned := int((density <= 0.0).sum()):
+        yield (
+            f"{turned} of its particles are turned inside out, their density below zero: what is computed there has no "
+            "meaning"
+        )
+    room = now.fields["mass"][mine] / np.maximum(np.abs(density), np.finfo(float).tiny)
+    if now.metadata.get("kinematics") in REVOLVED:  # of a ring its section
+        room = room / (2.0 * np.pi * np.maximum(np.abs(position[:, 1]), 0.5 * spacing))
+    size = room ** (1.0 / position.shape[1])
+    reach = CLUMPED * size
+    nearest = cKDTree(position).query(position, 2, distance_upper_bound=2.0 * float(reach.max()))[0][:, 1]
+    share = float((nearest < reach).mean())
+    if share > CLUMPS:
+        yield (
+            f"{told_share(share)} of its particles have a neighbour within {CLUMPED:g} of their own size: they have "
+            "clumped, and what lies between them is not resolved"
+        )
+
+
+def _torn(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spacing: float) -> Iterator[str]:
+    links, pieces = _links(before, spacing), connected_groups(position, spacing, LINK)
+    sizes = np.bincount(pieces)
+    large = np.flatnonzero(sizes >= PIECE * sizes[0])
+    sound = [piece for piece in large if piece == 0 or _is_cut(pieces == piece, links, strain)]
+    share = 1.0 - float(sizes[sound].sum()) / len(position)
+    if share > TORN and share > float((connected_groups(before, spacing, LINK) != 0).mean()) + TORN:
+        yield (
+            f"{told_share(share)} of it has torn off, and its material has no model of damage: where and when a "
+            "lattice of particles tears is not physics; give the material `damage`"
+        )
+
+
+def _links(position: np.ndarray, spacing: float) -> np.ndarray:
+    """Return the pairs (n, 2) of particles that hang together at `position`."""
+    from scipy.spatial import cKDTree
+
+    return cKDTree(position.reshape(len(position), -1)).query_pairs(LINK * spacing, output_type="ndarray")
+
+
+def _is_cut(piece: np.ndarray, links: np.ndarray, strain: np.ndarray) -> bool:
+    """Whether a piece was cut off by flow: what a penetrator parts has flowed, what tears in tension hardly has."""
+    broken = links[piece[links[:, 0]] != piece[links[:, 1]]]
+    return len(broken) > 0 and float(np.median(strain[broken])) >= CUT
+
+
+def _at_start(start: Snapshot) -> float:
+    """Return the energy with which a run began, without signs [J]."""
+    squared = (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)
+    mass = start.fields["mass"]
+    return float(0.5 * (mass * squared).sum() + np.abs(mass * start.fields["internal_energy"]).sum())
+
+
+def _alone(now: Snapshot, start: Snapshot) -> Iterator[str]:
+    from scipy.spatial import cKDTree
+
+    if not {"internal_energy", "pressure", "smoothing_length"} <= now.fields.keys():
+        return
+    mass, density, pressure = (now.fields[name] for name in ("mass", "density", "pressure"))
+    work = np.where((mass > 0.0) & (density > 0.0), mass * pressure / np.where(density > 0.0, density, 1.0), 0.0)
+    pressed, at_start = np.flatnonzero(work > 0.0), _at_start(start)
+    if not float(work[pressed].sum()) > HELD * at_start:  # also where it is no number
+        return
+    position = now.fields["position"].reshape(now.count, -1)
+    reach = ALONE * now.fields["smoothing_length"][pressed]
+    near = cKDTree(position[mass > 0.0]).query(position[pressed], 2, distance_upper_bound=float(reach.max()))[0][:, 1]
+    alone = pressed[near > reach]
+    held = float(work[alone].sum())
+    if held > HELD * at_start:
+        most = float(pressure[alone].max())
+        told = f"{most:.3g}" if now.metadata.get("units") == "none" else f"{1e-9 * most:.3g} GPa"
+        share = told_share(float(mass[alone].sum() / mass.sum()))
+        yield (
+            f"{share} of the mass flies alone, out of reach of all others, under up to {told}: nothing is there "
+            f"for it to expand against, so that it keeps {100 * held / at_start:.2g} % of the energy at the start as "
+            "p/rho; `smoothing_length: {type: variable}` leaves less"
+        )
+
+
+def _energy(now: Snapshot, start: Snapshot) -> Iterator[str]:
+    if "internal_energy" not in now.fields:
+        return
+    energy, at_start = now.fields["mass"] * now.fields["internal_energy"], _at_start(start)
+    below = float(-energy[energy < 0.0].sum())
+    if at_start > 0.0 and below > BELOW_ZERO * at_start:
+        yield (
+            f"internal energies below zero add up to {100 * below / at_start:.2g} % of the energy at the start: "
+            "the scheme has taken more out of particles than they held"
+        )

@@ -1,0 +1,91 @@
+"""Files written beside and renamed: a name either holds a complete file or what it held before.
+
+Everything goes to `NAME.partial` in the same folder, is forced to the disk, and only then takes its
+name. A kill at any moment leaves at most a `.partial` file, which the next write of that name replaces.
+Nothing is written through a link, or over one.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from hvisph.core.errors import OutputError
+
+from .file_names import PARTIAL
+
+# Opens no link, where the system can tell (Windows cannot).
+NO_LINK = getattr(os, "O_NOFOLLOW", 0)
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[BinaryIO]:
+    """Give a binary file, open for writing and reading, that becomes `path` when the block ends well.
+
+    Raises
+    ------
+    OutputError
+        When anything of it fails: disk full, folder read-only or gone. `path` is then as before.
+    """
+    target = Path(path)
+    partial = target.with_name(target.name + PARTIAL)
+    try:
+        if target.is_symlink():
+            raise FileExistsError(errno.EEXIST, "it is a link, and nothing is written over links")
+        file = _new(partial)
+        try:
+            with file:
+                yield file
+                file.flush()
+                os.fsync(file.fileno())
+            os.replace(partial, target)
+        except BaseException:
+            with suppress(OSError):
+                partial.unlink()
+            raise
+        _sync_folder(target.parent)
+    except OSError as error:
+        raise OutputError(f"cannot write {target}: {reason(error)}") from error
+
+
+def _new(path: Path) -> BinaryIO:
+    """Return a new file `path`, open for writing and reading, in place of what a kill left there."""
+    try:
+        if stat.S_ISREG(path.lstat().st_mode):
+            path.unlink()
+    except FileNotFoundError:
+        pass
+    # never through a link, and never into what somebody else has just put there
+    handle = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+    return os.fdopen(handle, "w+b")
+
+
+def write_bytes(path: str | Path, content: bytes) -> None:
+    """Write `content` to `path`, beside and renamed; raises `OutputError` as `replacing`."""
+    with replacing(path) as file:
+        file.write(content)
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write `text` to `path` as UTF-8, beside and renamed; raises `OutputError` as `replacing`."""
+    write_bytes(path, text.encode("utf-8"))
+
+
+def reason(error: OSError) -> str:
+    """Return what the operating system says was wrong, without its number and without the path."""
+    return (error.strerror or str(error) or type(error).__name__).lower()
+
+
+def _sync_folder(folder: Path) -> None:
+    """Force the renaming itself to the disk, where the system can (Windows cannot open folders)."""
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

@@ -1,0 +1,188 @@
+"""Checkpoints: all that a run needs to go on as if it had never stopped, in sealed HDF5 files.
+
+A file holds plain arrays by name and a header of plain JSON, nothing that could run. The last two are
+kept, under the number of their step: if the newer is damaged the older serves.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph import __version__
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.lazy_arrays import Derived
+
+from . import file_names
+from .sealed_hdf5 import reading, writing
+
+FORMAT_VERSION = 5
+KEPT = 2
+_HEADER = "header"
+_ARRAYS = "arrays"
+_PIECE = 8_192  # rows
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A run between two steps.
+
+    Parameters
+    ----------
+    step
+        Number of steps done.
+    header
+        Numbers and text by name, as JSON knows them.
+    arrays
+        Arrays by name, those to be written also `Ordered` or else fetched by slices; names may be paths, as
+        ``history/rows``.
+    """
+
+    step: int
+    header: dict[str, Any]
+    arrays: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Ordered:
+    """An array of which rows are taken in another order when they are asked for.
+
+    Parameters
+    ----------
+    values, order
+        The rows, and which row of them each is.
+    """
+
+    values: np.ndarray
+    order: np.ndarray
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the whole."""
+        return len(self.order), *self.values.shape[1:]
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Kind of its numbers."""
+        return self.values.dtype
+
+    def __len__(self) -> int:
+        return len(self.order)
+
+    def __getitem__(self, rows: slice) -> np.ndarray:
+        return np.asarray(self.values[self.order[rows]])
+
+
+def write_checkpoint(folder: str | Path, checkpoint: Checkpoint) -> Path:
+    """Write a checkpoint, whole or not at all, then delete earlier ones but the one before; return its path.
+
+    Raises
+    ------
+    OutputError
+        When it cannot be written; those before it are untouched.
+    """
+    path = Path(folder) / f"{checkpoint.step:012d}.h5"
+    said = {"format_version": FORMAT_VERSION, "code_version": __version__, "step": checkpoint.step}
+    header = json.dumps(said | {"content": checkpoint.header}).encode("ascii")
+    with writing(path) as h5:
+        h5.create_dataset(_HEADER, data=np.frombuffer(header, np.uint8))
+        for name in checkpoint.arrays:  # one at a time
+            values = checkpoint.arrays[name]
+            if isinstance(values, np.ndarray):
+                h5.create_dataset(f"{_ARRAYS}/{name}", data=values)
+                continue
+            made = h5.create_dataset(f"{_ARRAYS}/{name}", values.shape, values.dtype)
+            for begin in range(0, len(values), _PIECE):
+                made[begin : begin + _PIECE] = values[begin : begin + _PIECE]
+    earlier = [other for other in list_checkpoints(folder) if other.name < path.name]
+    for other in list_checkpoints(folder):
+        if other.name not in {path.name, *(kept.name for kept in earlier[: KEPT - 1])}:
+            with suppress(OSError):  # one too many does no harm
+                other.unlink()
+    return path
+
+
+def list_checkpoints(folder: str | Path) -> list[Path]:
+    """Return the checkpoints in `folder`, the newest first; those being written, links and files of others are none."""
+    pattern = file_names.PATTERNS[file_names.CHECKPOINT]
+    files = [path for path in Path(folder).glob("*.h5") if pattern.fullmatch(path.name) and file_names.is_plain(path)]
+    return sorted(files, key=lambda path: int(path.stem), reverse=True)
+
+
+def read_checkpoint(path: str | Path, lazily: bool = False) -> Checkpoint:
+    """Read a checkpoint after checking that it is whole.
+
+    Parameters
+    ----------
+    path
+        Its file.
+    lazily
+        Whether arrays are read whenever they are asked for, and not kept: the file must stay as it is.
+
+    Raises
+    ------
+    OutputError
+        When it is missing, truncated, damaged or of another kind.
+    CaseError
+        When another version of hvisph wrote it.
+    """
+    with reading(path, "a checkpoint") as h5:
+        header = json.loads(h5[_HEADER][...].tobytes())
+        if not isinstance(header, dict) or not isinstance(header["step"], int):
+            raise ValueError("its header is none")
+        for what, here in (("code_version", __version__), ("format_version", FORMAT_VERSION)):
+            if header[what] != here:
+                raise CaseError(
+                    f"cannot go on from {path}: its {what} is {header[what]}, and this is {here}; "
+                    "a run goes on with the version that it was begun with"
+                )
+        arrays: dict[str, np.ndarray] = {}
+
+        def keep(name: str, node: Any) -> None:
+            if hasattr(node, "shape"):
+                arrays[name] = node[...] if not lazily else np.zeros(0)
+
+        h5[_ARRAYS].visititems(keep)
+        kept = Derived(arrays, lambda name: _array(path, name)) if lazily else arrays
+        return Checkpoint(int(header["step"]), dict(header["content"]), kept)
+
+
+def _array(path: str | Path, name: str) -> np.ndarray:
+    with reading(path, "a checkpoint", verified=False) as h5:
+        return np.asarray(h5[_ARRAYS][name][...])
+
+
+def newest_checkpoint(folder: str | Path, tell: Callable[[str], None], lazily: bool = False) -> Checkpoint | None:
+    """Return the newest checkpoint that is whole; None where there is none at all.
+
+    Parameters
+    ----------
+    folder
+        Where they are.
+    tell
+        Called with what is wrong with each that had to be passed over.
+    lazily
+        As for `read_checkpoint`.
+
+    Raises
+    ------
+    OutputError
+        When there are some and none is whole.
+    CaseError
+        When another version of hvisph wrote it.
+    """
+    files = list_checkpoints(folder)
+    for number, path in enumerate(files):
+        try:
+            return read_checkpoint(path, lazily)
+        except OutputError as error:
+            if number + 1 == len(files):
+                raise OutputError(f"{error}; there is no other checkpoint to go on from") from error
+            tell(f"{error}; going on from the checkpoint before it")
+    return None

@@ -1,0 +1,247 @@
+"""The folder of a run: made or taken over safely, locked while it is written, nothing outside it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from hvisph.core.errors import CaseError, OutputError
+
+from . import atomic_write, file_names
+from .atomic_write import reason
+from .file_lock import FileLock
+from .run_log import RunLog, SilentLog
+
+
+class RunFolder:
+    """One run's folder, locked for this process until `close`.
+
+    Made by `create` for a new run or by `open` to go on with one.
+    """
+
+    def __init__(self, path: Path, lock: FileLock):
+        self.path = path
+        self.log = RunLog(path / file_names.LOG)
+        self._lock = lock
+
+    @classmethod
+    def create(cls, path: str | Path, force: bool = False) -> RunFolder:
+        """Make the folder and its sub-folders and lock it.
+
+        Parameters
+        ----------
+        path
+            The folder; one that exists must be empty, or a run's with `force`.
+        force
+            Delete what an earlier run wrote there. Files that hvisph does not write stay.
+
+        Raises
+        ------
+        CaseError
+            When the folder is in use for something: an earlier run without `force`, a link where hvisph
+            writes, or anything else.
+        OutputError
+            When another run is writing it or it cannot be written.
+        """
+        folder = Path(path)
+        if folder.exists() and not folder.is_dir():
+            raise CaseError(f"{folder} is a file, not a folder; nothing was changed", where="--out")
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if not looks_like_a_run(folder) and any(folder.iterdir()):
+                raise CaseError(f"{folder} is not empty and not a run of hvisph; nothing was changed", where="--out")
+            refuse_links(folder)
+            lock = _locked(folder)
+            try:
+                if _content(folder):
+                    if not force:
+                        raise CaseError(
+                            f"{folder} holds a run; --force replaces it; nothing was changed", where="--out"
+                        )
+                    delete_own(folder)
+                for name in file_names.MADE:
+                    (folder / name).mkdir(exist_ok=True)
+            except BaseException:
+                lock.release()
+                raise
+        except OSError as error:
+            raise OutputError(f"cannot write {folder}: {reason(error)}") from error
+        return cls(folder, lock)
+
+    @classmethod
+    def open(cls, path: str | Path) -> RunFolder:
+        """Lock the folder of an earlier run, to go on with it.
+
+        Raises
+        ------
+        CaseError
+            When there is no such folder, it is not a run's, or a link stands where hvisph writes.
+        OutputError
+            When another run is writing it.
+        """
+        folder = Path(path)
+        if not folder.is_dir() or not looks_like_a_run(folder):
+            raise CaseError(f"{folder} is not the folder of a run")
+        refuse_links(folder)
+        lock = _locked(folder)
+        try:
+            for name in file_names.MADE:
+                (folder / name).mkdir(exist_ok=True)
+        except OSError as error:
+            lock.release()
+            raise OutputError(f"cannot write {folder}: {reason(error)}") from error
+        return cls(folder, lock)
+
+    def snapshot_path(self, number: int | str) -> Path:
+        """Return the name of the VTKHDF snapshot with this number, or of one with a name of its own."""
+        return self.path / file_names.SNAPSHOTS / f"{_stem(number)}{file_names.SNAPSHOT_ENDING}"
+
+    def vtu_path(self, number: int | str) -> Path:
+        """Return the name of the VTU snapshot with this number, or of one with a name of its own."""
+        return self.path / file_names.VTU / f"{_stem(number)}.vtu"
+
+    def region_path(self, region: str, number: int) -> Path:
+        """Return the name of the VTKHDF snapshot of a region with this number."""
+        return self.path / file_names.REGIONS / f"{region}.{_stem(number)}{file_names.SNAPSHOT_ENDING}"
+
+    @property
+    def history_path(self) -> Path:
+        """The history's file."""
+        return self.path / file_names.HISTORY
+
+    @property
+    def checkpoint_path(self) -> Path:
+        """The checkpoints' folder."""
+        return self.path / file_names.CHECKPOINT
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write a text file of the folder, beside and renamed; raises `OutputError`."""
+        atomic_write.write_text(self.path / name, text)
+
+    def write_json(self, name: str, content: Any) -> None:
+        """Write `content` as indented JSON, beside and renamed; raises `OutputError`."""
+        self.write_text(name, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
+
+    def close(self) -> None:
+        """Let the lock go."""
+        self._lock.release()
+
+    def __enter__(self) -> RunFolder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+class SilentFolder(RunFolder):
+    """The folder of a run for a process that writes nothing there: another one does.
+
+    Parameters
+    ----------
+    path
+        The folder.
+    """
+
+    def __init__(self, path: Path):
+        self.path, self.log = path, SilentLog(path / file_names.LOG)
+
+    def write_text(self, name: str, text: str) -> None:
+        """Write nothing."""
+
+    def close(self) -> None:
+        """Hold no lock."""
+
+
+def looks_like_a_run(folder: Path) -> bool:
+    """Tell whether hvisph wrote this folder: it left its mark, or its effective case beside a history."""
+    if (folder / file_names.LOCK).is_file():
+        return True
+    try:
+        with (folder / file_names.CASE).open("rb") as file:
+            begins = file.read(len(file_names.CASE_HEAD)) == file_names.CASE_HEAD.encode("ascii")
+    except OSError:
+        return False
+    return begins and (folder / file_names.HISTORY).is_file()
+
+
+def refuse_links(folder: Path) -> None:
+    """Raise `CaseError` where a link, or anything else that is no plain file or folder, has a name of hvisph's."""
+    odd = [
+        folder / name for name in file_names.FOLDERS if not _plain_or_absent(folder / name, file_names.is_plain_folder)
+    ]
+    odd += [
+        path
+        for path in (folder / file_names.LOCK, *file_names.own_files(folder))
+        if not _plain_or_absent(path, file_names.is_plain)
+    ]
+    if odd:
+        what = "link" if odd[0].is_symlink() else "plain folder" if odd[0].name in file_names.FOLDERS else "plain file"
+        raise CaseError(
+            f"{odd[0]} is {'a' if what == 'link' else 'no'} {what}, and hvisph writes and deletes nothing through "
+            "links; move it away, or run into another folder; nothing was changed",
+            where="--out",
+        )
+
+
+def delete_own(folder: Path) -> None:
+    """Delete what hvisph wrote into a run's folder, and only that; raises `OSError`."""
+    for path in file_names.own_files(folder):
+        if file_names.is_plain(path):
+            path.unlink()
+
+
+def clear_unfinished(folder: str | Path) -> None:
+    """Delete what a killed writer of hvisph left unfinished in a run's folder."""
+    for path in file_names.own_files(Path(folder)):
+        if path.name.endswith(file_names.PARTIAL) and file_names.is_plain(path):
+            with suppress(OSError):
+                path.unlink()
+
+
+def _plain_or_absent(path: Path, plain: Callable[[Path], bool]) -> bool:
+    return plain(path) or not (path.is_symlink() or path.exists())
+
+
+def _locked(folder: Path) -> FileLock:
+    try:
+        return FileLock(folder / file_names.LOCK)
+    except BlockingIOError as error:
+        raise OutputError(f"cannot write {folder}: another run is writing it") from error
+    except OSError as error:
+        raise OutputError(f"cannot write {folder}: {reason(error)}") from error
+
+
+def _content(folder: Path) -> list[Path]:
+    """Return what the folder holds beside its mark."""
+    return [path for path in folder.iterdir() if path.name != file_names.LOCK]
+
+
+def _stem(number: int | str) -> str:
+    return f"{number:06d}" if isinstance(number, int) else number
+
+
+def forget_snapshots(path: Path, last: bool) -> None:
+    """Delete the snapshots and checkpoints of a run that has ended; with `last`, keep the last snapshot.
+
+    Only files that a run writes there, by their names; never through a link.
+    """
+    for series in (file_names.SERIES, file_names.TIME_SERIES):  # of what is no more
+        if file_names.is_plain(path / series):
+            (path / series).unlink()
+    for name in file_names.FOLDERS:
+        folder = path / name
+        if not file_names.is_plain_folder(folder):
+            continue
+        numbered = sorted(
+            file for file in folder.iterdir() if file_names.is_own(file) and file_names.number_of(file) is not None
+        )
+        kept = numbered[-1:] if last and name not in (file_names.CHECKPOINT, file_names.REGIONS) else []
+        for file in numbered:
+            if file not in kept and not file.is_symlink():
+                file.unlink(missing_ok=True)

@@ -1,0 +1,203 @@
+"""HDF5 files with a seal: written beside and renamed, and checked to be whole before they are parsed.
+
+The seal tells a whole file from a damaged one. It is no protection against intent, so what a file holds is
+looked over before any of it is read: groups and plain arrays that lie in the file itself, no larger than it.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import time as clock
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO
+
+from hvisph.core.errors import OutputError
+
+from .atomic_write import reason, replacing
+from .seal import append_seal, has_seal, verify_seal
+
+SIGNATURE = b"\x89HDF\r\n\x1a\n"
+MOST_OBJECTS = 1000  # groups and arrays; a snapshot has some thirty
+MOST_DEEP = 8
+MOST_KNOWN = 10_000  # files that are remembered
+SETTLED = 2.0  # [s] after which a change shows in a file's time
+State = tuple[int, int, int, int]  # device, number, size and time of a file
+_KNOWN: dict[State, bool] = {}  # files that this process has found to hold what we write, and whether they are whole
+PACKED = 1100  # deflate packs 1032 bytes into one at most
+LABELS = ("body_names", "material_names")  # texts in a snapshot, for ParaView
+
+
+@contextmanager
+def writing(path: str | Path) -> Iterator[Any]:
+    """Give an open `h5py.File` that becomes `path`, sealed, when the block ends well.
+
+    Raises
+    ------
+    OutputError
+        When it cannot be written; an earlier file of that name is then untouched.
+    """
+    import h5py
+
+    with replacing(path) as file:
+        sink = _Sink(file)
+        try:
+            with h5py.File(sink, "w") as h5:
+                yield h5
+        except (OSError, RuntimeError):
+            if sink.error is None:
+                raise
+        if sink.error is not None:
+            raise sink.error
+        append_seal(file)
+
+
+@contextmanager
+def reading(path: str | Path, what: str, *, verified: bool = True) -> Iterator[Any]:
+    """Give an open `h5py.File` of a sealed file; errors of the block that come of its content are named.
+
+    Parameters
+    ----------
+    path
+        The file.
+    what
+        What it should be, such as ``a snapshot``.
+    verified
+        Whether its seal is held against all of its content, once as long as it stays as it is; else it may be damaged.
+
+    Raises
+    ------
+    OutputError
+        When it is missing, truncated, damaged or of another kind.
+    """
+    import h5py
+
+    with naming(path, what), Path(path).open("rb") as file:
+        if file.read(len(SIGNATURE)) != SIGNATURE:
+            raise OutputError("it is not an HDF5 file")
+        state = _state(file)
+        known = _KNOWN.get(state)
+        if verified and not known:
+            verify_seal(file)
+        elif known is None and not has_seal(file):
+            raise OutputError("it is truncated, or was changed after it was written (no checksum at its end)")
+        file.seek(0)
+        with h5py.File(file, "r") as h5:
+            if known is None:
+                _refuse_what_is_not_ours(h5, file.seek(0, 2))
+            _remember(state, whole=verified or bool(known))
+            yield h5
+
+
+def _state(file: BinaryIO) -> State:
+    told = os.fstat(file.fileno())
+    return told.st_dev, told.st_ino, told.st_size, told.st_mtime_ns
+
+
+def _remember(state: State, whole: bool) -> None:
+    """Keep in mind that a file holds what we write, and whether it is whole, until it is written anew."""
+    if clock.time() - 1e-9 * state[3] > SETTLED:  # within the clock's grain a change would not show
+        _KNOWN[state] = whole
+        while len(_KNOWN) > MOST_KNOWN:
+            del _KNOWN[next(iter(_KNOWN))]
+
+
+@contextmanager
+def naming(path: str | Path, what: str) -> Iterator[None]:
+    """Name the file `path`, which should be `what`, in the errors of a block that come of its content."""
+    try:
+        yield
+    except OutputError as error:
+        raise OutputError(f"cannot read {path}: {error}") from error
+    except OSError as error:
+        raise OutputError(f"cannot read {path}: {reason(error)}") from error
+    except (KeyError, ValueError, TypeError, RuntimeError, LookupError, AttributeError, OverflowError) as error:
+        raise OutputError(f"cannot read {path}: it is not {what} of hvisph ({error})") from error
+
+
+def _refuse_what_is_not_ours(h5: Any, size: int) -> None:
+    """Raise `OutputError` unless all in `h5` is a group or a plain array inside the file, of `size` bytes in all."""
+    import h5py
+
+    groups, seen, claimed = [(h5, 0)], 0, 0
+    while groups:
+        group, depth = groups.pop()
+        for name in group:
+            seen += 1
+            if seen > MOST_OBJECTS or depth > MOST_DEEP:
+                raise OutputError("it holds more objects, or deeper ones, than hvisph writes")
+            if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+                raise OutputError(f"'{name}' in it is a link to elsewhere, which hvisph neither writes nor follows")
+            node = group[name]
+            if isinstance(node, h5py.Group):
+                groups.append((node, depth + 1))
+                continue
+            _refuse_elsewhere(node, name)
+            stored = int(node.id.get_storage_size() if node.chunks else node.nbytes)
+            claimed += stored
+            if claimed > size or node.nbytes > PACKED * stored:
+                raise OutputError(f"'{name}' claims more than the file holds")
+
+
+def _refuse_elsewhere(node: Any, name: str) -> None:
+    """Raise `OutputError` unless `node` is an array of plain values that lies in the file as it is."""
+    import h5py
+
+    if not isinstance(node, h5py.Dataset):
+        raise OutputError(f"'{name}' in it is no array")
+    made = node.id.get_create_plist()
+    plain = made.get_layout() in (h5py.h5d.CONTIGUOUS, h5py.h5d.COMPACT) and not made.get_nfilters()
+    filters = {made.get_filter(k)[0] for k in range(made.get_nfilters())}
+    plain = plain or (node.chunks is not None and filters <= {h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE})
+    plain = plain and not made.get_external_count()
+    if name in LABELS and h5py.check_string_dtype(node.dtype) is not None and node.size <= MOST_OBJECTS:
+        return  # for other programs: hvisph never reads them
+    if not plain or node.dtype.kind not in "fiubS" or node.dtype.hasobject:
+        raise OutputError(f"'{name}' in it is no plain array inside the file, and hvisph writes no other")
+
+
+class _Sink(io.RawIOBase):
+    """The file as HDF5 sees it: after the first failure it takes writes without keeping them.
+
+    HDF5 cannot close a file whose writes fail (disk full) and would complain at the end of the program;
+    so it is left in the belief that all is well, and the writer raises `error` afterwards.
+    """
+
+    def __init__(self, file: BinaryIO):
+        self._file = file
+        self.error: OSError | None = None
+
+    def write(self, data: Any, /) -> int:
+        size = memoryview(data).nbytes
+        if self.error is None:
+            try:
+                self._file.write(data)
+            except OSError as error:
+                self.error = error
+        return size
+
+    def readinto(self, buffer: Any, /) -> int:
+        return self._file.readinto(buffer)  # type: ignore[attr-defined]
+
+    def seek(self, offset: int, whence: int = 0, /) -> int:
+        return self._file.seek(offset, whence)
+
+    def tell(self) -> int:
+        return self._file.tell()
+
+    def truncate(self, size: int | None = None, /) -> int:
+        try:
+            return self._file.truncate(size)
+        except OSError as error:
+            self.error = self.error or error
+            return size or 0
+
+    def flush(self) -> None:
+        if self._file.closed:  # Python closes what it collects, and the file may have gone before
+            return
+        try:
+            self._file.flush()
+        except OSError as error:
+            self.error = self.error or error

@@ -1,0 +1,215 @@
+"""What processes of a run ask of all: sums, extremes, particles by their numbers, what limits the step, the whole.
+
+Methods are called by all processes together. Alone a process finds what it is asked for itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import fsum
+from typing import TypeVar
+
+import numpy as np
+
+from hvisph.compiler.exact_sum import exact_parts, exact_sum
+from hvisph.core.particles import Particles
+from hvisph.integrators.time_step import NAMES, Limit
+from hvisph.schemes.protocol import AnyStepper
+
+from . import parallel_output
+from .world import Alone
+
+T = TypeVar("T")
+# Criteria, beside those of `criteria` what stops a run: they travel as numbers.
+COLLAPSED = "collapsed"
+CRITERIA = (*NAMES, "not_finite", COLLAPSED, "hourglass", "contact", "inverted", "passed_through")
+
+
+@dataclass
+class Whole:
+    """What limits the step of all, and what processes ask for.
+
+    Parameters
+    ----------
+    dt, criterion
+        Length of the step [s], and what sets it.
+    number, body
+        The particle that does, by its permanent number, and its body; of no particle -1.
+    stop
+        The signal that asks the run to stop, 0 for none.
+    checkpoint
+        Whether a checkpoint is due.
+    """
+
+    dt: float
+    criterion: str
+    number: int
+    body: int
+    stop: int
+    checkpoint: bool
+
+
+@dataclass
+class Seen:
+    """A particle at fault: permanent number, body, place [m], density [kg/m^3], energy [J/kg]."""
+
+    number: int
+    body: int
+    position: list[float]
+    density: float
+    energy: float
+
+
+class Asked:
+    """Particles of a run, of which this process may have a part.
+
+    Parameters
+    ----------
+    stepper
+        What moves the particles.
+    count
+        Number of particles of the whole.
+
+    Attributes
+    ----------
+    world
+        The processes.
+    """
+
+    def __init__(self, stepper: AnyStepper, count: int):
+        self._stepper, self.count = stepper, count
+        self.world: Alone = Alone()
+        self._at: np.ndarray | None = None
+        self._ordered = np.zeros(0, np.uint32)
+
+    @property
+    def _asks(self) -> bool:
+        return self.world.size > 1
+
+    @property
+    def slabbed(self) -> bool:
+        """Whether the whole is too large to be gathered by one process, which writes it slab by slab."""
+        return self._asks and self.count > parallel_output.MOST_GATHERED
+
+    def everybodys_numbers(self, chosen: np.ndarray) -> np.ndarray:
+        """Return the permanent numbers of the `chosen` particles (n,), bool, of all processes, on each of them."""
+        own = self._stepper.particles.id[chosen].astype(np.int64)
+        return np.concatenate(self.world.objects(own)) if self._asks else own
+
+    def total(self, counts: np.ndarray) -> np.ndarray:
+        """Return the sums of whole numbers over all particles, from those over this process' own."""
+        return self.world.total(counts) if self._asks else counts
+
+    def exact_sum(self, terms: np.ndarray) -> float:
+        """Return the sum of `terms` (n,) of all particles rounded once, from those of this process' own."""
+        if not self._asks:
+            return exact_sum(terms)
+        return fsum(part for parts in self.world.objects(exact_parts(terms)) for part in parts)
+
+    def most(self, *values: float) -> np.ndarray:
+        """Return the largest of each value over all processes."""
+        return self.world.most(np.array(values)) if self._asks else np.array(values)
+
+    def at(self, numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
+        """Return the `values` (n, ...) of particles by their permanent numbers, bit by bit."""
+        rows = self.where(numbers)
+        if not self._asks:
+            return values[rows]
+        here = rows >= 0
+        bits = np.zeros((len(numbers), *values.shape[1:]), np.int64)
+        wide = values.dtype.itemsize == 8
+        bits[here] = values[rows[here]].view(np.int64) if wide else values[rows[here]]
+        sums = self.world.total(bits)
+        return sums.view(values.dtype) if wide else sums.astype(values.dtype)
+
+    def first_of(self, one: T | None) -> T:
+        """Return what any process has, of several that of the first."""
+        all_ = self.world.objects(one) if self._asks else [one]
+        return next(some for some in all_ if some is not None)
+
+    def where(self, numbers: np.ndarray) -> np.ndarray:
+        """Return the rows of particles by their permanent numbers, -1 for those of other processes."""
+        own = self._stepper.particles.id
+        if not self._asks:
+            if self._at is None:
+                self._at = np.empty(len(own), np.int32)
+                self._at[own] = np.arange(len(own), dtype=np.int32)
+            return np.asarray(self._at[numbers])
+        if self._at is None:
+            self._at = np.argsort(own)
+            self._ordered = own[self._at]
+        if not len(own):
+            return np.full(len(numbers), -1)
+        places = np.minimum(np.searchsorted(self._ordered, numbers), len(own) - 1)
+        return np.where(self._ordered[places] == numbers, self._at[places], -1)
+
+    def moved(self) -> None:
+        """Take note that particles were put into a new order."""
+        self._at = None
+
+    def worst(self, score: np.ndarray) -> Seen | None:
+        """Return the particle of the largest score (n,), of several that of the smallest number; none without scores.
+
+        What is no number scores most, and minus infinity is no score.
+        """
+        particles = self._stepper.particles
+        score = np.where(np.isnan(score), np.inf, score)
+        own: tuple[float, int, Seen] | None = None
+        if len(score) and score.max() > -np.inf:
+            rows = np.flatnonzero(score == score.max())
+            row = int(rows[particles.id[rows].argmin()])
+            own = (-float(score[row]), int(particles.id[row]), self._seen(row))
+        all_ = [one for one in (self.world.objects(own) if self._asks else [own]) if one is not None]
+        return min(all_, key=lambda one: one[:2])[2] if all_ else None
+
+    def look_up(self, number: int) -> Seen:
+        """Return a particle by its permanent number."""
+        row = int(self.where(np.array([number]))[0])
+        own = self._seen(row) if row >= 0 else None
+        all_ = self.world.objects(own) if self._asks else [own]
+        return next(one for one in all_ if one is not None)
+
+    def _seen(self, row: int) -> Seen:
+        particles = self._stepper.particles
+        return Seen(int(particles.id[row]), int(particles.body[row]), [float(x) for x in particles["position"][row]],
+                    float(particles["density"][row]), float(particles["internal_energy"][row]))  # fmt: skip
+
+    def agreed(self, limit: Limit, stop: int, checkpoint: bool) -> Whole:
+        """Return what limits the step of all, from what limits that of this process' particles."""
+        particles = self._stepper.particles
+        number, body = -1, -1
+        if 0 <= limit.particle < particles.count:
+            number, body = int(particles.id[limit.particle]), int(particles.body[limit.particle])
+        if not self._asks:
+            return Whole(limit.dt, limit.criterion, number, body, stop, checkpoint)
+        kind = CRITERIA.index(limit.criterion)
+        own = np.array([limit.dt, kind, number, body, stop, float(checkpoint), limit.unrounded])
+        table = self.world.everybodys(own)
+        # a failure stops all; of equal steps the first criterion and the smallest number count
+        first = int(np.lexsort((table[:, 2], table[:, 6], table[:, 1], table[:, 0]))[0])
+        dt, criterion, number, body = table[first, :4].tolist()
+        return Whole(dt, CRITERIA[int(criterion)], int(number), int(body), int(table[:, 4].max()), bool(table[0, 5]))
+
+    def dealt(self, rows: np.ndarray | None) -> np.ndarray:
+        """Return of the `rows` by permanent number (count, ...) that the first process has those of own particles."""
+        numbers = self._stepper.particles.id
+        if not self._asks:
+            assert rows is not None
+            return np.asarray(rows[numbers])
+        all_ = self.world.gathered(numbers)
+        ends = np.cumsum(self.world.everybodys(np.array([len(numbers)]))[:, 0])
+        return self.world.dealt(rows, np.split(all_, ends[:-1]) if self.world.first else None)
+
+    def gathered(self, values: np.ndarray) -> np.ndarray:
+        """Return the rows of all processes, as they come, on the first; none on the others."""
+        return self.world.gathered(values) if self._asks else values
+
+    def whole(self, particles: Particles, *further: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
+        """Return all particles as they come, and `further` rows of them, own ones no copies; None but on the first."""
+        tags, data = self.gathered(particles.tags), self.gathered(particles.data)
+        rows = [self.gathered(one) for one in further]
+        if self._asks and not self.world.first:
+            return None
+        whole = particles.like(0)
+        whole.data, whole.tags = data, tags
+        return whole, rows

@@ -1,0 +1,178 @@
+"""What processes have together, written by the first without ever holding it whole: slab by slab, as it is asked for.
+
+The first process asks by slices of arrays that look like those of the whole; meanwhile the others answer (`serve`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.lazy_arrays import changed
+from hvisph.output.snapshot import Snapshot
+
+from .world import Alone
+
+# From so many particles on the whole is not gathered for a file, and rows of a slab.
+MOST_GATHERED, SLAB = 10_000_000, 1 << 20
+
+
+@dataclass
+class Slabs:
+    """Rows of all processes in one order.
+
+    Parameters
+    ----------
+    world
+        The processes.
+    arrays
+        What this one has, by name: arrays (n, ...) that may be made whenever they are asked for.
+    places
+        Place of each of its rows in the order of all (n,).
+    count
+        Number of rows of all.
+    """
+
+    world: Alone
+    arrays: Mapping[str, np.ndarray]
+    places: np.ndarray
+    count: int
+    _order: np.ndarray = field(init=False, repr=False)
+    _last: tuple[str, np.ndarray] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._order = np.argsort(self.places)
+        self.places = self.places[self._order]
+        self._last = "", self.places
+
+    def whole(self, name: str) -> Any:
+        """Return, on the first process, an array of the whole."""
+        return Slabbed(self, name, self._own(name))
+
+    def _own(self, name: str) -> np.ndarray:
+        """Return an array of this process, kept until another one is asked for."""
+        if self._last[0] != name:
+            self._last = name, self.arrays[name]
+        return self._last[1]
+
+    def fetch(self, name: str, begin: int, end: int) -> np.ndarray:
+        """Return on the first process rows of an array of the whole; `serve` answers it on the others."""
+        self.world.from_first(lambda: (name, begin, end))
+        return self._answer(name, begin, end)
+
+    def _answer(self, name: str, begin: int, end: int) -> np.ndarray:
+        first, last = np.searchsorted(self.places, (begin, end))
+        rows = self._own(name)[self._order[first:last]]
+        places, values = self.world.gathered(self.places[first:last]), self.world.gathered(rows)
+        out = np.empty_like(values)
+        out[places - begin] = values
+        return out
+
+    def serve(self) -> None:
+        """Answer what the first process asks for, until it is done."""
+        while asked := self.world.from_first(lambda: None):
+            self._answer(*asked)
+
+    @contextmanager
+    def open(self) -> Iterator[Slabs | None]:
+        """Have the first process fetch what it wants in a block, which on the others has nothing."""
+        if not self.world.first:
+            self.serve()
+            yield None
+            return
+        yield self
+        self.world.from_first(lambda: None)  # the others go on
+
+
+class Slabbed:
+    """An array of the whole that is fetched by slices.
+
+    Parameters
+    ----------
+    slabs, name
+        Where it is fetched, and by which name.
+    like
+        Rows of its kind.
+    """
+
+    def __init__(self, slabs: Slabs, name: str, like: np.ndarray):
+        self._slabs, self._name = slabs, name
+        self.shape, self.dtype = (slabs.count, *like.shape[1:]), like.dtype
+        self._slab, self._begin = np.zeros((0, *like.shape[1:]), like.dtype), 0
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def astype(self, dtype: np.dtype | type) -> Slabbed:
+        """Return the same array in another kind of numbers."""
+        other = Slabbed(self._slabs, self._name, self._slab[:0])
+        other.dtype = np.dtype(dtype)
+        return other
+
+    def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
+        if isinstance(rows, np.ndarray):
+            return self._chosen(rows)
+        begin, end, step = rows.indices(len(self))
+        if step != 1:
+            raise IndexError("an array of the whole is fetched by slices of neighbouring rows")
+        pieces = []
+        while begin < end:
+            if not self._begin <= begin < self._begin + len(self._slab):
+                self._begin = begin // SLAB * SLAB
+                self._slab = self._slabs.fetch(self._name, self._begin, min(self._begin + SLAB, len(self)))
+            last = min(end, self._begin + len(self._slab))
+            pieces.append(self._slab[begin - self._begin : last - self._begin])
+            begin = last
+        return np.concatenate([self._slab[:0], *pieces]).astype(self.dtype, copy=False)
+
+    def _chosen(self, rows: np.ndarray) -> np.ndarray:
+        """Return rows by their places, which rise (k,)."""
+        pieces = [self[0:0]]
+        for begin in range(0, len(self), SLAB):
+            first, last = np.searchsorted(rows, (begin, begin + SLAB))
+            if last > first:
+                pieces.append(self[begin : begin + SLAB][rows[first:last] - begin])
+        return np.concatenate(pieces)
+
+    def __array__(self, dtype: np.dtype | None = None, copy: bool | None = None) -> np.ndarray:
+        return self[:].astype(dtype or self.dtype, copy=False)
+
+
+@dataclass
+class Moment:
+    """A moment of a run.
+
+    Parameters
+    ----------
+    snapshot
+        All particles, on the first process.
+    slabs
+        Where it is fetched from, if it is not gathered.
+    """
+
+    snapshot: Snapshot | None
+    slabs: Slabs | None = None
+
+    @contextmanager
+    def open(self) -> Iterator[Snapshot | None]:
+        """Give the first process the snapshot in a block, which on the others has nothing."""
+        if self.slabs is None:
+            yield self.snapshot
+            return
+        with self.slabs.open():
+            yield self.snapshot
+
+
+def fetched(snapshot: Snapshot, keep: bool = False) -> Snapshot:
+    """Return a snapshot whose arrays are in memory: its fields when they are asked for, or all for good."""
+
+    def array(values: np.ndarray) -> np.ndarray:
+        return np.asarray(values)
+
+    body, material, number = map(array, (snapshot.body, snapshot.material, snapshot.id))
+    fields = changed(snapshot.fields, lambda _, values: array(values))
+    return replace(snapshot, fields=dict(fields) if keep else fields, body=body, material=material, id=number)

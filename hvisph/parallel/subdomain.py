@@ -1,0 +1,171 @@
+"""A process' share of a run: the particles of its part of the space, and how they change hands.
+
+Alone a share is the whole. Methods are called by all processes together.
+"""
+
+from __future__ import annotations
+
+import time as wall
+from collections.abc import Callable
+
+import numpy as np
+
+from hvisph.core.available_memory import peak_memory
+from hvisph.integrators.time_step import Criteria
+from hvisph.schemes.protocol import AnyStepper
+from hvisph.sph.neighbours.particle_layout import RowLayout
+from hvisph.sph.neighbours.symmetry_planes import Plane
+
+from .collectives import Asked
+from .halo import Halo
+from .partition import Parts
+from .world import Alone, Ranks
+
+# Steps between two cuts of the space, and between two looks at who left a part.
+CUT_EVERY, MOVE_EVERY = 128, 16
+# Largest share of the mean work that a process may have before the space is cut again: where particles change sides
+# between any two steps, and where all must be built anew for it, which is looked at so many times less often.
+BALANCED, SETTLED, SELDOM = 1.05, 1.2, 8
+
+
+class Share(Asked):
+    """Part of a run that this process has.
+
+    Parameters
+    ----------
+    stepper, criteria, planes
+        The run as built: what moves its particles, what limits its step, its planes of symmetry.
+    count
+        Number of particles of the whole.
+    """
+
+    def __init__(self, stepper: AnyStepper, criteria: Criteria, planes: tuple[Plane, ...], count: int):
+        super().__init__(stepper, count)
+        self._criteria, self._planes = criteria, planes
+        self.halos: list[Halo] = []
+        self._rows_of: list[tuple[Callable[[], np.ndarray], Callable[[np.ndarray], None]]] = []
+        self._began, self._waited = wall.perf_counter(), 0.0
+        self.imbalance = 1.0
+
+    def follow(self, read: Callable[[], np.ndarray], write: Callable[[np.ndarray], None]) -> None:
+        """Let an array with a row a particle move with the particles: how it is read, and replaced."""
+        self._rows_of.append((read, write))
+
+    def join(self, world: Alone, parts: Parts | None) -> None:
+        """Be one of several processes, each with the particles of its part, and see those of others."""
+        if parts is None:
+            return
+        assert isinstance(world, Ranks)
+        self.world, self._parts, stepper = world, parts, self._stepper
+        planes = [(plane.axis, plane.at, plane.side) for plane in self._planes]
+
+        def halo_for(layout: RowLayout) -> Halo:
+            self.halos.append(Halo(world, layout.dim, layout.used, planes))
+            return self.halos[-1]
+
+        stepper.totals.over, stepper.totals.exact = self._over, self.exact_sum
+        stepper.join(halo_for)
+
+    def begin(self) -> None:
+        """Take the time from now on, with nothing waited and sent yet."""
+        world = self.world
+        self._began, self._waited = wall.perf_counter(), world.waited
+        self._started = self._began
+        world.waited = self._waited = 0.0
+        world.messages = world.sent = 0
+        for halo in self.halos:
+            halo.evaluations = halo.received = 0
+
+    def _over(self, wholes: np.ndarray, extremes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return self.world.total(wholes), self.world.most(extremes)
+
+    def _hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray], rows: list[np.ndarray]) -> None:
+        stepper = self._stepper
+        stepper.hold(data, tags, carried)
+        self._criteria.hold(len(data))
+        for (_, write), one in zip(self._rows_of, rows, strict=True):
+            write(one)
+        self.moved()
+
+    def rebalance(self, steps: int) -> None:
+        """Give the particles that left this part to whose they are now, between steps; cut the space anew if due."""
+        stepper = self._stepper
+        if not self._asks or steps % MOVE_EVERY:
+            return
+        settled = stepper.settled
+        cut = steps % (SELDOM * CUT_EVERY if settled else CUT_EVERY) == 0
+        anew = cut and self._cut_again(SETTLED if settled else BALANCED)
+        if not settled or anew:
+            self._move(cut)
+
+    def sort_out(self) -> None:
+        """Cut the space anew for particles that were put elsewhere, and give each to whose it is."""
+        if self._asks:
+            self._cut_again(0.0, even=True)
+            self._move(True)
+
+    def _move(self, cut: bool) -> None:
+        """Give the particles that are in another part to whose they are; after a `cut` grids are made anew."""
+        world, stepper = self.world, self._stepper
+        particles = stepper.particles
+        target = self._parts.owner(stepper.homes, particles.id)
+        goes = target != world.rank
+        carried = stepper.carried()
+        rows = [read() for read, _ in self._rows_of]
+        parts = [particles.data, particles.tags.astype(np.float64), *carried.values(), *rows]
+        tables = [one.reshape(len(goes), -1) for one in parts]
+        widths = [one.shape[1] for one in tables]
+        going = np.concatenate([one[goes] for one in tables], axis=1)
+        to = target[goes]
+        came = world.swapped({int(rank): going[to == rank] for rank in np.unique(to)}, sum(widths))
+        if not self.most(float(goes.any() or bool(came)))[0]:  # all hold anew or none: who lists anew asks the others
+            if cut:
+                stepper.fit_grid()
+            return
+        new = np.concatenate([came[rank] for rank in sorted(came)]) if came else going[:0]
+        columns = np.split(new, np.cumsum(widths)[:-1], axis=1)
+        stays = ~goes
+        held = [
+            np.concatenate([own[stays], other.reshape(-1, *own.shape[1:])])
+            for own, other in zip(parts, columns, strict=True)
+        ]
+        names, first = list(carried), 2 + len(carried)
+        self._hold(held[0], held[1].astype(np.uint32), dict(zip(names, held[2:first], strict=True)), held[first:])
+        if cut:
+            stepper.fit_grid()
+
+    def account(self, steps: int) -> str:
+        """Return what sharing took in so many steps, in words; empty for one process."""
+        if not self._asks or not steps:
+            return ""
+        halo, world = self.halos[0], self.world
+        own = [self._stepper.particles.count, halo.received / max(halo.evaluations, 1), world.messages / steps,
+               world.sent / steps, world.waited / max(wall.perf_counter() - self._started, 1e-9),
+               peak_memory() / 1e6]  # fmt: skip
+        table = world.everybodys(np.array(own, float))
+        count, others, messages, rows, waited, _ = table.mean(axis=0)
+        return (
+            f"{world.size} processes: {others:.0f} rows of others beside {count:.0f} own "
+            f"({others / max(count, 1):.1%}); "
+            f"{messages:.1f} messages with {rows:.0f} rows a step and process; most over mean time of work "
+            f"{self.imbalance:.2f} at the last cut; {waited:.0%} of the time waiting and sending; "
+            f"at most {table[0, 5]:.0f} MB of memory on the first, {table[1:, 5].max():.0f} MB on the others"
+        )
+
+    def _cut_again(self, most: float, even: bool = False) -> bool:
+        """Cut the space by the work of its particles, or `even`, if it is out of balance; return whether it was."""
+        world, stepper = self.world, self._stepper
+        particles, dim = stepper.particles, stepper.particles.dim
+        now = wall.perf_counter()
+        busy = max(now - self._began - (world.waited - self._waited), 1e-9)
+        self._began, self._waited = now, world.waited
+        all_ = world.everybodys(np.array([busy, float(particles.count)]))
+        self.imbalance = float(all_[:, 0].max() / all_[:, 0].mean())
+        if self.imbalance < most:
+            return False
+        weight = np.full((particles.count, 1), 1.0 if even else busy / max(particles.count, 1))
+        table = world.gathered(np.concatenate([stepper.homes, particles.id[:, None], weight], axis=1))
+        self._parts = world.from_first(
+            lambda: Parts(world.size, table[:, :dim], table[:, dim].astype(np.int64), table[:, dim + 1])
+        )
+        return True

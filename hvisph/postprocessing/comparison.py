@@ -1,0 +1,172 @@
+"""What a comparison is made of: runs as they are, and cases to run first unless that has been done.
+
+A case has been run when a folder holds a run whose effective case has the same hash. Nothing that
+another case wrote is touched: where its folder is taken, the run goes into one with the hash in its name.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from hvisph.case.case import Case
+from hvisph.casefile.case_folder import bundled_name, case_folder, cases_in, run_name
+from hvisph.casefile.loader import case_hash, dump_case, find_case, load_case
+from hvisph.core.errors import CaseError
+from hvisph.output import file_names
+from hvisph.output.reader import list_snapshots
+from hvisph.output.run_folder import looks_like_a_run
+
+SNAPSHOTS = (".vtkhdf", ".h5", ".vtu")
+ENDED = ("done", "failed")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One run of a comparison, there or yet to be made.
+
+    Parameters
+    ----------
+    name
+        Its name among the others.
+    folder
+        Where the run is or goes; of another code's run, its folder or snapshot.
+    case
+        What to run; None for what has only to be read.
+    file
+        The case's file.
+    group
+        Name of the folder that it comes from.
+    """
+
+    name: str
+    folder: Path
+    case: Case | None = None
+    file: Path | None = None
+    group: str = ""
+
+
+def entries(sources: Sequence[str | os.PathLike[str]], *, runs: str | os.PathLike[str] = "runs",
+            overrides: Sequence[str] = (), resolution: str | float | None = None) -> list[Entry]:  # fmt: skip
+    """Return what `sources` name, every case of it loaded, so that bad input shows before anything runs.
+
+    Parameters
+    ----------
+    sources
+        Case files, names of bundled cases, folders of cases, folders of runs, snapshots.
+    runs
+        Below which cases run: a bundled case under its name, another under its folder's and its file's.
+    overrides, resolution
+        For every case, as of `hvisph.casefile.loader.load_case`.
+
+    Raises
+    ------
+    CaseError
+        For anything wrong with any of them.
+    """
+    made: list[Entry] = []
+    changed = bool(overrides) or resolution is not None
+    for source in sources:
+        for entry in _entries_of(Path(source), Path(runs)):
+            if entry.file is None:
+                if changed:
+                    raise CaseError(
+                        f"{entry.folder} has been run: neither --resolution nor --set can change it; "
+                        "name its case instead"
+                    )
+                made.append(entry)
+                continue
+            case = load_case(entry.file, overrides, resolution)
+            made.append(replace(entry, case=case, folder=_place(entry.folder, case)))
+    return _distinct(made)
+
+
+def is_run(entry: Entry) -> bool:
+    """Tell whether the entry can be read as it is: the run is there and has ended, well or badly."""
+    return entry.case is None or _status(entry.folder) in ENDED
+
+
+def _entries_of(source: Path, runs: Path) -> Iterator[Entry]:
+    if source.is_file() and source.suffix in SNAPSHOTS:
+        yield Entry(source.stem, source)
+    elif (folder := case_folder(source)) is not None:
+        yield from _in_folder(folder, runs)
+    else:
+        file = find_case(source)
+        yield Entry(file.stem, runs / (bundled_name(file) or run_name(file)), file=file, group=file.parent.name)
+
+
+def _in_folder(folder: Path, runs: Path) -> Iterator[Entry]:
+    group = folder.resolve().name
+    if looks_like_a_run(folder):
+        yield Entry(group, folder, group=folder.resolve().parent.name)
+        return
+    cases = cases_in(folder)
+    for name, file in cases.items():
+        bundled = bundled_name(file)
+        yield Entry(name, runs / bundled if bundled else runs / group / name, file=file, group=group)
+    if cases:
+        return
+    below = sorted(path for path in folder.iterdir() if path.is_dir())
+    done = [path for path in below if looks_like_a_run(path)]
+    for path in done:
+        yield Entry(path.name, path, group=group)
+    if done:
+        return
+    if list_snapshots(folder):
+        yield Entry(group, folder)
+        return
+    inside = [path.name for path in below if any(cases_in(path))]
+    hint = f"; its folders do: {', '.join(inside)}" if inside else ""
+    raise CaseError(f"{folder} holds neither cases nor runs nor snapshots{hint}")
+
+
+def _place(folder: Path, case: Case) -> Path:
+    """Return where `case` has been or will be run: `folder`, or one beside it where that is taken."""
+    own = case_hash(dump_case(case))
+    beside = folder.with_name(f"{folder.name}-{own[:8]}")
+    for place in (folder, beside):
+        if _hash(place) == own:
+            return place
+    free = not folder.exists() or (folder.is_dir() and not any(folder.iterdir()))
+    return folder if free else beside
+
+
+def _hash(folder: Path) -> str | None:
+    """Return the hash of the case that a run's folder holds; None where it holds none."""
+    try:
+        with (folder / file_names.CASE).open(encoding="utf-8") as file:
+            match = re.search(r"hash ([0-9a-f]+)", file.readline(1000))
+    except (OSError, UnicodeDecodeError):
+        return None
+    return match[1] if match else None
+
+
+def _status(folder: Path) -> str | None:
+    try:
+        return str(json.loads((folder / file_names.SUMMARY).read_text(encoding="utf-8"))["status"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
+def _distinct(made: list[Entry]) -> list[Entry]:
+    """Return the entries with names of their own: of those that share one, the group goes before it."""
+    counts: dict[str, int] = {}
+    for entry in made:
+        counts[entry.name] = counts.get(entry.name, 0) + 1
+    distinct: list[Entry] = []
+    taken: set[str] = set()
+    for entry in made:
+        name = entry.name
+        if counts[name] > 1 and entry.group:
+            name = f"{entry.group}/{name}"
+        number = 2
+        while name in taken:
+            name, number = f"{name.removesuffix(f' ({number - 1})')} ({number})", number + 1
+        taken.add(name)
+        distinct.append(replace(entry, name=name))
+    return distinct

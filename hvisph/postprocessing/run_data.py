@@ -1,0 +1,207 @@
+"""A run in a notebook: its snapshots, history and summary as objects that show themselves."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+from html import escape
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.fields import component_names
+from hvisph.measures.measure import measure
+from hvisph.measures.table import rows
+from hvisph.output.reader import list_snapshots, read_history, read_snapshot, read_summary
+from hvisph.output.snapshot import Snapshot
+from hvisph.visualization.particles import Look, draw, usual_view
+
+from .snapshot_selection import moment_of
+
+
+def open_run(path: str | os.PathLike[str]) -> OpenRun:
+    """Return a run's folder as an object; raises `CaseError` where there is none."""
+    return OpenRun(Path(path))
+
+
+class State(Snapshot):
+    """A snapshot that becomes a table or a picture."""
+
+    def to_dataframe(self) -> Any:
+        """Return all particles as a pandas DataFrame: a row each, vectors and tensors by component, SI."""
+        columns: dict[str, np.ndarray] = {
+            "id": self.id,
+            "body": np.array(self.bodies, dtype=object)[self.body],
+            "material": np.array(self.materials, dtype=object)[self.material],
+        }
+        for name, values in self.fields.items():
+            parts = values.reshape(self.count, -1)
+            names = component_names(name, self.dimensions)
+            if len(names) != parts.shape[1]:
+                names = [f"{name}_{k}" for k in range(parts.shape[1])]
+            columns |= {column: parts[:, k] for k, column in enumerate(names)}
+        return _pandas().DataFrame(columns).set_index("id")
+
+    def plot(self, field: str = "speed", **look: Any) -> Any:
+        """Return a matplotlib figure of all particles; options as of `hvisph.visualization.particles.Look`."""
+        moment = moment_of(self)
+        return draw([moment], Look(field, **{"view": usual_view(moment)} | look))
+
+    def __repr__(self) -> str:
+        return f"<state at t = {self.time:.6g} s, step {self.step}: {self.count} particles in {self.dimensions}D>"
+
+
+class Summary(Mapping[str, Any]):
+    """A run's summary: a mapping, and measures as attributes with `value`, `unit`, `uncertainty`, `reason`."""
+
+    def __init__(self, content: Mapping[str, Any]):
+        self._content = content
+        self._measures = dict(content.get("measures", {}))
+
+    def __getitem__(self, key: str) -> Any:
+        return self._content[key]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._content)
+
+    def __len__(self) -> int:
+        return len(self._content)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        if name in self._measures:
+            return Value(**{key: self._measures[name].get(key) for key in ("value", "unit", "uncertainty", "reason")})
+        if name in self._content:
+            return self._content[name]
+        raise AttributeError(f"the summary has no '{name}'; it has {', '.join(dir(self))}")
+
+    def __dir__(self) -> list[str]:
+        return sorted({*self._measures, *self._content})
+
+
+class Value:
+    """A measure: number, unit, what it is uncertain by, and why there is none."""
+
+    def __init__(self, value: float | None, unit: str | None, uncertainty: float | None, reason: str | None):
+        self.value, self.unit, self.uncertainty, self.reason = value, unit or "", uncertainty, reason or ""
+
+    def __float__(self) -> float:
+        return float("nan") if self.value is None else float(self.value)
+
+    def __repr__(self) -> str:
+        if self.value is None:
+            return f"- ({self.reason})"
+        spread = f" ± {self.uncertainty:.2g}" if self.uncertainty else ""
+        return f"{self.value:.6g}{spread} {self.unit}".rstrip()
+
+
+class OpenRun:
+    """A run's folder: ``run[-1]`` is its last state, ``run.history`` and ``run.summary`` what it tells of itself.
+
+    Parameters
+    ----------
+    path
+        The folder of a run, ended or not, or of another code's snapshots.
+
+    Raises
+    ------
+    CaseError
+        When there is no such folder.
+    """
+
+    def __init__(self, path: Path):
+        if not path.is_dir():
+            raise CaseError(f"there is no run at {path}")
+        self.path = path
+
+    @property
+    def files(self) -> list[Path]:
+        """The snapshots in order of time, those written since included."""
+        return list_snapshots(self.path)
+
+    def __len__(self) -> int:
+        return len(self.files)
+
+    @overload
+    def __getitem__(self, index: int) -> State: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[State]: ...
+
+    def __getitem__(self, index: int | slice) -> State | list[State]:
+        files = self.files
+        if isinstance(index, slice):
+            return [_state(file) for file in files[index]]
+        return _state(files[index])
+
+    def __iter__(self) -> Iterator[State]:
+        return (_state(file) for file in self.files)
+
+    def at(self, time: float) -> State:
+        """Return the state nearest to a time [s]."""
+        return min(self, key=lambda state: abs(state.time - time))
+
+    @property
+    def history(self) -> Any:
+        """The history as a pandas DataFrame over time, or as arrays by name where pandas is not installed."""
+        columns = read_history(self.path)
+        try:
+            return _pandas().DataFrame(columns).set_index("time")
+        except CaseError:
+            return columns
+
+    @cached_property
+    def summary(self) -> Summary:
+        """What the run ended with; of one that has not ended, what can be measured now."""
+        try:
+            return Summary(read_summary(self.path))
+        except OutputError:
+            return Summary(measure(self.path).as_dict())
+
+    def plot(self, field: str = "speed", **look: Any) -> Any:
+        """Return a matplotlib figure of the last state; options as of `hvisph.visualization.particles.Look`."""
+        return self[-1].plot(field, **look)
+
+    def report(self, path: str | os.PathLike[str] | None = None) -> Path:
+        """Write the run's report and return its file."""
+        from hvisph.visualization.html.build import report
+
+        return report([self.path], path)
+
+    def __dir__(self) -> list[str]:
+        return ["at", "files", "history", "path", "plot", "report", "summary"]
+
+    def __repr__(self) -> str:
+        return f"<run {self.path}: {len(self)} snapshots, {self.summary.get('status', 'not ended')}>"
+
+    def _repr_html_(self) -> str:
+        summary = self.summary
+        results: Any = {name: _result(getattr(summary, name)) for name in summary.get("measures", {})}
+        told = [row for row in rows(results, summary.get("expected", [])) if row.value != "-"]
+        cells = [[escape(text) for text in (row.label, row.value, row.expected)] for row in told]
+        lines = "".join(f"<tr><td>{'</td><td>'.join(row)}</td></tr>" for row in cells)
+        head = f"<b>{escape(str(summary.get('title', self.path.name)))}</b><br>{escape(str(summary.get('answer', '')))}"
+        return f"{head}<table><tr><th>measure</th><th>value</th><th>expected</th></tr>{lines}</table>"
+
+
+def _result(value: Value) -> Any:
+    from hvisph.measures.result import Result
+
+    return Result(value.value, value.unit, value.uncertainty, None, value.reason)
+
+
+def _state(file: Path) -> State:
+    return State(**vars(read_snapshot(file)))
+
+
+def _pandas() -> Any:
+    from importlib import import_module
+
+    try:
+        return import_module("pandas")
+    except ImportError:
+        raise CaseError("needs pandas, which is not installed") from None

@@ -1,0 +1,52 @@
+"""The moments of a run that a picture shows, with what their titles say."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from hvisph.casefile.embedded_case import formulation, symmetry_axes
+from hvisph.core.errors import CaseError
+from hvisph.core.measure_catalogue import axis_unit, told_time
+from hvisph.output.reader import snapshots_at
+from hvisph.output.snapshot import Snapshot
+from hvisph.visualization.particles import Moment
+
+
+def shown_moments(path: Path, at: Sequence[float] | str | None, named: bool) -> list[Moment]:
+    """Return moments of a run, or a snapshot's file, with time, spacing and formulation as their titles.
+
+    Parameters
+    ----------
+    path
+        Folder of a run, or a snapshot.
+    at
+        Times [s], ``all``, or None for the last.
+    named
+        Whether titles begin with the run's name.
+
+    Raises
+    ------
+    CaseError
+        When there is no such run, or it holds no snapshot.
+    OutputError
+        When one is damaged.
+    """
+    if not path.exists():
+        raise CaseError(f"there is no run at {path}")
+    return [moment_of(snapshot, path.name if named else "") for snapshot in snapshots_at(path, at)]
+
+
+def moment_of(snapshot: Snapshot, name: str = "") -> Moment:
+    """Return a snapshot to show, with its name, and below it time, spacing and formulation, in its title."""
+    unitless = snapshot.metadata.get("units") == "none"
+    told = []
+    told.append(f"t = {snapshot.time:.4g}" if unitless else f"t = {told_time(snapshot.time, '.2f')}")
+    spacing = snapshot.metadata.get("spacing")
+    if isinstance(spacing, float):
+        unit, factor = axis_unit("mm", [spacing])
+        told.append(f"dx = {spacing:.3g}" if unitless else f"dx = {spacing * factor:.3g} {unit}")
+    case = snapshot.metadata.get("case")
+    told.append(formulation(case))
+    words = ", ".join(part for part in told if part)
+    return Moment(snapshot, symmetry_axes(case), f"{name}\n{words}" if name else words)

@@ -1,0 +1,1 @@
+"""Checks and estimates before a run: impact pair, regime, advice, cost."""

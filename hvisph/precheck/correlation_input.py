@@ -1,0 +1,71 @@
+"""From a case to the impact that correlations are about: a sphere on one plate or two."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hvisph.core.kinematics import KINEMATICS
+from hvisph.geometry.placement import rotation_matrix
+from hvisph.measures.correlations import Impact, Wall, alloy_of
+
+from .impact_pair import meeting
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+
+def impact_of(case: Case) -> tuple[Impact | None, str]:
+    """Return the impact of a case, and where it is none that correlations know, the reason."""
+    if not (case.dim == 3 or KINEMATICS[case.kinematics].revolved) or case.units != "si":
+        return None, "correlations are for spheres on plates in 3D or as rings, in SI units"
+    names = list(case.bodies)
+    shots = [name for name in names if case.bodies[name].shape.type == "sphere" and any(case.bodies[name].velocity)]
+    if len(shots) != 1:
+        return None, "correlations are for one sphere that flies at plates"
+    shot = case.bodies[shots[0]]
+    others = [name for name in names if name != shots[0] and case.bodies[name].role != "other"]
+    if not others or any(case.bodies[name].shape.type not in ("box", "cylinder") for name in others):
+        return None, "correlations are for plates: boxes, or short cylinders"
+    met = meeting(case)
+    if met is None or shots[0] not in (met.first, met.second):
+        return None, "the sphere flies past the plates, or away from them"
+    velocity = np.array(shot.velocity) - np.array(case.bodies[others[0]].velocity)
+    speed = float(np.sqrt((velocity**2).sum()))
+    walls, fronts = [], []
+    for name in others:
+        normal, thickness = _plate(case.bodies[name])
+        fronts.append((name, normal, thickness))
+    cosine = abs(float(velocity @ fronts[0][1])) / speed
+    gaps = _gaps(case, others)
+    for (name, _, thickness), gap in zip(fronts, gaps, strict=True):
+        body = case.bodies[name]
+        walls.append(Wall(name, thickness, body.material.density, gap, alloy_of(str(body.material.name))))
+    impact = Impact(shot.shape.extent()[0], shot.material.density, speed, math.acos(min(cosine, 1.0)), tuple(walls))
+    return impact, ""
+
+
+def _plate(body: Any) -> tuple[np.ndarray, float]:
+    """Return the normal and the thickness of a plate: its least extent."""
+    extent = np.array(body.shape.extent())
+    axis = int(np.argmin(extent))
+    normal = np.eye(3)[axis, : len(body.velocity)]
+    if body.rotation is not None:
+        normal = rotation_matrix(3, body.rotation.radians, body.rotation.axis) @ normal
+    return normal, float(extent[axis])
+
+
+def _gaps(case: Case, names: list[str]) -> list[float]:
+    """Return the distance of each plate from the one before it [m]; 0 for the first."""
+    gaps = [0.0]
+    for before, name in pairwise(names):
+        one, other = case.bodies[before], case.bodies[name]
+        if one.position is None or other.position is None:
+            gaps.append(float(other.gap))
+        else:
+            apart = abs(float((np.array(other.position) - np.array(one.position)) @ _plate(other)[0]))
+            gaps.append(apart - 0.5 * (_plate(one)[1] + _plate(other)[1]))
+    return gaps

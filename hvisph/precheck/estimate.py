@@ -1,0 +1,315 @@
+"""What a case will take before it runs: particles, steps, time, memory and disk. Compiles nothing.
+
+Steps follow from the time-step criterion at the start of the impact, time from speeds measured on
+a laptop core: both are there to tell a minute from a day.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from hvisph.core.available_memory import free_memory
+from hvisph.core.errors import CaseError
+from hvisph.core.fields import CATALOGUE
+from hvisph.core.particles import BASE_FIELDS
+from hvisph.geometry.filling import estimated_count
+from hvisph.geometry.section import Section
+from hvisph.geometry.shapes import Shape
+from hvisph.setup.bodies import PlacedBody, placed_bodies
+from hvisph.setup.build import build
+from hvisph.setup.materials import material_of, start_of
+from hvisph.setup.shapes import shape_of
+
+from .cost import fed_threads, step_seconds, worthwhile_threads
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+# Bodies of more particles than this are counted by their volumes instead of being filled.
+MOST_FILLED = 2_000_000
+# What the largest memory of runs grows by from 300,000 to 1,000,000 particles (`benchmarks/memory.py`), with moments of
+# output inside steps, checkpoints and measures: by formulation and dimensions [bytes a particle], what lists of
+# neighbours take [bytes a neighbour], and what is left for none: the interpreter, compiled loops, what measures.
+MEMORY = {"eulerian": {1: 570, 2: 600, 3: 970}, "riemann": {1: 540, 2: 970, 3: 1440},
+          "total_lagrangian": {1: 700, 2: 1070, 3: 1600}, "adaptive": {1: 700, 2: 1080, 3: 1600},
+          "projection": {1: 600, 2: 640, 3: 640}}  # fmt: skip
+LISTED = {"total_lagrangian": {1: 30, 2: 30, 3: 15}, "adaptive": {1: 30, 2: 30, 3: 15},
+          "projection": {1: 20, 2: 18, 3: 21}}  # fmt: skip
+INTERPRETER = 190_000_000  # [bytes]
+# What the first of several processes holds of the whole when it hands it out or writes it [bytes a particle].
+BEGINNING = 600
+# Share of a spacing by which particles that touch may place a body off its face.
+PLACED = 0.25
+# Share of the impact velocity that the signals of a run gain over those at rest, on the mean of steps:
+# 0.7 to 1.0 in the bundled cases.
+COMPRESSION = 0.8
+HISTORY_LINE = 300  # [bytes]
+# What a snapshot holds beside the state, as padded for ParaView [bytes a particle].
+SNAPSHOT_EXTRAS = 8 * 4 + 17 + 24 + 33
+VTU_GROWTH = 4 / 3  # numbers as text in base 64
+
+
+@dataclass(frozen=True)
+class BodyEstimate:
+    """One body, as particles.
+
+    Parameters
+    ----------
+    name
+        Name in the case.
+    particles
+        Number of particles.
+    across
+        Particles across the shot line, of what reaches the axis of rings on both sides of it; in 1D along the body.
+    mass
+        Mass [kg], per metre of depth in 2D and per square metre in 1D.
+    volume
+        Volume of the shape, of its part that symmetry planes keep [m^dim].
+    exactness
+        Mass of the particles over that of the shape [-].
+    note
+        What gave way to make sizes and mass exact, or which size differs in a nominal filling.
+    along
+        Where it begins and ends along x [m]; empty where particles were not made.
+    """
+
+    name: str
+    particles: int
+    across: int
+    mass: float
+    volume: float = 0.0
+    exactness: float = 1.0
+    note: str = ""
+    along: tuple[float, float] | tuple[()] = ()
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What a case will take.
+
+    Parameters
+    ----------
+    bodies
+        Its bodies.
+    counted
+        Whether particles were made and counted; otherwise their number follows from volumes.
+    steps
+        Number of steps.
+    seconds
+        Wall time on `threads` threads without compilation [s].
+    threads
+        Number of threads.
+    memory, disk
+        Memory of the process and size of the run's folder [bytes].
+    snapshots
+        Number of snapshots.
+    """
+
+    bodies: tuple[BodyEstimate, ...]
+    counted: bool
+    steps: int
+    seconds: float
+    threads: int
+    memory: float
+    disk: float
+    snapshots: int
+
+    @property
+    def particles(self) -> int:
+        """Number of particles of all bodies."""
+        return sum(body.particles for body in self.bodies)
+
+
+def estimate(case: Case, threads: int | None = None) -> Estimate:
+    """Return what running `case` will take.
+
+    Parameters
+    ----------
+    case
+        The case.
+    threads
+        Number of threads asked for; those that a run would use unless given.
+
+    Raises
+    ------
+    CaseError
+        When the case cannot be built: overlapping bodies, a shape that cannot be filled, too little memory.
+    """
+    refuse_impossible(case)
+    counted = rough_count(case) <= MOST_FILLED
+    if counted:
+        placed = placed_bodies(case)
+        build(case, placed)  # compiles nothing, and refuses what a run would refuse
+        bodies = tuple(_counted(body, case) for body in placed)
+    else:
+        bodies = tuple(_uncounted(case))
+    particles = sum(body.particles for body in bodies)
+    steps = estimated_steps(case)
+    threads = min(threads, fed_threads(case, particles)) if threads else worthwhile_threads(case, particles)
+    snapshots = 1 + math.ceil(case.time.end / case.snapshot_interval - 1e-9)
+    written = _snapshot_bytes(case.dim) * sum(VTU_GROWTH if f == "vtu" else 1.0 for f in case.output.formats)
+    return Estimate(
+        bodies=bodies,
+        counted=counted,
+        steps=steps,
+        seconds=steps * step_seconds(case, particles, threads),
+        threads=threads,
+        memory=INTERPRETER + memory_each(case) * particles,
+        disk=snapshots * particles * written + HISTORY_LINE * steps / case.output.history_every,
+        snapshots=snapshots,
+    )
+
+
+def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *, free: float | None = None,
+                      processes: int = 1, beside: int = 1, begins: bool = False) -> None:  # fmt: skip
+    """Refuse a case that surely needs more memory than there is; without `bodies`, before a particle is made.
+
+    Overlapping bodies are refused where they are placed (`hvisph.setup.bodies`).
+
+    Parameters
+    ----------
+    case
+        The case.
+    bodies
+        Its bodies, where they are placed already; otherwise particles are estimated by volume.
+    free
+        Memory that may be used [bytes]; asked of the system unless given.
+    processes, beside
+        All processes, and those of this machine, each of which has its part.
+    begins
+        Whether one of them begins with the state of the whole, of which it gives the others theirs.
+
+    Raises
+    ------
+    CaseError
+        Naming what is needed, what there is, and a resolution that fits.
+    """
+    count = rough_count(case) if bodies is None else float(sum(len(body.positions) for body in bodies))
+    each, interpreter = memory_each(case) * beside / processes, beside * INTERPRETER
+    if begins:
+        each += BEGINNING
+    needed = interpreter + each * count
+    free = free_memory() if free is None else free
+    if needed <= free:
+        return
+    room = max(free - interpreter, 0.0)
+    si = case.units == "si"
+    shrink = (count * each / room) ** (1.0 / case.dim) if room else math.inf
+    fits = f"{case.resolution * shrink * (1e3 if si else 1.0):.2g}{' mm' if si else ''}" if room else "none"
+    several, fewer = "", ""
+    if processes > 1:
+        several = f" on this machine, which has {beside} of {processes} processes,"
+        fewer = "take more machines; "
+    name, extent = max(((name, max(body.shape.extent(), default=0.0)) for name, body in case.bodies.items()),
+                       key=lambda one: one[1])  # fmt: skip
+    largest = f" (the largest, bodies.{name}, measures {extent:.4g}{' m' if case.units == 'si' else ''})"
+    raise CaseError(
+        f"about {count:.2g} particles{largest} need{several} about {needed / 1e9:.3g} GB of memory, "
+        f"and {free / 1e9:.3g} GB are free; {fewer}the finest resolution that fits is about {fits}",
+        where="resolution",
+    )
+
+
+def rough_count(case: Case) -> float:
+    """Return the number of particles by volume; each plane of symmetry is taken to halve it."""
+    counts = []
+    for name, body in case.bodies.items():
+        try:
+            counts.append(_rough(body, case))
+        except CaseError as error:
+            raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
+    return sum(counts)
+
+
+def _rough(body: Any, case: Case) -> float:
+    """Return the number of a body's particles by volume; a graded body is taken to be fine throughout."""
+    if body.shape.type == "particles":
+        return 0.0
+    whole = estimated_count(_filled_shape(body, case), body.resolution or case.resolution)
+    return whole * 0.5 ** len({plane.axis for plane in case.symmetry})
+
+
+def _filled_shape(body: Any, case: Case) -> Shape:
+    """Return what particles fill: of a solid of revolution its section."""
+    shape = shape_of(body.shape, case.drawn)
+    return shape if case.drawn == case.dim else Section(shape)
+
+
+def estimated_steps(case: Case) -> int:
+    """Return about how many steps `case` takes."""
+    finest = min(body.resolution or case.resolution for body in case.bodies.values()) / case.resolution
+    dt = case.time.step or case.time.cfl * finest * case.smoothing_length / _signal_speed(case)
+    steps = math.ceil(case.time.end / dt - 1e-9)
+    return min(steps, case.time.max_steps or steps)
+
+
+def _signal_speed(case: Case) -> float:
+    """Return the speed of signals that sets the step [m/s]: that at rest and a share of the impact's."""
+    viscosity = getattr(case.formulation, "viscosity", None)
+    alpha = getattr(viscosity, "alpha", 0.0)
+    at_rest = 0.0
+    for body in case.bodies.values():
+        material = material_of(body.material, body.internal_energy)
+        speed = material.longitudinal_sound_speed + 1.2 * alpha * material.bulk_sound_speed
+        at_rest = max(at_rest, speed)
+    velocities = [body.velocity for body in case.bodies.values()]
+    fastest = max(math.dist(one, other) for one in velocities for other in velocities)
+    return at_rest + COMPRESSION * fastest
+
+
+def _counted(body: PlacedBody, case: Case) -> BodyEstimate:
+    size, dim, ends = body.filling.size, len(body.filling.size), body.positions[:, 0]
+    width = size[min(1, dim - 1)]
+    if case.drawn != case.dim:  # of rings the section on one side of the axis was filled
+        outer = float((body.positions[:, 1] + 0.5 * body.spacing).max())
+        inner = float((body.positions[:, 1] - 0.5 * body.spacing).min())
+        width = 2.0 * outer if inner < 0.5 * body.filling.finest else outer - inner
+    volume = float(body.volumes.sum())
+    mass, across = _density(body.name, body.model) * volume, round(width / body.filling.finest)
+    exactness = volume / body.asked
+    low, high = float((ends - 0.5 * body.spacing).min()), float((ends + 0.5 * body.spacing).max())
+    if body.surface is not None and all(plane.axis != "x" for plane in case.symmetry):
+        low, high = (float(corner[0]) for corner in body.surface.bounds())
+    along = (low, high)
+    if body.model.position is None:  # in a row round bodies stand a little off
+        along = _at_zero(low, high, PLACED * body.filling.finest)
+    return BodyEstimate(body.name, len(body.positions), across, mass, body.asked, exactness, body.filling.note, along)
+
+
+def _at_zero(low: float, high: float, off: float) -> tuple[float, float]:
+    """Return both ends, one of them 0 where it is less than `off` from there [m]."""
+    if abs(high) < off:
+        return low - high, 0.0
+    return (0.0, high - low) if abs(low) < off else (low, high)
+
+
+def _density(name: str, model: Any) -> float:
+    """Return the density that a body starts with [kg/m^3]."""
+    return start_of(name, model, material_of(model.material, model.internal_energy))[0]
+
+
+def _uncounted(case: Case) -> list[BodyEstimate]:
+    parts = []
+    for name, body in case.bodies.items():
+        shape, dx = shape_of(body.shape, case.drawn), body.resolution or case.resolution
+        kept, across = _rough(body, case), shape.extent()[min(1, case.dim - 1)] / dx
+        volume = kept * dx**case.dim if case.drawn == case.dim else shape.volume
+        parts.append(BodyEstimate(name, round(kept), round(across), _density(name, body) * volume, volume))
+    return parts
+
+
+def memory_each(case: Case) -> float:
+    """Return what a particle takes of the memory of a run [bytes]."""
+    kind, dim = case.formulation.type, case.dim
+    reach = case.formulation.support_over_h * case.formulation.h_over_dx
+    neighbours = {1: 2.0, 2: math.pi, 3: 4.0 / 3.0 * math.pi}[dim] * reach**dim
+    listed = LISTED.get(kind, {}).get(dim, 0) * neighbours
+    return MEMORY[kind][dim] + listed
+
+
+def _snapshot_bytes(dim: int) -> int:
+    padded = {"scalar": 1, "vector": 3, "symmetric": 6, "gradient": 9}
+    return 8 * sum(padded[CATALOGUE[name].rank] for name in BASE_FIELDS) + SNAPSHOT_EXTRAS

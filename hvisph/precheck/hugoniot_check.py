@@ -1,0 +1,115 @@
+"""The pressure to expect of an impact, by impedance matching, beside the one computed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+    from hvisph.casefile.material_library import Library, Notes
+
+MARGIN = 0.9  # of the ends of the range that a material is known to hold in, since the estimate is a flat impact's
+APART = 0.3  # of the estimate: a difference that is worth a remark
+
+
+def plane_shock(case: Case) -> tuple[Any, str]:
+    """Return what follows from impedance matching of the two bodies that meet first.
+
+    Returns
+    -------
+    tuple
+        The `hvisph.exact.hugoniot.Impact`, in the frame of the second of their `meeting`, and an empty text;
+        or None and the reason why there is none.
+    """
+    from hvisph.core.errors import HvisphError
+
+    if len(case.bodies) < 2:
+        return None, "there is only one body"
+    if case.kinematics == "plane_stress":
+        return None, "a sheet in plane stress thickens before it bears the pressure of a shock"
+    from .impact_pair import meeting
+
+    met = meeting(case)
+    if met is None:
+        return None, "no two bodies approach each other"
+    from hvisph.exact.hugoniot import impedance_match
+    from hvisph.setup.materials import material_of
+
+    try:
+        bodies = [case.bodies[name] for name in (met.first, met.second)]
+        projectile, target = (material_of(body.material, body.internal_energy) for body in bodies)
+        return impedance_match(projectile, target, met.velocity), ""
+    except HvisphError as error:
+        return None, str(error)
+    except ArithmeticError:
+        return None, "the numbers of the materials or the velocity are beyond it"
+
+
+def beyond_measured(case: Case) -> list[str]:
+    """Return a warning for each of the bodies that meet first whose material is known to miss measured shocks here."""
+    from hvisph.casefile.material_library import library_of
+
+    from .impact_pair import meeting
+
+    matched, met = plane_shock(case)[0], meeting(case)
+    if matched is None or met is None:
+        return []
+    library, said = library_of(), []
+    behind = {met.first: met.velocity - matched.interface_velocity, met.second: matched.interface_velocity}
+    for name, speed in behind.items():
+        body = case.bodies[name]
+        if body.material.name not in library.files:
+            continue
+        notes = library.notes(body.material.name)
+        better = _better(library, notes, speed)
+        remedy = f"; see '{better}'" if better else ""
+        here = f"about {speed:.0f} m/s come here{remedy}"
+        known = f"bodies.{name}.material: '{body.material.name}' meets measured shock speeds to 2 %"
+        if notes.shocks is None:
+            said += [f"{known} at no particle velocity, and {here}"] if better else []
+            continue
+        low, high = notes.shocks
+        if not _holds(notes, speed):
+            said.append(f"{known} behind shocks of {low:g} to {high:g} m/s of particle velocity, and {here}")
+    return said
+
+
+def _better(library: Library, notes: Notes, speed: float) -> str:
+    """Return the first of the materials named one by another whose shocks are as measured; empty where none is."""
+    seen: list[str] = []
+    while notes.beyond and notes.beyond not in seen:
+        seen.append(notes.beyond)
+        notes = library.notes(seen[-1])
+        if _holds(notes, speed):
+            return seen[-1]
+    return ""
+
+
+def _holds(notes: Notes, speed: float) -> bool:
+    """Whether shocks are as measured at a particle velocity [m/s]; where no range is told, among the points."""
+    speeds = notes.shocks or [up for points, _ in notes.measured for up, _ in points]
+    return bool(speeds) and MARGIN * min(speeds) <= speed <= max(speeds) / MARGIN
+
+
+def beside(case: Case, highest: float) -> tuple[dict[str, float | None], list[str]]:
+    """Return the highest pressure of a run and the estimate [Pa], and a remark where they are far apart.
+
+    Parameters
+    ----------
+    case
+        The case.
+    highest
+        Highest pressure of any particle up to the end [Pa].
+    """
+    shock, _ = plane_shock(case)
+    estimate = None if shock is None else float(shock.pressure)
+    pressures: dict[str, float | None] = {"highest": highest, "impedance_match": estimate}
+    if not estimate or abs(highest / estimate - 1.0) <= APART:
+        return pressures, []
+    scale, unit = (1.0, "") if case.units == "none" else (1e-9, " GPa")
+    return pressures, [
+        f"the highest pressure of any particle is {scale * highest:.3g}{unit}, {highest / estimate:.2g} times the "
+        f"{scale * estimate:.3g}{unit} of a flat impact by impedance matching: "
+        + ("particles too coarse or an impact that is not flat lower it" if highest < estimate
+           else "a spike at the contact, or waves that met, raise it")
+    ]  # fmt: skip

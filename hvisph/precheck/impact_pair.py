@@ -1,0 +1,180 @@
+"""Which two bodies of a case meet first, and how fast: known from boxes around them, before a particle is made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
+    from hvisph.case.case import Case
+
+# Lower and upper corner, (dim,) each [m].
+Box = tuple[np.ndarray, np.ndarray]
+MOST_PAIRS = 2000  # of bodies that are looked at
+ROUND = ("sphere", "cylinder", "cone", "ogive", "frustum", "dome", "rounded_cylinder", "tube")  # about x
+BALLS = ("disc", "annulus", "sphere", "hollow_sphere")
+TOUCHING = 1e-6  # of the larger box: what rounding leaves between faces that touch
+
+
+@dataclass(frozen=True)
+class Meeting:
+    """Two bodies that meet.
+
+    Parameters
+    ----------
+    first, second
+        Their names: the one that moves faster, and the other; in the order of the file where both are as fast.
+    velocity
+        How fast they close across the faces that meet, above 0 [m/s].
+    """
+
+    first: str
+    second: str
+    velocity: float
+
+
+def meeting(case: Case) -> Meeting | None:
+    """Return the first two bodies to meet as they move at the start; None where none do.
+
+    Of several that meet at once, such as core and jacket of a bullet, it is those of the highest pressure.
+    """
+    names, bodies, (boxes, shifts) = list(case.bodies), list(case.bodies.values()), _boxes(case)
+    velocities = [_velocity(body, box) for body, box in zip(bodies, boxes, strict=True)]
+    impedance = [_impedance(body) for body in bodies]
+    turns = [None if case.drawn != case.dim else _turn(body, case) for body in bodies]
+    found: list[tuple[float, float, int, int, float]] = []
+    for count, (a, b) in enumerate(combinations(range(len(names)), 2)):
+        if count >= MOST_PAIRS:
+            break
+        closing = velocities[a] - velocities[b]
+        threads = not closing[1:].any() and _threads(case, boxes, names, a, b)
+        one, other = boxes[a], boxes[b]
+        turn = turns[a] if np.linalg.norm(velocities[b]) > np.linalg.norm(velocities[a]) else turns[b]
+        if turn is not None:  # along the axes of what is struck, so that a shot turned as a whole is the same
+            one, other = (_box(bodies[k], case, shifts[k], turn) for k in (a, b))
+            closing = closing @ turn
+        met = None if threads else _met(one, other, closing)
+        if met is not None:
+            pressure = met[1] * impedance[a] * impedance[b] / max(impedance[a] + impedance[b], 1e-300)
+            found.append((met[0], -pressure, a, b, met[1]))
+    if not found:
+        return None
+    _, _, a, b, speed = min(found)
+    if np.linalg.norm(velocities[b]) > np.linalg.norm(velocities[a]):
+        a, b = b, a
+    return Meeting(names[a], names[b], speed)
+
+
+def _threads(case: Case, boxes: list[Box], names: list[str], a: int, b: int) -> bool:
+    """Whether one of two bodies fits the hole of the other, a straight tube along x: a plug in a barrel."""
+    for tube, other in ((a, b), (b, a)):
+        body: Any = case.bodies[names[tube]]
+        if body.shape.type != "tube" or body.shape.axis != "x" or body.rotation is not None:
+            continue
+        low, high = boxes[other]
+        middle = 0.5 * (boxes[tube][0] + boxes[tube][1])[1:]
+        far = np.maximum(np.abs(low[1:] - middle), np.abs(high[1:] - middle))
+        inner: Any = case.bodies[names[other]]
+        round_one = inner.shape.type in ROUND and getattr(inner.shape, "axis", "x") == "x" and inner.rotation is None
+        reach = far.max() if round_one else float(np.sqrt((far**2).sum()))
+        if reach <= 0.5 * body.shape.inner_diameter * (1.0 + TOUCHING):
+            return True
+    return False
+
+
+def _velocity(body: Body, box: Box) -> np.ndarray:
+    """Return the velocity of a body's middle, where fields that turn and spread about it have none."""
+    from hvisph.core.errors import CaseError
+    from hvisph.setup.velocities import initial_velocity
+
+    ends = np.nan_to_num(np.array(box), posinf=0.0, neginf=0.0)  # particles of a file have no sides here
+    middle = 0.5 * (ends[0] + ends[1])
+    try:
+        return initial_velocity(body, middle[None], middle)[0]
+    except CaseError:  # a table that cannot be read is said where bodies are made, with its place
+        return np.array(body.velocity, dtype=float)
+
+
+def _impedance(body: Body) -> float:
+    from hvisph.setup.materials import material_of
+
+    material = material_of(body.material, body.internal_energy)
+    return material.density_at_rest * material.bulk_sound_speed
+
+
+def _boxes(case: Case) -> tuple[list[Box], list[float]]:
+    """Return a box around each body at its place, those of the row as `geometry.placement.row` has them, and their shifts.
+
+    These are how far a body stands along x from where it would be about the origin [m]; 0 of those with a place.
+    """
+    bodies = list(case.bodies.values())
+    boxes, shifts = [_box(body, case) for body in bodies], [0.0] * len(bodies)
+    row = [k for k, body in enumerate(bodies) if body.position is None]
+    front = -bodies[row[1]].gap - _length(boxes[row[0]]) if len(row) > 1 else 0.0  # the second has its face at 0
+    for before, k in zip([None, *row], row, strict=False):
+        front += 0.0 if before is None else bodies[k].gap
+        low, high = boxes[k]
+        shifts[k] = front - low[0]
+        low[0], high[0] = front, high[0] + shifts[k]
+        front = high[0]
+    return boxes, shifts
+
+
+def _length(box: Box) -> float:
+    return float(box[1][0] - box[0][0])
+
+
+def _turn(body: Any, case: Case) -> np.ndarray | None:
+    from hvisph.geometry.placement import rotation_matrix
+
+    return None if body.rotation is None else rotation_matrix(case.drawn, body.rotation.radians, body.rotation.axis)
+
+
+def _box(body: Any, case: Case, shift: float = 0.0, axes: np.ndarray | None = None) -> Box:
+    """Return the corners of a box around a body at its stated place, about the origin where it has none.
+
+    It stands `shift` [m] further along x. The box is along the columns of `axes`, those of the case unless given.
+    """
+    from hvisph.core.errors import CaseError
+    from hvisph.geometry.shapes import Placed
+    from hvisph.setup.shapes import shape_of
+
+    centre, turn = np.zeros(case.drawn), _turn(body, case)
+    if body.position is not None:
+        centre[: case.dim] = body.position
+    centre[0] += shift
+    if axes is not None:
+        centre, turn = centre @ axes, axes.T if turn is None else axes.T @ turn
+    if body.shape.type in BALLS:  # as wide however it is turned
+        turn = None
+    try:
+        low, high = Placed(shape_of(body.shape, case.drawn), centre, turn).bounds()
+    except (CaseError, ValueError):  # particles of a file: a point in the row, as wide as what it meets
+        low, high = np.full(case.drawn, -np.inf), np.full(case.drawn, np.inf)
+        low[0] = high[0] = centre[0]
+    return np.array(low[: case.dim], dtype=float), np.array(high[: case.dim], dtype=float)
+
+
+def _met(one: Box, other: Box, closing: np.ndarray) -> tuple[float, float] | None:
+    """Return when two boxes meet [s] and how fast across the faces that do [m/s]; None where they never do.
+
+    `closing` (dim,) [m/s] is the velocity of the one relative to the other.
+    """
+    moving = closing != 0.0
+    sizes = np.concatenate([one[1] - one[0], other[1] - other[0]])
+    slack = TOUCHING * float(sizes[np.isfinite(sizes)].max(initial=0.0))
+    apart = (one[1] <= other[0] + slack) | (other[1] <= one[0] + slack)
+    if not moving.any() or (apart & ~moving).any():
+        return None
+    ahead = np.where(closing > 0.0, other[0] - one[1], one[0] - other[1])  # along the axis, to the first contact
+    beyond = np.where(closing > 0.0, other[1] - one[0], one[1] - other[0])  # and to the last
+    speed = np.abs(closing)
+    enter, leave = ahead[moving] / speed[moving], beyond[moving] / speed[moving]
+    if leave.min() <= max(enter.max(), 0.0):
+        return None  # passed, or passing by
+    faced = speed[moving][enter.argmax()] if (ahead[moving] >= -slack).any() else speed.max()
+    return max(float(enter.max()), 0.0), float(faced)

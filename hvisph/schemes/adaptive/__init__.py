@@ -1,0 +1,1 @@
+"""Adaptive Total Lagrangian-Eulerian SPH (Young 2021)."""

@@ -1,0 +1,91 @@
+"""The compiled loops of a composite body, bound to its formulation, its row and its state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.jit import specialise
+from hvisph.compiler.template_binding import bind
+from hvisph.compiler.threads.parallel_for import each, shared
+from hvisph.compiler.vector.api import LANES
+from hvisph.core.particles import Particles
+from hvisph.materials import thermodynamics
+from hvisph.materials.material_table import fitted
+from hvisph.schemes.total_lagrangian import deformation_gradient
+from hvisph.schemes.total_lagrangian import law as reference
+from hvisph.sph.kernels.kernel import scale
+from hvisph.sph.neighbours import rate_layout as rate_slots
+
+
+@dataclass(frozen=True)
+class Loops:
+    """The passes over reference neighbours, as templates of `sph.terms` with everything bound.
+
+    Parameters
+    ----------
+    move, deform, map_particles
+        Displacements and velocities; F, stress and density; F alone.
+    sums
+        Pair forces, of particles without and with an Eulerian neighbour.
+    """
+
+    move: Any
+    deform: Any
+    map_particles: Any
+    sums: tuple[Any, Any]
+
+
+def motion_width(dim: int) -> int:
+    """Return how many numbers a row of motions has: displacement and velocity, in whole vectors."""
+    return -(-2 * dim // LANES) * LANES
+
+
+def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np.ndarray, np.ndarray],
+                     slots: dict[str, int], read: int) -> dict[str, Any]:  # fmt: skip
+    """Return what the loops may name: options, slots of the row, columns of rates and of the state.
+
+    Parameters
+    ----------
+    formulation, particles
+        As those of `CompositeStepper`.
+    materials
+        Packed materials: table and models.
+    slots, read
+        Where what stands in a packed row, and how many slots of it pairs read.
+    """
+    dim, kernel = particles.dim, formulation.kernel
+    moving = motion_width(dim)
+    options = {
+        "DIM": dim, "MIXED": int(formulation.correction.shepard), "PRINTED": int(formulation.printed_viscosity),
+        "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": read, "WEIGHTS": dim + 1,
+        "ROW": formulation.row(dim)[0].used, "MOTIONS": moving // LANES, "STRIDE": moving, "SHAPED": dim * moving,
+        "RATE_SHAPED": dim * moving + dim, "SUMS": (dim + 1) * moving,
+        "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
+        "RENEWS": int(formulation.renew_strain is not None), "REVOLVED": int(formulation.revolved),
+        "remembered_state": fitted(thermodynamics.remembered_state, *materials), "longitudinal_speed": thermodynamics.longitudinal_speed,
+        "shear_modulus": fitted(thermodynamics.shear_modulus, *materials),
+        "REMEMBERS": int("memory" in particles.offsets), "S_MEMORY": 0,
+        **{name: at for name, at in particles.bindings().items()
+           if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_DAMAGE", "S_MEMORY")},
+        "slope": kernel.slope,
+        "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+    }  # fmt: skip
+    return options | slots | rate_slots.slots(dim)
+
+
+def loops(formulation: Any, offered: dict[str, Any]) -> Loops:
+    """Return the loops over reference neighbours, compiled with what is `offered`."""
+    collect, mapped = deformation_gradient.collect, deformation_gradient.mapped
+    return Loops(
+        each(bind(deformation_gradient.move, {}, offered)),
+        shared(bind(deformation_gradient.deform, {}, offered,
+                    parts=(collect, mapped, deformation_gradient.show, deformation_gradient.deformed)), deformation_gradient.CHUNK),
+        each(bind(deformation_gradient.map_particles, {}, offered, parts=(collect, mapped))),
+        tuple(
+            each(bind(reference.accumulate, {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.revolved)},
+                      offered)) for coupled in (0, 1)
+        ),
+    )  # fmt: skip

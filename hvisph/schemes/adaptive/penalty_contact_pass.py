@@ -1,0 +1,285 @@
+"""The contact pass of bodies in pieces: forces, energy of its own, and whether bodies pass through each other.
+
+A body in pieces is one that meets others, its own failed particles, or with a face one of its own that was far from
+it. Who is near a part of its own body that was far is looked up every few evaluations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.exact_sum import value_of, whole_parts
+from hvisph.core.errors import RunError
+from hvisph.core.particles import Particles
+from hvisph.materials.material_table import Material
+from hvisph.sph.contact import penalty_contact
+from hvisph.sph.neighbours import rate_layout as rate_slots
+from hvisph.sph.neighbours.cells import Grid
+from hvisph.sph.neighbours.ghost_rows import Halo
+from hvisph.sph.neighbours.pairs import Pairs
+from hvisph.sph.neighbours.particle_layout import RowLayout
+from hvisph.sph.neighbours.symmetry_planes import Plane
+
+# Evaluations between two looks at whether bodies pass through each other, and who is near another part of its body.
+LOOK_EVERY = 16
+# A particle from within its body is inside another one where that fills more than this share of what is around it;
+# behind a sound contact it is below 0.3, in two lattices that mix 1 and more.
+INSIDE = 0.7
+# So much of the inner particles of a body, and no fewer, means that the bodies pass through each other.
+SHARE, FEWEST = 0.1, 3
+# Particles are from within whose list at the start holds so much of what the fullest of their body holds.
+FULL = 0.9
+
+
+class BodyContact:
+    """Contact forces between bodies.
+
+    Parameters
+    ----------
+    particles, formulation, materials, h, planes
+        As those of the stepper.
+    power_unit
+        Unit in which its power is counted [W], see `compiler.exact_sum`.
+    at
+        Positions at the start (n, dim) [m].
+    fullness
+        Kernel sums of the reference lists at the start (n,), which show who stands within a body, and the largest of
+        each body (bodies,).
+
+    Attributes
+    ----------
+    energy
+        What the contact holds [J]: work against it since the start. A repulsion that starts unloaded keeps it apart
+        from the bodies' heat, any other has put it there.
+    starts
+        phi0 of each particle, see `sph.contact.penalty_contact` (n,). It falls to that of bodies that touch as soon as phi does.
+    folded, leaving
+        Who is near a part of its own body that was far in the reference, and who has just left its body (n,), bool.
+    omega
+        Square of the frequency of each particle's contacts [1/s^2] (n,).
+    passed
+        Which particles stand inside a body that their own passes through (k,); none as long as none does.
+    """
+
+    def __init__(self, particles: Particles, formulation: Any, materials: list[Material], at: np.ndarray, h: float,
+                 planes: tuple[Plane, ...], fullness: tuple[np.ndarray, np.ndarray], power_unit: float):  # fmt: skip
+        self.particles, self.law, self.h = particles, formulation.contact, h
+        dim, kernel = particles.dim, formulation.kernel
+        spacing = h / formulation.h_over_dx
+        carried = self.law.carried_over_stiffness(kernel, formulation.h_over_dx, dim)
+        stiffness = [self.law.of_material(m.density, m.bulk_sound_speed, spacing, dim, carried) for m in materials]
+        self._of_material, self._power_unit = np.array(stiffness), power_unit
+        self._volume = particles["mass"] / np.array([m.density for m in materials])[particles.material]
+        self._revolved = particles.kinematics.revolved
+        full, fullest = fullness
+        self._inner = full >= FULL * fullest[particles.body]
+        self._tell_apart()
+        coefficients = self.law.coefficients(kernel, formulation.h_over_dx, dim)
+        passes = self.law.passes(dim, self._revolved)
+        self.pairs = Pairs(self.law.row_layout(dim, self._revolved), kernel, passes, coefficients, at, h, planes)
+        layout, constants, look = penalty_contact.around(dim, kernel)
+        self._looking = Pairs(layout, kernel, [look], constants, at, h, planes)
+        self._touching = self.law.touching(kernel, formulation.h_over_dx, dim) * (1.0 + 1e-12)
+        self._slip, self._slips = rate_slots.slots(dim)["R_SLIP"], formulation.slips
+        self.starts, self.omega = np.full(particles.count, self._touching), np.zeros(particles.count)
+        self.folded, self.leaving = np.zeros((2, particles.count), bool)
+        self._pieces = self._bodies.copy()
+        self.energy = self._power = self._power_before = 0.0
+        self.passed = np.zeros(0, np.int64)
+        self._evaluations = 0
+        self._bodies_in_all = len(fullest)
+
+    def _tell_apart(self) -> None:
+        """Take note of what the particles are that there are now."""
+        particles = self.particles
+        self._stiffness = self._of_material[particles.material]
+        self._bodies, self._numbers = particles.body.astype(np.float64), particles.numbers()
+
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        for pairs in (self.pairs, self._looking):
+            pairs.halo = halo_for(pairs.layout)
+
+    @property
+    def stored(self) -> float:
+        """Energy [J] that is in no particle."""
+        return self.energy if self.law.stores else 0.0
+
+    def begin(self, rows: np.ndarray, slots: dict[str, int]) -> None:
+        """Take the state of `rows` as the unloaded one."""
+        if self.law.stores:
+            everyone = np.arange(self.particles.count)
+            phi, _ = self._found(everyone, rows, slots, self._bodies)
+            self.starts = np.maximum(self._touching, phi * (1.0 + 1e-12))  # round-off must not load what touches
+
+    def leave(self, leaves: np.ndarray) -> None:
+        """Take note that the particles `leaves` (n,), bool, have left their bodies."""
+        self.leaving |= leaves
+        self._pieces[leaves] = self._bodies_in_all + self.particles.id[leaves]
+
+    def add(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray,
+            rates: np.ndarray) -> None:  # fmt: skip
+        """Add the contact's accelerations, and power where it is heat, to `rates`.
+
+        Parameters
+        ----------
+        chosen
+            Particles near another piece.
+        rows, slots
+            Packed rows of the stage, and where what stands in them.
+        loose
+            Who has left its body (n,), bool.
+        rates
+            Rows of rates in the particles' order.
+        """
+        halo = self.pairs.halo
+        self.omega[:], self._power = 0.0, 0.0
+        looks = self._evaluations % LOOK_EVERY == 0
+        self._evaluations += 1
+        if looks and self.law.own_faces:
+            self._look_for_folds(rows, slots, loose)
+        if self.folded.any():
+            chosen = np.union1d(chosen, np.flatnonzero(self.folded))
+        if not (len(chosen) if halo is None else halo.anywhere(len(chosen) > 0)):
+            return
+        if self.leaving.any() if halo is None else halo.anywhere(bool(self.leaving.any())):
+            self._unload(chosen, rows, slots)
+        self.pairs.rows, self.pairs.numbers = self._packed(chosen, rows, slots, loose), self._numbers[chosen]
+        try:
+            self.pairs.evaluate(self.h)
+        finally:  # other processes wait for this one's part, also where it has failed
+            self._take_rates(chosen, rates)
+            if looks:
+                self._look(chosen, rows, slots, loose)
+
+    def _take_rates(self, chosen: np.ndarray, rates: np.ndarray) -> None:
+        dim, mass, halo, at = self.particles.dim, self.particles["mass"], self.pairs.halo, self.pairs.place
+        pushed = self.pairs.rates[at[: len(chosen)]]
+        power = whole_parts(mass[chosen] * pushed[:, dim], self._power_unit)
+        self._power = float(value_of(power if halo is None else halo.total(power), self._power_unit))
+        rates[chosen, : dim + (not self.law.stores)] += pushed[:, : dim + (not self.law.stores)]
+        if self._slips:
+            rates[chosen, dim] += pushed[:, self._slip]
+            rates[chosen, self._slip] = pushed[:, self._slip]
+        self.omega[chosen] = pushed[:, dim + 1]
+        if self.law.stores:
+            phi, starts = self.pairs.sorted[at[: len(chosen)], self.pairs.slots["START"]], self.starts[chosen]
+            self.starts[:] = self._touching
+            self.starts[chosen] = np.maximum(self._touching, np.minimum(starts, phi))
+
+    def _look(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
+        try:
+            filled, _ = self._found(chosen, rows, slots, self._bodies)
+        except RunError:  # the contact's own pass has found the same
+            filled = np.zeros(len(chosen))
+        inside = chosen[(filled > INSIDE) & self._inner[chosen] & ~loose[chosen]]
+        body, bodies = self.particles.body, self._bodies_in_all
+        counts = np.stack([np.bincount(body[who], minlength=bodies) for who in (inside, self._inner)])
+        if self._looking.halo is not None:
+            counts = self._looking.halo.total(counts)
+        through = counts[0] >= np.maximum(FEWEST, SHARE * counts[1])
+        self.passed = inside[through[body[inside]]]
+
+    def _look_for_folds(self, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
+        tied = np.flatnonzero((rows[: len(loose), slots["KIND"]] == 1.0) & ~loose)
+        self.folded[:] = False
+        self.folded[tied] = self._found(tied, rows, slots, self._bodies)[1] > 0.0
+
+    def _unload(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> None:
+        """Have particles that leave their bodies press on the rest from where they stand."""
+        before = np.where(self.leaving, self._bodies, self._pieces)
+        phi, more = (self._found(chosen, rows, slots, one)[0] for one in (before, self._pieces))
+        self.starts[chosen] += (more - phi) * (1.0 + 1e-12)
+        self.leaving[:] = False
+
+    def _found(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], bodies: np.ndarray) -> np.ndarray:
+        """Return phi and whether a far part is near (2, k) of the `chosen` particles, of `bodies` (n,)."""
+        dim, pairs, to = self.particles.dim, self._looking, self._looking.slots
+        packed = np.zeros((len(chosen), pairs.layout.used))
+        self._place(chosen, rows, slots, packed, to)
+        packed[:, to["BODY"]] = bodies[chosen]
+        packed[:, to["D"] : to["D"] + dim] = self._displaced(chosen, rows, slots)
+        pairs.rows, pairs.numbers = packed, self._numbers[chosen]
+        pairs.evaluate(self.h)
+        return pairs.rates[pairs.place[: len(chosen)], dim : dim + 2].T
+
+    def _place(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], packed: np.ndarray,
+               to: dict[str, int]) -> None:  # fmt: skip
+        """Write places, lengths and volumes of the `chosen` particles into `packed` rows."""
+        dim, own = self.particles.dim, rows[chosen]
+        packed[:, :dim] = own[:, :dim]
+        packed[:, to["H"]] = self.h
+        if not self.law.stores:
+            packed[:, to["V"]] = own[:, slots["M"]] / own[:, slots["RHO"]]
+            return
+        # an energy of the places alone gives back all that it took: with volumes that stay, of rings all round
+        packed[:, to["V"]] = self._volume[chosen]
+        if self._revolved:
+            packed[:, to["V"]] /= 2.0 * np.pi * own[:, slots["RING"]]
+
+    def _displaced(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> np.ndarray:
+        """Return how far the `chosen` particles are from their places in the reference (k, dim) [m]."""
+        dim, x0 = self.particles.dim, slots["X0"]
+        return np.asarray(rows[chosen, :dim] - rows[chosen, x0 : x0 + dim])
+
+    def _packed(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> np.ndarray:
+        dim, to = self.particles.dim, self.pairs.slots
+        own, packed = rows[chosen], np.zeros((len(chosen), self.pairs.layout.used))
+        self._place(chosen, rows, slots, packed, to)
+        packed[:, to["U"] : to["U"] + dim] = own[:, slots["U"] : slots["U"] + dim]
+        packed[:, to["M"]] = own[:, slots["M"]]
+        packed[:, to["BODY"]] = self._pieces[chosen]
+        packed[:, to["K"]] = self._stiffness[chosen]
+        if self._revolved:
+            packed[:, to["RING"]] = own[:, slots["RING"]]
+        if self.law.stores:
+            packed[:, to["START"]] = self.starts[chosen]
+        if self.law.own_faces:
+            packed[:, to["D"] : to["D"] + dim] = self._displaced(chosen, rows, slots)
+            # only who was found near a far part of its body: who else is among the chosen hangs on the cells
+            packed[:, to["TIED"]] = own[:, slots["KIND"]] * (self.folded[chosen] & ~loose[chosen])
+        return packed
+
+    def complete(self, dt: float, averaged: bool) -> None:
+        """Take account of a step [s] with the last forces, or with the mean of them and of those before."""
+        self.energy += dt * (0.5 * (self._power + self._power_before) if averaged else self._power)
+        self._power_before = self._power
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return what the next step needs of the whole, by name."""
+        return {"contact": np.array([self.energy, self._power, self._power_before, float(self._evaluations)])}
+
+    def carried(self) -> dict[str, np.ndarray]:
+        """Return what the next step needs of each particle, by name."""
+        return {"contact_starts": self.starts, "contact_omega": self.omega, "contact_volume": self._volume,
+                "contact_inner": self._inner, "contact_pieces": self._pieces, "contact_folded": self.folded,
+                "contact_leaving": self.leaving}  # fmt: skip
+
+    def hold(self, carried: dict[str, np.ndarray]) -> None:
+        """Take what is `carried` of the particles that there are now."""
+        self.starts, self.omega, self._volume, self._inner = (
+            np.array(carried[f"contact_{name}"]) for name in ("starts", "omega", "volume", "inner")
+        )
+        self._inner = self._inner.astype(bool)
+        self._pieces = np.array(carried["contact_pieces"])
+        self.folded, self.leaving = (np.array(carried[f"contact_{name}"], bool) for name in ("folded", "leaving"))
+        self.passed = np.zeros(0, np.int64)
+        self._tell_apart()
+
+    def fit_grid(self) -> None:
+        """Make the grids of cells anew, around the particles that there are now."""
+        for pairs in (self.pairs, self._looking):
+            pairs.grid = Grid.around(self.particles["position"], pairs.grid.edge)
+
+    @property
+    def pieces(self) -> np.ndarray:
+        """The bodies (n,) uint32, those that have left theirs as one each."""
+        return self._pieces.astype(np.uint32)
+
+    def restore(self, history: dict[str, np.ndarray]) -> None:
+        """Go back to where `history` was taken."""
+        self.energy, self._power, self._power_before, evaluations = (float(one) for one in history["contact"])
+        self._evaluations = int(evaluations)

@@ -1,0 +1,121 @@
+"""What a composite body has of each of its particles: made, carried between processes, kept and taken back."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from hvisph.schemes.stepper import Stepper
+from hvisph.schemes.total_lagrangian.reference_update import ReferenceChanges
+from hvisph.sph.neighbours import rate_layout as rate_slots
+from hvisph.sph.neighbours.ghost_rows import Halo
+from hvisph.sph.neighbours.particle_layout import RowLayout, aligned_zeros
+
+from .penalty_contact_pass import BodyContact
+from .spatial_pass import SpatialPass
+
+# What a checkpoint holds beside the particles, of what every particle has one row.
+KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "loads", "loose", "swellings", "alone",
+        "volume", "sequence")  # fmt: skip
+
+
+class CompositeState(ReferenceChanges, Stepper):
+    """Part of `CompositeStepper`: arrays with a row for each particle, and what becomes of them between steps."""
+
+    formulation: Any
+    spatial: SpatialPass
+    contact: BodyContact | None
+    _one_body: bool
+    _halo_for: Callable[[RowLayout], Halo] | None
+
+    def _set_up(self) -> None:
+        raise NotImplementedError
+
+    def _classify(self) -> None:
+        raise NotImplementedError
+
+    def _make_room(self) -> None:
+        """Make the arrays that have a row for each of the particles that there are now."""
+        particles, formulation, dim = self.particles, self.formulation, self.particles.dim
+        count, body = particles.count, self.particles.body
+        at = rate_slots.slots(dim)
+        last = at["R_HOOP"] + 1 if formulation.revolved else at["R_SLIP"] + 1 if formulation.slips else at["R_DENSITY"]
+        self._rates = np.zeros((count, last))
+        self._place = np.arange(count, dtype=np.uint32)
+        self.jacobians, self.strains, self.latest = np.ones(count), np.zeros(count), np.zeros(count)
+        self.swellings, self.loose = np.ones(count), np.zeros(count, bool)
+        start = np.eye(dim).ravel()
+        if formulation.revolved:  # the hoop stretch behind F
+            start = np.append(start, 1.0)
+        self.before = np.tile(start, (count if formulation.renew_strain else 1, 1))
+        self._stage = 0.0
+        self.rows_ = aligned_zeros(count, self.layout.width)
+        turning = formulation.conversion.bodies
+        self._convertible = np.ones(count, bool) if turning is None else np.isin(body, turning)
+        self._body_indices = body.astype(np.uint32)
+        self._bodies, self._numbers = body.astype(np.float64), particles.numbers()
+        self._undamaged, self._none = np.zeros(count), np.zeros(count, bool)
+
+    def carried(self) -> dict[str, np.ndarray]:
+        """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
+        renewed = {"before": self.before} if self.formulation.renew_strain is not None else {}
+        return {name: getattr(self, name) for name in KEPT} | renewed | {
+            "rows": self.rows_[: self.particles.count], "rates": self._rates,
+        } | (self.contact.carried() if self.contact is not None else {})  # fmt: skip
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return what the next step needs of the whole, between steps, by name."""
+        return self.totals.history() | {"stage": np.array([self._stage])} | (
+            self.contact.history() if self.contact is not None else {}
+        )  # fmt: skip
+
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """See what other processes have from the start on, by the halos that `halo_for` makes of layouts of rows."""
+        self.copies.halo, self._halo_for = halo_for(self.copies.layout), halo_for
+
+    def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+        """Have these particles in place of all others, between steps; see `carried`."""
+        particles, stage = self.particles, self._stage
+        particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
+        self.totals.hold(len(data))
+        self._make_room()
+        self._take(carried)
+        self._stage = stage
+
+    def _take(self, carried: dict[str, np.ndarray]) -> None:
+        """Take what is `carried` of the particles that there are now, and build what follows from it."""
+        kept = {name: np.array(carried[name], getattr(self, name).dtype) for name in KEPT}
+        self.volume, self.alone, self.sequence = (kept[name] for name in ("volume", "alone", "sequence"))
+        self._build_reference()
+        if self.anywhere(kept["loose"].any()):
+            self.reference.remove(self.copies.extended(kept["loose"]))
+        for name, values in kept.items():
+            setattr(self, name, values)
+        if "before" in carried:
+            self.before = np.array(carried["before"])
+        self.rows_[: self.particles.count], self._rates[...] = carried["rows"], carried["rates"]
+        if self.contact is not None:
+            self.contact.hold(carried)
+            self._body_indices = self.contact.pieces
+            self._one_piece = self._one_body and not self.anywhere(kept["loose"].any())
+        self._classify()
+
+    def fit_grid(self) -> None:
+        """Make the grids of cells anew, around the particles that there are now."""
+        if self.particles.count:
+            super().fit_grid()
+            self.spatial.fit_grid(self.particles["position"])
+            if self.contact is not None:
+                self.contact.fit_grid()
+
+    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
+        """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
+        self._set_up()
+        self._take(carried)
+        if self.contact is not None:
+            self.contact.restore(history)
+        self._stage = float(history["stage"][0])
+        self.totals.restore(history)
+        self._sum_up()

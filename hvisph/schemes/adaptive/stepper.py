@@ -1,0 +1,293 @@
+"""One step of bodies that meet: Total Lagrangian and Eulerian particles, and contact.
+
+An evaluation runs, each only where it is needed,
+1. `deform` over reference neighbours: F, stress, density of Total Lagrangian particles;
+2. `accumulate` over them: their pair forces;
+3. the standard law, or that of corrected kernels, over current neighbours, for Eulerian particles and those near one;
+4. contact forces, for particles near another body.
+Particles keep the order that they have at the start, sorted by place: reference lists hold their places in it. Each
+process has those of its part of the reference for good, with copies of what its lists need of others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.particles import Particles
+from hvisph.integrators import particle_update as single
+from hvisph.integrators import sums as column
+from hvisph.materials.material_table import Material, pack
+from hvisph.schemes.stepper import fastest_sound
+from hvisph.schemes.total_lagrangian.reference_update import stop_at_planes
+from hvisph.sph.neighbours.ghost_rows import FixedCopies, Halo
+from hvisph.sph.neighbours.particle_layout import RowLayout
+from hvisph.sph.neighbours.symmetry_planes import Plane
+
+from .loops import loops, offered_to_loops
+from .penalty_contact_pass import BodyContact
+from .spatial_pass import SpatialPass
+from .state import CompositeState
+
+
+class CompositeStepper(CompositeState):
+    """Moves Total Lagrangian and Eulerian particles, and bodies in contact.
+
+    Parameters as those of `Stepper`; the particles carry `kernel_type`, `reference_position` is set here.
+
+    Attributes
+    ----------
+    jacobians, strains
+        J and equivalent strain of every particle whose deformation gradient is known, at the stage (n,).
+    latest
+        Equivalent strain since the reference was renewed (n,), where it is.
+    swellings
+        chi, what J has beside the determinant of F since lists were cut (n,).
+    loads
+        Pressure [Pa] that is added to every particle's own until the first step is done (n,).
+    sequence
+        Place of every particle in the order of the start (n,), by which lists are sorted.
+    """
+
+    formulation: Any
+    turns_back = False  # a Total Lagrangian particle cannot be exchanged for its image
+    settled = True  # reference lists bind particles to where they are
+    room = None
+
+    def __init__(self, particles: Particles, formulation: Any, materials: list[Material], stage: float,
+                 previous: float, h: float, planes: tuple[Plane, ...] = (), drift: float = 0.5):  # fmt: skip
+        dim, count = particles.dim, particles.count
+        self.particles, self.formulation, self.stage_share = particles, formulation, stage
+        self.materials, self.planes, self.h = materials, planes, h
+        self.contact: BodyContact | None = None
+        self._averages = previous != 0.0
+        self.table, self.models = pack(materials)
+        self.coefficients = formulation.coefficients()
+        self.h_low = self.h_high = self.h_max = h
+        self.lengths, self.signals, self.pressures = np.zeros(count), np.zeros(count), np.zeros(count)
+        self.loads = np.zeros(count)
+        self.totals = column.Sums(particles, fastest_sound(materials), h, single.CHUNK)
+        self.layout, self._read = formulation.row(dim)
+        self.slots = self.layout.slots()
+        self._update = self._specialised_update(self.layout, previous, drift)
+        particles.permute(order_of(particles, formulation.kernel.reach * h))
+        particles["reference_position"] = particles["position"]
+        self._at_start = particles["position"].copy()
+        self._volume_at_start = particles["mass"] / particles["density"]
+        self.copies = FixedCopies(planes, dim)
+        self.sequence = np.arange(count, dtype=np.uint64)
+        self._halo_for: Callable[[RowLayout], Halo] | None = None
+
+    def keep_order(self, sequence: np.ndarray) -> None:
+        """Take the particles as a part of more, which have the places `sequence` (n,) in the order of all."""
+        self.sequence = sequence.astype(np.uint64)
+
+    @property
+    def homes(self) -> np.ndarray:
+        """Places (n, dim) [m] by which particles belong to a part of space."""
+        return self.particles["reference_position"]
+
+    def _set_up(self) -> None:
+        """Build all that follows from state and reference positions, of all particles."""
+        particles, formulation = self.particles, self.formulation
+        self._moduli = np.array([(one.young_modulus, 1.0 / one.first_yield) for one in self.materials])
+        bodies = particles.body.astype(float)
+        lowest, highest = self.most(np.array([(-bodies).max(initial=-np.inf), bodies.max(initial=-np.inf)]))
+        self._one_body, self._bodies_in_all = bool(highest == -lowest), int(highest) + 1
+        self._one_piece = self._one_body
+        self._can_fail = any(material.can_fail for material in self.materials)
+        self.volume = self._volume_at_start.copy()
+        if formulation.revolved:  # areas of the section
+            self.volume /= 2.0 * np.pi * self._ring_radius(self._at_start)
+        self.alone = np.zeros(particles.count, bool)
+        self._make_room()
+        self._build_reference()
+        offered = offered_to_loops(formulation, particles, (self.table, self.models), self.slots, self._read)
+        self._loops = loops(formulation, offered)
+        self.spatial = SpatialPass(formulation, self._at_start, self.h, self.planes, offered)
+        self.pairs = self.spatial.pairs
+        if self._halo_for is not None:
+            self.spatial.join(self._halo_for)
+        if formulation.contact.parts and (formulation.contact.own_faces or not self._one_body):
+            fullest = np.zeros(self._bodies_in_all)
+            np.maximum.at(fullest, particles.body.astype(np.int64), self.reference.zeroth_sums)
+            self.contact = BodyContact(particles, formulation, self.materials, self._at_start, self.h, self.planes,
+                                       (self.reference.zeroth_sums, self.most(fullest)),
+                                       self.totals.units[column.SLIPPING])  # fmt: skip
+            if self._halo_for is not None:
+                self.contact.join(self._halo_for)
+        self._classify()
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Packed rows, in the particles' order; behind them images at symmetry planes and the far row.
+
+        An evaluation leaves the velocities of its stage in them.
+        """
+        return self.rows_
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Rows of rates in the particles' order."""
+        return self._rates
+
+    @property
+    def place(self) -> np.ndarray:
+        """Row of each particle's rates: its own number."""
+        return self._place
+
+    @property
+    def paired(self) -> np.ndarray:
+        """Rows of `pairs`, sorted, of the particles of the last spatial pass, without images."""
+        return self.spatial.paired
+
+    @property
+    def contact_energy(self) -> float:
+        """Work against the contact between bodies since the start [J]."""
+        return self.contact.energy if self.contact is not None else 0.0
+
+    @property
+    def stored_energy(self) -> float:
+        """Energy that is in no particle [J]: that of a contact which keeps it."""
+        return self.contact.stored if self.contact is not None else 0.0
+
+    @property
+    def lagrangian(self) -> np.ndarray:
+        """Which particles are Total Lagrangian (n,), bool."""
+        return self._lagrangian
+
+    def _classify(self) -> None:
+        """Find which particles need a deformation gradient, and bring the rows' kinds up to date."""
+        kinds = self.particles["kernel_type"]
+        self.rows_[:-1, self.slots["KIND"]] = self.copies.extended(kinds)
+        tied = (kinds == 1.0) & ~self.loose
+        self._active = (tied | self.neighbours_of(tied)).astype(np.uint8)
+        self._lagrangian = kinds == 1.0
+        self._eulerian = (~self._lagrangian).astype(np.uint8)
+        self._any_eulerian = self.anywhere(self._eulerian.any())
+        if self._any_eulerian:
+            near_eulerian = self.neighbours_of(~self._lagrangian)
+            self._active[(self._active == 1) & (near_eulerian | ~self._lagrangian)] = 2
+        self._tied = np.flatnonzero(tied)
+        self._any_active, self._any_tied = self.anywhere(self._active.any()), self.anywhere(tied.any())
+
+    def start(self) -> None:
+        """Evaluate the forces of the state as it stands, without a step."""
+        self.totals.begin(self.particles)
+        self._set_up()  # not before: lists and their corrections take time and compiled loops
+        self._turn()
+        self.predict(0.0)
+        if self.contact is not None:
+            self.contact.begin(self.rows_, self.slots)
+        super().start()
+
+    def evaluate(self) -> None:
+        """Evaluate the pair forces at the stage."""
+        ref, formulation = self.reference, self.formulation
+        self._rates[:] = 0.0
+        if self._any_active:
+            self._mirror()
+            self._loops.deform(
+                len(self._active), self.rows_, self._moved(), self._active, self._eulerian,
+                (self.particles.data, self.particles.tags, ref.volume, self.loads, self.swellings, self.before),
+                ref.lists, ref.corrections, (self.table, self.models, self._moduli),
+                (self._stage, 1.2 * formulation.alpha, formulation.courant),
+                (self.jacobians, self.strains, self.latest, self.pressures, self.signals), self._rates,
+            )  # fmt: skip
+            self.copies.refresh(self.rows_, self.layout, slice(2 * self.particles.dim, self._read))
+            for coupled in range(1 + self._any_eulerian):
+                self._loops.sums[coupled](
+                    self.particles.count, self.rows_, self._active, 1 + coupled, ref.volume, ref.lists, ref.sums,
+                    (formulation.alpha, formulation.beta), formulation.hourglass, 1.0 / self.h, self._rates,
+                )  # fmt: skip
+        self.spatial.rest()
+        near_body = near_eulerian = self._none
+        if self._any_eulerian or not self._one_piece:
+            near_body, near_eulerian = self.spatial.near(self.rows_, self._numbers, self._eulerian, self._body_indices)
+        try:
+            self._add_spatial(near_eulerian if self.spatial.parted else near_eulerian | near_body)
+        finally:  # other processes wait for this one's part in the contact, also where it has failed
+            if self.contact is not None:
+                self.contact.add(np.flatnonzero(near_body), self.rows_, self.slots, self.loose, self._rates)
+
+    def _add_spatial(self, near: np.ndarray) -> None:
+        """Add the pairs of Eulerian particles, and where no contact parts them of bodies, in the present places."""
+        if (self._any_eulerian or not self.spatial.parted) and self.anywhere(near.any()):
+            chosen = np.flatnonzero(near & ~self.loose)
+            self.spatial.add(chosen, self.rows_, self._numbers, (self._bodies, self.pressures, self.loads),
+                             self._eulerian, self._rates)  # fmt: skip
+
+    def _mirror(self) -> None:
+        """Bring places and velocities of copies up to date."""
+        until = self.slots["RING"] + 1 if "RING" in self.slots else 2 * self.particles.dim
+        self.copies.refresh(self.rows_, self.layout, slice(0, until))
+
+    def _carry(self, dt: float, stage: float, complete: bool) -> None:
+        super()._carry(dt, stage, complete)
+        self._stage = stage
+
+    def complete(self, dt: float, following: float) -> None:
+        """Carry the state over `dt` [s], predict the next stage, and turn the particles that must."""
+        super().complete(dt, following)
+        if self.contact is not None:
+            self.contact.complete(dt, self._averages)
+        if dt > 0.0:
+            self.loads[:] = 0.0
+            if self.planes and self.anywhere(stop_at_planes(self.particles, self.planes, self.h)):
+                self.predict(following)
+        self._turn()
+        limit = self.formulation.renew_strain
+        if limit is not None and self.anywhere((self.latest[self._tied] > limit).any()):
+            self._renew()
+            self._classify()
+
+    def _turn(self) -> None:
+        """Let particles turn Eulerian, or leave the lists."""
+        particles, formulation = self.particles, self.formulation
+        quiet = formulation.conversion.off and not self._any_eulerian
+        if not self._any_tied or (quiet and not self._can_fail):
+            return
+        lagrangian = self._lagrangian & ~self.loose
+        damage = particles["damage"].copy() if self._can_fail else self._undamaged  # side by side: read several times
+        turns = formulation.conversion.turning(lagrangian, self._convertible, self._active != 0, self.jacobians,
+                                               self.strains, damage, self)  # fmt: skip
+        leaves = lagrangian & ~turns & (damage >= 1.0) if formulation.failed_leave else self._none
+        turned, left = turns.any(), leaves.any()
+        if not self.anywhere(turned or left):
+            return
+        if self.anywhere(left):
+            before = self.loose.copy()
+            self._leave(leaves)
+            self._part(self.loose & ~before)
+        if turned:
+            particles["kernel_type"][turns] = 0.0
+        self._classify()
+
+    def _part(self, leaves: np.ndarray) -> None:
+        """Have particles that left their lists meet the rest of their body as one of another."""
+        if self.contact is not None and self.formulation.contact.own_faces:
+            self.contact.leave(leaves)
+            self._body_indices, self._one_piece = self.contact.pieces, False
+
+    def limits(self) -> list[tuple[float, str, int]]:
+        """Return what else limits the step: inverted particles, hourglass control and contact. See `Stepper`."""
+        inverted = self._tied[~(self.jacobians[self._tied] > 0.0)]
+        if len(inverted):
+            return [(0.0, "inverted", self._first(inverted))]
+        if self.contact is None:
+            return self._held
+        if len(self.contact.passed):
+            return [(0.0, "passed_through", self._first(self.contact.passed))]
+        return self._held + self._swinging("contact", self.contact.omega)
+
+    def permute(self) -> np.ndarray:
+        """Leave the particles where they are: reference lists hold their numbers."""
+        return np.arange(self.particles.count)
+
+
+def order_of(particles: Particles, edge: float) -> np.ndarray:
+    """Return the order of cells of an `edge` [m], body by body, and within a cell by number (n,)."""
+    cells = np.floor(particles["position"] / edge).astype(np.int64)
+    return np.lexsort((particles.id, *cells.T, particles.body))

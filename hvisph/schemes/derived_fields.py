@@ -1,0 +1,48 @@
+"""What snapshots show beside the state: pressure, sound speed, von Mises stress and temperature of every particle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.compiler.template_binding import bind
+from hvisph.compiler.threads.parallel_for import each
+from hvisph.core.particles import Particles
+from hvisph.materials import thermodynamics
+from hvisph.materials.material_table import fitted
+
+NAMES = ("pressure", "sound_speed", "von_mises_stress", "temperature")
+
+
+def _diagnose(s, state, tags, table, models, pressure, sound_speed, von_mises, temperature):
+    m, rho, e = np.uint64(tags[s, 2]), state[s, S_DENSITY], state[s, S_INTERNAL_ENERGY]
+    memory = state[s, S_MEMORY] if REMEMBERS else 1.0
+    p, c = remembered_state(table, models, m, rho, e, state[s, S_DAMAGE], memory)
+    temperature[s] = temperature_of(table, models, m, rho, e, p, memory)
+    pressure[s] = p
+    sound_speed[s] = c
+    squares = 0.0
+    for f in range(np.uint64(3)):
+        squares += state[s, np.uint64(S_DEVIATOR) + f] ** 2
+    for f in range(np.uint64(3), np.uint64(COMPONENTS)):
+        squares += 2.0 * state[s, np.uint64(S_DEVIATOR) + f] ** 2
+    von_mises[s] = np.sqrt(1.5 * squares)
+
+
+def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dict[str, np.ndarray]:
+    """Return pressure [Pa], sound speed [m/s], von Mises stress [Pa] and temperature [K] of the state, each (n,).
+
+    The pressure is that of the state where it carries one, otherwise that of the equation of state. The temperature is
+    not a number in a material without a heat capacity, and left out where none has one.
+    """
+    fields = {name: np.zeros(particles.count) for name in NAMES}
+    options = {"remembered_state": fitted(thermodynamics.remembered_state, table, models),
+               "temperature_of": fitted(thermodynamics.temperature_of, table, models),
+               "REMEMBERS": int("memory" in particles.offsets),
+               "COMPONENTS": particles["deviator"].shape[1]}  # fmt: skip
+    one = bind(_diagnose, options, {"S_MEMORY": 0} | particles.bindings())
+    each(one)(particles.count, particles.data, particles.tags, table, models, *fields.values())
+    if "pressure" in particles.offsets:  # a scheme whose pressure is no function of the state
+        fields["pressure"] = particles["pressure"].copy()
+    if np.isnan(fields["temperature"]).all():
+        del fields["temperature"]
+    return fields

@@ -1,0 +1,1 @@
+"""SPH-projection (Farahani 2009)."""

@@ -1,0 +1,268 @@
+"""A step of SPH-projection: four passes over a list of neighbours that lasts for many of its small steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+
+from hvisph.compiler.jit import specialise
+from hvisph.compiler.template_binding import bind
+from hvisph.compiler.threads.parallel_for import each, shared
+from hvisph.core.errors import RunError
+from hvisph.core.particles import Particles
+from hvisph.integrators import sums as column
+from hvisph.materials import stress_update
+from hvisph.materials.material_table import Material, fitted, pack
+from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.protocol import AnyFormulation
+from hvisph.schemes.stepper import fastest_sound
+from hvisph.schemes.trailing_mean import TrailingMean
+from hvisph.sph.kernels import scale
+from hvisph.sph.neighbours import rate_layout
+from hvisph.sph.neighbours.ghost_rows import Halo
+from hvisph.sph.neighbours.particle_layout import RowLayout
+from hvisph.sph.neighbours.symmetry_planes import Plane
+
+from . import law as laws
+from . import passes
+from .rows import MARGIN, ProjectionRows
+
+
+class ProjectionNumbers(AnyFormulation, Protocol):
+    """What the steps need to know of the scheme; `hvisph.schemes.projection.scheme.Projection` says what each means."""
+
+    @property
+    def smoothing(self) -> Smoothing:
+        """How the smoothing length follows the flow."""
+
+    @property
+    def printed(self) -> bool:
+        """Whether the pressure gradient is the printed one."""
+
+    @property
+    def guard(self) -> float:
+        """Fullness below which a particle has no pressure."""
+
+    @property
+    def body_force(self) -> tuple[float, ...]:
+        """Acceleration of all particles [m/s^2]."""
+
+    @property
+    def pressure_average(self) -> float:
+        """Time over which recorded pressures are averaged [s]."""
+
+    def fullness(self, dim: int) -> float:
+        """Return the factor that makes fullness 1 inside a body."""
+
+
+class ProjectionStepper:
+    """Particles under SPH-projection; what `Stepper` offers the step loop.
+
+    Parameters
+    ----------
+    particles
+        The state at the start, with the field ``pressure``.
+    formulation
+        The scheme's numbers.
+    materials
+        Materials, in the order of the particles' tags; their equations of state are not used.
+    stage, previous
+        Not used: the scheme has its own order of things in a step.
+    h
+        Smoothing length at the start [m].
+    planes
+        Planes of symmetry.
+
+    Attributes
+    ----------
+    lengths, signals
+        Smoothing length [m] and speed of longitudinal waves at rest [m/s] of every particle.
+    rates, place
+        Rows of rates, and the row of each particle.
+    sums
+        Sums over the completed state, columns as named in `update`.
+    support
+        Reach of the kernel at the start [m].
+    """
+
+    has_energy = settled = False
+    room = None
+    stored_energy = contact_energy = 0.0
+
+    def __init__(self, particles: Particles, formulation: ProjectionNumbers, materials: list[Material], stage: float,
+                 previous: float, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip
+        dim, count = particles.dim, particles.count
+        self.particles, self.formulation = particles, formulation
+        self.table, self.models = pack(materials)
+        self.place = np.arange(count, dtype=np.uint32)
+        self.rates = np.zeros((count, rate_layout.width(dim)))
+        self.lengths, self.h_max = np.full(count, h), h
+        self.signals = np.array([m.longitudinal_sound_speed for m in materials])[particles.material]
+        self._h_limits = formulation.smoothing.smallest * h, formulation.smoothing.largest * h
+        self._eta2 = (0.1 * h) ** 2
+        self._fullness = formulation.fullness(dim)
+        self._body_force = (tuple(map(float, formulation.body_force)) + (0.0,) * dim)[:dim]
+        self.totals = column.Sums(particles, fastest_sound(materials), h, passes.CHUNK)
+        self._step = 0.0
+        self._averaged = TrailingMean(count, formulation.pressure_average)
+        self.support = formulation.kernel.reach * h
+        self._rows = ProjectionRows(formulation.kernel, particles["position"], h, planes)
+        self._crossed = np.inf  # most that a particle has moved since the list was made [m]
+        self._loops = self._compiled()
+
+    def _compiled(self) -> list[Any]:
+        """Return the loops of the four passes and of the step's completion."""
+        dim, kernel = self.particles.dim, self.formulation.kernel
+        named = rate_layout.slots(dim) | self.particles.bindings() | {
+            "DIM": dim, "slope": kernel.slope, "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+            "respond": fitted(stress_update.respond, self.table, self.models),
+        }  # fmt: skip
+        sums: tuple[Any, ...] = (laws.velocity_gradient, laws.stress_divergence, laws.poisson, laws.pressure_gradient)
+        loops: tuple[Any, ...] = (passes.stress, passes.velocity, passes.pressure, passes.acceleration)
+        compiled = []
+        for number, (law, loop) in enumerate(zip(sums, loops, strict=True)):
+            layout = self._rows.layouts[number]
+            summed = bind(law, {"WIDTH": layout.used}, named | layout.slots())
+            following = self._rows.layouts[(number + 1) % 4].slots()
+            compiled.append(each(bind(loop, {law.__name__: summed}, named | following)))
+        compiled.append(shared(bind(passes.carry, {}, named | self._rows.layouts[0].slots()), passes.CHUNK))
+        return compiled
+
+    @property
+    def pressures(self) -> np.ndarray:
+        """Pressure of every particle [Pa], as a mean over the time just past: single values ring."""
+        return self._averaged.mean()
+
+    @property
+    def homes(self) -> np.ndarray:
+        """Places (n, dim) [m] by which particles belong to a part of space."""
+        return self.particles["position"]
+
+    def start(self) -> None:
+        """Sum up the state as it stands: without a step there is no pressure to find."""
+        self.totals.begin(self.particles)
+        self.rates[:] = 0.0
+        self._carry(0.0, complete=False)
+
+    def evaluate(self) -> None:
+        """Run the four passes of the step that was announced by `complete` or `predict`."""
+        particles, dt = self.particles, self._step
+        if self._stale():
+            try:
+                self._make_list(particles["position"])
+            except RunError:  # others wait for this process' rows
+                self._rows.show_nothing()
+                raise
+        n, data, tags = particles.count, particles.data, particles.tags
+        rows, near, scheme = self._rows, self._rows.near, self.formulation
+        stress, velocity, pressure, acceleration, _ = self._loops
+        stress(n, data, tags, near, *rows.shown(0), self.rates, (self.table, self.models), dt)
+        velocity(n, data, tags, near, *rows.shown(1), self.rates, dt, self._body_force)
+        pressure(n, data, near, *rows.shown(2), dt, self._eta2, self._fullness, scheme.guard, scheme.printed)
+        acceleration(n, data, near, rows.shown(3)[0], self.rates, scheme.printed)
+
+    def complete(self, dt: float, following: float) -> None:
+        """Carry the state over `dt` [s], and announce the step `following`."""
+        self._carry(dt, complete=True)
+        self._averaged.add(self.particles["pressure"], dt)
+        self._crossed += dt * float(self.sums[column.FASTEST])
+        self._step = following
+
+    def predict(self, following: float) -> None:
+        """Announce the step `following` [s] from a state that may have been changed."""
+        self._carry(0.0, complete=False)
+        self._crossed = np.inf
+        self._step = following
+
+    def limits(self) -> list[tuple[float, str, int]]:
+        """Return nothing: the step is fixed."""
+        return []
+
+    def permute(self) -> np.ndarray:
+        """Put the state into cell order; return the order taken. Call it between `complete` steps only."""
+        order = self._rows.list.order[: self._rows.list.present]
+        order = order[order < self.particles.count].copy()
+        self.particles.permute(order)
+        for values in (self.lengths, self.signals, self.rates):
+            values[:] = values[order]
+        first = self._rows.pair[0]
+        first[: len(order)] = first[order]
+        self._averaged.permute(order)
+        self._crossed = np.inf
+        return order
+
+    def carried(self) -> dict[str, np.ndarray]:
+        """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
+        listed_at = self._rows.listed_at
+        listed_at = listed_at if len(listed_at) else np.zeros_like(self.particles["position"])
+        return {"rates": self.rates, "rows": self._rows.pair[0][: self.particles.count], "signals": self.signals,
+                "listed_at": listed_at, **self._averaged.carried()}  # fmt: skip
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return what the next step needs of the whole, between steps, by name."""
+        return self.totals.history() | self._averaged.history() | {
+            "step": np.array([self._step]), "crossed": np.array([self._crossed]),
+        }  # fmt: skip
+
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        self._rows.list.halo = halo_for(self._rows.list.layout)
+
+    def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+        """Have these particles in place of all others, between steps; see `carried`."""
+        particles = self.particles
+        particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
+        self.totals.hold(len(data))
+        self._take(carried)
+
+    def fit_grid(self) -> None:
+        """Make the grid of cells anew, around the particles that there are now."""
+        if self.particles.count:
+            self._rows.list.fit_grid(self.particles["position"])
+
+    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
+        """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
+        self._step, self._crossed = float(history["step"][0]), float(history["crossed"][0])
+        self.totals.restore(history)
+        self._sum_up()
+        self._averaged.restore(history)
+        self._take(carried)
+
+    def _take(self, carried: dict[str, np.ndarray]) -> None:
+        """Take what is `carried` of the particles that there are now, and list their neighbours as they were."""
+        particles = self.particles
+        count = particles.count
+        self.place = np.arange(count, dtype=np.uint32)
+        self.rates, self.signals = np.array(carried["rates"]), np.array(carried["signals"])
+        self.lengths = particles["smoothing_length"].copy()
+        self._rows.hold(np.asarray(carried["rows"]))
+        self._averaged.hold(carried)
+        if not self._stale():
+            crossed = self._crossed
+            apart = np.abs(carried["listed_at"] - particles["position"]).max(initial=0.0)
+            if not apart <= MARGIN * self.h_max:
+                raise ValueError("its neighbours were listed elsewhere")
+            self._make_list(carried["listed_at"])
+            self._crossed = crossed
+
+    def _carry(self, dt: float, complete: bool) -> None:
+        particles = self.particles
+        variable = self.formulation.smoothing.variable
+        self._loops[4](particles.count, particles.data, particles.tags, self.rates, self._rows.pair[0], self.lengths,
+                       dt, complete, variable, self._h_limits, self._body_force, *self.totals.loops)  # fmt: skip
+        self._sum_up()
+
+    def _sum_up(self) -> None:
+        self.sums = self.totals.total()
+        self.h_max = float(self.sums[column.LONGEST])
+
+    def _stale(self) -> bool:
+        """Whether particles that the list does not pair may have met; growing lengths are not followed."""
+        return self.formulation.smoothing.variable or not 2.0 * self._crossed < MARGIN * self.h_max
+
+    def _make_list(self, positions: np.ndarray) -> None:
+        """List the neighbours of particles at `positions` (n, dim) [m]."""
+        self._rows.make_list(positions, self.lengths, self.h_max, self.particles.id)
+        self._crossed = 0.0

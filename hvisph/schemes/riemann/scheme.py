@@ -1,0 +1,232 @@
+"""CON, contact (Riemann) SPH: no viscosity and no artificial stress to tune.
+
+Passes: with reconstruction, gradients of velocity and stress into each row; then the
+Riemann problem of every pair (`schemes.riemann.law`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.logarithmic_growth import grown
+from hvisph.compiler.tensors import plus_identity, put, times
+from hvisph.compiler.tensors3d import in_plane
+from hvisph.core.particles import Particles
+from hvisph.integrators.particle_steps import WHOLE
+from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.standard.frictional_contact import NoContact
+from hvisph.schemes.stepper import Stepper
+from hvisph.sph.contact import contact_normal, variable_resolution
+from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
+from hvisph.sph.neighbours.pairs import Pairs, Pass
+from hvisph.sph.neighbours.particle_layout import RowLayout
+from hvisph.sph.neighbours.symmetry_planes import Plane
+from hvisph.sph.terms.limiters import LIMITERS, Limiter
+from hvisph.sph.terms.riemann_solver import HARD
+
+from . import law as riemann
+from . import row as riemann_row
+from .law import SLIPPERY
+
+# What is pressed hard gives its lead up within this times h over c, see `schemes.riemann.law`.
+PASSING = 10.0
+# Share of its density at rest below which the section of a ring at rest counts as so much of that which it fills.
+THIN = 0.5
+
+
+@dataclass(frozen=True)
+class Riemann:
+    """Contact SPH, as published or in the form whose density keeps to the spacing.
+
+    Parameters
+    ----------
+    kernel, h_over_dx, smoothing
+        Kernel, smoothing length over spacing, and how it varies.
+    reconstruction
+        Its limiter, of `hvisph.sph.terms.limiters`, none among them.
+    consistent
+        Whether density, impedance, limits of the tractions and edges are those of the consistent form.
+    held
+        Whether tension leaves pairs that are too close, in bodies that have not flowed.
+    parted
+        Whether bodies separate and slide, or are welded.
+    friction
+        Coulomb's coefficient between bodies that are parted.
+    own_faces
+        Whether pieces that have come apart from a body are parted, too.
+    revolved
+        Whether particles are rings about the axis x.
+    unlike
+        Whether bodies that are parted differ in spacing.
+    faces
+        Whether faces of one body that look at each other are parted, too.
+    spins
+        Whether pairs of the consistent form take back the angular momentum that they make; not of rings, nor in 1D.
+    """
+
+    kernel: Kernel = CUBIC_SPLINE
+    h_over_dx: float = 1.4
+    smoothing: Smoothing = field(default_factory=Smoothing)
+    reconstruction: Limiter = LIMITERS["van_albada"]
+    consistent: bool = True
+    held: bool = True
+    parted: bool = False
+    friction: float = 0.0
+    own_faces: bool = False
+    revolved: bool = False
+    unlike: bool = False
+    faces: bool = False
+    spins: bool = False
+
+    name = "riemann"
+    corrects = repels = False
+    switch = WHOLE
+    softens = False
+    stepper = Stepper
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """What particles carry beside the state."""
+        own = ("previous_density_rate",) if self.consistent else ()
+        own = (*own, "density_lead") if self.leads else own
+        return (*own, "previous_spin") if self.spins else own
+
+    @property
+    def follows(self) -> bool:
+        """Whether densities are those of the own kernel, whose h follows them."""
+        return self.consistent and self.smoothing.variable
+
+    @property
+    def leads(self) -> bool:
+        """Whether density is given back what it led the number of particles by; one that follows h has no lead."""
+        return self.consistent and not self.smoothing.variable
+
+    @property
+    def viscous_factor(self) -> float:
+        """Factor of the largest closing speed in the signal speed."""
+        return riemann.SHOCK_SLOPE / self.kernel.width
+
+    @property
+    def slips(self) -> bool:
+        """Whether bodies slide on each other."""
+        return self.parted
+
+    @property
+    def meets_unlike(self) -> bool:
+        """Whether bodies of unlike spacings part."""
+        return self.parted and self.unlike
+
+    def _row(self, dim: int, reconstruct: bool) -> RowLayout:
+        return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, self.follows, self.revolved,
+                                  self.meets_unlike, self.faces, self.spins, self.leads)  # fmt: skip
+
+    def passes(self, dim: int) -> list[Pass]:
+        """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
+        ways = {
+            "RECONSTRUCTION": int(self.reconstruction.acts),
+            "CONSISTENT": int(self.consistent),
+            "PARTED": int(self.parted),
+            "UNLIKE": int(self.meets_unlike),
+            "FACES": int(self.faces),
+        }
+        row = self.layout(dim)
+        flux = Pass(riemann.accumulate, riemann_row.read_by_all(row), ways | {
+            "share": self.reconstruction.share,
+            "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.follows),
+            "REVOLVED": int(self.revolved), "SPINS": int(self.spins), "LEADS": int(self.leads),
+        }, (riemann.conclude, contact_normal.of_other), density_rate=self.consistent, leads=self.leads, slips=self.parted,
+            rings=self.revolved, spins=self.spins, own_reach=self.follows)  # fmt: skip
+        if not (self.reconstruction.acts or self.parted):
+            return [flux]
+        first = [
+            Pass(riemann_row.gradients, riemann_row.read_by_all(row), ways, (contact_normal.of_other,), into_rows=True)
+        ]
+        if self.parted:
+            first += riemann_row.of_those_that_meet(row, self.kernel, self.unlike, self.faces)
+        return [*first, flux]
+
+    def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact:
+        """Return none: the law itself parts bodies."""
+        return NoContact()
+
+    def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
+        """Keep the normals of this evaluation's faces in the rows, where the next one finds them."""
+        if self.faces:
+            at, count, dim = pairs.slots, len(lengths), pairs.layout.dim
+            lacking = pairs.sorted[pairs.place[:count], at["ENDS"] : at["ENDS"] + dim]
+            size = (
+                lengths / variable_resolution.lacking(self.kernel, self.h_over_dx, dim)[0]
+            )  # 1 in the layer under a flat face
+            pairs.rows[:, at["FACE"] : at["FACE"] + dim] = lacking * size[:, None]
+
+    def layout(self, dim: int) -> RowLayout:
+        """Return the row of the contact law."""
+        return self._row(dim, self.reconstruction.acts)
+
+    def coefficients(self) -> np.ndarray:
+        """Return 1 over the kernel's width, the friction, and depths where spacings are unlike."""
+        further = variable_resolution.depths(self.kernel, self.h_over_dx) if self.meets_unlike else ()
+        return np.array([1.0 / self.kernel.width, self.friction, *further])
+
+    def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
+        """Return the packing function and what it is bound to."""
+        return _pack, {"PARTED": int(self.parted), "REVOLVED": int(self.revolved), "SPINS": int(self.spins),
+                       "CONSISTENT": int(self.consistent), "LEADS": int(self.leads)}  # fmt: skip
+
+    def sparsest(self, dim: int) -> float:
+        """Return the least rho h^dim/m: that of a particle alone, W(0), where density is the number of particles."""
+        return float(self.kernel.value(0.0, 1.0, dim)) if self.consistent else 0.0
+
+    def limits(self) -> tuple[Any, dict[str, Any]] | None:
+        """Return the function that packs what a particle bears, and what it is bound to; none in the printed form."""
+        ways = {"FOLLOWING": self.smoothing.variable, "REVOLVED": self.revolved, "LEADS": self.leads}
+        return (_show_limits, {name: int(way) for name, way in ways.items()}) if self.consistent else None
+
+
+def _pack(rows, s, coefficients, one):
+    """Write what the contact law reads of `one`; return the speed of signals."""
+    put(rows, s, 0, one.x)
+    put(rows, s, U, one.u)
+    rows[s, H] = one.h
+    # a retired particle has neither mass nor volume: not 0/0 but no force
+    rows[s, M] = one.mass if one.mass > 0.0 else 1.0
+    rows[s, V] = one.mass / one.rho
+    rows[s, ZN] = one.rho * one.c_l
+    # A liquid slips: a shear impedance of next to nothing, for with none at all u* of the pair is 0/0.
+    rows[s, ZT] = one.rho * max(one.c_t, SLIPPERY * one.c_l)
+    put(rows, s, T, in_plane(plus_identity(one.s, -one.p), DIM))
+    if PARTED:
+        rows[s, BODY] = one.body
+    if REVOLVED:
+        rows[s, RING] = one.ring
+        rows[s, HOOP] = one.s[2] - one.p
+    if SPINS:
+        put(rows, s, TWIST, times(0.5 * one.rho, one.spin))
+    if CONSISTENT:
+        rows[s, HEAT] = one.e
+    if LEADS:
+        rows[s, COUNTS] = rows[s, V] * grown(one.lead)
+        pressing = min(0.5 * HARD * max(one.p, 0.0) / (one.rho * one.c_l * one.c_l), 1.0)
+        rows[s, FADES] = one.lead * one.c_l / (PASSING * one.h)
+        rows[s, LEAVES] = rows[s, FADES] * pressing * pressing
+    return coefficients[0] * one.c_l
+
+
+def _show_limits(rows, s, coefficients, signal, rho, c, limits):
+    """Write what a particle bears, and make a failed one a liquid; return the speed of signals."""
+    rows[s, RHO] = rho
+    rows[s, BEAR] = limits.tension
+    rows[s, SHEAR] = limits.shear
+    rows[s, ORDER] = -1.0 if limits.failed else limits.order
+    if FOLLOWING:
+        rows[s, GROWS] = limits.free
+    if REVOLVED and LEADS:
+        rows[s, REST] = rows[s, V] * max(rho / limits.at_rest, THIN) / (rows[s, H] * rows[s, H])
+    if limits.failed:
+        rows[s, ZN] = rho * c
+        rows[s, ZT] = SLIPPERY * rho * c
+        return coefficients[0] * c
+    return signal

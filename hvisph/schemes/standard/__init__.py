@@ -1,0 +1,1 @@
+"""Standard SPH with artificial viscosity."""

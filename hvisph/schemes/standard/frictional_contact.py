@@ -1,0 +1,149 @@
+"""Contact of bodies that press on each other, slide and part, beside a formulation of the kernel sums.
+
+The pairs of different bodies, which its own pair law leaves out, meet as those of `riemann` do (`schemes.riemann.law`,
+PARTED): only particles near another body, and their neighbours, are packed and visited.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.template_binding import bind
+from hvisph.compiler.tensors import SIZE
+from hvisph.compiler.threads.parallel_for import each
+from hvisph.schemes.riemann import law as riemann
+from hvisph.schemes.riemann import row as riemann_row
+from hvisph.sph.contact import contact_normal
+from hvisph.sph.contact import variable_resolution as unlike_spacings
+from hvisph.sph.kernels import Kernel
+from hvisph.sph.neighbours import rate_layout as sums_of_pairs
+from hvisph.sph.neighbours.contact_candidates import Selection
+from hvisph.sph.neighbours.ghost_rows import Halo
+from hvisph.sph.neighbours.pairs import Pairs, Pass
+from hvisph.sph.neighbours.particle_layout import RowLayout
+from hvisph.sph.neighbours.symmetry_planes import Plane
+from hvisph.sph.terms.limiters import NO_RECONSTRUCTION
+
+from . import frictional_passes
+
+
+class NoContact:
+    """No contact beside the kernel sums: bodies are welded, or the pair law itself parts them."""
+
+    def renumber(self, bodies: np.ndarray) -> None:
+        """Take no note of the bodies."""
+
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """Ask nothing of other processes."""
+
+    def add(self, standard: Pairs, h: float) -> None:
+        """Add nothing."""
+
+
+class SeparatingContact:
+    """Adds the rates of contact between bodies to those of standard SPH.
+
+    Parameters
+    ----------
+    kernel, h
+        The smoothing kernel, and the smoothing length at the start [m].
+    positions, bodies
+        Positions (n, dim) [m] and bodies (n,) at the start.
+    friction
+        Coulomb's coefficient.
+    planes
+        Planes of symmetry.
+    revolved
+        Whether particles are rings about the axis x.
+    unlike
+        Whether the bodies differ in spacing.
+    h_over_dx
+        Smoothing length over spacing.
+    spins
+        Whether the angular momentum is told that pairs make.
+    """
+
+    def __init__(self, kernel: Kernel, h: float, positions: np.ndarray, bodies: np.ndarray, friction: float,
+                 planes: tuple[Plane, ...], revolved: bool = False, unlike: bool = False,
+                 h_over_dx: float = 1.4, spins: bool = False):  # fmt: skip
+        dim = positions.shape[1]
+        layout = riemann_row.row_layout(dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike)
+        ways = {"RECONSTRUCTION": 0, "PARTED": 1, "UNLIKE": int(unlike)}
+        seen = riemann_row.read_by_all(layout)
+        passes = [
+            Pass(riemann_row.gradients, seen, ways, (contact_normal.of_other,), into_rows=True),
+            *riemann_row.of_those_that_meet(layout, kernel, unlike),
+            Pass(riemann.accumulate, seen, ways | {"share": NO_RECONSTRUCTION.share, "ONLY_OTHER": 1,
+                                                   "REVOLVED": int(revolved), "SPINS": int(spins)},
+                 (riemann.conclude, contact_normal.of_other), slips=True, rings=revolved, spins=spins),
+        ]  # fmt: skip
+        further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()
+        self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
+        self._selection = Selection(positions, kernel.reach * h)
+        self._seen: Halo | None = None
+        self._packed = np.zeros((0, layout.used))  # nothing writes what passes make, which stays zero
+        self.renumber(bodies)
+        self._spins = SIZE["axial"][dim - 1] if spins else 0
+        self._bound: tuple[Any, Any, tuple[np.ndarray, np.ndarray]] | None = None
+        self._stress = SIZE["symmetric"][dim - 1]
+
+    def renumber(self, bodies: np.ndarray) -> None:
+        """Take note of the bodies of particles that were put into another order, or are others."""
+        self._bodies = bodies.astype(np.uint32)
+
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        self._pairs.halo = halo_for(self._pairs.layout)
+        self._seen = halo_for(_places(self._pairs.layout.dim))
+
+    def _chosen(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+        """Return the particles near another body, and those near one that is: more than these do no harm."""
+        if self._seen is None:
+            return self._selection.near_other_bodies(rows, self._bodies, reach)
+        dim, own = self._pairs.layout.dim, len(rows)
+        places = np.zeros((own, _places(dim).used))
+        places[:, :dim], places[:, dim] = rows[:, :dim], self._bodies
+        # a cell is chosen by what is up to two cells away
+        places, _ = self._seen.append(places, numbers, 3.0 * reach)
+        near, beside = self._selection.near_other_bodies(places, places[:, dim].astype(np.uint32), reach)
+        return near[near < own], beside[beside < own]
+
+    def add(self, standard: Pairs, h: float) -> None:
+        """Add the rates of contact to those of the `standard` law; `h` is the largest smoothing length [m]."""
+        rows, numbers, rates = standard.rows, standard.numbers, standard.rates
+        meeting, beside = self._chosen(rows, numbers, self._pairs.kernel.reach * h)
+        chosen = np.concatenate([meeting, beside])
+        if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
+            return
+        if len(self._packed) < len(chosen):
+            self._packed = np.zeros((len(chosen) + len(chosen) // 4, self._pairs.layout.used))
+        packed = self._packed[: len(chosen)]
+        if self._bound is None:
+            self._bound = self._bind(standard.slots)
+        pack, add, taken = self._bound
+        pack(len(chosen), rows, chosen, taken, packed)
+        self._pairs.rows, self._pairs.numbers = packed, numbers[chosen]
+        self._pairs.evaluate(h, len(meeting))
+        add(len(meeting), self._pairs.rates, self._pairs.place, meeting, standard.place, rates)
+
+    def _bind(self, slots: dict[str, int]) -> tuple[Any, Any, tuple[np.ndarray, np.ndarray]]:
+        """Return the passes that pack and add, and slots of contact with those of the standard law, `slots`."""
+        to, dim = self._pairs.slots, self._pairs.layout.dim
+        widths = {"X": dim, "U": dim, "T": self._stress, "H": 1, "ZN": 1, "ZT": 1, "BODY": 1}
+        if "RING" in to:
+            widths["RING"] = 1
+        same = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
+        named = {"OF_RHO": slots["RHO"], "OF_M": slots["M"], "STRESSES": self._stress}
+        pack = each(bind(frictional_passes.contact_rows, named, to))
+        ways = {"DIM": dim, "SPINS": self._spins}
+        add = each(bind(frictional_passes.add_contact, ways, sums_of_pairs.slots(dim)))
+        taken = np.array(same, np.uint64).T.copy()
+        return pack, add, (taken[0], taken[1])
+
+
+def _places(dim: int) -> RowLayout:
+    """Return the layout of what decides who is near another body."""
+    return RowLayout(dim, (("x", "vector"), ("body", "scalar")))

@@ -1,0 +1,279 @@
+"""SPH of solids: symmetric stress sum, Monaghan viscosity (whole or by shares), Gray's artificial stress.
+
+    L_a  = - sum_b m_b/rho_b u_ab (x) grad_a W_ab
+    a_a  =   sum_b m_b (sigma_a/rho_a^2 + sigma_b/rho_b^2 - Pi_ab I + f^n (R_a + R_b)) . grad_a W_ab
+    de_a = - sum_b m_b u_ab . (sigma_a/rho_a^2 - Pi_ab/2 + f^n (R_a + R_b)/2) . grad_a W_ab
+
+Each particle receives its own stress power and half of the work of what belongs to the
+pair, so the sum of m_a de_a is exactly minus the power of the pair forces. In the product form
+both denominators are rho_a rho_b (Zisis 2013 eq. 13; Young 2021 eq. 1).
+
+The rate of density is that of the volume, -rho tr L, or in the mass form sum_b m_b u_ab . grad_a W_ab,
+written as what it adds to the rate of ln(rho):
+
+    chi_a = sum_b (m_b/rho_a - m_b/rho_b) u_ab . grad_a W_ab
+
+Density dissipation (Zisis 2013 eqs. 22-24), as a rate of ln(rho), and its energy:
+
+    chi_a += 1/rho_a sum_b q_ab,     q_ab = alpha_rho m_b/rho_b (p_a - p_b)/c_ab dW/dr,
+    de_a += 1/(2 rho_a) sum_b q_ab (p_a/rho_a + p_b/rho_b)
+
+Density holds elastic energy, p/rho^2 for each unit of it. Of what the two sides of a pair give and
+take of that, V_a V_b q_ab p_a/rho_a and -V_a V_b q_ab p_b/rho_b, the sum is lost to the elastic
+store, and half of it becomes heat on either side. What remains is an exchange at the mean of
+p/rho, equal and opposite, so that the total energy is kept pair by pair, and between alike
+materials both sides gain entropy. A barotropic material takes no notice of its heat.
+
+Corrected gradients (Young 2021 eqs. 1, 14 and section 3.2): with g_ab = A_a grad_a W_ab + W_ab B_a, whose A and B the
+pass before this one wrote into each row (`sph.terms.kernel_correction`), a's stress acts on g_ab, b's on -g_ba, and what
+belongs to the pair on their mean; L takes g_ab. Forces remain equal and opposite, since each side's correction goes
+with its own stress. A pair takes the plain gradient on both sides where either corrected one is more than C_f times as
+long as the plain one, or has less than 1/C_f of it along the pair; that refuses changed signs too. The printed rule,
+`room_by_component`, tests each component instead, and so depends on the frame; components along which the two stand
+side by side are not tested there: the plain gradient has none. Fall-backs are counted.
+
+Angular momentum (SPINS): a particle's stress makes some where it does not share the axes of its neighbourhood,
+B = sum_b V_b |dW/dr| r e (x) e. Each counts what its own side of the pairs makes, s_a for each mass, and adds to its
+stress the antisymmetric one, w_a x g, that takes it back in the next step dt: w_a = rho_a s_a/(2 dt). What is left at
+any time is one step's worth. The work of w_a is no strain's: in turn, the turning W of the neighbourhood (by least
+squares) is given to L as it is, L + W (1 - B), and strains nothing.
+
+Beside Total Lagrangian particles pairs have shares (`sph.contact.coupling`). Rings of solids of revolution (REVOLVED) add
+what `sph.terms.axisymmetric` says, and their velocity gradient in the plane is renormalised.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.tensors import (
+    about,
+    axial,
+    dot,
+    gradient,
+    identity,
+    inertia,
+    matrix,
+    minus,
+    no_axial,
+    no_gradient,
+    no_symmetric,
+    no_vector,
+    on,
+    on_rows,
+    outer,
+    own_axial,
+    own_gradient,
+    own_symmetric,
+    own_vector,
+    plus,
+    plus_identity,
+    plus_last,
+    plus_radial,
+    product,
+    put,
+    radial,
+    spread,
+    symmetric,
+    symmetric_outer,
+    times,
+    torque,
+    totals,
+    turning,
+    vector,
+    whirl,
+)
+from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
+from hvisph.sph.neighbours.particle_layout import RowLayout, those
+from hvisph.sph.terms.axisymmetric import hoop_share, pair_of_rings, ring_weight, unlike_at_axis
+from hvisph.sph.terms.shape_matrix import sound_inverse
+from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
+
+# Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
+# viscosity, corrected gradients, pairs beside Total Lagrangian particles, rings, rings beside Total Lagrangian ones,
+# angular momentum kept; exponent n of f.
+PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = COUPLED = REVOLVED = HYBRID = SPINS = 0
+EXPONENT = 4
+
+# A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
+LEVEL = 1e-3
+HUGE = 1e300
+
+
+def row_layout(dim: int, artificial_stress: bool, more: tuple[tuple[str, str], ...] = ()) -> RowLayout:
+    """Return what a particle shows its neighbours; T is sigma/rho^2, R the artificial stress."""
+    return RowLayout(dim, those(("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("rho", "scalar"),
+                                ("c", "scalar"), ("t", "symmetric"), artificial_stress and ("r", "symmetric"),
+                                *more))  # fmt: skip
+
+
+def safeguard(factor: float) -> np.ndarray:
+    """Return what `accumulate` reads of C_f: itself and the share LEVEL; with no limit nothing is tested."""
+    return np.array([factor, LEVEL]) if np.isfinite(factor) else np.array([1.0, np.inf])
+
+
+@compiled
+def is_not_negative(x):
+    """Return 1 where x >= 0, 0 elsewhere."""
+    return min(max(x * HUGE + 1.0, 0.0), 1.0)
+
+
+@compiled
+def margin(own, others, plain, factor, distance, level):
+    """Return a number below 0 where a ratio to `plain` is above factor or below 1/factor, not so elsewhere.
+
+    It is large where the component is not tested: where the `distance` along it, x_a - x_b, is below `level`.
+    """
+    square = plain * plain
+    low = min(own * plain, others * plain)
+    high = max(own * plain, others * plain)
+    return min(factor * square - high, factor * low - square) + max((level - abs(distance)) * HUGE, 0.0)
+
+
+@compiled
+def room(own, others, plain, dx, r, factor, level):
+    """Return a number below 0 where a corrected gradient is too unlike the `plain` one, in length or along the pair."""
+    along = margin(dot(own, dx), dot(others, dx), dot(plain, dx), factor, r, level)
+    longest = factor * factor * dot(plain, plain) - max(dot(own, own), dot(others, others))
+    return min(along, longest + max((level - r) * HUGE, 0.0))
+
+
+@compiled
+def room_by_component(own, others, plain, dx, r, factor, level):
+    """Return the same where any component is too unlike."""
+    least = margin(own[0], others[0], plain[0], factor, dx[0], level)
+    if len(dx) > 1:
+        least = min(least, margin(own[1], others[1], plain[1], factor, dx[1], level))
+    if len(dx) > 2:
+        least = min(least, margin(own[2], others[2], plain[2], factor, dx[2], level))
+    return least
+
+
+@compiled
+def turning_kept(l, moment):
+    """Return the velocity gradient `l` with the turning of the neighbourhood, B = `moment`, as it is."""
+    inverse, _ = sound_inverse(inertia(moment))
+    return plus(l, product(turning(on_rows(inverse, whirl(l))), minus(identity(l), matrix(moment))))
+
+
+def accumulate(near, n, rows, i, constants, out):
+    """Sum the rates of particle `i` over its neighbours."""
+    alpha, beta, inverse_w0 = constants[0], constants[1], constants[2]
+    x, u, t = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM)
+    h, rho, c = rows[i, H], rows[i, RHO], rows[i, C]
+    inverse_rho = 1.0 / rho
+    if CORRECTED:
+        own_matrix, own_shift = own_gradient(rows, i, A, DIM), own_vector(rows, i, B, DIM)
+        factor, share_of_r = constants[FACTOR], constants[FACTOR + 1]
+    if ARTIFICIAL_STRESS:
+        tensile = own_symmetric(rows, i, R, DIM)
+    if SWITCHED:
+        half_share = 0.5 * rows[i, SHARE]
+    if DISSIPATION:
+        p = rows[i, P]
+        twice_alpha = 2.0 * constants[4]  # for c_a + c_b in place of their mean
+    inverse_ring = 1.0 / rows[i, RING] if REVOLVED else 0.0
+    a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
+    if SPINS:
+        made, whole = spread(no_axial(DIM)), plus(matrix(t), turning(own_axial(rows, i, TWIST, DIM)))
+    density_rate = power = mu_max = plain = all_lanes(0.0)
+    for k in range(np.uint64(0), n, np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
+        r2, ur = dot(dx, dx), dot(du, dx)
+        hm = 0.5 * (h + b[H])
+        ih = 1.0 / hm
+        r = np.sqrt(r2)
+        q = r * ih
+        m = b[M]
+        if COUPLED:
+            force_share, gradient_share, stress_share = shares(rows, i, b, dx, constants[constants.size - 1])
+        # One division for four: 1/r, 1/(r^2 + 0.01 h^2), 1/(rho_a + rho_b) and 1/rho_b.
+        rho_b = b[RHO]
+        soft = r2 + SOFTENING * hm * hm
+        densities = rho + rho_b
+        lengths = r * soft
+        products = densities * rho_b
+        inverse = 1.0 / (lengths * products)
+        inverse_lengths = inverse * products
+        inverse_products = inverse * lengths
+        inverse_rho_b = inverse_products * densities
+        norm = scale(ih)
+        f = norm * slope(q) * (inverse_lengths * soft)
+        mu = approach(hm, ur, inverse_lengths * r)
+        pi = monaghan(mu, alpha, beta, c + b[C], inverse_products * rho_b)
+        if SWITCHED:
+            share = half_share + 0.5 * b[SHARE]
+            pi = pi * share
+            mu = mu * share
+        mu_max = larger_lanes(mu_max, -mu * force_share if COUPLED else -mu)
+        # g corrected by a; o, for b, corrected by b and turned round; both plain without corrections
+        g = o = mean = times(f, dx)
+        if CORRECTED:
+            kernel = norm * hm * shape(q)
+            own_g = plus(on_rows(own_matrix, g), times(kernel, own_shift))
+            others = minus(on_rows(gradient(b, A, DIM), g), times(kernel, vector(b, B, DIM)))
+            kept = is_not_negative(room(own_g, others, g, dx, r, factor, share_of_r * r))
+            left = 1.0 - kept
+            plain += left
+            g, o = plus(times(kept, own_g), times(left, g)), plus(times(kept, others), times(left, g))
+            mean = times(0.5, plus(g, o))
+        own, other = on(t, g), on(symmetric(b, T, DIM), o)
+        if SPINS:
+            own, other = on_rows(whole, g), plus(other, about(axial(b, TWIST, DIM), o))
+        if PRODUCT:
+            own, other = times(rho * inverse_rho_b, own), times(rho_b * inverse_rho, other)
+        pair = times(-pi, mean)
+        if ARTIFICIAL_STRESS:
+            fw = shape(q) * inverse_w0
+            fn = fw
+            for _ in range(EXPONENT - 1):
+                fn = fn * fw
+            if COUPLED:
+                fn = fn * stress_share
+            pair = on(plus_identity(times(fn, plus(tensile, symmetric(b, R, DIM))), -pi), mean)
+        vf = m * inverse_rho_b
+        if COUPLED:
+            vf = vf * gradient_share
+            m = m * force_share
+        if MASS_FORM:
+            density_rate += (m - rho * vf) * (f * ur)
+        if DISSIPATION:
+            p_b = b[P]
+            flow = twice_alpha * vf * (p - p_b) * (f * r) / (c + b[C])
+            density_rate += flow
+            power -= 0.5 * inverse_rho * flow * (p * inverse_rho + p_b * inverse_rho_b)
+        force, apart = plus(plus(own, pair), other), du
+        if SPINS:
+            made = plus(made, times(m, torque(dx, plus(own, times(0.5, pair)) if ARTIFICIAL_STRESS else own)))
+        if REVOLVED:
+            weight, real = ring_weight(b[RING], inverse_ring)
+            force, apart, closing = pair_of_rings(force, pair, du, radial(u), b[U + 1], weight, real)
+            power += (0.5 * m) * (closing * radial(pair))
+        if SPINS or REVOLVED:
+            moment = minus(moment, symmetric_outer(times(vf * f, dx), dx))
+        a = plus(a, times(m, force))
+        power += m * dot(apart, plus(own, times(0.5, pair)))
+        l = minus(l, outer(times(vf, du), g))
+    force, work, gradient_u = totals(a), total(power), totals(l)
+    if REVOLVED:
+        fullness = totals(moment)
+        gradient_u = product(gradient_u, sound_inverse(matrix(fullness))[0])
+        taken = hoop_share(radial(fullness)) * inverse_ring
+        hoop = ((1.0 - radial(fullness)) * radial(t) - rows[i, HOOP]) * rho * taken
+        if HYBRID:  # a Total Lagrangian ring has this from its own pass
+            hoop = hoop * (1.0 - rows[i, KIND])
+        force, work = plus_radial(force, hoop), work + hoop * radial(u)
+        around = radial(u) * taken
+        unlike = unlike_at_axis(gradient_u[-1], around, rows[i, RING], h)
+        gradient_u = plus_last(gradient_u, unlike)
+        out[i, R_HOOP] = around - unlike
+    if SPINS:
+        gradient_u = turning_kept(gradient_u, totals(moment))
+        put(out, i, R_SPIN, totals(made))
+    write_rates(out, i, force, -work, largest(mu_max), gradient_u)
+    if MASS_FORM or DISSIPATION:
+        out[i, R_DENSITY] = inverse_rho * total(density_rate)
+    if CORRECTED:
+        rows[i, FALLBACKS] = max(rows[i, FALLBACKS], total(plain))  # all of them, where it falls back as a whole

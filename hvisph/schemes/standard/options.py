@@ -1,0 +1,160 @@
+"""Options of the standard form as objects, "none" among them: what each adds to state, rows and coefficients."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from hvisph.integrators.particle_steps import BALSARA, MORRIS_MONAGHAN, WHOLE
+
+
+@dataclass(frozen=True)
+class MonaghanViscosity:
+    """Monaghan's viscosity, of which every particle takes all; SAV1 is 1 and 2.
+
+    Parameters
+    ----------
+    alpha, beta
+        Linear and quadratic coefficients.
+    """
+
+    alpha: float = 1.0
+    beta: float = 2.0
+
+    # The share of it that a particle takes, what that adds to the state, and s_min and C1 of its law.
+    switch: ClassVar[int] = WHOLE
+    fields: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def relaxation(self) -> tuple[float, float]:
+        """s_min and C1, for shares that relax; of no meaning for others."""
+        return 0.1, 0.2
+
+    @property
+    def switched(self) -> bool:
+        """Whether particles take shares of it."""
+        return self.switch != WHOLE
+
+
+@dataclass(frozen=True)
+class NoViscosity(MonaghanViscosity):
+    """No artificial viscosity."""
+
+    alpha: float = 0.0
+    beta: float = 0.0
+
+
+@dataclass(frozen=True)
+class BalsaraViscosity(MonaghanViscosity):
+    """BAL: a particle takes the share |div u|/(|div u| + |curl u|) (Balsara 1995)."""
+
+    switch: ClassVar[int] = BALSARA
+
+
+@dataclass(frozen=True)
+class MorrisMonaghanViscosity(MonaghanViscosity):
+    """MON: every particle its own share, raised by compression and relaxing (Morris & Monaghan 1997).
+
+    Parameters
+    ----------
+    share_minimum, share_decay
+        s_min, which the share relaxes to, and C1: it does so in the time h/(C1 c).
+    """
+
+    share_minimum: float = 0.1
+    share_decay: float = 0.2
+
+    switch: ClassVar[int] = MORRIS_MONAGHAN
+    fields: ClassVar[tuple[str, ...]] = ("viscosity_share",)
+
+    @property
+    def relaxation(self) -> tuple[float, float]:
+        """s_min and C1."""
+        return self.share_minimum, self.share_decay
+
+
+@dataclass(frozen=True)
+class GrayArtificialStress:
+    """Repulsion in tension against clumping (Gray, Monaghan & Swift 2001).
+
+    Parameters
+    ----------
+    eps
+        Its strength.
+    exponent
+        n of W/W(dx).
+    """
+
+    eps: float = 0.3
+    exponent: int = 4
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is any."""
+        return self.eps != 0.0
+
+
+@dataclass(frozen=True)
+class NoArtificialStress(GrayArtificialStress):
+    """No artificial stress."""
+
+    eps: float = 0.0
+
+
+@dataclass(frozen=True)
+class DensityDissipation:
+    """Diffusion of density by pressure differences (Zisis 2013 eqs. 22-24).
+
+    Parameters
+    ----------
+    alpha
+        Coefficient alpha_rho.
+    """
+
+    alpha: float = 0.3
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is any."""
+        return self.alpha != 0.0
+
+
+@dataclass(frozen=True)
+class NoDensityDissipation(DensityDissipation):
+    """No density dissipation."""
+
+    alpha: float = 0.0
+
+
+@dataclass(frozen=True)
+class KernelCorrection:
+    """A correction of the kernel and its gradient in the current configuration (Young 2021 eqs. 3-5).
+
+    Parameters
+    ----------
+    shepard, gradient
+        Whether the kernel is divided by its own sum, and whether its gradient is exact for linear fields.
+    factor
+        C_f, above 1: a pair whose corrected gradient is more than this many times as long as the plain one, or
+        has less than its inverse of it along the pair, takes the plain gradient; infinity for no limit.
+    by_component
+        Whether each component is tested instead, as printed: that depends on the frame.
+    """
+
+    shepard: bool = True
+    gradient: bool = True
+    factor: float = 7.5
+    by_component: bool = False
+
+    @property
+    def acts(self) -> bool:
+        """Whether there is any."""
+        return self.shepard or self.gradient
+
+
+@dataclass(frozen=True)
+class NoCorrection(KernelCorrection):
+    """The plain kernel gradient."""
+
+    shepard: bool = False
+    gradient: bool = False

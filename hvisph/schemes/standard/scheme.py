@@ -1,0 +1,254 @@
+"""Eulerian (updated Lagrangian) SPH in its standard form: Mehra & Chaturvedi's SAV family.
+
+One pass: `schemes.standard.law` with Monaghan's viscosity and, as options, Balsara's or Morris and Monaghan's
+shares of it (BAL, MON), Gray's artificial stress and Zisis's density dissipation. Shares follow from the
+velocity gradient of the evaluation before: within a step of 0.2 dx/c it hardly changes, and a pass is saved.
+With corrected kernels (Young 2021) a pass before it, `sph.terms.kernel_correction`, writes the corrections into each row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.template_binding import bind
+from hvisph.compiler.tensors import plus_identity, put, times
+from hvisph.compiler.tensors3d import in_plane
+from hvisph.core.particles import Particles
+from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.riemann.law import SLIPPERY
+from hvisph.schemes.stepper import Stepper
+from hvisph.sph.contact import coupling
+from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
+from hvisph.sph.neighbours.pairs import Pairs, Pass
+from hvisph.sph.neighbours.particle_layout import RowLayout
+from hvisph.sph.neighbours.symmetry_planes import Plane
+from hvisph.sph.terms import artificial_stress, kernel_correction
+
+from . import law as standard
+from .frictional_contact import NoContact, SeparatingContact
+from .options import (
+    DensityDissipation,
+    GrayArtificialStress,
+    KernelCorrection,
+    MonaghanViscosity,
+    NoArtificialStress,
+    NoCorrection,
+    NoDensityDissipation,
+)
+
+
+@dataclass(frozen=True)
+class Eulerian:
+    """Standard SPH of solids.
+
+    Parameters
+    ----------
+    kernel, h_over_dx, smoothing
+        Kernel, smoothing length over spacing, and how it varies.
+    viscosity, artificial_stress, dissipation, correction
+        What `hvisph.schemes.standard.options` offers.
+    product
+        Whether the pair stress is (sigma_a + sigma_b)/(rho_a rho_b), as a correction always has it.
+    mass_form
+        Whether the rate of density is sum m_b u_ab . grad W, not rho_a sum m_b/rho_b u_ab . grad W.
+    parted, friction
+        Whether bodies separate and slide, or are welded, and Coulomb's coefficient between them.
+    own_faces
+        Whether pieces that have come apart from a body are parted, too.
+    revolved
+        Whether particles are rings about the axis x.
+    unlike
+        Whether bodies that are parted differ in spacing.
+    shears
+        Whether particles in shear flow take a share of the linear viscosity.
+    spins
+        Whether pairs take back the angular momentum that they make; not of rings, with a correction, nor in 1D.
+    """
+
+    kernel: Kernel = CUBIC_SPLINE
+    h_over_dx: float = 1.4
+    smoothing: Smoothing = field(default_factory=Smoothing)
+    viscosity: MonaghanViscosity = field(default_factory=MonaghanViscosity)
+    artificial_stress: GrayArtificialStress = field(default_factory=NoArtificialStress)
+    dissipation: DensityDissipation = field(default_factory=NoDensityDissipation)
+    correction: KernelCorrection = field(default_factory=NoCorrection)
+    product: bool = False
+    mass_form: bool = False
+    parted: bool = False
+    friction: float = 0.0
+    own_faces: bool = False
+    revolved: bool = False
+    unlike: bool = False
+    shears: bool = False
+    spins: bool = False
+
+    name = "eulerian"
+    repels = False
+    stepper = Stepper
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """What particles carry beside the state."""
+        own = self.viscosity.fields
+        own = (*own, "previous_spin") if self.spins else own
+        return (*own, "previous_density_rate") if self.density_rate else own
+
+    @property
+    def density_rate(self) -> bool:
+        """Whether density has a rate beside that of the velocity gradient."""
+        return self.mass_form or self.dissipation.acts
+
+    @property
+    def viscous_factor(self) -> float:
+        """1.2 beta, the share of max|mu| in the signal speed."""
+        return 1.2 * self.viscosity.beta
+
+    @property
+    def corrects(self) -> bool:
+        """Whether kernels are corrected."""
+        return self.correction.acts
+
+    @property
+    def switch(self) -> int:
+        """Which share of the viscosity particles take."""
+        return self.viscosity.switch
+
+    @property
+    def softens(self) -> bool:
+        """Whether particles in shear flow have less of the linear viscosity."""
+        return self.shears
+
+    @property
+    def slips(self) -> bool:
+        """Whether bodies slide on each other."""
+        return self.parted
+
+    def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact | SeparatingContact:
+        """Return the contact between the bodies of `particles`, none where they are welded."""
+        if not self.parted:
+            return NoContact()
+        return SeparatingContact(self.kernel, h, particles["position"], particles.body, self.friction, planes,
+                                 self.revolved, self.unlike, self.h_over_dx, self.spins)  # fmt: skip
+
+    def passes(self, dim: int) -> list[Pass]:
+        """Return the passes: the corrections into each row, where there are any, then all rates at once."""
+        plain, ways = self._plain_layout(dim), {
+            "ARTIFICIAL_STRESS": int(self.artificial_stress.acts),
+            "PRODUCT": int(self.product),
+            "MASS_FORM": int(self.mass_form),
+            "DISSIPATION": int(self.dissipation.acts),
+            "SWITCHED": int(self.viscosity.switched),
+            "EXPONENT": self.artificial_stress.exponent,
+            "REVOLVED": int(self.revolved),
+            "SPINS": int(self.spins),
+        }  # fmt: skip
+        apart: dict[str, Any] = {}
+        if self.parted:  # pairs of different bodies are left to the contact between them
+            apart = {"COUPLED": 1, "shares": bind(coupling.apart, {}, plain.slots())}
+        if not self.correction.acts:
+            ways |= apart
+            return [Pass(standard.accumulate, plain, ways, density_rate=self.density_rate, slips=self.parted,
+                         rings=self.revolved, spins=self.spins)]  # fmt: skip
+        parts = {"SHEPARD": int(self.correction.shepard), "GRADIENT": int(self.correction.gradient)}
+        # each side's stress over rho_a rho_b, as published
+        ways |= {"CORRECTED": 1, "PRODUCT": 1, "FACTOR": len(self._plain_coefficients())}
+        if self.correction.by_component:
+            ways["room"] = standard.room_by_component
+        return [
+            Pass(kernel_correction.corrections, plain, parts | apart, into_rows=True),
+            Pass(
+                standard.accumulate,
+                kernel_correction.pair_layout(plain),
+                ways | apart,
+                density_rate=self.density_rate,
+                slips=self.parted,
+            ),
+        ]
+
+    def layout(self, dim: int) -> RowLayout:
+        """Return the row of the standard law, with the corrections where there are any."""
+        plain = self._plain_layout(dim)
+        return kernel_correction.row_layout(plain) if self.correction.acts else plain
+
+    def _plain_layout(self, dim: int) -> RowLayout:
+        more = (("p", "scalar"),) if self.dissipation.acts else ()
+        if self.viscosity.switched:
+            more = (*more, ("share", "scalar"))
+        if self.parted:
+            more = (*more, ("body", "scalar"), ("zn", "scalar"), ("zt", "scalar"))
+        if self.spins:
+            more = (*more, ("twist", "axial"))
+        if self.revolved:
+            more = (*more, ("ring", "radius"), ("hoop", "scalar"))
+        return standard.row_layout(dim, self.artificial_stress.acts, more)
+
+    def coefficients(self) -> np.ndarray:
+        """Return alpha, beta, 1 / w(dx/h), eps, alpha_rho, s_min and C1 of the shares, then those of the correction."""
+        plain = self._plain_coefficients()
+        return np.concatenate([plain, standard.safeguard(self.correction.factor)]) if self.correction.acts else plain
+
+    def _plain_coefficients(self) -> np.ndarray:
+        at_spacing = self.kernel.shape.py_func(1.0 / self.h_over_dx)
+        return np.array([self.viscosity.alpha, self.viscosity.beta, 1.0 / at_spacing, self.artificial_stress.eps,
+                         self.dissipation.alpha, *self.viscosity.relaxation])  # fmt: skip
+
+    def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
+        """Return the packing function and what it is bound to."""
+        return _pack, {
+            "ARTIFICIAL_STRESS": int(self.artificial_stress.acts),
+            "DISSIPATION": int(self.dissipation.acts),
+            "PARTED": int(self.parted),
+            "REVOLVED": int(self.revolved),
+            "SPINS": int(self.spins),
+            "tensile_part": artificial_stress.tensile_part(dim),
+        }
+
+    def sparsest(self, dim: int) -> float:
+        """Return the least rho h^dim/m of rings: that of one alone, W(0); published rows know of none.
+
+        Two thin rings beside dense ones are m/rho wide to each other, hence thinner at a rate that rises without end.
+        """
+        return float(self.kernel.value(0.0, 1.0, dim)) if self.revolved else 0.0
+
+    def limits(self) -> None:
+        """Return nothing: no law asks for what a particle bears."""
+
+    def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
+        """Keep nothing: an evaluation asks for nothing of the one before."""
+
+
+def _pack(rows, s, coefficients, one):
+    """Write what the standard law reads of `one`; return the speed of signals without the |mu| term."""
+    inverse2 = 1.0 / (one.rho * one.rho)
+    stress = in_plane(plus_identity(one.s, -one.p), DIM)
+    put(rows, s, 0, one.x)
+    put(rows, s, U, one.u)
+    rows[s, H] = one.h
+    rows[s, M] = one.mass
+    rows[s, RHO] = one.rho
+    rows[s, C] = one.c
+    put(rows, s, T, times(inverse2, stress))
+    if ARTIFICIAL_STRESS:
+        put(rows, s, R, times(-coefficients[3] * inverse2, tensile_part(stress)))
+    if PARTED:
+        rows[s, BODY] = one.body
+        rows[s, ZN] = one.rho * one.c_l
+        rows[s, ZT] = one.rho * max(one.c_t, SLIPPERY * one.c_l)
+    if REVOLVED:
+        rows[s, RING] = one.ring
+        rows[s, HOOP] = (one.s[2] - one.p) * inverse2
+    if SPINS:
+        put(rows, s, TWIST, times(0.5 * one.rho * inverse2, one.spin))
+    if DISSIPATION:
+        rows[s, P] = one.p
+        return one.c_l + 1.2 * (coefficients[0] + coefficients[4]) * one.c
+    return one.c_l + 1.2 * coefficients[0] * one.c
+
+
+def fallbacks(stepper: Any) -> int:
+    """Return how many gradients, two a pair, were plain in the last evaluation of a corrected `stepper`."""
+    pairs = stepper.pairs
+    return round(float(pairs.sorted[stepper.paired, pairs.slots["FALLBACKS"]].sum()))

@@ -1,0 +1,314 @@
+"""One step of a formulation: evaluate the pair forces, then carry every particle on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.template_binding import bind
+from hvisph.compiler.threads.parallel_for import shared
+from hvisph.core.fields import CATALOGUE
+from hvisph.core.particles import Particles, reorder, taken
+from hvisph.integrators import particle_steps as carrying
+from hvisph.integrators import particle_update as single
+from hvisph.integrators import sums as column
+from hvisph.materials import plane_stress, stress_update, thermodynamics, traction_limits
+from hvisph.materials.material_table import Material, fitted, pack
+from hvisph.sph.neighbours import rate_layout
+from hvisph.sph.neighbours.cells import Grid
+from hvisph.sph.neighbours.ghost_rows import Halo
+from hvisph.sph.neighbours.pairs import Pairs
+from hvisph.sph.neighbours.particle_layout import RowLayout
+from hvisph.sph.neighbours.symmetry_planes import Plane, turn_back
+
+from .formulation import Formulation
+
+# Functions of a particle's material that the pass over single particles calls.
+OF_MATERIALS = (
+    *(
+        stress_update.recall,
+        plane_stress.thinning,
+        thermodynamics.longitudinal_speed,
+        thermodynamics.shear_speed,
+        thermodynamics.shear_modulus,
+    ),
+    *(
+        traction_limits.bearable_tension,
+        traction_limits.bearable_shear,
+        traction_limits.failed,
+        traction_limits.orderly,
+        traction_limits.density_at_rest,
+    ),
+)
+# Steps between two sortings of the state itself into cell order, which keeps memory access near.
+PERMUTE_EVERY = 16
+
+
+class Stepper:
+    """Particles, their pairs and the compiled loops that move them.
+
+    Parameters
+    ----------
+    particles
+        The state at the start; its `extra` fields are those of formulation and scheme.
+    formulation
+        The published scheme.
+    materials
+        Materials, in the order of the particles' tags.
+    stage, previous
+        theta and w of the integrator.
+    h
+        Smoothing length at the start [m].
+    planes
+        Planes of symmetry.
+    drift
+        kappa of the integrator.
+
+    Attributes
+    ----------
+    lengths, signals, pressures
+        Smoothing length [m], speed of signals [m/s] and pressure [Pa] of every particle at the stage.
+    sums
+        Sums over the completed state, columns as named in `update`.
+    pieces
+        Piece of a body that each particle belongs to (n,) uint32, the number of the body itself until pieces come
+        apart (`sph.neighbours.connected_components`); None where that makes no difference.
+    """
+
+    has_energy = True
+
+    @property
+    def stored_energy(self) -> float:
+        """Energy that is in no particle [J]."""
+        return 0.0
+
+    @property
+    def contact_energy(self) -> float:
+        """Work against a contact algorithm since the start [J]."""
+        return 0.0
+
+    pieces: np.ndarray | None = None
+    _in_pieces = False  # whether any differs from the body
+    turns_back = True  # whether particles that pass a plane of symmetry are put back
+    settled = False  # whether particles stay with their process until space is cut anew
+
+    @property
+    def homes(self) -> np.ndarray:
+        """Places (n, dim) [m] by which particles belong to a part of space."""
+        return self.particles["position"]
+
+    def __init__(self, particles: Particles, formulation: Formulation, materials: list[Material], stage: float,
+                 previous: float, h: float, planes: tuple[Plane, ...] = (),
+                 drift: float = 0.5):  # fmt: skip
+        dim, count = particles.dim, particles.count
+        self.particles, self.formulation, self.stage_share = particles, formulation, stage
+        self.table, self.models = pack(materials)
+        self.coefficients = formulation.coefficients()
+        layout = formulation.layout(dim)
+        self.pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), self.coefficients,
+                           particles["position"], h, planes)  # fmt: skip
+        smoothing = formulation.smoothing
+        self.h_low, self.h_high = smoothing.smallest * h, smoothing.largest * h
+        self.h_max = h
+        self.lengths, self.signals, self.pressures = np.zeros(count), np.zeros(count), np.zeros(count)
+        self.totals = column.Sums(particles, fastest_sound(materials), h, single.CHUNK)
+        self._update = self._specialised_update(layout, previous, drift)
+        self.pairs.place[:count] = np.arange(count, dtype=np.uint32)
+        self.pairs.numbers = particles.numbers()
+        self.separating = formulation.separating(h, particles, planes)
+        if formulation.own_faces:
+            self.pieces = particles.body.copy()
+
+    def _specialised_update(self, layout: RowLayout, previous: float, drift: float = 0.5) -> Any:
+        """Return the pass over single particles, compiled for this formulation, its row and scheme."""
+        particles, dim, smoothing = self.particles, self.particles.dim, self.formulation.smoothing
+        # Columns that a state lacks are never read: the branches that name them are compiled away.
+        columns = {f"S_{name.upper()}": 0 for name in CATALOGUE} | particles.bindings()
+        offered = {"SHARE": 0, "C": 0} | layout.slots() | rate_layout.slots(dim) | columns | {
+            "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
+            "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
+            "PLANE_STRESS": int(particles.kinematics.thins), "REVOLVED": int(particles.kinematics.revolved),
+            "SWITCH": self.formulation.switch,
+            "SHEARS": int(self.formulation.softens),
+            "LEADS": int("density_lead" in particles.offsets),
+            "SPINS": int("previous_spin" in particles.offsets), "AHEAD": self.stage_share,
+            "NOTHING": stress_update.NOTHING, "REMEMBERS": int("memory" in particles.offsets),
+            "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
+        }  # fmt: skip
+        offered |= {of.py_func.__name__: fitted(of, self.table, self.models) for of in OF_MATERIALS}
+        packer, options = self.formulation.pack(dim)
+        pack, limits = bind(packer, options, offered), self.formulation.limits()
+        shown = {
+            "pack": pack,
+            "LIMITED": int(limits is not None),
+            "show_limits": bind(*limits, offered) if limits else pack,
+        }  # never called without
+        return shared(bind(single.update, shown, offered, parts=(*carrying.PARTS, single.carried)), single.CHUNK)
+
+    @property
+    def rows(self) -> np.ndarray:
+        """Packed rows of the stage, in the particles' order."""
+        return self.pairs.rows
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Rows of rates in cell order; `place` says which is whose."""
+        return self.pairs.rates
+
+    @property
+    def room(self) -> np.ndarray | None:
+        """Numbers (k,) that nobody reads from an evaluation to the next; None where the history asks for some."""
+        return None if self.formulation.corrects else self.pairs.room
+
+    @property
+    def support(self) -> float:
+        """The largest distance at which two particles can ever be neighbours [m]."""
+        return self.pairs.kernel.reach * self.h_high
+
+    @property
+    def place(self) -> np.ndarray:
+        """Row of each particle's rates (n,)."""
+        return self.pairs.place[: self.particles.count]
+
+    @property
+    def paired(self) -> np.ndarray:
+        """Rows of `pairs`, sorted, of the particles that the last evaluation paired, without images."""
+        return self.place
+
+    def start(self) -> None:
+        """Evaluate the forces of the state as it stands, without a step."""
+        self.totals.begin(self.particles)
+        self.rates[:] = 0.0
+        self._carry(0.0, 0.0, complete=False)
+        self.evaluate()
+
+    def evaluate(self) -> None:
+        """Evaluate the pair forces at the stage."""
+        try:
+            self.pairs.evaluate(self.h_max)
+            self.formulation.keep(self.pairs, self.lengths)
+        finally:  # other processes wait for this one's part in the contact, also where it has failed
+            self.separating.add(self.pairs, self.h_max)
+
+    def complete(self, dt: float, following: float) -> None:
+        """Carry the state over `dt` [s] with the last rates, and predict the stage of the step `following`."""
+        self._carry(dt, self.stage_share * following, complete=True)
+        if self.turns_back:
+            turn_back(self.particles, self.rows, self.pairs.layout, self.rates, self.place, self.pairs.planes)
+
+    def predict(self, following: float) -> None:
+        """Predict the stage of the step `following` [s] from the state and the last rates."""
+        self._carry(0.0, self.stage_share * following, complete=False)
+
+    def _carry(self, dt: float, stage: float, complete: bool) -> None:
+        particles = self.particles
+        self._update(particles.count, particles.data, particles.tags, self.place, self.rates,
+                     (self.table, self.models), self.coefficients, (dt, stage, complete), (self.h_low, self.h_high),
+                     self.rows, (self.lengths, self.signals, self.pressures), *self.totals.loops)  # fmt: skip
+        self._show_pieces()
+        self._sum_up()
+
+    def part(self, pieces: np.ndarray) -> None:
+        """Let particles of different `pieces` (n,) meet as different bodies do from now on."""
+        self.pieces = pieces.astype(np.uint32)
+        self._in_pieces = bool((self.pieces != self.particles.body).any())
+        self._show_pieces()
+        self.separating.renumber(self._parties)
+
+    def _show_pieces(self) -> None:
+        """Write the pieces into the packed rows in place of the bodies."""
+        if self._in_pieces:
+            self.rows[: self.particles.count, self.pairs.slots["BODY"]] = self.pieces
+
+    @property
+    def _parties(self) -> np.ndarray:
+        """What meets as bodies do, by a number of each particle (n,)."""
+        return self.particles.body if self.pieces is None else self.pieces
+
+    def _sum_up(self) -> None:
+        self.sums = self.totals.total()
+        self.h_max = float(self.sums[column.LONGEST])
+
+    def limits(self) -> list[tuple[float, str, int]]:
+        """Return what else limits the step: times [s] of which a step takes the Courant share, names, particles."""
+        return []
+
+    def permute(self) -> np.ndarray:
+        """Put state and rates into cell order; return the order taken. Call it between `complete` steps only."""
+        count, pairs = self.particles.count, self.pairs
+        order = pairs.order[: pairs.present]
+        order = order[order < count].copy()
+        if (order[1:] > order[:-1]).all():  # it is in order, as in 1D at most times
+            return order
+        room = pairs.room
+        self.particles.permute(order, room)
+        more = () if self.pieces is None else (self.pieces,)
+        for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count], *more):
+            reorder(values, order, room)
+        pairs.numbers = self.particles.numbers()
+        self.separating.renumber(self._parties)
+        return order
+
+    def carried(self) -> dict[str, np.ndarray]:
+        """Return all that the next step needs of each particle beside its state, between steps, a row a particle.
+
+        The packed rows are among it, though they follow from state and rates: rebuilt by other
+        compiled code they might differ in the last bit. A formulation with a memory of its own adds it.
+        It holds until the next evaluation.
+        """
+        pieces = {} if self.pieces is None else {"pieces": self.pieces}
+        rates = taken(self.rates, self.place, self.pairs.room)
+        return {"rows": self.rows, "rates": rates, "lengths": self.lengths, "signals": self.signals,
+                "pressures": self.pressures, **pieces}  # fmt: skip
+
+    def history(self) -> dict[str, np.ndarray]:
+        """Return what the next step needs of the whole, between steps, by name."""
+        return self.totals.history()
+
+    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        self.pairs.halo = halo_for(self.pairs.layout)
+        self.separating.join(halo_for)
+
+    def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+        """Have these particles in place of all others, between steps; see `carried`."""
+        particles, pairs, count = self.particles, self.pairs, len(data)
+        particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
+        self.lengths, self.signals, self.pressures = (
+            carried[name].copy() for name in ("lengths", "signals", "pressures")
+        )
+        self.totals.hold(count)
+        pairs.hold(np.ascontiguousarray(carried["rows"]), particles.numbers())
+        pairs.rates[:count] = carried["rates"]
+        self._take_parties(carried)
+
+    def _take_parties(self, carried: dict[str, np.ndarray]) -> None:
+        if self.pieces is not None:
+            self.part(carried["pieces"])
+        else:
+            self.separating.renumber(self.particles.body)
+
+    def fit_grid(self) -> None:
+        """Make the grid of cells anew, around the particles that there are now."""
+        if self.particles.count:
+            self.pairs.grid = Grid.around(self.particles["position"], self.pairs.grid.edge)
+
+    def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
+        """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
+        pairs, count = self.pairs, self.particles.count
+        for name, own in (("rows", self.rows), ("lengths", self.lengths), ("signals", self.signals),
+                          ("pressures", self.pressures)):  # fmt: skip
+            own[...] = carried[name]
+        self.rates[:count] = carried["rates"]
+        pairs.place[:count] = np.arange(count, dtype=np.uint32)
+        pairs.numbers = self.particles.numbers()
+        self._take_parties(carried)
+        self.totals.restore(history)
+        self._sum_up()
+
+
+def fastest_sound(materials: list[Material]) -> float:
+    """Return the largest sound speed of the materials at rest [m/s]."""
+    return max(material.longitudinal_sound_speed for material in materials)

@@ -1,0 +1,277 @@
+"""Deformation gradients and stress of Total Lagrangian particles, from their reference neighbours.
+
+    F_a = 1 + sum_b [(x_b - x_a) - (X_b - X_a)] (x) V0_b g_ab,   J = chi det F,   L = Fdot F^-1,   rho = rho0 / J
+    P = J sigma F^-T,      Q = P A,  q = P B        (A, B: the corrections, see `sph.neighbours.reference_neighbours`)
+
+Eulerian particles with Total Lagrangian neighbours have F, too, and carry their own sigma to P (Young 2021
+eq. 13); density and velocity gradient are their own. Row i is written by i alone.
+
+chi is 1 until neighbours leave a list. What is left is fitted by another linear map: chi takes the ratio of both
+determinants, so that volume, density and pressure go on without a jump (P, power and strain follow F as it is).
+
+Rings of solids of revolution (REVOLVED, `sph.terms.axisymmetric`) have F_tt = r/r0 beside F, and are held round the axis:
+
+    J = chi det F F_tt,   P_tt = J sigma_tt / F_tt,   a_r += [F0_rr P_rR - P_tt] / (rho0 r0),   de -= the power of it
+
+where F0_rr is 1 - kappa of the reference kernel; their volumes are areas of the section.
+
+With SHEARS a particle takes of alpha only the share that `sph.terms.viscosity` says.
+What is squeezed to less of its spacing than the Courant number C is crossed sooner: the speed of signals takes C |F^-1|
+where that is above 1, |F^-1|^2 = F^-1 : F^-1 - (d - 1): the inverse square of the least stretch where others are 1.
+Hourglass control follows the secant modulus with SECANT: E/(1 + E eps_p/Y) (1 - D), Y the first yield stress.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.logarithmic_growth import grown
+from hvisph.compiler.tensors import (
+    adjugate,
+    determinant,
+    divergence,
+    dot,
+    double_dot,
+    identity,
+    matrix,
+    minus,
+    no_vector,
+    on_rows,
+    outer,
+    own_columns,
+    own_gradient,
+    own_symmetric,
+    own_vector,
+    plus,
+    plus_identity,
+    product,
+    put,
+    times,
+    transposed,
+)
+from hvisph.compiler.tensors3d import full_gradient, stretching, with_zz
+from hvisph.compiler.vector.api import LANES, fetch, many, put_row_lanes, row_lanes
+from hvisph.compiler.vector.partition import NONE, listed
+from hvisph.compiler.vector.prefetch import fetch_row
+from hvisph.sph.terms.viscosity import shear_share
+
+CHUNK = 256
+
+
+@compiled
+def equivalent_strain(f, hoop):
+    """Return the equivalent of the deviatoric Green-Lagrange strain, sqrt(2/3 E':E'), of a deformation gradient.
+
+    `hoop` is the stretch out of the plane, 1 of all but rings.
+    """
+    full = full_gradient(times(0.5, minus(product(transposed(f), f), identity(f))))
+    e = stretching(with_zz(full, full[8] + 0.5 * (hoop * hoop - 1.0)))
+    e = plus_identity(e, (-1.0 / 3.0) * (e[0] + e[1] + e[2]))
+    return np.sqrt((2.0 / 3.0) * double_dot(e, e))
+
+
+@compiled
+def secant_modulus(modulus, inverse_yield, plastic_strain, damage):
+    """Return the stiffness [Pa] that is left of Young's modulus E after plastic flow: sigma over strain."""
+    return modulus / (1.0 + modulus * inverse_yield * plastic_strain) * (1.0 - min(damage, 1.0))
+
+
+def move(i, rows, motions):
+    """Write how far row `i` is from its place in the reference, and its velocity, into `motions`: a template.
+
+    What the passes over neighbours read of each stands side by side, at rest zero: there is nothing for round-off.
+    """
+    put(motions, i, 0, minus(own_vector(rows, i, 0, DIM), own_vector(rows, i, X0, DIM)))
+    put(motions, i, DIM, own_vector(rows, i, U, DIM))
+
+
+def collect(motions, i, lists, sums, k):
+    """Write what the list of particle `i` sums to into row `k` of `sums`, for `mapped`: a template.
+
+    Displacement and velocity of a neighbour are lanes of a vector, which a component of its slope multiplies.
+    """
+    starts, near, codes, kernels = lists
+    own = row_lanes(motions, np.uint64(i), MOTIONS)
+    of_slope, of_shape = times(0.0, outer(no_vector(DIM), own)), times(0.0, own)
+    for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
+        code = np.uint64(codes[entry])
+        apart = minus(row_lanes(motions, np.uint64(near[entry]), MOTIONS), own)
+        of_slope = plus(of_slope, outer(own_vector(kernels, code, 0, DIM), apart))
+        of_shape = plus(of_shape, times(kernels[code, DIM], apart))
+    put_row_lanes(sums, np.uint64(k), of_slope + of_shape)
+
+
+def mapped(sums, k, i, corrections):
+    """Return the deformation gradient of particle `i`, and its rate, from row `k` of what `collect` wrote."""
+    turned, shift = transposed(own_gradient(corrections[0], i, 0, DIM)), own_vector(corrections[1], i, 0, DIM)
+    f = product(own_columns(sums, k, 0, STRIDE, DIM), turned)
+    rate = product(own_columns(sums, k, DIM, STRIDE, DIM), turned)
+    f = plus(f, outer(own_vector(sums, k, SHAPED, DIM), shift))
+    return plus(f, identity(f)), plus(rate, outer(own_vector(sums, k, RATE_SHAPED, DIM), shift))
+
+
+def show(rows, i, stress, f, j, inverse, corrections):
+    """Write what neighbours read of the first Piola-Kirchhoff `stress`, F and J into row `i`: a template."""
+    a, b = own_gradient(corrections[0], i, 0, DIM), own_vector(corrections[1], i, 0, DIM)
+    put(rows, i, Q, product(stress, a))
+    if MIXED:
+        put(rows, i, QW, on_rows(stress, b))
+    if PRINTED:
+        turned = transposed(inverse)
+        put(rows, i, N, product(turned, a))
+        put(rows, i, NW, on_rows(turned, b))
+        rows[i, IJ] = 1.0 / j
+    if HOURGLASS:
+        put(rows, i, EF, times(rows[i, EM], f))
+
+
+def deformed(rows, particles, alike, sums, corrections, materials, ahead, results, rates):
+    """Deform LANES particles of one material, all Total Lagrangian or all Eulerian: a template.
+
+    Parameters
+    ----------
+    rows, particles, corrections, results, rates
+        See `deform`; those of these particles, particles without their tags.
+    alike
+        Their material, and whether they are Total Lagrangian.
+    sums
+        What `collect` wrote of them.
+    materials, ahead
+        See `deform`.
+    """
+    m, tied = alike
+    state, volume, loads, swellings, before = particles
+    table, models, moduli = materials
+    stage, signal_alpha, courant = ahead
+    jacobians, strains, latest, pressures, signals = results
+    i = np.uint64(0)  # arrays stand for all of the particles: any row will do
+    f, rate = mapped(sums, i, i, corrections)
+    of_list = determinant(f)
+    section = swellings[i] * of_list
+    stretch = rows[i, RING] / rows[i, RING0] if REVOLVED else 1.0
+    j = section * stretch
+    inverse = times(1.0 / of_list, adjugate(f))
+    strain = equivalent_strain(f, stretch)
+    jacobians[i], strains[i] = j, strain
+    if RENEWS:
+        latest[i] = strain
+    if SECANT:
+        rows[i, EM] = secant_modulus(moduli[m, 0], moduli[m, 1], state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE])
+    if tied:
+        if RENEWS:
+            before_it = before[i, DIM * DIM] if REVOLVED else 1.0
+            strains[i] = equivalent_strain(product(f, own_gradient(before, i, 0, DIM)), stretch * before_it)
+        l = product(rate, inverse)
+        put(rates, i, R_GRADIENT, l)
+        full, swelling = full_gradient(l), divergence(l)
+        if REVOLVED:
+            hoop = rows[i, U + 1] / rows[i, RING]
+            rates[i, R_HOOP] = hoop
+            full, swelling = with_zz(full, hoop), swelling + hoop
+        # mass over volume; of rings both are those of the section
+        rho = rows[i, M] / (volume[i] * section)
+        memory = state[i, S_MEMORY] if REMEMBERS else 1.0
+        p, c = remembered_state(table, models, m, rho, rows[i, E], state[i, S_DAMAGE], memory)
+        shear = shear_modulus(table, models, m, rho, rows[i, E], p)
+        shrunk = courant * np.sqrt(max(dot(inverse, inverse) - (DIM - 1.0), 0.0))
+        signals[i] = (longitudinal_speed(c, rho, shear) + signal_alpha * c) * max(shrunk, 1.0)
+        pressures[i] = p
+        rows[i, RHO] = rho
+        rows[i, C] = shear_share(full) * c if SHEARS else c
+        state[i, S_DENSITY] = rho * grown(stage * swelling)
+    pressure = pressures[i] + loads[i]
+    sigma = plus_identity(own_symmetric(rows, i, S, DIM), -pressure)
+    stress = times(j, product(matrix(sigma), transposed(inverse)))
+    show(rows, i, stress, f, j, inverse, corrections)
+    if REVOLVED:
+        if tied:
+            around = section * (-rows[i, S] - rows[i, S + 1] - pressure)
+            left = corrections[2][i, DIM * DIM - 1]  # 1 - kappa
+            held = (left * stress[DIM * DIM - 1] - around) * volume[i] / (rows[i, M] * rows[i, RING])
+            rates[i, R_ACCELERATION + 1] = held
+            rates[i, R_POWER] = -held * rows[i, U + 1]
+    else:
+        rates[i, R_POWER] = dot(stress, rate) * volume[i] / rows[i, M]
+
+
+def deform(chunk, count, rows, motions, active, eulerian, particles, lists, corrections, materials, ahead, results,
+           rates):  # fmt: skip
+    """Compute the deformation of those of a chunk of particles that are `active`: the template.
+
+    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, REVOLVED, MOTIONS, slots of the row, columns of
+    the rates (R_...), S_DENSITY, S_PLASTIC_STRAIN, S_DAMAGE, the templates above, and functions of `hvisph.materials`.
+
+    Parameters
+    ----------
+    chunk, count
+        See `compiler.threads.parallel_for.shared`.
+    rows
+        Packed rows (n + images + 1, width): positions and velocities of the stage; Q, and of Total
+        Lagrangian particles density and sound speed, are written.
+    motions
+        What `move` made of them.
+    active
+        (n,) uint8: not 0 where F is needed, 2 where Total Lagrangian and Eulerian particles meet.
+    eulerian
+        (n,) uint8: 0 of Total Lagrangian particles.
+    particles
+        State, whose density is set to one from which continuity over a step ends on rho0/J; tags; reference
+        volumes; pressures added to the particles' own [Pa] (n,); chi (n,); and, for references that are renewed, the
+        deformation gradients of the reference itself (n, dim^2), and behind them of rings its hoop stretch.
+    lists
+        Of the reference neighbours: starts, near, codes, kernels.
+    corrections
+        Theirs, a row a particle: A, B, F0.
+    materials
+        Table, models, and a row of E [Pa] and 1/Y [1/Pa] for each material.
+    ahead
+        How far the stage is ahead of the state [s], 1.2 alpha of the viscosity, and the Courant number: a body at rest
+        bears nearly one, so its spacings may shrink to that share before they set the step.
+    results
+        Arrays (n,) that receive J, equivalent strain since the start and since the reference, and of Total
+        Lagrangian particles pressure [Pa] and signal speed [m/s].
+    rates
+        (n, width of rates): receives the velocity gradient of Total Lagrangian particles, and of those that
+        meet no Eulerian ones the power of their own stress; of rings what holds them round the axis, and its power.
+    """
+    state, tags, volume, loads, swellings, before = particles
+    a, b, start = corrections
+    jacobians, strains, latest, pressures, signals = results
+    first = chunk * np.uint64(CHUNK)
+    end = min(first + np.uint64(CHUNK), count)
+    keys, found = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
+    sums, of_lane = np.empty((LANES, SUMS)), np.empty(LANES, np.uint32)
+    for i in range(first, end):
+        own = np.uint64(2) * np.uint64(tags[i, 2]) + np.uint64(eulerian[i] == 0)
+        keys[i - first] = own if active[i] != 0 else np.uint64(NONE)
+    key = np.uint64(0)
+    while key != np.uint64(NONE):
+        n, above = listed(keys, end - first, first, key, found)
+        for k in range(np.uint64(0), n, np.uint64(LANES)):
+            for lane in range(np.uint64(LANES)):
+                of_lane[lane] = min(lane, n - k - np.uint64(1))
+                if k + lane < n:
+                    own = np.uint64(found[k + lane])
+                    fetch_row(rows, own, 0, ROW)
+                    fetch_row(rates, own, 0, rates.shape[1])
+                    fetch_row(a, own, 0, DIM * DIM)
+                    fetch_row(b, own, 0, DIM)
+                    fetch(state, own, np.uint64(S_DENSITY))
+                    collect(motions, own, lists, sums, lane)
+            deformed(
+                many(rows, found, k),
+                (many(state, found, k), many(volume, found, k), many(loads, found, k), many(swellings, found, k),
+                 many(before, found, k)),
+                (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)), many(sums, of_lane, np.uint64(0)),
+                (many(a, found, k), many(b, found, k), many(start, found, k)), materials, ahead,
+                (many(jacobians, found, k), many(strains, found, k), many(latest, found, k),
+                 many(pressures, found, k), many(signals, found, k)), many(rates, found, k))  # fmt: skip
+        key = above
+
+
+def map_particles(k, chosen, motions, lists, corrections, maps):
+    """Write F of the particle chosen[k] by its list as it is now into row `k` of `maps`: a template."""
+    i, sums = np.uint64(chosen[k]), np.empty((1, SUMS))
+    collect(motions, i, lists, sums, np.uint64(0))
+    put(maps, k, 0, mapped(sums, np.uint64(0), i, corrections)[0])

@@ -1,0 +1,183 @@
+"""Total Lagrangian pair forces over reference neighbours, and the row that a particle shows for them.
+
+    f_ab  = V0_a V0_b (P_a g_ab - P_b g_ba) = V0_a ((Q_a + Q_b) s (X_a - X_b) + (q_a - q_b) w)
+    e_a   : own stress power V0_a P_a : Fdot_a, and half of the work of viscosity and hourglass control
+
+with V0_b g_ab = A_a s (X_a - X_b) + B_a w (s, w: slope and shape of the pair, see `sph.neighbours.reference_neighbours`), and
+Q = P A, q = P B from `schemes.total_lagrangian.deformation_gradient`. Pairs of an Eulerian and a Total Lagrangian particle count half
+here, pairs of two Eulerian ones not at all: the other half is their spatial force. Row i is written by i alone.
+
+Viscosity: Monaghan's with the plain kernel gradient at current positions (dissipative for every pair),
+or the printed form of Young 2021 eqs. 2 and 9 in reference gradients. Hourglass control after
+Ganzenmueller 2015: f_ab = - alpha V0_a V0_b W0 / (2 R^2) (E_a delta_a + E_b delta_b) x_ab / r with
+delta_a = (F_a X_ab - x_ab) . x_ab / r, in his sign convention x_ab = x_b - x_a.
+
+Rings of solids of revolution (REVOLVED) have the weights of `sph.terms.axisymmetric`: at the radii of the reference for what is
+summed in its gradients, at the present ones for the viscosity, which presses over the axis as across a mirror. The work
+of a particle's own stress is summed by pairs, as its force is, so that energy is kept to round-off.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.compiler.tensors import (
+    dot,
+    gradient,
+    minus,
+    no_vector,
+    on_rows,
+    own_gradient,
+    own_vector,
+    plus,
+    put,
+    radial,
+    scaled_apart,
+    spread,
+    times,
+    totals,
+    vector,
+)
+from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
+from hvisph.compiler.vector.prefetch import fetch_rows
+from hvisph.sph.neighbours.particle_layout import RowLayout, those
+from hvisph.sph.terms.axisymmetric import between_rings, ring_weight
+from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
+
+# The rows of neighbours are asked for so many entries before they are needed.
+AHEAD = 96
+
+
+def row_layout(
+    dim: int, mixed: bool, printed_viscosity: bool, hourglass: bool, revolved: bool = False
+) -> tuple[RowLayout, int]:
+    """Return the row of a particle and how many of its slots `accumulate` reads of neighbours.
+
+    X0 is the reference position, which only hourglass control reads of neighbours, KIND 1 for Total Lagrangian and 0
+    for Eulerian, Q and QW the stress with the corrections; N, NW and IJ belong to the printed viscosity, EM, a modulus,
+    and EF = EM F to hourglass control, RING and RING0, the radius now and in the reference, to rings. Those after them
+    are the particle's own.
+    """
+    read = those(
+        ("x", "vector"), ("u", "vector"), hourglass and ("x0", "vector"), ("m", "scalar"), ("rho", "scalar"),
+        ("c", "scalar"), ("q", "gradient"), mixed and ("qw", "vector"),
+        printed_viscosity and ("n", "gradient"), printed_viscosity and ("nw", "vector"),
+        printed_viscosity and ("ij", "scalar"), hourglass and ("ef", "gradient"), hourglass and ("em", "scalar"),
+        revolved and ("ring", "radius"), revolved and ("ring0", "radius"), ("kind", "scalar"),
+    )  # fmt: skip
+    own = those(("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), not hourglass and ("x0", "vector"))
+    return RowLayout(dim, (*read, *own)), RowLayout(dim, read).used
+
+
+def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass, ih, rates):
+    """Sum the forces and powers of the particles that are `active` as `which` says: the template.
+
+    Parameters are those of `deform` and of `sph.neighbours.reference_neighbours` (`sums`: first and zeroth), alpha and beta of the
+    viscosity, the hourglass coefficient and 1/h [1/m]. `rates` receives acceleration, power and largest |mu|.
+    Without Eulerian neighbours (COUPLED 0) the particle's own stress comes in as a whole, and its power is known
+    from `deform`; BY_PAIRS is 1 where it comes in pair by pair: with such neighbours, and of rings.
+    """
+    starts, near, codes, kernels = lists
+    first_sums, zeroth_sums = sums
+    alpha, beta = viscosity
+    if active[i] != which:
+        return
+    x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
+    kind, rho, c, h = rows[i, KIND], rows[i, RHO], rows[i, C], 1.0 / ih
+    q = own_gradient(rows, i, Q, DIM)
+    if MIXED:
+        qw = own_vector(rows, i, QW, DIM)
+    if PRINTED:
+        n, nw, ij = own_gradient(rows, i, N, DIM), own_vector(rows, i, NW, DIM), rows[i, IJ]
+    if HOURGLASS:
+        x0 = own_vector(rows, i, X0, DIM)
+        own_ef, own_modulus = own_gradient(rows, i, EF, DIM), rows[i, EM]
+    # All of the reference density of its neighbours: they are of one body.
+    inverse_rho0 = volume[i] / rows[i, M]
+    if REVOLVED:
+        inverse_rho0 *= rows[i, RING0] / rows[i, RING]
+        inverse_ring, inverse_ring0 = 1.0 / rows[i, RING], 1.0 / rows[i, RING0]
+    factor = scale(ih)
+    a, power, mu_max = spread(no_vector(DIM)), all_lanes(0.0), all_lanes(0.0)
+    for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)]), np.uint64(LANES)):
+        if DIM > 2:  # flat bodies find them in a cache
+            fetch_rows(rows, near, k + np.uint64(AHEAD), WIDTH if COUPLED else WIDTH - 1)
+        b = neighbours(rows, near, k, WIDTH)
+        dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
+        r2, ur = dot(dx, dx), dot(du, dx)
+        kernel = neighbours(kernels, codes, k, WEIGHTS)
+        g = vector(kernel, 0, DIM)
+        other = on_rows(gradient(b, Q, DIM), g)
+        if MIXED or HOURGLASS or PRINTED:
+            w = kernel[DIM]
+        if MIXED:
+            other = minus(other, times(w, vector(b, QW, DIM)))
+        # What belongs to the pair, with half of its work for each side.
+        r = np.sqrt(r2)
+        soft = r2 + SOFTENING * h * h
+        densities = rho + b[RHO]
+        inverse = 1.0 / (r * soft * densities)
+        mu = approach(h, ur, inverse * r * densities)
+        mu_max = larger_lanes(mu_max, -mu)
+        pi = monaghan(mu, alpha, beta, c + b[C], inverse * r * soft)
+        if PRINTED:
+            both = plus(times(b[IJ], n), times(ij, gradient(b, N, DIM)))
+            both_w = minus(times(b[IJ], nw), times(ij, vector(b, NW, DIM)))
+            pair = times(-0.5 * pi / (inverse_rho0 * inverse_rho0), plus(on_rows(both, g), times(w, both_w)))
+        else:
+            gradient_r = factor * slope(r * ih) * (inverse * soft * densities)
+            pair = times(-pi * b[M] * gradient_r / inverse_rho0, dx)
+        apart = du
+        if REVOLVED:
+            weight, real = ring_weight(b[RING0], inverse_ring0)
+            other = times(weight, other)
+            # of an image over the axis: the radial work of the two real rings
+            apart = between_rings(du, radial(u), b[U + 1], real)
+            if PRINTED:
+                pair = times(weight, pair)
+            else:  # of the viscosity that of a mirror
+                now = ring_weight(b[RING], inverse_ring)[0]
+                pair = times(now + (1.0 - real) * (1.0 - 2.0 * now), pair)
+                closing = (1.0 - real) * (radial(du) - radial(apart))
+                mirrored = 0.5 * closing * radial(pair)
+        if HOURGLASS:
+            # Errors of the distances that F_a and F_b predict, along the pair, times E_a and E_b. Each sum over
+            # the sides comes first, and nothing else tells them apart: both round what is left alike.
+            from_b = minus(x0, vector(b, X0, DIM))
+            predicted = on_rows(plus(own_ef, gradient(b, EF, DIM)), from_b)
+            error = dot(minus(predicted, times(own_modulus + b[EM], dx)), dx)
+            # the far row's infinite distance meets a zero in w
+            strength = 0.5 * hourglass * w * error / (dot(from_b, from_b) * r2)
+            if REVOLVED:
+                strength = strength * weight
+            pair = plus(pair, times(strength, dx))
+        if BY_PAIRS:
+            share = 0.5 * (kind + b[KIND]) * inverse_rho0 if COUPLED else all_lanes(inverse_rho0)
+            own = on_rows(q, g)
+            if MIXED:
+                own = plus(own, times(w, qw))
+            if REVOLVED:
+                own = times(weight, own)
+            force = plus(plus(own, other), pair)
+            if REVOLVED:
+                force = scaled_apart(force, real, 1.0)
+            a = plus(a, times(share, force))
+            power += share * dot(apart, plus(own, times(0.5, pair)))
+            if REVOLVED and not PRINTED:
+                power += share * mirrored
+        else:
+            a = plus(a, plus(other, pair))
+            power += dot(du, pair)
+    if REVOLVED:
+        put(rates, i, R_ACCELERATION, plus(own_vector(rates, i, R_ACCELERATION, DIM), totals(a)))
+        rates[i, R_POWER] -= total(power)
+    elif BY_PAIRS:
+        put(rates, i, R_ACCELERATION, totals(a))
+        rates[i, R_POWER] = -total(power)
+    else:
+        whole = plus(totals(a), on_rows(q, own_vector(first_sums, i, 0, DIM)))
+        if MIXED:
+            whole = plus(whole, times(zeroth_sums[i], qw))
+        put(rates, i, R_ACCELERATION, times(inverse_rho0, whole))
+        rates[i, R_POWER] -= 0.5 * inverse_rho0 * total(power)
+    rates[i, R_APPROACH] = largest(mu_max)

@@ -1,0 +1,204 @@
+"""The reference of Total Lagrangian particles: built, and changed where some leave the lists or all take new places.
+
+leave   the list of a particle is cut. Its chi takes det F(list before)/det F(list after) at the same places, so that
+J = chi det F goes on without a jump. A neighbour whose remaining list spans no volume leaves, too.
+renew   V0 = V0 J, X0 = x, lists and corrections anew, chi = 1: density and stress go on, no energy is made.
+Particles that have left stay alone. The strain up to then is kept as a deformation gradient of the
+reference, so that conversion by strain counts from the start of the run.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.particles import Particles
+from hvisph.integrators.particle_steps import ON_AXIS
+from hvisph.materials.material_table import Material
+from hvisph.schemes.adaptive.loops import Loops, motion_width
+from hvisph.sph.neighbours.ghost_rows import FixedCopies
+from hvisph.sph.neighbours.particle_layout import RowLayout, aligned_zeros
+from hvisph.sph.neighbours.reference_neighbours import Reference
+from hvisph.sph.neighbours.symmetry_planes import Plane
+from hvisph.sph.neighbours.traversal import FAR
+
+# A particle whose volume cut lists would have changed by more than this factor has no list that spans a volume.
+LARGEST_JUMP = 5.0
+# Particles stop so far before a plane of symmetry [h].
+STAND_OFF = 1e-6
+
+
+class ReferenceChanges:
+    """Part of `CompositeStepper`: lists that are built and cut, references that are renewed."""
+
+    particles: Particles
+    formulation: Any
+    reference: Reference
+    copies: FixedCopies
+    rows_: np.ndarray
+    _motions: np.ndarray
+    layout: RowLayout
+    slots: dict[str, int]
+    sequence: np.ndarray
+    h: float
+    loose: np.ndarray
+    swellings: np.ndarray
+    before: np.ndarray
+    volume: np.ndarray
+    alone: np.ndarray
+    latest: np.ndarray
+    materials: list[Material]
+    _held: list[tuple[float, str, int]]
+    _numbers: np.ndarray
+    _loops: Loops
+    _moduli: np.ndarray
+    _bodies_in_all: int
+    _lagrangian: np.ndarray
+    _tied: np.ndarray
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions."""
+        return self.particles.dim
+
+    def anywhere(self, here: bool | np.bool_) -> bool:
+        """Tell whether something is so on any process: all of them ask at the same place."""
+        return bool(here) if self.copies.halo is None else self.copies.halo.anywhere(bool(here))
+
+    def most(self, values: np.ndarray) -> np.ndarray:
+        """Return the largest of each of the floats over all processes."""
+        return values if self.copies.halo is None else self.copies.halo.most(values)
+
+    def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
+        """Return which particles have one of `chosen` (n,) among their reference neighbours (n,), bool."""
+        return self.reference.neighbours_of(self.copies.extended(chosen))
+
+    def _mirror(self) -> None:
+        raise NotImplementedError
+
+    def _build_reference(self) -> None:
+        """Build lists, images and rows of the present reference: places, `volume` and who is `alone`."""
+        particles, formulation, slots, dim = self.particles, self.formulation, self.slots, self.particles.dim
+        count, kernel = particles.count, formulation.kernel
+        reach = kernel.reach * self.h
+        extended, numbers = self.copies.find(particles["reference_position"], self.sequence, reach, self.alone)
+        rows, x0 = aligned_zeros(len(extended) + 1, self.layout.width), slots["X0"]
+        rows[:count] = self.rows_[:count]
+        rows[:-1, x0 : x0 + dim] = extended
+        rows[-1, :dim] = rows[-1, x0 : x0 + dim] = FAR
+        rows[-1, slots["RHO"]] = 1.0
+        if "RING0" in slots:
+            rows[:-1, slots["RING0"]] = np.copysign(self._ring_radius(extended), extended[:, 1])
+        if "EM" in slots:
+            rows[:-1, slots["EM"]] = self.copies.extended(self._moduli[particles.material, 0])
+        self.rows_, self._motions = rows, aligned_zeros(len(rows), motion_width(dim))
+        bodies = particles.body.astype(np.int64)
+        bodies[self.alone] = self._bodies_in_all + np.flatnonzero(self.alone)
+        volume, bodies = self.copies.extended(self.volume), self.copies.extended(bodies)
+        ways = formulation.correction.shepard, formulation.correction.gradient
+        self.reference = Reference(extended, volume, bodies, numbers, count, kernel, self.h, *ways)
+        # neighbours that move against each other under hourglass control, in the mean over directions; cuts soften it
+        of_material = [2.0 * formulation.hourglass * one.young_modulus / (dim * one.density) for one in self.materials]
+        self._held = self._swinging("hourglass", np.array(of_material)[particles.material] * self.reference.holding)
+
+    def _swinging(self, name: str, omega: np.ndarray) -> list[tuple[float, str, int]]:
+        """Return 2/omega [s] of who swings fastest, by squares of frequencies (n,) [1/s^2], as `limits` has it."""
+        fastest = float(omega.max(initial=0.0))
+        if fastest == 0.0:
+            return []
+        time = 2.0 / np.sqrt(fastest)
+        alike = np.flatnonzero(omega > fastest * (1.0 - 1e-12))
+        return [(float(time), name, self._first(alike[2.0 / np.sqrt(omega[alike]) == time]))]
+
+    def _first(self, chosen: np.ndarray) -> int:
+        """Return of the particles `chosen` that of the smallest permanent number."""
+        return int(chosen[self._numbers[chosen].argmin()])
+
+    def _ring_radius(self, position: np.ndarray) -> np.ndarray:
+        """Return the radius [m] of rings at `position` (n, dim) [m], as the pass over single particles has it."""
+        return np.maximum(np.abs(position[:, 1]), ON_AXIS * self.h)
+
+    def _moved(self) -> np.ndarray:
+        """Return displacements and velocities of the rows as they are."""
+        self._loops.move(len(self.rows_), self.rows_, self._motions)
+        return self._motions
+
+    def _maps(self, chosen: np.ndarray) -> np.ndarray:
+        """Return F of the particles `chosen` at the places of the rows, by the lists as they are, (k, dim, dim)."""
+        dim = self.particles.dim
+        maps = np.zeros((len(chosen), dim * dim))
+        self._loops.map_particles(
+            len(chosen), chosen.astype(np.uint64), self._moved(), self.reference.lists, self.reference.corrections, maps
+        )
+        return maps.reshape(-1, dim, dim)
+
+    def _leave(self, leaves: np.ndarray) -> None:
+        """Take the particles `leaves` (n,), bool, out of all lists, and those that are left without a list, too."""
+        ref = self.reference
+        if not self.formulation.keeps_volume:
+            ref.remove(self.copies.extended(leaves))
+            self.loose |= leaves
+            return
+        self._mirror()
+        while self.anywhere(leaves.any()):
+            gone = self.copies.extended(leaves)
+            beside = np.flatnonzero(ref.neighbours_of(gone) & ~leaves & ~self.loose)
+            with_them = np.linalg.det(self._maps(beside))
+            ref.remove(gone)
+            self.loose |= leaves
+            with np.errstate(divide="ignore", invalid="ignore"):
+                chi = self.swellings[beside] * with_them / np.linalg.det(self._maps(beside))
+            sound = (chi > 1.0 / LARGEST_JUMP) & (chi < LARGEST_JUMP)
+            self.swellings[beside[sound]] = chi[sound]
+            leaves = np.zeros_like(leaves)
+            leaves[beside[~sound & self._lagrangian[beside]]] = True  # Eulerian ones have the guard
+
+    def _renew(self) -> None:
+        """Take the places of the rows as the reference."""
+        particles, count = self.particles, self.particles.count
+        self._mirror()
+        tied = np.zeros(count, bool)
+        tied[self._tied] = True
+        f = self._maps(np.flatnonzero(tied))
+        density = self.rows_[:count, self.slots["RHO"]]
+        # of rings the mass of the section
+        self.volume = self.rows_[:count, self.slots["M"]] / density
+        self.volume[tied] = self.reference.volume[:count][tied] * np.linalg.det(f) * self.swellings[tied]
+        dim = particles.dim
+        own = self.before[:, : dim * dim]
+        own[tied] = (f @ own[tied].reshape(-1, dim, dim)).reshape(-1, dim * dim)
+        if "RING0" in self.slots:
+            now, then = (self.rows_[:count, self.slots[name]] for name in ("RING", "RING0"))
+            self.before[tied, dim * dim] *= (now / then)[tied]
+        particles["reference_position"] = self.rows_[:count, :dim]
+        self.swellings[:], self.latest[:] = 1.0, 0.0
+        self.alone = self.loose.copy()
+        self._build_reference()
+
+
+def stop_at_planes(particles: Particles, planes: tuple[Plane, ...], h: float) -> bool:
+    """Put particles that passed a plane of symmetry back before it; return whether any had.
+
+    What they had of velocity into the plane becomes their heat, so energy is kept to round-off.
+
+    Parameters
+    ----------
+    particles
+        The state.
+    planes, h
+        The planes, and the smoothing length [m].
+    """
+    passed = False
+    x, u = particles["position"], particles["velocity"]
+    for plane in planes:
+        over = plane.beyond(x) > 0.0
+        if not over.any():
+            continue
+        passed = True
+        a = plane.axis
+        inward = over & (plane.side * u[:, a] < 0.0)
+        particles["internal_energy"][inward] += 0.5 * u[inward, a] ** 2
+        u[inward, a] = 0.0
+        x[over, a] = plane.at + plane.side * STAND_OFF * h
+    return passed

@@ -1,0 +1,200 @@
+"""Total Lagrangian SPH and its adaptive conversion to Eulerian kernels, AdapTLE (Young 2021).
+
+Passes, over reference neighbours found once (`schemes.total_lagrangian.law`): deformation and stress, then pair forces.
+Where there are Eulerian particles, a spatial pass of the standard law over them and what is near
+(`schemes.standard.law`, shares in `sph.contact.coupling`); where bodies meet, a pass of contact forces
+(`sph.contact.penalty_contact`). See `schemes.adaptive.stepper` for the order.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.tensors import put
+from hvisph.compiler.tensors3d import in_plane
+from hvisph.integrators.particle_steps import WHOLE
+from hvisph.schemes.adaptive.conversion import Conversion
+from hvisph.schemes.adaptive.stepper import CompositeStepper
+from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.standard.options import (
+    GrayArtificialStress,
+    KernelCorrection,
+    MonaghanViscosity,
+    NoArtificialStress,
+    NoCorrection,
+)
+from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.sph.contact.penalty_contact import Pressing
+from hvisph.sph.contact.repulsion import Contact, Welded
+from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
+from hvisph.sph.neighbours.pairs import Pass
+from hvisph.sph.neighbours.particle_layout import RowLayout
+
+from . import law as reference
+
+
+@dataclass(frozen=True)
+class TotalLagrangian:
+    """Total Lagrangian SPH, with Eulerian particles beside it.
+
+    Parameters
+    ----------
+    kernel, h_over_dx
+        Kernel, and smoothing length over spacing; the smoothing length stays.
+    viscosity
+        Monaghan's, or none.
+    artificial_stress
+        That of the Eulerian particles.
+    stress_at_interface
+        Whether it acts between Eulerian and Total Lagrangian particles, on both sides; otherwise on neither.
+    product
+        Whether the pair stress of Eulerian particles is (sigma_a + sigma_b)/(rho_a rho_b).
+    correction
+        That of the reference kernel: none, of the gradient, or of both.
+    spatial_correction
+        That of the kernel in the current configuration.
+    printed_viscosity
+        Whether the viscosity of Total Lagrangian pairs is the printed one in reference gradients.
+    hourglass
+        Coefficient of the hourglass control, 0 for none.
+    secant
+        Whether its stiffness falls with plastic strain and damage.
+    shears
+        Whether a particle in plastic flow takes a share of the linear viscosity alone.
+    failed_leave, keeps_volume
+        Whether a failed Total Lagrangian particle that does not turn leaves its neighbours' lists, and whether
+        these keep their volume then.
+    renew_strain
+        Equivalent strain since the last renewal at which all take their present places as the reference; None
+        for never.
+    contact
+        Contact between bodies, and of faces of one body; `Welded` where they meet through the spatial sums.
+    conversion
+        When Total Lagrangian particles turn Eulerian.
+    revolved
+        Whether particles are rings about the axis x.
+    courant
+        Courant number of the run: the share of a spacing to which particles may be squeezed before they set the step.
+    """
+
+    kernel: Kernel = CUBIC_SPLINE
+    h_over_dx: float = 1.4
+    viscosity: MonaghanViscosity = field(default_factory=MonaghanViscosity)
+    artificial_stress: GrayArtificialStress = field(default_factory=NoArtificialStress)
+    stress_at_interface: bool = True
+    product: bool = True
+    correction: KernelCorrection = field(default_factory=KernelCorrection)
+    spatial_correction: KernelCorrection = field(default_factory=NoCorrection)
+    printed_viscosity: bool = False
+    hourglass: float = 0.0
+    secant: bool = False
+    shears: bool = False
+    failed_leave: bool = True
+    keeps_volume: bool = True
+    renew_strain: float | None = None
+    contact: Pressing | Contact | Welded = field(default_factory=Pressing)
+    conversion: Conversion = field(default_factory=Conversion)
+    revolved: bool = False
+    courant: float = 0.3
+
+    name = "total_lagrangian"
+    fields: tuple[str, ...] = ("kernel_type", "reference_position")
+    smoothing = Smoothing()
+    switch = WHOLE
+    stepper = CompositeStepper
+
+    @property
+    def slips(self) -> bool:
+        """Whether bodies rub on each other."""
+        return self.contact.friction > 0.0
+
+    @property
+    def repels(self) -> bool:
+        """Whether bodies meet by a contact algorithm whose work is kept account of."""
+        return self.contact.parts
+
+    @property
+    def viscous_factor(self) -> float:
+        """1.2 beta, the share of max|mu| in the signal speed."""
+        return 1.2 * self.viscosity.beta
+
+    @property
+    def corrects(self) -> bool:
+        """Whether kernels are corrected in the current configuration."""
+        return self.spatial_correction.acts
+
+    @property
+    def softens(self) -> bool:
+        """Whether Eulerian particles in shear flow have less of the linear viscosity: as rings, which know no hoops."""
+        return self.shears and self.revolved
+
+    @property
+    def alpha(self) -> float:
+        """Linear coefficient of the viscosity."""
+        return self.viscosity.alpha
+
+    @property
+    def beta(self) -> float:
+        """Quadratic coefficient of the viscosity."""
+        return self.viscosity.beta
+
+    @property
+    def eulerian(self) -> Eulerian:
+        """The scheme of the Eulerian particles."""
+        return Eulerian(
+            self.kernel,
+            self.h_over_dx,
+            viscosity=self.viscosity,
+            artificial_stress=self.artificial_stress,
+            correction=self.spatial_correction,
+            product=self.product,
+            revolved=self.revolved,
+            shears=self.shears,
+        )
+
+    def passes(self, dim: int) -> list[Pass]:
+        """Return nothing: the stepper of this formulation runs its own passes."""
+        return []
+
+    def layout(self, dim: int) -> RowLayout:
+        """Return the row of a particle, of which neighbours read the first part."""
+        return self.row(dim)[0]
+
+    def row(self, dim: int) -> tuple[RowLayout, int]:
+        """Return the row of a particle, and how many of its slots neighbours read."""
+        ways = self.correction.shepard, self.printed_viscosity, self.hourglass != 0.0
+        return reference.row_layout(dim, *ways, self.revolved)
+
+    def coefficients(self) -> np.ndarray:
+        """Return alpha."""
+        return np.array([self.alpha])
+
+    def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
+        """Return the packing function and what it is bound to."""
+        return _pack, {"REVOLVED": int(self.revolved)}
+
+    def sparsest(self, dim: int) -> float:
+        """Return W(0) h^dim, that of a particle alone, where failed particles turn and fly; else 0."""
+        flies = self.conversion.damage and self.conversion.guard_damage
+        return float(self.kernel.value(0.0, 1.0, dim)) if flies else 0.0
+
+    def limits(self) -> None:
+        """Return nothing: no law asks for what a particle bears."""
+
+
+def _pack(rows, s, coefficients, one):
+    """Write what the passes read, but for place of reference and kind, which stay; return the speed of signals."""
+    put(rows, s, 0, one.x)
+    put(rows, s, U, one.u)
+    rows[s, M] = one.mass
+    rows[s, RHO] = one.rho
+    rows[s, C] = one.c
+    rows[s, H] = one.h
+    rows[s, E] = one.e
+    put(rows, s, S, in_plane(one.s, DIM))
+    if REVOLVED:
+        rows[s, RING] = one.ring
+    return one.c_l + 1.2 * coefficients[0] * one.c

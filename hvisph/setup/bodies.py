@@ -1,0 +1,240 @@
+"""From the case's bodies to particle positions: shapes, fillings and places. Compiles nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from hvisph.case.case import Case
+from hvisph.core.errors import CaseError
+from hvisph.geometry.filling import fill, refuse_sparse
+from hvisph.geometry.graded import Grading, fill_graded
+from hvisph.geometry.lattice_count import Filling
+from hvisph.geometry.mirror import Mirror, crosses, cut
+from hvisph.geometry.overlap import Standing, overlaps
+from hvisph.geometry.particle_file import read_particles
+from hvisph.geometry.placement import needed_turn, rotated, rotation_matrix, row
+from hvisph.geometry.section import Section, fill_section
+from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
+
+from .materials import material_of, start_of
+from .shapes import shape_of
+from .velocities import initial_velocity, refuse_unlike_halves
+
+# Shapes that touch others on the shot line at their outermost particles, unless they are turned.
+FACED = (Interval, Disc, Sphere, Box, Cylinder)
+# Largest rounding of places, in spacings: strains between neighbours are told from it to this size.
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class PlacedBody:
+    """A body's particles where they start.
+
+    Parameters
+    ----------
+    name
+        Name in the case.
+    model
+        Its `hvisph.case.bodies.Body`.
+    filling
+        Particles of the whole body about its origin, turned.
+    positions
+        Particles at their place (n, dim) [m], those kept by symmetry planes.
+    volumes
+        Their volumes (n,) [m^dim].
+    spacing
+        Their spacing (n,) [m].
+    middle
+        Middle of the mass of the whole body (dim,) [m], on the axis of rings.
+    surface
+        Its surface at its place; None for particles from a file.
+    """
+
+    name: str
+    model: Any
+    filling: Filling
+    positions: np.ndarray
+    volumes: np.ndarray
+    spacing: np.ndarray
+    middle: np.ndarray
+    surface: Placed | None = None
+
+    @property
+    def breadth(self) -> np.ndarray:
+        """Side of a square or cube of each particle's volume, of rings of their section, (n,) [m]."""
+        if isinstance(getattr(self.surface, "shape", None), Section):
+            return np.sqrt(self.volumes / (2.0 * np.pi * self.positions[:, 1]))
+        return np.asarray(self.volumes ** (1.0 / self.positions.shape[1]))
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocity of each particle at the start, (n, dim) [m/s]; refused with its place where a table is wrong."""
+        try:
+            return initial_velocity(self.model, self.positions, self.middle)
+        except CaseError as error:
+            raise CaseError(error.message, where=f"bodies.{self.name}.{error.where}") from error
+
+    @property
+    def mean_velocity(self) -> np.ndarray:
+        """Velocity of the middle of its mass at the start, (dim,) [m/s]."""
+        return np.asarray(self.volumes @ self.velocity / self.volumes.sum())
+
+    @property
+    def asked(self) -> float:
+        """Volume of the shape, or of its part that symmetry planes keep [m^dim]."""
+        whole = float(self.filling.volumes.sum())
+        shape = whole if self.surface is None else _solid(self.surface.shape).volume
+        return shape * float(self.volumes.sum()) / whole
+
+
+def placed_bodies(case: Case) -> list[PlacedBody]:
+    """Fill all bodies of a case and put them in their places.
+
+    Raises
+    ------
+    CaseError
+        Where a shape cannot be filled, bodies overlap, a symmetry plane leaves nothing of a body or
+        passes through one that is not symmetric about it.
+    """
+    dim = case.dim
+    mirrors = [Mirror("xyz".index(p.axis), p.at, 1.0 if p.keep == "above" else -1.0) for p in case.symmetry]
+    fillings, shapes, faced = [], [], []
+    for name, model in case.bodies.items():
+        turn = None
+        if model.rotation is not None:
+            turn = rotation_matrix(dim, model.rotation.radians, model.rotation.axis)
+        try:
+            if turn is not None and mirrors and model.shape.type not in ("particles", "mesh"):
+                turn = needed_turn(shape_of(model.shape, dim), turn)
+            shape, filling = _filled(case, model, turn, mirrors)
+        except CaseError as error:
+            raise CaseError(error.message, where=f"bodies.{name}.{error.where or 'shape'}") from error
+        fillings.append(filling if turn is None else rotated(filling, turn))
+        shapes.append(None if shape is None else Placed(shape, np.zeros(dim), turn))
+        faced.append(turn is None and isinstance(_solid(shape), FACED))
+    models = list(case.bodies.values())
+    centres = row(fillings, [m.gap for m in models], [m.position for m in models], shapes, faced)
+    bodies = []
+    for (name, model), filling, shape, centre in zip(case.bodies.items(), fillings, shapes, centres, strict=True):
+        spacing = np.broadcast_to(np.asarray(filling.spacing, dtype=float), filling.count)
+        try:
+            positions, volumes, kept = cut(filling.positions + centre, filling.volumes, spacing, mirrors)
+        except CaseError as error:
+            raise CaseError(error.message, where=f"bodies.{name}") from error
+        if not len(positions):
+            places = zip("xyz", filling.positions.T + centre[:, None], strict=False)
+            reach = ", ".join(f"{axis} from {x.min():.3g} to {x.max():.3g}" for axis, x in places)
+            raise CaseError(f"the symmetry planes leave no particle of this body, of {reach}; give it a `position`, or "
+                            "a plane its other side, `keep`", where=f"bodies.{name}")  # fmt: skip
+        _refuse_distance(name, positions, float(spacing.min()), case.units)
+        surface = None if shape is None else Placed(shape.shape, centre, shape.matrix)
+        middle = centre + filling.volumes @ filling.positions / filling.volumes.sum()
+        if case.drawn != case.dim:
+            middle[1] = 0.0
+        for mirror in mirrors:
+            if len(positions) < filling.count and abs(middle[mirror.axis] - mirror.at) < spacing.min():
+                middle[mirror.axis] = mirror.at
+                try:
+                    refuse_unlike_halves(model, positions, middle, mirror.axis, mirror.at)
+                except CaseError as error:
+                    raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
+        bodies.append(PlacedBody(name, model, filling, positions, volumes, spacing[kept], middle, surface))
+    _refuse_overlaps(bodies, case.units)
+    if dim == 1:
+        _refuse_disorder(bodies)
+    return bodies
+
+
+def _filled(case: Case, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mirror]) -> tuple[Shape | None, Filling]:
+    """Return a body's shape and its particles about its origin."""
+    dx = model.resolution or case.resolution
+    if model.shape.type == "particles":
+        try:  # porous or warm, they weigh what the file says
+            density, _ = start_of("", model, material_of(model.material, model.internal_energy))
+        except CaseError as error:
+            raise CaseError(error.message, where="temperature") from error
+        return None, read_particles(model.shape.file, case.dim, density, model.shape.unit)
+    exact = model.mass == "exact"
+    revolved = case.drawn != case.dim
+    solid = shape_of(model.shape, case.drawn)
+    shape = Section(solid) if revolved else solid
+    refuse_sparse(shape, dx)
+    even = _split_by(shape, turn, model.position, mirrors, dx) if exact else ()
+    grading = None
+    if model.grading is not None:
+        grading = Grading(model.grading.fine, model.grading.coarsest, model.grading.ratio, model.grading.face)
+    if revolved:
+        return shape, fill_section(solid, model.arrangement, dx, exact=exact, even=even, grading=grading)
+    if grading is not None:
+        return shape, fill_graded(shape, dx, grading, even)
+    return shape, fill(shape, model.arrangement, dx, exact=exact, even=even)
+
+
+def _split_by(
+    shape: Shape, turn: np.ndarray | None, position: Sequence[float] | None, mirrors: Sequence[Mirror], dx: float
+) -> tuple[int, ...]:
+    """Return the body's own axes across whose middle a symmetry plane lies."""
+    centre = np.zeros(shape.dim) if position is None else np.asarray(position)
+    low, high = Placed(shape, centre, turn).bounds()
+    parts = []
+    for mirror in mirrors:
+        # where a body in the row stands along x is not known yet
+        if (mirror.axis == 0 and position is None) or not crosses(low, high, mirror, dx):
+            continue
+        normal = np.eye(shape.dim)[mirror.axis] if turn is None else turn[mirror.axis]
+        own = int(np.abs(normal).argmax())
+        if abs(normal[own]) > 1 - 1e-9:
+            parts.append(own)
+    return tuple(dict.fromkeys(parts))
+
+
+def _solid(shape: Any) -> Any:
+    """Return the solid of which `shape` is the half-plane section; itself of any other."""
+    return shape.solid if isinstance(shape, Section) else shape
+
+
+def _refuse_distance(name: str, positions: np.ndarray, spacing: float, units: str) -> None:
+    """Refuse a body so far out that its particles' places are rounded to a noticeable part of the spacing."""
+    rounding = float(np.spacing(np.abs(positions).max()))
+    if rounding > ROUNDING * spacing:
+        unit = " m" if units == "si" else ""
+        raise CaseError(
+            f"lies so far from the origin that places are told apart to {rounding:.2g}{unit} only, and its particles "
+            f"are {spacing:.2g}{unit} apart; move it nearer (position, gap)",
+            where=f"bodies.{name}",
+        )
+
+
+def _refuse_disorder(bodies: list[PlacedBody]) -> None:
+    """Refuse layers that do not stand from left to right: projectile and target are told by their order."""
+    for before, body in pairwise(bodies):
+        if body.positions.min() < before.positions.min():
+            raise CaseError(
+                f"stands left of '{before.name}', which is listed before it; list the layers from left to "
+                "right, or change their positions",
+                where=f"bodies.{body.name}.position",
+            )
+
+
+def _refuse_overlaps(bodies: list[PlacedBody], units: str) -> None:
+    """Refuse bodies that stand in each other."""
+    for overlap in overlaps([_standing(body) for body in bodies]):
+        first, second = (bodies[i] for i in overlap.bodies)
+        scale, unit = (1e3, " mm") if units == "si" else (1.0, "")
+        place = ", ".join(f"{scale * float(c):.4g}" for c in overlap.place)
+        spacing = min(first.filling.finest, second.filling.finest)
+        how = f"by {overlap.depth / spacing:.2g} spacings or more" if overlap.depth else "there is matter of both"
+        raise CaseError(
+            f"overlaps '{second.name}': {how}, at ({place}){unit}; move one (position, gap) or shrink it",
+            where=f"bodies.{first.name}",
+        )
+
+
+def _standing(body: PlacedBody) -> Standing:
+    """Return what tells whether `body` stands in another."""
+    return Standing(body.positions, body.breadth, (body.filling.finest, float(body.spacing.max())), body.surface)

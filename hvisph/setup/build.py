@@ -1,0 +1,101 @@
+"""From a case to the objects of a run: the only translator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hvisph.case.formulations.riemann import bears_any_tension
+from hvisph.core.particles import Particles
+from hvisph.integrators.scheme import SCHEMES
+from hvisph.integrators.time_step import Criteria
+from hvisph.materials.material_table import Material
+from hvisph.parallel.subdomain import Share
+from hvisph.schemes.protocol import AnyStepper
+from hvisph.schemes.stepper import Stepper
+from hvisph.sph.neighbours.symmetry_planes import Plane
+
+from .bodies import PlacedBody
+from .gauges import Gauges
+from .initial_state import Beginning, begin
+from .particle_types import set_loads
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+
+@dataclass
+class Setup:
+    """What a run works with.
+
+    Parameters
+    ----------
+    stepper, criteria
+        Particles with their forces, and the limits of the step.
+    bodies, materials
+        Names, in the order of the particles' tags.
+    planes
+        Planes of symmetry.
+    gauges
+        What is recorded where.
+    density_limits
+        Density [kg/m^3] of each material below which its equation of state holds, infinite for most.
+    share
+        What of it this process has.
+    notes
+        Which sizes had to give way to the spacing of particles.
+    watched
+        As that of `Beginning`.
+    bears_any_tension
+        Of each body, whether its equation of state alone limits the tension that it bears.
+    """
+
+    stepper: AnyStepper
+    criteria: Criteria
+    bodies: list[str]
+    materials: list[str]
+    planes: tuple[Plane, ...]
+    gauges: Gauges
+    density_limits: np.ndarray
+    share: Share
+    notes: tuple[str, ...] = ()
+    watched: dict[str, np.ndarray] | None = None
+    bears_any_tension: tuple[bool, ...] = ()
+
+    @property
+    def particles(self) -> Particles:
+        """The state."""
+        return self.stepper.particles
+
+
+def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
+    """Build the objects of a run; arguments and errors as of `beginning.begin`."""
+    return set_up(case, begin(case, bodies))
+
+
+def set_up(case: Case, start: Beginning) -> Setup:
+    """Return the objects of a run of what it begins with, all of it or a part."""
+    scheme, particles, formulation = SCHEMES[case.time.integrator], start.particles, start.formulation
+    stepper = formulation.stepper(
+        particles, formulation, start.materials, scheme.stage, scheme.previous, start.longest, start.planes,
+        **scheme.further(),
+    )  # fmt: skip
+    if isinstance(stepper, Stepper):
+        stepper.h_low *= start.spread
+    if start.sequence is not None:
+        stepper.keep_order(start.sequence)
+    set_loads(stepper, case, start.bodies)
+    criteria = Criteria(particles.dim, particles.count, case.time.cfl, formulation.viscous_factor)
+    limits = np.array([_largest_density(material) for material in start.materials])
+    share = Share(stepper, criteria, start.planes, start.count)
+    return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
+                 Gauges(start.gauges, stepper), limits, share, start.notes, start.watched,
+                 tuple(bears_any_tension(case.bodies[name]) for name in start.bodies))  # fmt: skip
+
+
+def _largest_density(material: Material) -> float:
+    """Return the density [kg/m^3] at which a material's equation of state ends."""
+    largest = getattr(material.eos, "largest_density", None)
+    return float("inf") if largest is None else float(largest(material.density))

@@ -1,0 +1,176 @@
+"""From the case's formulation to the published scheme with its numbers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from hvisph.core.kinematics import KINEMATICS
+from hvisph.schemes.formulation import Smoothing
+from hvisph.schemes.protocol import AnyFormulation
+from hvisph.schemes.riemann.scheme import Riemann
+from hvisph.schemes.standard.options import (
+    BalsaraViscosity,
+    DensityDissipation,
+    GrayArtificialStress,
+    KernelCorrection,
+    MonaghanViscosity,
+    MorrisMonaghanViscosity,
+    NoArtificialStress,
+    NoCorrection,
+    NoDensityDissipation,
+    NoViscosity,
+)
+from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.sph.contact.penalty_contact import Pressing
+from hvisph.sph.contact.repulsion import Contact, Welded
+from hvisph.sph.kernels import KERNELS
+from hvisph.sph.terms.limiters import LIMITERS
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+    from hvisph.schemes.total_lagrangian.scheme import TotalLagrangian
+
+
+def formulation_of(case: Case) -> AnyFormulation:
+    """Return the scheme that a case's formulation describes."""
+    model: Any = case.formulation
+    length = model.smoothing_length
+    shared: dict[str, Any] = {
+        "kernel": KERNELS[model.kernel],
+        "h_over_dx": model.h_over_dx,
+        "smoothing": Smoothing(True, length.min_over_initial, length.max_over_initial)
+        if length.type == "variable"
+        else Smoothing(),
+    }
+    kinematics = KINEMATICS[case.kinematics]
+    revolved: dict[str, Any] = {"revolved": kinematics.revolved}
+    turns = kinematics.dim > 1 and not kinematics.revolved
+    if model.type in ("total_lagrangian", "adaptive") or model.parted:
+        return _composite(model, case)
+    match model.type:
+        case "eulerian":
+            return Eulerian(
+                **shared,
+                viscosity=_viscosity(model.viscosity),
+                artificial_stress=_artificial_stress(model.artificial_stress),
+                dissipation=_dissipation(model.density_dissipation),
+                correction=_correction(model.correction),
+                product=model.momentum_form == "product",
+                mass_form=model.density_form == "mass",
+                shears=model.viscosity_in_shear == "reduced",
+                spins=turns and model.angular_momentum == "kept",
+                **revolved,
+                **_separating(model, case),
+            )
+        case "riemann":
+            return Riemann(
+                **shared,
+                reconstruction=LIMITERS[model.reconstruction],
+                consistent=model.form == "consistent",
+                held=model.tension == "held",
+                spins=turns and model.angular_momentum == "kept",
+                faces=model.contact.type == "separating" and model.contact.folds,
+                **revolved,
+                **_separating(model, case),
+            )
+        case "projection":
+            from hvisph.schemes.projection.scheme import Projection
+
+            return Projection(
+                **shared,
+                printed=model.pressure_gradient == "printed",
+                guard=model.guard,
+                body_force=model.body_force,
+                pressure_average=model.pressure_average,
+            )
+    raise ValueError(model.type)
+
+
+def _separating(model: Any, case: Case) -> dict[str, Any]:
+    """Return whether bodies part and slide, and their friction; a single body has pieces alone, if it is to."""
+    contact = model.contact
+    if contact.type != "separating" or (len(case.bodies) < 2 and not (contact.own_faces or contact.folds)):
+        return {}
+    return {"parted": True, "friction": contact.friction, "own_faces": contact.own_faces is not False}
+
+
+def _correction(model: Any) -> KernelCorrection:
+    if model.type == "none":
+        return NoCorrection()
+    return KernelCorrection(
+        model.type != "gradient", model.type != "shepard", model.factor, model.tested == "components"
+    )
+
+
+def _artificial_stress(model: Any) -> GrayArtificialStress:
+    return NoArtificialStress() if model.type == "none" else GrayArtificialStress(model.eps, model.n)
+
+
+def _dissipation(model: Any) -> DensityDissipation:
+    return NoDensityDissipation() if model.type == "none" else DensityDissipation(model.alpha)
+
+
+def _viscosity(model: Any) -> MonaghanViscosity:
+    match model.type:
+        case "none":
+            return NoViscosity()
+        case "monaghan":
+            return MonaghanViscosity(model.alpha, model.beta)
+        case "balsara":
+            return BalsaraViscosity(model.alpha, model.beta)
+        case "morris_monaghan":
+            return MorrisMonaghanViscosity(share_minimum=model.alpha_min, share_decay=model.decay)
+    raise ValueError(model.type)
+
+
+def contact_of(model: Any) -> Pressing | Contact:
+    """Return the repulsion between bodies that a case's contact describes."""
+    if model.type == "separating":
+        return Pressing(model.stiffness or 1.0, friction=model.friction, own_faces=model.own_faces is not False)
+    return Contact(model.stiffness, model.exponent, model.absolute_stiffness)
+
+
+def _composite(model: Any, case: Case) -> TotalLagrangian:
+    """Return the scheme of bodies that meet: Total Lagrangian, adaptive, or Eulerian ones in contact."""
+    from hvisph.schemes.adaptive.conversion import Conversion
+    from hvisph.schemes.total_lagrangian.scheme import TotalLagrangian
+
+    shared: dict[str, Any] = {
+        "kernel": KERNELS[model.kernel],
+        "h_over_dx": model.h_over_dx,
+        "viscosity": _viscosity(model.viscosity),
+        "artificial_stress": _artificial_stress(model.artificial_stress),
+        "contact": contact_of(model.contact) if model.parted else Welded(),
+        "revolved": KINEMATICS[case.kinematics].revolved,
+        "courant": case.time.cfl,
+    }
+    if model.type == "eulerian":
+        return TotalLagrangian(
+            **shared, product=model.momentum_form == "product", shears=model.viscosity_in_shear == "reduced"
+        )
+    limits = getattr(model, "conversion", None)
+    kinds = [body.formulation or model.type for body in case.bodies.values()]
+    return TotalLagrangian(
+        **shared,
+        stress_at_interface=model.artificial_stress_at_interface == "both",
+        correction=KernelCorrection(model.correction == "mixed", model.correction != "none"),
+        spatial_correction=_correction(model.spatial_correction),
+        printed_viscosity=model.viscosity_gradient == "reference",
+        hourglass=model.hourglass,
+        secant=model.hourglass_stiffness == "secant",
+        shears=model.viscosity_in_shear == "reduced",
+        failed_leave=model.failed_particles != "stay",
+        keeps_volume=model.failed_particles != "leave_with_jump",
+        renew_strain=model.renew_reference,
+        conversion=Conversion()
+        if limits is None
+        else Conversion(
+            strain=limits.strain,
+            damage=limits.damage,
+            neighbours=limits.neighbours,
+            bodies=tuple(number for number, kind in enumerate(kinds) if kind == "adaptive"),
+            guard=limits.guard,
+            guard_strain=limits.guard_strain,
+            guard_damage=limits.guard_damage,
+        ),
+    )

@@ -1,0 +1,239 @@
+"""Gauges: records of single particles, of points in space and of free surfaces, step by step.
+
+A gauge is placed once, on the bodies as they start. Those that ride follow a particle by its
+permanent number, so nothing of them changes while a run goes on: a run that is built again from
+its case has the same gauges.
+
+A particle that has been retired from the domain no longer is where it was, and its gauge records NaN.
+
+At a point fixed in space the value is f = sum_b V_b W_b f_b / sum_b V_b W_b over the particles
+whose kernels reach it: Shepard's normalisation, exact for a constant up to a free surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hvisph.compiler.jit import specialise
+from hvisph.core.errors import CaseError
+from hvisph.core.fields import SYMMETRIC_COMPONENTS, component_names, field_of
+from hvisph.core.particles import FLAGS, ID, RETIRED
+from hvisph.parallel.subdomain import Share
+from hvisph.schemes.derived_fields import NAMES, diagnose
+from hvisph.schemes.protocol import AnyStepper
+from hvisph.sph.neighbours.interpolation import weigh
+
+from .bodies import PlacedBody
+
+if TYPE_CHECKING:
+    from hvisph.case.gauges import Gauge
+
+# A gauge further than this many spacings from every particle is in no body.
+NEAR = 1.0
+
+
+@dataclass(frozen=True)
+class PlacedGauge:
+    """One gauge in its place.
+
+    Parameters
+    ----------
+    columns
+        Names of the components that it records.
+    every
+        Steps between records, None for every line of the history.
+    point
+        Its place in space, where it is fixed [m].
+    particle
+        Permanent number of the particle that it rides with, where it does.
+    normal
+        Outward direction of the free surface that it watches.
+    """
+
+    columns: tuple[str, ...]
+    every: int | None
+    point: np.ndarray | None = None
+    particle: int = 0
+    normal: np.ndarray | None = None
+
+
+class Gauges:
+    """All gauges of a run.
+
+    Parameters
+    ----------
+    gauges
+        The gauges by name, in their places.
+    stepper
+        What is recorded.
+
+    Attributes
+    ----------
+    columns
+        Columns of the history, ``gauge.<name>.<field>``.
+
+    Raises
+    ------
+    CaseError
+        For a field that the formulation has not.
+    """
+
+    def __init__(self, gauges: dict[str, PlacedGauge], stepper: AnyStepper):
+        self._stepper, self._names = stepper, tuple(gauges)
+        self._gauges = list(gauges.values())
+        self.columns = tuple(f"gauge.{name}.{column}" for name, gauge in gauges.items() for column in gauge.columns)
+        present = {*stepper.particles.names, *NAMES, "stress"}
+        for name, gauge in gauges.items():
+            for column in gauge.columns:
+                if field_of(column).name not in present:
+                    raise CaseError(
+                        f"'{field_of(column).name}' is not a field of the formulation "
+                        f"'{stepper.formulation.name}'; leave it out",
+                        where=f"gauges.{name}.fields",
+                    )
+        dim, kernel = stepper.particles.dim, stepper.formulation.kernel
+        at = {k: v for k, v in stepper.particles.bindings().items() if k in weigh.__code__.co_names}
+        self._weigh = specialise(weigh, parallel=False, DIM=dim, shape=kernel.shape, **at)
+
+    @property
+    def surfaces(self) -> dict[str, tuple[int, np.ndarray]]:
+        """Permanent number of the particle, and outward direction, of every gauge of a free surface by its name."""
+        own = zip(self._names, self._gauges, strict=True)
+        return {name: (gauge.particle, gauge.normal) for name, gauge in own if gauge.normal is not None}
+
+    def due(self, step: int) -> bool:
+        """Whether a gauge asks for a record after `step` steps."""
+        return any(g.every is not None and step % g.every == 0 for g in self._gauges)
+
+    def record(self, step: int, share: Share) -> list[float]:
+        """Return the values of `columns`; NaN for gauges that are not due, see nothing or are retired.
+
+        Parameters
+        ----------
+        step
+            Steps done.
+        share
+            Where the particles are.
+        """
+        due = [g.every is None or step % g.every == 0 for g in self._gauges]
+        riding = [g.particle for g, now in zip(self._gauges, due, strict=True) if now and g.point is None]
+        particles, numbers = self._stepper.particles, np.array(riding, np.int64)
+        values = None
+        if riding:
+            values = _Values(self._stepper, share.at(numbers, particles.data), share.at(numbers, particles.tags))
+        record: list[float] = []
+        row = 0
+        for gauge, now in zip(self._gauges, due, strict=True):
+            if not now:
+                record += [float("nan")] * len(gauge.columns)
+            elif gauge.point is not None:
+                record += self._interpolated(gauge, share)
+            else:
+                assert values is not None
+                record += [values.of(column, row, gauge.normal) for column in gauge.columns]
+                row += 1
+        return record
+
+    def _interpolated(self, gauge: PlacedGauge, share: Share) -> list[float]:
+        particles = self._stepper.particles
+        assert gauge.point is not None
+        rows, weights = np.empty(particles.count, np.int64), np.empty(particles.count)
+        reach = self._stepper.formulation.kernel.reach
+        n = self._weigh(particles.data, gauge.point, reach, rows, weights)
+        near = rows[:n]
+        tags, data, weights = (share.gathered(one) for one in (particles.tags[near], particles.data[near], weights[:n]))
+        if not len(tags):
+            return [float("nan")] * len(gauge.columns)
+        order = np.argsort(tags[:, ID])  # a sum that does not depend on where particles are kept
+        values, shares = _Values(self._stepper, data[order], tags[order]), weights[order] / weights[order].sum()
+        return [float(shares @ values.column(column)) for column in gauge.columns]
+
+
+class _Values:
+    """All fields of a few particles."""
+
+    def __init__(self, stepper: AnyStepper, data: np.ndarray, tags: np.ndarray):
+        self._particles = stepper.particles.like(len(data))
+        self._particles.data[...], self._particles.tags[...] = data, tags
+        self._found = diagnose(self._particles, stepper.table, stepper.models)
+
+    def column(self, column: str) -> np.ndarray:
+        """Return a component of a field, (particles,)."""
+        name, dim = field_of(column).name, self._particles.dim
+        if name == "stress":
+            number = SYMMETRIC_COMPONENTS.index(column.rpartition("_")[2])
+            return self._particles["deviator"][:, number] - (self._found["pressure"] if number < 3 else 0.0)
+        if name in NAMES:
+            return self._found.get(name, np.full(self._particles.count, np.nan))
+        values = self._particles[name]
+        return values if values.ndim == 1 else values[:, component_names(name, dim).index(column)]
+
+    def of(self, column: str, row: int, normal: np.ndarray | None) -> float:
+        """Return a component at one particle, NaN if it is retired; a surface lies half a spacing outwards."""
+        if self._particles.tags[row, FLAGS] & RETIRED:
+            return float("nan")
+        value = float(self.column(column)[row])
+        if normal is None or field_of(column).name != "position":
+            return value
+        particles = self._particles
+        volume = float(particles["mass"][row] / particles["density"][row])
+        if particles.kinematics.revolved:
+            volume /= 2.0 * np.pi * float(particles["position"][row, 1])
+        spacing = volume ** (1.0 / particles.dim)
+        return value + 0.5 * spacing * float(normal[component_names("position", particles.dim).index(column)])
+
+
+def placed_gauges(models: dict[str, Gauge], bodies: list[PlacedBody], dx: float) -> dict[str, PlacedGauge]:
+    """Put gauges in their places.
+
+    Parameters
+    ----------
+    models
+        The case's gauges by name.
+    bodies
+        The bodies where they start; particles are numbered in their order.
+    dx
+        Spacing of the case [m]; that of a coarser body counts where it is that body's.
+
+    Raises
+    ------
+    CaseError
+        For a gauge outside every body.
+    """
+    if not models:
+        return {}
+    positions = np.concatenate([body.positions for body in bodies])
+    owner = np.repeat(np.arange(len(bodies)), [len(body.positions) for body in bodies])
+    spacing = np.maximum(np.concatenate([body.spacing for body in bodies]), dx)
+    return {name: _placed(name, model, positions, owner, spacing) for name, model in models.items()}
+
+
+def _placed(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, spacing: np.ndarray) -> PlacedGauge:
+    """Return a gauge in its place."""
+    dim = positions.shape[1]
+    at = np.array(model.at, dtype=float)
+    columns = tuple(c for field in model.fields for c in component_names(field, dim))
+    if model.type == "fixed":
+        return PlacedGauge(columns, model.every, point=at)
+    distance = np.sqrt(((positions - at) ** 2).sum(axis=1))
+    particle = int(distance.argmin())
+    if distance[particle] > NEAR * spacing[particle]:
+        near = ", ".join(f"{x:.6g}" for x in positions[particle])
+        raise CaseError(
+            f"({', '.join(f'{x:.6g}' for x in at)}) is outside every body; the nearest particle is at ({near}). "
+            "Move the gauge into a body, or make it `fixed`",
+            where=f"gauges.{name}.at",
+        )
+    if model.type == "material":
+        return PlacedGauge(columns, model.every, particle=particle)
+    normal = np.zeros(dim)
+    normal["xyz".index(model.direction[1])] = 1.0 if model.direction[0] == "+" else -1.0
+    from_at = positions - at
+    along = from_at @ normal
+    beside = np.sqrt(np.maximum((from_at**2).sum(axis=1) - along**2, 0.0))
+    seen = (owner == owner[particle]) & (beside <= beside[particle] + 0.5 * spacing[particle])
+    outermost = np.flatnonzero(seen)[along[seen].argmax()]
+    return PlacedGauge(columns, model.every, particle=int(outermost), normal=normal)

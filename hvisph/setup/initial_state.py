@@ -1,0 +1,190 @@
+"""What a run begins with: the state of all its particles, and what moves them is made of. Compiles nothing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.core.kinematics import KINEMATICS
+from hvisph.core.particles import BODY, CLAMPED, FLAGS, ID, MATERIAL, Particles
+from hvisph.integrators.scheme import SCHEMES
+from hvisph.materials.material_table import Material
+from hvisph.measures.debris.groups import connected_groups
+from hvisph.schemes.riemann.scheme import Riemann
+from hvisph.schemes.standard.scheme import Eulerian
+from hvisph.sph.kernels import KERNELS
+from hvisph.sph.neighbours.symmetry_planes import AXIS, Plane
+
+from .bodies import PlacedBody, placed_bodies
+from .formulations import formulation_of
+from .gauges import PlacedGauge, placed_gauges
+from .impact_pressure import stiff_enough
+from .initial_fields import MEMORY, body_material, remembered
+from .materials import start_of
+from .particle_types import filled_region, refuse_outside, set_kernel_types
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+# Spacings that differ by more than this share of the case's are unlike; filling a shape exactly changes them by less.
+UNLIKE = 0.005
+# Kinds of shapes that may be of several pieces.
+SEVERAL = ("union", "intersection", "difference", "repeat", "prism", "mesh", "particles")
+
+
+@dataclass
+class Beginning:
+    """What a run begins with.
+
+    Parameters
+    ----------
+    particles
+        The state, of all bodies or of a part of them.
+    formulation, materials, planes
+        The published scheme, the materials in the order of the particles' tags, the planes of symmetry.
+    longest, spread
+        Largest smoothing length [m], and the smallest over it.
+    bodies
+        Names of the bodies, in the order of the particles' tags.
+    gauges
+        What is recorded where.
+    notes
+        Which sizes had to give way to the spacing of particles.
+    count
+        Number of particles of all bodies.
+    watched
+        Numbers of the particles whose pressures the history holds, by column, where the particles are a part of all.
+    sequence
+        Places of the particles in the order of all (n,), where they are a part of them and the scheme keeps an order.
+    """
+
+    particles: Particles
+    formulation: Any
+    materials: list[Material]
+    planes: tuple[Plane, ...]
+    longest: float
+    spread: float
+    bodies: list[str]
+    gauges: dict[str, PlacedGauge]
+    notes: tuple[str, ...]
+    count: int
+    watched: dict[str, np.ndarray] | None = None
+    sequence: np.ndarray | None = None
+
+
+def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
+    """Make the particles of a case and give them what they begin with.
+
+    Parameters
+    ----------
+    case
+        The case.
+    bodies
+        Its bodies, where they are already placed.
+
+    Raises
+    ------
+    CaseError
+        Where the case cannot be built: overlapping bodies, a clamp that holds nothing, a domain that is too small.
+    """
+    placed = bodies or placed_bodies(case)
+    formulation = formulation_of(case)
+    made = [body_material(body, case.drawn, case.resolution) for body in placed]
+    particles, materials = _state(case, formulation.fields, placed, made)
+    lengths = np.full(particles.count, formulation.h_over_dx * case.resolution)
+    if isinstance(formulation, Riemann | Eulerian):  # the others have one smoothing length for all
+        h = formulation.h_over_dx * case.resolution
+        lengths = formulation.h_over_dx * np.concatenate([body.spacing for body in placed])
+        formulation = replace(formulation, unlike=bool(np.ptp(lengths) > UNLIKE * h))
+        contact: Any = getattr(case.formulation, "contact", None)
+        if _in_pieces(case, contact, placed):
+            formulation = replace(formulation, parted=True, friction=contact.friction, own_faces=True)
+    particles["smoothing_length"] = lengths
+    means = [particles["velocity"][particles.body == number].mean(axis=0) for number in range(len(placed))]
+    own = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]
+    formulation = stiff_enough(formulation, getattr(case.formulation, "contact", None), own, means)
+    names = [body.name for body in placed]
+    _hold(case, particles, names)
+    refuse_outside(particles, case.domain, names)
+    sides = {"above": 1.0, "below": -1.0}
+    planes = tuple(Plane("xyz".index(plane.axis), plane.at, sides[plane.keep]) for plane in case.symmetry)
+    if particles.kinematics.revolved:
+        planes = (*planes, AXIS)
+    unit = {1: " kg/m^2", 2: " kg/m", 3: " kg"}[case.drawn] if case.units == "si" else ""
+    notes = tuple(
+        f"{body.name}: mass {particles['mass'][particles.body == number].sum():.6g}{unit}; {body.filling.note}"
+        for number, body in enumerate(placed)
+        if body.filling.note
+    )
+    gauges = placed_gauges(case.gauges, placed, case.resolution)
+    longest, shortest = float(lengths.max()), float(lengths.min())
+    return Beginning(particles, formulation, materials, planes, longest, shortest / longest, names, gauges, notes,
+                     particles.count)  # fmt: skip
+
+
+def _in_pieces(case: Case, contact: Any, placed: list[PlacedBody]) -> bool:
+    """Whether the only body of a case begins in several pieces that are to part as bodies do."""
+    if len(placed) > 1 or contact is None or contact.type != "separating" or contact.own_faces is not None:
+        return False
+    (body,) = placed
+    if body.model.shape.type not in SEVERAL:
+        return False
+    reach = KERNELS[case.formulation.kernel].reach * case.formulation.h_over_dx
+    return bool(connected_groups(body.positions, float(body.spacing.max()), reach).any())
+
+
+def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
+           made: list[Material]) -> tuple[Particles, list[Material]]:  # fmt: skip
+    """Return the particles of `placed` bodies, each of its own material, and the materials, each once."""
+    dim, dx, kinematics = case.dim, case.resolution, KINEMATICS[case.kinematics]
+    extra = (*fields, *SCHEMES[case.time.integrator].extra_fields(kinematics.revolved))
+    if any(material.remembers for material in made):
+        _refuse_memory(case, made)
+        extra = (*extra, *MEMORY)
+    particles = Particles(dim, sum(len(b.positions) for b in placed), extra, kinematics)
+    materials: list[Material] = []
+    first = 0
+    for number, (body, material) in enumerate(zip(placed, made, strict=True)):
+        if material not in materials:
+            materials.append(material)
+        part = slice(first, first + len(body.positions))
+        first = part.stop
+        particles["position"][part] = body.positions
+        particles["velocity"][part] = body.velocity
+        density, energy = start_of(body.name, body.model, material)
+        particles["mass"][part] = density * body.volumes
+        particles["density"][part] = density
+        particles["internal_energy"][part] = energy
+        if material.remembers:
+            for name, values in zip(MEMORY, remembered(body, material, dim, case.drawn, dx).T, strict=True):
+                particles[name][part] = values
+        particles.tags[part, BODY] = number
+        particles.tags[part, MATERIAL] = materials.index(material)
+    particles.tags[:, ID] = np.arange(particles.count)
+    return particles, materials
+
+
+def _hold(case: Case, particles: Particles, names: list[str]) -> None:
+    """Hold the clamped particles, and set the kernels; refuse regions without a particle."""
+    for number, clamp in enumerate(case.clamped):
+        held = filled_region(particles, clamp, names, f"clamped.{number}")
+        particles.tags[held, FLAGS] |= CLAMPED
+        particles["velocity"][held] = 0.0
+    set_kernel_types(particles, case, names)
+    for number, load in enumerate(case.initial_loads):
+        filled_region(particles, load, names, f"initial_loads.{number}")
+
+
+def _refuse_memory(case: Case, made: list[Material]) -> None:
+    """Refuse materials with a memory where a formulation's pressure has none."""
+    if case.formulation.type != "projection" and case.kinematics != "plane_stress":
+        return
+    name, _ = next((n, m) for n, m in zip(case.bodies, made, strict=True) if m.remembers)
+    raise CaseError(
+        "pores, programmed burn, rate_smoothing, grady_kipp, grady_spall and johnson_holmquist damage need another "
+        "formulation than projection, and other kinematics than plane_stress",
+        where=f"bodies.{name}.material",
+    )

@@ -1,0 +1,188 @@
+"""A material point driven along a path of strain: the stress update alone, in plain Python.
+
+For choosing a model and for testing one: no neighbours, no waves, nothing compiled. The energy takes the work of the
+stress, de = (S:D - p tr D) dt/rho, and the density follows the volume.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from hvisph.compiler.jit import plain
+from hvisph.core.errors import CaseError
+from hvisph.materials import isentrope, stress_update, thermodynamics
+from hvisph.materials.damage import GradyKipp
+from hvisph.materials.material_table import Material, pack
+from hvisph.materials.slots import DISTENSION, INVERSE_HEAT_CAPACITY, values
+
+from .initial_fields import with_cracks
+
+PATHS = ("shear", "uniaxial_strain", "uniaxial_stress", "cycle", "rotation")
+# What `drive` records, beside the strain.
+COLUMNS = ("xx", "yy", "zz", "xy", "xz", "yz", "pressure", "von_mises_stress", "plastic_strain", "damage", "density",
+           "internal_energy", "temperature")  # fmt: skip
+VOLUME = 1e-9  # of the point [m^3]: flaws and cracks of brittle materials hang on it
+_SIDEWAYS = 40  # secant steps for stress-free sides
+
+
+@dataclass(frozen=True)
+class PointRecord:
+    """What a material point went through.
+
+    Parameters
+    ----------
+    strain
+        Strain along the path (n,): shear gamma = integral of du_x/dy, else logarithmic; in a rotation the angle.
+    values
+        `COLUMNS` at each, (n, 13): Cauchy stress, tension positive, and state.
+    """
+
+    strain: np.ndarray
+    values: np.ndarray
+
+    def __getitem__(self, column: str) -> np.ndarray:
+        """Return a column, (n,)."""
+        return self.values[:, COLUMNS.index(column)]
+
+
+class _Point:
+    def __init__(self, material: Material):
+        material = with_cracks(material, VOLUME)
+        self.row = material.whole_row
+        self.table, self.models = pack([material])
+        self.recall, self.heat = plain(stress_update.recall), plain(isentrope.temperature)
+        self.rho, self.e = material.density, material.eos.ambient_energy
+        self.s: tuple[float, ...] = (0.0,) * 6
+        self.plastic_strain = self.damage = 0.0
+        self.memory: tuple[float, ...] = stress_update.NOTHING
+        if material.porosity is not None:
+            self.memory = (material.porosity.distension, *self.memory[1:])
+            self.rho /= material.porosity.distension
+        elif material.remembers:
+            self.memory = (0.0, *self.memory[1:])
+        if isinstance(material.damage, GradyKipp):
+            least, exponent, number = material.damage.flaws("point", 1, VOLUME)[0].tolist()
+            self.memory = (self.memory[0], least, exponent, number, 0.0)
+        self.p = 0.0
+
+    def tried(self, l: np.ndarray, dt: float) -> tuple:
+        """Return what a step at the gradient `l` would make of it."""
+        trace = l[0, 0] + l[1, 1] + l[2, 2]
+        rho = self.rho * np.exp(-dt * trace)
+        d = 0.5 * (l + l.T)
+        stress = _matrix(self.s) - self.p * np.eye(3)
+        e = self.e
+        for _ in range(2):  # the work of the mean stress
+            answer = self.recall(self.table, self.models, 0, dt, rho, e, self.s, self.plastic_strain, self.damage,
+                                self.memory, tuple(l.ravel().tolist()))  # fmt: skip
+            after = _matrix(answer[0]) - answer[3] * np.eye(3)
+            e = self.e + dt * 0.5 * float(((stress + after) * d).sum()) * 2.0 / (self.rho + rho)
+        return rho, e, answer
+
+    def step(self, l: np.ndarray, dt: float) -> None:
+        """Advance by a step."""
+        self.rho, self.e, answer = self.tried(l, dt)
+        self.s, self.plastic_strain, self.damage, self.p, _, self.memory = answer
+
+    def record(self) -> list[float]:
+        """Return `COLUMNS`."""
+        s = _matrix(self.s)
+        stress = [*(np.diag(s) - self.p), s[0, 1], s[0, 2], s[1, 2]]
+        solid = self.rho * self.memory[0] if self.row[DISTENSION] > 1.0 else self.rho
+        t = self.heat(solid, self.e, values(self.row))
+        mises = float(np.sqrt(1.5 * (s * s).sum()))
+        return [*stress, self.p, mises, self.plastic_strain, self.damage, self.rho, self.e, t]
+
+
+def _matrix(s: tuple[float, ...]) -> np.ndarray:
+    return np.array([[s[0], s[3], s[4]], [s[3], s[1], s[5]], [s[4], s[5], s[2]]])
+
+
+def _sideways(point: _Point, rate: float, dt: float, before: float) -> float:
+    """Return the lateral strain rate [1/s] that leaves the sides without stress."""
+
+    def stress(sideways: float) -> float:
+        _, _, answer = point.tried(np.diag([rate, sideways, sideways]), dt)
+        return float(answer[0][1] - answer[3])
+
+    low, high = before, before + 0.05 * abs(rate)
+    at_low, at_high = stress(low), stress(high)
+    for _ in range(_SIDEWAYS):
+        if at_high == at_low or abs(at_high) < 1.0:
+            break
+        low, high, at_low = high, high - at_high * (high - low) / (at_high - at_low), at_high
+        at_high = stress(high)
+    return high
+
+
+def knows_heat(material: Material) -> bool:
+    """Whether the material has a heat capacity, hence a temperature."""
+    return bool(material.row()[INVERSE_HEAT_CAPACITY] > 0.0)
+
+
+def flow_at(
+    material: Material, temperature: float | None, plastic_strain: float, rate: float, pressure: float = 0.0
+) -> float:
+    """Return the yield stress at a temperature [K], that of rest where None, strain, rate [1/s] and pressure [Pa]."""
+    table, models = pack([material])
+    e = material.eos.ambient_energy
+    if temperature is not None:
+        e = material.energy_at(material.density, temperature)
+    flow = plain(thermodynamics.flow_stress)
+    return float(flow(table, models, 0, material.density, e, pressure, plastic_strain, 0.0, rate)[0])
+
+
+def drive(material: Material, path: str = "uniaxial_stress", rate: float = 1e3, strain: float = 0.2,
+          steps: int = 400) -> PointRecord:  # fmt: skip
+    """Drive a material point along a path.
+
+    Parameters
+    ----------
+    material
+        What it is made of.
+    path
+        ``shear`` (du_x/dy alone), ``uniaxial_strain``, ``uniaxial_stress`` (stress-free sides), ``cycle`` (uniaxial
+        stress to the strain, back to its opposite, and to 0), ``rotation`` (strained by a thousandth, then turned).
+    rate
+        Strain rate [1/s], above 0; in a rotation the spin.
+    strain
+        Strain at the end; below 0 for compression. In a rotation the angle [rad].
+    steps
+        Number of steps.
+
+    Raises
+    ------
+    CaseError
+        For an unknown path or numbers without a meaning.
+    """
+    if path not in PATHS:
+        raise CaseError(f"unknown path '{path}'; allowed: {', '.join(PATHS)}")
+    if not (rate > 0.0 and steps > 0 and strain != 0.0):
+        raise CaseError("rate and steps must be above zero, and the strain must not be zero")
+    point = _Point(material)
+    length = 4.0 * abs(strain) if path == "cycle" else abs(strain)
+    dt = length / rate / steps
+    if path == "rotation":
+        point.step(np.diag([1e-3, -0.5e-3, -0.5e-3]), 1.0)
+    gradient: Callable[[float, float], np.ndarray] = lambda signed, _: np.diag([signed, 0.0, 0.0])  # noqa: E731
+    if path == "shear":
+        gradient = lambda signed, _: np.array([[0.0, signed, 0.0], [0.0] * 3, [0.0] * 3])  # noqa: E731
+    elif path == "rotation":
+        gradient = lambda signed, _: np.array([[0.0, -signed, 0.0], [signed, 0.0, 0.0], [0.0] * 3])  # noqa: E731
+    strains, records, reached, sideways = [0.0], [point.record()], 0.0, -0.3 * rate * np.sign(strain)
+    for k in range(steps):
+        signed = rate * float(np.sign(strain))
+        if path == "cycle" and steps // 4 <= k < 3 * steps // 4:
+            signed = -signed
+        if path in ("uniaxial_stress", "cycle"):
+            sideways = _sideways(point, signed, dt, sideways if sideways * signed < 0.0 else -sideways)
+            point.step(np.diag([signed, sideways, sideways]), dt)
+        else:
+            point.step(gradient(signed, dt), dt)
+        reached += signed * dt
+        strains.append(reached)
+        records.append(point.record())
+    return PointRecord(np.array(strains), np.array(records))

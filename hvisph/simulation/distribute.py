@@ -1,0 +1,87 @@
+"""Handing out what a run begins with: the first process makes it and gives each the particles of its part of the space.
+
+So one process holds the state of all for a moment, and none its neighbours, rows and lists.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hvisph.core.errors import CaseError, RunError
+from hvisph.diagnostics.budgets import watched_particles
+from hvisph.parallel.partition import Parts
+from hvisph.parallel.world import Alone
+from hvisph.setup.build import set_up
+from hvisph.setup.initial_state import Beginning
+
+if TYPE_CHECKING:
+    from hvisph.case.case import Case
+
+# Particles of each body with which loops are compiled.
+FEW = 16
+
+
+def handed_out(world: Alone, make: Callable[[], Beginning], spacing: float) -> tuple[Beginning, Parts | None]:
+    """Return what this process begins with, and the parts of the space where there are several processes.
+
+    Parameters
+    ----------
+    world
+        The processes.
+    make
+        Makes the whole, on the first of them.
+    spacing
+        dx [m].
+
+    Raises
+    ------
+    CaseError
+        What `make` raises, on all of them; and where there are fewer particles than processes.
+    """
+    if world.size == 1:
+        return make(), None
+    held: list[tuple[Beginning, np.ndarray]] = []
+
+    def prepare() -> tuple[Beginning, Parts]:
+        whole = make()
+        particles = whole.particles
+        if whole.formulation.stepper.settled:  # it keeps this order, by which lists are sorted
+            from hvisph.schemes.adaptive.stepper import order_of
+
+            particles.permute(order_of(particles, whole.formulation.kernel.reach * whole.longest))
+            whole = replace(whole, sequence=np.arange(particles.count, dtype=np.uint64))
+        watched = watched_particles(particles, whole.planes, spacing)
+        parts = Parts(world.size, particles["position"], particles.id)
+        owner = parts.owner(particles["position"], particles.id)
+        if np.bincount(owner, minlength=world.size).min() == 0:
+            raise CaseError(f"{particles.count} particles are too few for {world.size} processes; start fewer")
+        held.append((whole, owner))
+        return replace(whole, particles=particles.like(0), sequence=None, watched=watched), parts
+
+    own, parts = world.from_first(prepare)
+    whole, owner = held.pop() if held else (own, None)
+    wanted = None if owner is None else [np.flatnonzero(owner == rank) for rank in range(world.size)]
+    own.particles.data = world.dealt(whole.particles.data, wanted)
+    own.particles.tags = world.dealt(whole.particles.tags, wanted)
+    if own.formulation.stepper.settled:
+        own = replace(own, sequence=world.dealt(whole.sequence, wanted))
+    return own, parts
+
+
+def compile_for_all(world: Alone, case: Case, start: Beginning) -> None:
+    """Let the first process of each machine compile the loops with a few particles: the others find them."""
+
+    def evaluate() -> None:
+        particles = start.particles
+        few = np.concatenate([np.flatnonzero(particles.body == body)[:FEW] for body in np.unique(particles.body)])
+        sample = particles.like(0)
+        sample.data, sample.tags = particles.data[few], particles.tags[few]
+        with suppress(RunError):
+            set_up(case, replace(start, particles=sample, sequence=None)).stepper.start()
+
+    world.prepared(evaluate)

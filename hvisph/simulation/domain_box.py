@@ -1,0 +1,115 @@
+"""The domain: particles that leave its box are retired, with what they carry kept in the balance.
+
+A retired particle stays in the arrays, so that nothing is renumbered: without mass, at rest, parked so
+far outside that it meets no neighbour ever again. It costs what a particle alone in the void costs,
+and snapshots do not show it.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.exact_sum import value_of, whole_parts
+from hvisph.core.particles import CLAMPED, FLAGS, RETIRED
+from hvisph.diagnostics.budgets import Budget
+from hvisph.integrators.sums import INTERNAL, MOMENTUM, SLIPPING, SUPPORT
+from hvisph.materials.slots import RHO0
+from hvisph.setup.build import Setup
+
+# From the box to the first parked particle, in supports: beyond what live particles fly between two calls
+# of `retire`.
+OUTSIDE = 64.0
+# Between parked particles, in supports. Odd, so that they spread evenly over the cells of the torus.
+APART = 3.0
+
+
+class Domain:
+    """The box that particles may not leave.
+
+    Parameters
+    ----------
+    setup
+        The run at its start.
+    box
+        The case's `domain`; None for none.
+    """
+
+    def __init__(self, setup: Setup, box: Any):
+        self._setup = setup
+        dim = setup.particles.dim
+        self._low, self._high = np.full(dim, -np.inf), np.full(dim, np.inf)
+        for corner, limit in ((box.min, self._low), (box.max, self._high)) if box is not None else ():
+            for axis, value in enumerate(corner):
+                if value is not None:
+                    limit[axis] = value
+        sides = [(axis, limit[axis], sign) for limit, sign in ((self._low, -1.0), (self._high, 1.0))
+                 for axis in range(dim) if np.isfinite(limit[axis])]  # fmt: skip
+        self._parking = sides[0] if sides else None
+
+    def _outside(self) -> np.ndarray:
+        position = self._setup.particles["position"]
+        return np.asarray(np.logical_or(position < self._low, position > self._high).any(axis=1))
+
+    def retire(self, budget: Budget, following: float) -> int:
+        """Retire the free particles outside, count them into `budget` and return their number.
+
+        Parameters
+        ----------
+        budget
+            Receives what they carry.
+        following
+            The step under way [s], whose stage is predicted again without them.
+        """
+        if self._parking is None:
+            return 0
+        setup = self._setup
+        particles, stepper = setup.particles, setup.stepper
+        gone = np.flatnonzero(self._outside() & ((particles.tags[:, FLAGS] & (CLAMPED | RETIRED)) == 0))
+        share = setup.share
+        count = int(share.total(np.array([len(gone)]))[0])
+        if not count:
+            return 0
+
+        def total(terms: np.ndarray, unit: float) -> np.ndarray:
+            return value_of(share.total(whole_parts(terms, unit)), unit)
+
+        mass, velocity = particles["mass"][gone], particles["velocity"][gone]
+        budget.retired[0] += count
+        units = stepper.totals.units
+        budget.retired[1] += total(mass, units[MOMENTUM])
+        budget.retired[2 : 2 + particles.dim] += total(mass[:, None] * velocity, units[MOMENTUM])
+        energy = 0.5 * (velocity**2).sum(axis=1) + particles["internal_energy"][gone]
+        budget.retired[5] += total(mass * energy, units[INTERNAL])
+        if particles.has_previous:  # the step under way still gives the others half of what the last forces did
+            force = mass[:, None] * particles["previous_acceleration"][gone]
+            power = mass * particles["previous_power"][gone]
+            power += (force * particles["previous_velocity"][gone]).sum(axis=1)
+            budget.pending[: particles.dim] += 0.5 * total(force, units[SUPPORT])
+            budget.pending[3] += 0.5 * total(power, units[SLIPPING])
+        length = particles["smoothing_length"][gone]
+        particles.begin(gone)
+        particles["smoothing_length"][gone] = length
+        particles["density"][gone] = stepper.table[particles.material[gone], RHO0]
+        particles["position"][gone] = self._parked(particles.id[gone])
+        particles.tags[gone, FLAGS] |= RETIRED
+        stepper.rates[stepper.place[gone]] = 0.0
+        stepper.predict(following)
+        return count
+
+    def _parked(self, number: np.ndarray) -> np.ndarray:
+        """Return the parking places (n, dim) [m] of particles by their permanent numbers."""
+        assert self._parking is not None
+        axis, edge, sign = self._parking
+        particles, support = self._setup.particles, self._setup.stepper.support
+        side = int(np.ceil(self._setup.share.count ** (1.0 / particles.dim)))
+        places = np.empty((len(number), particles.dim))
+        rest = number.astype(np.int64)
+        for k in range(particles.dim):
+            places[:, k] = APART * support * (rest % side)
+            rest //= side
+        if particles.kinematics.revolved:  # a ring has a radius
+            places[:, 1] += OUTSIDE * support
+        places[:, axis] = edge + sign * (OUTSIDE * support + places[:, axis])
+        return places

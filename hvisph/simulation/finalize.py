@@ -1,0 +1,94 @@
+"""How a run ends: its last state and its summary."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numba
+
+from hvisph.case.case import Case
+from hvisph.core.errors import HvisphError, OutputError
+from hvisph.output import file_names
+from hvisph.output.reader import list_snapshots, read_history, read_snapshot
+from hvisph.output.snapshot import Snapshot
+from hvisph.setup.build import build
+
+from .listener import Listener
+from .writer import SnapshotWriter
+
+
+@dataclass
+class Outcome:
+    """How a run ended.
+
+    Parameters
+    ----------
+    folder
+        The run's folder.
+    summary
+        The content of its ``summary.json``.
+    exit_code
+        0 done and as expected, 1 missed an expectation, 3 failed, 130 interrupted, 143 terminated.
+    signal
+        Name of the signal that stopped it, empty if none did.
+    """
+
+    folder: Path
+    summary: dict[str, Any]
+    exit_code: int
+    signal: str = ""
+
+
+def exit_code_of(status: str, summary: dict[str, Any], signal: int) -> int:
+    """Return the exit code of a run that ended with `status`, by a `signal` if it was interrupted."""
+    if status == "interrupted":
+        return 128 + signal
+    if status == "failed":
+        return HvisphError.exit_code
+    return 0 if all(row["passed"] for row in summary["expected"]) else 1
+
+
+def sum_up(case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: dict[str, Any],
+           listener: Listener) -> dict[str, Any]:  # fmt: skip
+    """Write the summary, and what it gives to remark, and return it: the run's files alone are measured.
+
+    Parameters
+    ----------
+    case, text
+        The effective case and its text.
+    writer, now
+        What wrote the snapshots, and the last one.
+    ended
+        How the run ended, by the names of `summarise`.
+    listener
+        Hears the remarks.
+    """
+    from hvisph.diagnostics.summary import summarise  # all that measures: nothing of it is needed to begin
+
+    folder = writer.folder
+    summary = summarise(
+        case, text, **ended, threads=numba.get_num_threads(), start=_start(case, text, writer), now=now,
+        history=read_history(folder.path), snapshots=list_snapshots(folder.path),
+    )  # fmt: skip
+    folder.write_json(file_names.SUMMARY, summary)
+    how = f"{ended['status']} at {ended['time']:.6g} s after {ended['steps']} steps"
+    folder.log.write(f"{how}, {ended['wall_seconds']:.2f} s")
+    for remark in summary["remarks"]:
+        folder.log.write(f"remark: {remark}")
+        listener.message(f"remark: {remark}")
+    return summary
+
+
+def _start(case: Case, text: str, writer: SnapshotWriter) -> Snapshot:
+    """Return the run's first snapshot: from its file, or where that is gone or holds less from the case."""
+    if writer.exact:
+        with suppress(OutputError):
+            return read_snapshot(writer.path(0), lazily=True)
+    setup = build(case)
+    setup.stepper.start()
+    start = SnapshotWriter(writer.folder, setup, case, text).start().snapshot
+    assert start is not None
+    return start

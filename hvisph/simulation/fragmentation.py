@@ -1,0 +1,39 @@
+"""Pieces that have come apart from a body, looked up every so many steps, which then meet others as bodies do."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.schemes.stepper import Stepper
+from hvisph.setup.build import Setup
+from hvisph.sph.neighbours.connected_components import parted
+
+# Steps between two looks, a multiple of those between two sortings of the state.
+LOOK_EVERY = 64
+
+
+def tell_pieces(setup: Setup, steps: int) -> None:
+    """Find the pieces of bodies that have come apart and let them meet as bodies, if it is due after so many `steps`.
+
+    Of several processes, all of which call this, the first finds them.
+    """
+    stepper, share, particles = setup.stepper, setup.share, setup.particles
+    if not isinstance(stepper, Stepper) or stepper.pieces is None or steps % LOOK_EVERY:
+        return
+    if steps == 0:
+        stepper.pieces = particles.body.copy()  # as the particles stand now
+    pieces = stepper.pieces
+    tags = np.stack([particles.id, particles.body, pieces], axis=1)
+    tags, lengths = share.gathered(tags), share.gathered(particles["smoothing_length"])
+    position = share.gathered(particles["position"])
+    reach = stepper.formulation.kernel.reach
+    if share.world.size == 1:
+        told_apart = parted(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
+    else:
+        whole = None
+        if share.world.first:
+            whole = np.zeros(len(tags), np.uint32)
+            whole[tags[:, 0]] = parted(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
+        told_apart = share.dealt(whole)
+    if share.most(float((told_apart != pieces).any()))[0]:
+        stepper.part(told_apart)

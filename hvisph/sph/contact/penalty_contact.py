@@ -1,0 +1,272 @@
+"""Contact of bodies in pieces that starts unloaded: they press on each other where one fills the other's room.
+
+    phi_a = sum over particles b of other bodies V_b W_ab              how far they fill what surrounds a
+    p_a   = max(phi_a - phi0_a, 0),    E = sum V_a K_a p_a^2 / 2
+    F_ab  = - V_a V_b (K_a p_a + K_b p_b) grad_a W_ab                  force on a, -F_ab on b
+
+phi0 is what bodies have whose lattices face each other a spacing apart, or what a particle had at the start where that
+is more, as long as it has had it: bodies that touch feel nothing. phi is smooth along a face, so that one slides on
+another without friction.
+V are volumes of the reference, so that E is a function of places alone: it gives back what it took, and is an account
+of its own.
+
+Coulomb's friction (FRICTION) goes with the slip across the normal n of `sph.contact.contact_normal`, and is heat of both sides
+by halves; where slip comes to rest it is a dashpot:
+
+    T_ab = - min(mu |F_ab . n|, sqrt(k_ab min(m_a, m_b))/2 |u_t|) u_t/|u_t|,    u_t = u_ab - (u_ab . n) n
+
+Particles of one body press on each other, too (OWN_FACES), where both are TIED to it by reference kernels and were
+farther apart in the reference than these reach: faces that a fold or a bend brings together. What has left its body's
+lists is a body of its own.
+
+A bound of the second derivatives of E, row by row, gives the frequency omega^2 and the limit 2/omega of the step:
+
+    omega^2 = 2 V_a/m_a (K_a g_a^2 + sum_b V_b K_b |W'_ab| g_b + sum_b V_b (K_a p_a + K_b p_b) 3 W(0)/h^2)
+
+with g = sum V_b |W'_ab|, of those that press. Rings of solids of revolution (REVOLVED) meet all round: of the volume V
+of a whole ring its section A = V/(2 pi r) fills the plane, and E = sum V_a K_a p_a^2/2 has what radii change in A, too,
+
+    F_ab = - 2 pi A_a A_b (r_a K_a p_a + r_b K_b p_b) grad_a W_ab,    F_a,r += 2 pi A_a/r_a sum A_b r_b K_b p_b W_ab
+
+so that an even pressure between two faces pushes no ring along them. Images over the axis fill room as others do, but
+are no faces of their own body.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.tensors import (
+    dot,
+    minus,
+    no_gradient,
+    no_vector,
+    own_vector,
+    plus,
+    plus_radial,
+    put,
+    radial,
+    spread,
+    times,
+    totals,
+    vector,
+)
+from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
+from hvisph.sph.kernels import Kernel
+from hvisph.sph.neighbours.pairs import Pass
+from hvisph.sph.neighbours.particle_layout import RowLayout, those
+from hvisph.sph.terms.limiters import TINY
+
+# Options of the laws, off unless bound: rings about an axis; faces of one body that meet; friction.
+REVOLVED = OWN_FACES = FRICTION = 0
+# A contact carries so many times the pressure that is expected: lattices that do not face each other particle by
+# particle carry less than those that do.
+RESERVE = 2.5
+# Of sqrt(k m), the critical damping of a pair: the dashpot of friction at rest.
+STICKING = 0.5
+
+
+@dataclass(frozen=True)
+class Pressing:
+    """Parameters of the contact.
+
+    Parameters
+    ----------
+    stiffness
+        At first touch, over that of a spacing of the material.
+    expected
+        Pressure to come [Pa]; the contact is made stiff enough for it.
+    friction
+        Coulomb's coefficient.
+    own_faces
+        Whether faces of one body that meet press on each other.
+    """
+
+    stiffness: float = 1.0
+    expected: float = 0.0
+    friction: float = 0.0
+    own_faces: bool = True
+
+    parts = True  # bodies meet through it, and not through kernel sums
+    stores = True  # its energy is in no particle
+
+    def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, carried: float = 1.0) -> float:
+        """Return the stiffness [Pa] of a material with reference density [kg/m^3] and bulk sound speed [m/s].
+
+        It is over that of `coefficients`, which makes a contact as stiff as the material. `carried` is the largest
+        pressure that a contact carries, over its stiffness.
+        """
+        return max(self.stiffness * density * sound_speed**2, RESERVE * self.expected / carried)
+
+    def carried_over_stiffness(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
+        """Return about the largest pressure that a plane contact carries, over its stiffness."""
+        filled, slope = _facing(kernel, h_over_dx, dim)
+        pressed = 2.0 * (filled - filled[0]) * slope
+        return float(pressed.max() / (2.0 * slope[0] ** 2))
+
+    def closer(self, kernel: Kernel, h_over_dx: float, dim: int, dx: float) -> float:
+        """Return omega^2 rho/(2 K) of a particle that faces a lattice half a spacing closer than at rest [m^-2]."""
+        filled, slope = _facing(kernel, h_over_dx, dim)
+        half = len(slope) // 2
+        pressed = 3.0 * (filled[half] - filled[0]) * kernel.value(0.0, h_over_dx, dim) / h_over_dx**2
+        return float((2.0 * slope[half] ** 2 + pressed) / (2.0 * slope[0] ** 2)) / dx**2
+
+    def touching(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
+        """Return phi0, of lattices that face each other a spacing apart."""
+        return float(_facing(kernel, h_over_dx, dim)[0][0])
+
+    def coefficients(self, kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
+        """Return K over the stiffness, 3 w(0), friction and the kernel's reach squared, which the laws read."""
+        slope = _facing(kernel, h_over_dx, dim)[1][0]
+        return np.array([0.5 / slope**2, 3.0 * kernel.shape.py_func(0.0), self.friction, kernel.reach**2])
+
+    def passes(self, dim: int, revolved: bool) -> list[Pass]:
+        """Return the passes: how bodies fill each other's room, then forces."""
+        layout = self.row_layout(dim, revolved)
+        ways = {"OWN_FACES": int(self.own_faces), "FRICTION": int(self.friction > 0.0), "REVOLVED": int(revolved)}
+        return [Pass(fill, layout, ways, (against,), into_rows=True),
+                Pass(accumulate, layout, ways, (against,), slips=True)]  # fmt: skip
+
+    def row_layout(self, dim: int, revolved: bool) -> RowLayout:
+        """Return what a particle shows its neighbours.
+
+        K is its stiffness [Pa], START its phi0, D its displacement from the reference, TIED whether reference kernels
+        hold it in its body; P, G, the gradient of phi, and in START's place phi are written by the first pass.
+        """
+        return RowLayout(dim, those(
+            ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
+            ("k", "scalar"), ("p", "scalar"), ("g", "scalar"), self.own_faces and ("d", "vector"),
+            self.own_faces and ("tied", "scalar"), self.friction > 0.0 and ("fills", "vector"),
+            revolved and ("ring", "radius"), ("start", "scalar"),
+        ))  # fmt: skip
+
+
+def _facing(kernel: Kernel, h_over_dx: float, dim: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return phi of a particle s = 1 to 0 spacings before a lattice's first layer, and - dphi/ds [1/spacing]."""
+    layers, across = kernel.layers(h_over_dx, dim)
+    filled, slope = [], []
+    for s in np.linspace(1.0, 0.0, 50, endpoint=False):
+        r = np.hypot.outer(s + layers, across).ravel()
+        along = np.repeat(s + layers, len(across)) / r
+        filled.append(sum(kernel.value(one, h_over_dx, dim) for one in r))
+        slope.append(
+            -sum(kernel.derivative(one, h_over_dx, dim) * cosine for one, cosine in zip(r, along, strict=True))
+        )
+    return np.array(filled), np.array(slope)
+
+
+@compiled
+def beyond(dx, d_a, d_b, reach2):
+    """Return 1 where a pair, `dx` apart now with displacements `d_a`, `d_b`, was beyond `reach2` in the reference."""
+    then = minus(dx, minus(d_a, d_b))
+    return max(np.copysign(1.0, dot(then, then) - reach2), 0.0)
+
+
+def against(rows, i, b, dx, reach2):
+    """Return 1 of the lanes `b` that press on row `i`, of another body or another face of its own, else 0: a template.
+
+    `dx` is x_a - x_b, `reach2` the square of the reference support [m^2].
+    """
+    other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
+    if OWN_FACES:
+        own_face = rows[i, TIED] * b[TIED] * beyond(dx, own_vector(rows, i, D, DIM), vector(b, D, DIM), reach2)
+        if REVOLVED:  # an image over the axis has a radius below zero
+            own_face = own_face * max(np.copysign(1.0, b[RING]), 0.0)
+        other = max(other, own_face)
+    return other
+
+
+def fill(near, n, rows, i, constants, out):
+    """Write p, g, phi and its gradient of particle `i` into its row."""
+    x, h = own_vector(rows, i, 0, DIM), rows[i, H]
+    filled, steep, fills = all_lanes(0.0), all_lanes(0.0), spread(no_vector(DIM))
+    for k in range(np.uint64(0), n, np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        dx = minus(x, vector(b, 0, DIM))
+        other = against(rows, i, b, dx, constants[3] * h * h)
+        ih = 2.0 / (h + b[H])
+        r = np.sqrt(dot(dx, dx))
+        volume = other * b[V] * scale(ih)
+        filled += volume * shape(r * ih) / ih
+        g = volume * abs(slope(r * ih))
+        steep += g
+        if FRICTION:
+            fills = plus(fills, times(-g / r, dx))
+    phi = total(filled)
+    pressed = max(phi - rows[i, START], 0.0)
+    out[i, START] = phi
+    out[i, P], out[i, G] = pressed, total(steep) if pressed > 0.0 else 0.0
+    if FRICTION:
+        put(out, i, FILLS, totals(fills))
+
+
+def accumulate(near, n, rows, i, constants, out):
+    """Sum contact force, half of its work and omega^2 of particle `i`; the row's |mu| slot takes omega^2.
+
+    The heat of friction stands by itself, where that of slip does.
+    """
+    x, u, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, H]
+    own_k, own_m, scale_own = constants[0] * rows[i, K], rows[i, M], rows[i, V] / rows[i, M]
+    own_p, own_g = own_k * rows[i, P], rows[i, G]
+    if FRICTION:
+        fills = own_vector(rows, i, FILLS, DIM)
+    a = spread(no_vector(DIM))
+    power = omega2 = rubbed = widened = all_lanes(0.0)
+    for k in range(np.uint64(0), n, np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
+        other = against(rows, i, b, dx, constants[3] * h * h)
+        ih = 2.0 / (h + b[H])
+        r = np.sqrt(dot(dx, dx))
+        its_k = constants[0] * b[K]
+        volume = other * b[V] * scale(ih)
+        steep = volume * abs(slope(r * ih))
+        if REVOLVED:
+            its_k = its_k * (abs(b[RING]) / rows[i, RING])
+            widened += its_k * b[P] * volume * shape(r * ih) / ih
+        push = own_p + its_k * b[P]
+        force = times(push * steep / r, dx)
+        power += dot(force, du)
+        stiff = its_k * b[G] * steep + push * volume * constants[1] * ih
+        omega2 += stiff
+        if FRICTION:
+            n_ab = minus(vector(b, FILLS, DIM), fills)
+            n_ab = times(1.0 / (np.sqrt(dot(n_ab, n_ab)) + TINY), n_ab)
+            du = minus(du, times(dot(du, n_ab), n_ab))
+            slip = np.sqrt(dot(du, du)) + TINY
+            stiff = (own_k * own_g + its_k * b[G]) * steep
+            sticks = STICKING * np.sqrt(stiff * min(own_m, b[M]) / rows[i, V]) * slip
+            held = min(abs(constants[2] * dot(force, n_ab)), sticks)
+            force = minus(force, times(held / slip, du))
+            rubbed += held * slip
+        a = plus(a, force)
+    acceleration, work = times(scale_own, totals(a)), -0.5 * scale_own * total(power)
+    if REVOLVED:  # what widens has less of a section, and fills less
+        outwards = scale_own * total(widened) / rows[i, RING]
+        acceleration, work = plus_radial(acceleration, outwards), work - outwards * radial(u)
+    curvature = own_k * own_g * own_g + total(omega2)
+    write_rates(out, i, acceleration, work, 2.0 * scale_own * curvature, no_gradient(DIM))
+    out[i, R_SLIP] = 0.5 * scale_own * total(rubbed)
+
+
+def around(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, Pass]:
+    """Return layout, constants and pass of the law `look`."""
+    layout = RowLayout(dim, (("x", "vector"), ("h", "scalar"), ("v", "scalar"), ("body", "scalar"), ("d", "vector")))
+    return layout, np.array([kernel.reach**2]), Pass(look, layout, {})
+
+
+def look(near, n, rows, i, constants, out):
+    """Find phi of particle `i`, in place of power, and whether far parts of its body are near, 1 in place of |mu|."""
+    x, d, h, body = own_vector(rows, i, 0, DIM), own_vector(rows, i, D, DIM), rows[i, H], rows[i, BODY]
+    filled, folded, reach2 = all_lanes(0.0), all_lanes(0.0), constants[0] * h * h
+    for k in range(np.uint64(0), n, np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        dx, ih = minus(x, vector(b, 0, DIM)), 2.0 / (h + b[H])
+        other = min(abs(body - b[BODY]), 1.0)
+        filled += other * b[V] * scale(ih) / ih * shape(np.sqrt(dot(dx, dx)) * ih)
+        there = min(b[V] * 1e300, 1.0)  # no padding
+        folded = larger_lanes(folded, there * (1.0 - other) * beyond(dx, d, vector(b, D, DIM), reach2))
+    write_rates(out, i, no_vector(DIM), total(filled), largest(folded), no_gradient(DIM))

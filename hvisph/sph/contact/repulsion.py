@@ -1,0 +1,172 @@
+"""Contact between bodies: a repulsion between particles of different bodies (Vignjevic et al. 2006).
+
+    E    = sum over pairs of different bodies of V_a V_b K w^n,    w = W_ab / W(dx)
+    F_ab = - V_a V_b K n w^(n-1) / W(dx) grad_a W_ab               force on a, -F_ab on b
+
+Bodies that touch repel each other (n = 4 as published), and half of a pair's work, -F_ab . (u_a - u_b) / 2, is heat of
+each side (Young 2021 eqs. 15-16). What bodies of one's own should have is `sph.contact.penalty_contact`.
+
+Kernels are uncorrected, in the current configuration; the force is along the line of centres. K [Pa/m^d] carries
+about 20 K dx^2 of pressure in 2D and 40 K dx^3 in 3D. A pair takes the softer of its two stiffnesses. The stiffness
+of a pair against approach,
+
+    k_ab = V_a V_b K n ((n - 1) w^(n-2) (W'/W(dx))^2 + w^(n-1) 3 W(0) / (W(dx) h^2)),
+
+gives the frequency omega^2 = 2 sum_b k_ab / m_a and the limit 2/omega of the step.
+
+Rings of solids of revolution (REVOLVED) meet all round: V are areas of their sections, and
+
+    E    = 2 pi sum over pairs V_a V_b K w^n (r_a + r_b)/2
+
+of which the radii take a part, too: - 2 pi V_a V_b K w^n/2 inwards. Images over the axis do not take part: who is
+opposite is nearer than they are.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from hvisph.compiler.tensors import (
+    dot,
+    minus,
+    no_gradient,
+    no_vector,
+    own_vector,
+    plus,
+    plus_radial,
+    radial,
+    spread,
+    times,
+    totals,
+    vector,
+)
+from hvisph.compiler.vector.api import LANES, all_lanes, neighbours, total
+from hvisph.sph.kernels import Kernel
+from hvisph.sph.neighbours.pairs import Pass
+from hvisph.sph.neighbours.particle_layout import RowLayout, those
+from hvisph.sph.terms.axisymmetric import ring_weight
+
+# Option of the law, off unless bound: rings about an axis.
+REVOLVED = 0
+# Pressure that a plane contact of stiffness K carries, over K dx^d: measured, see Young 2021 sec. 2.4.
+CARRIED = {1: 10.0, 2: 20.0, 3: 40.0}
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Parameters of the contact.
+
+    Parameters
+    ----------
+    stiffness
+        k, dimensionless: K = k rho0 c0^2 / dx^d of each material.
+    exponent
+        n, a whole number of 2 or more.
+    absolute
+        K [Pa/m^d] for all bodies, in place of k; None for none.
+    """
+
+    stiffness: float = 0.025
+    exponent: int = 4
+    absolute: float | None = None
+
+    parts = True  # bodies meet through it, and not through kernel sums
+    stores = own_faces = False  # its work is heat of both sides
+    friction = 0.0
+
+    def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, carried: float = 1.0) -> float:
+        """Return K [Pa/m^d] of a material with reference density [kg/m^3] and bulk sound speed [m/s]."""
+        if self.absolute is not None:
+            return self.absolute
+        return self.stiffness * density * sound_speed**2 / spacing**dim
+
+    def carried_over_stiffness(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
+        """Return about the largest pressure that a plane contact carries, over K dx^d."""
+        return CARRIED[dim]
+
+    def closer(self, kernel: Kernel, h_over_dx: float, dim: int, dx: float) -> float:
+        """Return omega^2 rho/(2 K) of a particle that faces a lattice half a spacing closer than at rest [m^(d-2)]."""
+        h, n = h_over_dx * dx, self.exponent
+        at_spacing = kernel.value(dx, h, dim)
+        reach = int(kernel.reach * h_over_dx) + 1
+        curvature = 3.0 * kernel.value(0.0, h, dim) / (at_spacing * h**2)
+        total = 0.0
+        for place in itertools.product(range(reach), *[range(-reach, reach + 1)] * (dim - 1)):
+            r = dx * float(np.hypot(place[0] + 0.5, np.linalg.norm(place[1:])))
+            w, slope = kernel.value(r, h, dim) / at_spacing, kernel.derivative(r, h, dim) / at_spacing
+            total += n * ((n - 1) * w ** (n - 2) * slope**2 + w ** (n - 1) * curvature) if w > 0.0 else 0.0
+        return total * dx**dim
+
+    def touching(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
+        """Return nothing: what touches repels."""
+        return 0.0
+
+    def coefficients(self, kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
+        """Return 1 / w(dx/h) and w(0) / w(dx/h), which the law reads."""
+        at_spacing = kernel.shape.py_func(1.0 / h_over_dx)
+        return np.array([1.0 / at_spacing, kernel.shape.py_func(0.0) / at_spacing])
+
+    def passes(self, dim: int, revolved: bool) -> list[Pass]:
+        """Return the pass of the contact."""
+        ways = {"EXPONENT": self.exponent, "REVOLVED": int(revolved)}
+        return [Pass(accumulate, self.row_layout(dim, revolved), ways)]
+
+    def row_layout(self, dim: int, revolved: bool) -> RowLayout:
+        """Return what a particle shows its neighbours; K is its stiffness [Pa/m^d]."""
+        return RowLayout(dim, those(
+            ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
+            ("k", "scalar"), revolved and ("ring", "radius"),
+        ))  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Welded:
+    """No contact: bodies meet through the kernel sums, as one."""
+
+    parts = stores = own_faces = False
+    friction = 0.0
+
+
+def accumulate(near, n, rows, i, constants, out):
+    """Sum contact force, half of its work and omega^2 of particle `i`; the row's |mu| slot takes omega^2."""
+    inverse_w0, at_zero = constants[0], constants[1]
+    x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
+    h, body, stiffness = rows[i, H], rows[i, BODY], rows[i, K]
+    scale_own = rows[i, V] / rows[i, M]
+    if REVOLVED:
+        inverse_ring = 1.0 / rows[i, RING]
+    a = spread(no_vector(DIM))
+    power = omega2 = all_lanes(0.0)
+    for k in range(np.uint64(0), n, np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        dx = minus(x, vector(b, 0, DIM))
+        ih = 2.0 / (h + b[H])
+        r = np.sqrt(dot(dx, dx))
+        q = r * ih
+        other = min(abs(body - b[BODY]), 1.0)
+        ratio = shape(q) * inverse_w0
+        slope_ratio = slope(q) * (inverse_w0 * ih)
+        lower = ratio
+        for _ in range(EXPONENT - 3):
+            lower = lower * ratio
+        if EXPONENT == 2:
+            lower = all_lanes(1.0)  # w^(n-2)
+        power_of_w = lower * ratio
+        both = other * b[V] * min(stiffness, b[K]) * float(EXPONENT)
+        if REVOLVED:
+            both = both * ring_weight(b[RING], inverse_ring)[0]
+        force = times(-both * power_of_w * slope_ratio / r, dx)
+        power += dot(force, minus(u, vector(b, U, DIM)))
+        if REVOLVED:
+            share = other * b[V] * min(stiffness, b[K]) * (power_of_w * ratio * (-0.5 * inverse_ring))
+            force = plus_radial(force, share)
+            power += (2.0 * radial(u)) * share  # all of it its own, not half
+        a = plus(a, force)
+        omega2 += both * (
+            float(EXPONENT - 1) * lower * slope_ratio * slope_ratio + 3.0 * power_of_w * at_zero * ih * ih
+        )
+    write_rates(out, i, times(scale_own, totals(a)), -0.5 * scale_own * total(power), 2.0 * scale_own * total(omega2),
+                no_gradient(DIM))  # fmt: skip

@@ -1,0 +1,112 @@
+"""Contact of bodies whose spacings, and so smoothing lengths, are unlike: distances in the measure of each side.
+
+    d_a   how deep a lies under the face of its body, from what it lacks of its kernel's sum, |O_a|
+    k     = (d_a/h_a + d_b/h_b) / (d_a + d_b)           1/h along the normal n, each side's distance over its own length
+    q^2   = (k s)^2 + (t/h_ab)^2,   s = r . n,  t = |r - s n|,  h_ab = (h_a + h_b)/2
+    G     = |w'(q)| norm / (h_a h_b h_ab^(dim - 1)) k s/q               in place of |dW/dr| e . n
+
+Over faces that touch G sums to what the face of the own body lacks, on both sides, whatever the ratio of the spacings:
+with one length for both it does not, so that neither does pressure balance nor a gate know that the faces touch. With
+equal lengths it is |dW/dr| e . n. Velocity gradients and rates of density of a take the pair by k h_a, for its
+distance is s k h_a in the measure of a, and the rate by the number (h_b/h_a)^dim of particles of a in the room of one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.tensors import dot, minus, no_vector, own_vector, plus, put, spread, times, totals, vector
+from hvisph.compiler.vector.api import LANES, neighbours
+from hvisph.sph.kernels import Kernel
+from hvisph.sph.terms.limiters import TINY
+
+# Of the table of depths: its length, and the largest sqrt(-2 ln(w(q)/w(0))) in it.
+DEPTHS, FAINTEST = 257, 4.0
+ENTRIES = DEPTHS + 1
+# The least depth, in lengths: a particle has some size.
+LEAST = 0.05
+
+
+def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
+    """Return tables of depth for 1, 2 and 3 dimensions, one after another, `ENTRIES` numbers each.
+
+    Each is w(0), and the depth over h at `DEPTHS` even steps of sqrt(-2 ln(|O| h/w(0))) from 0 to `FAINTEST`, straight
+    between those of the layers of a lattice: there, not over the integral, the two sums are to be the same.
+
+    Parameters
+    ----------
+    kernel, h_over_dx
+        Kernel, and smoothing length over spacing.
+    """
+    dx, tables = 1.0 / h_over_dx, []
+    for dim in (1, 2, 3):
+        lacks = lacking(kernel, h_over_dx, dim)
+        at_face = _at_face(kernel, dim)
+        faint = np.sqrt(2.0 * np.maximum(-np.log(lacks / at_face + TINY), 0.0))
+        known = np.minimum(faint, FAINTEST)
+        first = int(np.argmax(known >= FAINTEST)) + 1  # what lacks nothing stands for all that lie deeper
+        at = np.interp(
+            np.linspace(0.0, FAINTEST, DEPTHS), [0.0, *known[:first]], [0.0, *((np.arange(first) + 0.5) * dx)]
+        )
+        tables += [[at_face], at]
+    return np.concatenate(tables)
+
+
+def lacking(kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
+    """Return what the layers under a flat face lack of their kernel's sum, |O| h, the outermost first."""
+    dx = 1.0 / h_over_dx
+    layers, aside = kernel.layers(h_over_dx, dim, dx)
+    of_layer = [sum(-kernel.derivative(r, 1.0, dim) * x / r for r in np.hypot(x, aside)) for x in layers[1:]]
+    return np.asarray(np.cumsum(of_layer[::-1])[::-1] * dx**dim)
+
+
+def _at_face(kernel: Kernel, dim: int) -> float:
+    """Return the integral of W over a plane through its middle [1/h]."""
+    t = (np.arange(400) + 0.5) * (kernel.reach / 400)
+    if dim == 1:
+        return kernel.value(0.0, 1.0, 1)
+    around = 2.0 if dim == 2 else 2.0 * np.pi * t
+    value = np.array([kernel.value(float(each), 1.0, dim) for each in t])
+    return float((value * around).sum() * (t[1] - t[0]))
+
+
+@compiled
+def depth(ends, h, table):
+    """Return the depth [m] under its body's face of what lacks `ends` [1/m] of its kernel's sum, at most the reach."""
+    lacks = np.sqrt(dot(ends, ends)) * h / table[0]
+    faint = np.sqrt(2.0 * max(-np.log(lacks + TINY), 0.0)) * ((DEPTHS - 1) / FAINTEST)
+    step = min(int(faint), DEPTHS - 2)
+    share = min(faint - step, 1.0)
+    return h * max(table[1 + step] + share * (table[2 + step] - table[1 + step]), LEAST)
+
+
+@compiled
+def along_normal(depth_a, h_a, depth_b, h_b):
+    """Return k [1/m], the inverse length along the normal."""
+    return (depth_a / h_a + depth_b / h_b) / (depth_a + depth_b)
+
+
+@compiled
+def stretched(dx, n, inverse_length, inverse_mean):
+    """Return q, s [m] and the vector t [m] of a pair."""
+    s = dot(dx, n)
+    t = minus(dx, times(s, n))
+    return np.sqrt(s * s * inverse_length * inverse_length + dot(t, t) * inverse_mean * inverse_mean), s, t
+
+
+def facing(near, n, rows, i, constants, out):
+    """Write N, how the other bodies fill what particle `i` lacks, into its row: the law of a pass over what meets."""
+    x, h, under, ends = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, DEPTH], own_vector(rows, i, ENDS, DIM)
+    fills = spread(no_vector(DIM))
+    for k in range(np.uint64(0), n, np.uint64(LANES)):
+        b = neighbours(rows, near, k, WIDTH)
+        dx = minus(vector(b, 0, DIM), x)
+        other = of_other(rows, i, b, dx)
+        towards = minus(ends, vector(b, ENDS, DIM))
+        towards = times(1.0 / (np.sqrt(dot(towards, towards)) + TINY), towards)
+        ik, im = along_normal(under, h, b[DEPTH], b[H]), 2.0 / (h + b[H])
+        q, s, t = stretched(dx, towards, ik, im)
+        factor = -other * b[V] * scale(im) / (im * im * h * b[H]) * slope(q) / (q + TINY)
+        fills = plus(fills, plus(times(factor * s * ik, towards), times(factor * im * im / ik, t)))
+    put(out, i, ROUGH, totals(fills))

@@ -1,0 +1,185 @@
+"""The cell grid: particles sorted into cells, so that neighbours are contiguous runs of rows.
+
+The grid is a torus: cell coordinates are taken modulo a power of two along each axis.
+Debris may fly anywhere without growing the grid, and no bounding box is needed; two
+particles within the cell edge of each other always lie in the same or adjacent cells,
+and the distance test removes what only wraps round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.jit import compiled, specialise
+from hvisph.compiler.tensors import own_vector
+from hvisph.compiler.threads.parallel_for import each, shared
+
+CHUNK = 1024
+
+
+@dataclass
+class Grid:
+    """A toroidal grid of cells and the order that it puts particles in.
+
+    Parameters
+    ----------
+    shape
+        Number of cells along x, y, z: powers of two, 4 or more along used axes, 1 along others.
+    edge
+        Edge of a cell [m]: at least the largest distance at which two particles are neighbours.
+    """
+
+    shape: tuple[int, int, int]
+    edge: float
+
+    def __post_init__(self) -> None:
+        self.starts = np.zeros(self.shape[0] * self.shape[1] * self.shape[2] + 1, np.uint32)
+        nx, ny, nz = self.shape
+        self.sizes = np.uint64(nx), np.uint64(ny), np.uint64(nz)
+
+    @classmethod
+    def around(cls, positions: np.ndarray, edge: float, each: int = 1) -> Grid:
+        """Return a grid for particles at `positions` (n, dim) [m], with room for them to spread.
+
+        It has no more than `each` cells a particle.
+        """
+        n, dim = positions.shape
+        wanted = np.ptp(positions, axis=0) / edge * 1.5 + 4
+        shape = [int(2 ** np.ceil(np.log2(w))) for w in wanted] + [1] * (3 - dim)
+        while shape[0] * shape[1] * shape[2] > max(each * n, 4**dim) and max(shape) > 4:
+            shape[int(np.argmax(shape))] //= 2
+        return cls((shape[0], shape[1], shape[2]), edge)
+
+
+@compiled
+def wrapped(x, inverse_edge, count):
+    """Return the cell coordinate of `x` along an axis with `count` cells (a power of two)."""
+    return np.uint64(np.int64(np.floor(x * inverse_edge))) & (count - np.uint64(1))
+
+
+@compiled
+def cell_at(x, inverse_edge, nx, ny, nz):
+    """Return the coordinates of the cell of the place `x`, a vector, along all axes: 0 where there is but one."""
+    cx = wrapped(x[0], inverse_edge, nx)
+    cy = wrapped(x[1], inverse_edge, ny) if len(x) > 1 else np.uint64(0)
+    cz = wrapped(x[2], inverse_edge, nz) if len(x) > 2 else np.uint64(0)
+    return cx, cy, cz
+
+
+@compiled
+def number_of(cell, nx, ny):
+    """Return the number of the cell with these coordinates."""
+    return cell[0] + nx * (cell[1] + ny * cell[2])
+
+
+@compiled
+def place_of(cell, nx, ny):
+    """Return the coordinates of the cell numbered `cell`."""
+    row = cell // nx
+    return cell & (nx - np.uint64(1)), row & (ny - np.uint64(1)), row // ny
+
+
+@compiled
+def beside(place, shift, nx, ny, nz):
+    """Return the number of one of the 3, 9 or 27 cells around the one at `place`, itself in their middle.
+
+    They are counted along x, then y, then z: `shift` is 0 to 3**dim - 1.
+    """
+    one, three = np.uint64(1), np.uint64(3)
+    x = (place[0] + shift % three + nx - one) & (nx - one)
+    y = (place[1] + (shift // three) % three + ny - one) & (ny - one)
+    z = (place[2] + shift // (three * three) + nz - one) & (nz - one)
+    return number_of((x, y, z), nx, ny)
+
+
+def find_cells(i, rows, inverse_edge, nx, ny, nz, cells):
+    """Find the number of the cell of each row: a template."""
+    cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
+
+
+def count_and_place(cells, starts, order):
+    """Count the rows of each cell, and put the rows in the order of their cells: a template."""
+    n = np.uint64(cells.shape[0])
+    one = np.uint64(1)
+    starts[:] = 0
+    for i in range(n):
+        starts[np.uint64(cells[i])] += np.uint32(1)
+    total = np.uint32(0)
+    for c in range(np.uint64(starts.shape[0])):
+        here = starts[c]
+        starts[c] = total
+        total += here
+    for i in range(n):
+        cell = np.uint64(cells[i])
+        order[np.uint64(starts[cell])] = i
+        starts[cell] += np.uint32(1)
+    for c in range(np.uint64(starts.shape[0]) - one, np.uint64(0), -1):
+        starts[c] = starts[c - one]
+    starts[np.uint64(0)] = np.uint32(0)
+
+
+def _order_and_gather(chunk, n, rows, numbers, cells, starts, order, place, out, columns, h):
+    """Put the rows of each cell into the order of their numbers, nearly as they come, and gather them."""
+    one = np.uint64(1)
+    begin = chunk * np.uint64(CHUNK)
+    end = min(begin + np.uint64(CHUNK), n)
+    # A chunk has the cells that begin in it. What it reads of one under another's hands is in the same cell.
+    cell = np.uint64(cells[np.uint64(order[begin])])
+    k = begin if np.uint64(starts[cell]) == begin else np.uint64(starts[cell + one])
+    while k < end:
+        stop = np.uint64(starts[np.uint64(cells[np.uint64(order[k])]) + one])
+        for j in range(k + one, stop):
+            row = order[j]
+            number = numbers[np.uint64(row)]
+            at = j
+            while at > k and numbers[np.uint64(order[at - one])] > number:
+                order[at] = order[at - one]
+                at -= one
+            order[at] = row
+        for j in range(k, stop):
+            i = np.uint64(order[j])
+            place[i] = j
+            for f in range(np.uint64(rows.shape[1])):
+                out[j, f] = rows[i, f]
+            for f in range(np.uint64(DIM)):
+                columns[f, j] = rows[i, f]
+            columns[DIM, j] = rows[i, h]
+        k = stop
+
+
+def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: np.ndarray, order: np.ndarray,
+         place: np.ndarray, out: np.ndarray, columns: np.ndarray, dim: int) -> None:  # fmt: skip
+    """Put `rows` into cell order, and within a cell into that of their permanent numbers.
+
+    What is summed over neighbours in this order does not depend on the order of `rows`, nor on the torus' shape.
+
+    Parameters
+    ----------
+    grid
+        Its `starts` receive the first sorted index of each cell.
+    rows, numbers, h_slot
+        Packed rows (n, width), position first, their permanent numbers (n,) uint64, each once, and the slot of the
+        smoothing length.
+    cells, order, place
+        Work arrays (n,) uint32; `order[k]` becomes the index in `rows` of sorted row k, `place` its inverse.
+    out, columns
+        Sorted rows (n or more, width), and their positions and smoothing lengths by column,
+        (dim + 1, n + 8).
+    """
+    find, count_and_place, order_and_gather = _loops(dim)
+    find(len(cells), rows, 1.0 / grid.edge, *grid.sizes, cells)
+    count_and_place(cells, grid.starts, order)
+    order_and_gather(len(order), rows, numbers, cells, grid.starts, order, place, out, columns, np.uint64(h_slot))
+
+
+@cache
+def _loops(dim: int) -> tuple[Any, Any, Any]:
+    return (
+        each(specialise(find_cells, DIM=dim)),
+        specialise(count_and_place, parallel=False),
+        shared(specialise(_order_and_gather, DIM=dim), CHUNK),
+    )

@@ -1,0 +1,165 @@
+"""Pieces of a body: particles that are connected, each to the next within the kernel's reach.
+
+Pieces that are farther apart than kernels reach feel nothing of each other, so that to call them bodies of their own
+changes nothing then; when they meet again, they meet as bodies do. Pieces of a few particles, dust, are no bodies:
+they stay of the body that they came from.
+
+What lies in a cell, or in cells beside each other along an axis, is connected for certain, for cells are small enough;
+in sound matter that joins all. Only what is left over looks through its whole surroundings.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.jit import compiled, specialise
+from hvisph.compiler.tensors import dot, minus, own_vector
+from hvisph.compiler.threads.parallel_for import each
+
+from .cells import Grid, beside, count_and_place, find_cells, place_of
+
+# Particles of the smallest piece that is a body: three a side, of which one may be inside.
+SMALLEST = {1: 3, 2: 9, 3: 27}
+
+
+def parted(position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.ndarray, pieces: np.ndarray,
+           numbers: np.ndarray) -> np.ndarray:  # fmt: skip
+    """Return the number of the piece that each particle belongs to (n,), those that have come apart told from another.
+
+    Of a piece that has come apart the largest part keeps the number, of equal ones that with the least particle; others
+    of `SMALLEST` particles and more are given the next free numbers, in the order of their least particles.
+
+    Parameters
+    ----------
+    position, lengths
+        Positions (n, dim) and smoothing lengths (n,) [m].
+    reach
+        The kernel's, in smoothing lengths.
+    bodies, pieces, numbers
+        Body, piece so far and permanent number of each particle (n,).
+    """
+    free, numbered, fresh = int(pieces.max(initial=0)) + 1, pieces, []
+    for body in np.unique(bodies):
+        rows = np.flatnonzero(bodies == body)
+        link = reach * float(lengths[rows].max())
+        roots = connected(np.ascontiguousarray(position[rows]), pieces[rows].astype(np.uint32), link)
+        _, first, group = np.unique(roots, return_index=True, return_inverse=True)
+        if len(first) == len(np.unique(pieces[rows])):
+            continue
+        sizes, of = np.bincount(group), pieces[rows[first]]
+        least = np.full(len(sizes), np.iinfo(np.int64).max)
+        np.minimum.at(least, group, numbers[rows].astype(np.int64))
+        order = np.lexsort((least, -sizes, of))
+        keeps = np.zeros(len(sizes), bool)
+        keeps[order[np.unique(of[order], return_index=True)[1]]] = True
+        new = np.flatnonzero(~keeps & (sizes >= SMALLEST[position.shape[1]]))
+        fresh += [(int(body), int(least[one]), rows[group == one]) for one in new]
+    if fresh:
+        numbered = pieces.copy()
+        for number, (_, _, rows) in enumerate(sorted(fresh, key=lambda one: one[:2]), free):
+            numbered[rows] = number
+    return numbered
+
+
+def connected(position: np.ndarray, labels: np.ndarray, link: float) -> np.ndarray:
+    """Return of each particle one that stands for all that it is connected with (n,).
+
+    Parameters
+    ----------
+    position
+        Positions (n, dim) [m].
+    labels
+        Particles of different labels (n,) uint32 are not connected.
+    link
+        Distance below which two particles are connected [m].
+    """
+    count, dim = position.shape
+    grid = Grid.around(position, link / np.sqrt(dim + 3.0))
+    cells, order, parent = np.zeros(count, np.uint32), np.zeros(count, np.uint32), np.arange(count)
+    find, place, link_near, search, flatten = _loops(dim)
+    find(len(cells), position, 1.0 / grid.edge, *grid.sizes, cells)
+    place(cells, grid.starts, order)
+    link_near(position, labels, cells, grid.starts, order, *grid.sizes, link * link, parent)
+    flatten(parent)
+    roots = np.flatnonzero(parent == np.arange(count))
+    ascending = roots[np.argsort(np.bincount(parent, minlength=count)[roots], kind="stable")]
+    largest = np.zeros(int(labels.max(initial=0)) + 1, np.int64)
+    largest[labels[ascending]] = ascending  # of each label the last counts
+    left = (parent != largest[labels]).astype(np.uint8)
+    if left.any():
+        grid = Grid.around(position, link)
+        find(len(cells), position, 1.0 / grid.edge, *grid.sizes, cells)
+        place(cells, grid.starts, order)
+        search(position, labels, cells, grid.starts, order, *grid.sizes, link * link, left, parent)
+        flatten(parent)
+    return parent
+
+
+@compiled
+def root_of(parent, i):
+    """Return what stands for all that `i` is connected with so far."""
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+@compiled
+def joined(parent, i, j):
+    """Connect `i` and `j`; the smaller of their roots stands for both."""
+    a, b = root_of(parent, i), root_of(parent, j)
+    parent[max(a, b)] = min(a, b)
+    return min(a, b)
+
+
+def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent):
+    """Connect each particle with one of its cell, and with one of each cell that is next along an axis."""
+    for i in range(position.shape[0]):
+        x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, ny)
+        for side in range(DIM + 1):
+            shift = (3**DIM - 1) // 2 + (3 ** (side - 1) if side > 0 else 0)
+            cell = beside(place, np.uint64(shift), nx, ny, nz)
+            for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
+                j = np.int64(order[k])
+                if j != i and labels[j] == labels[i]:
+                    apart = minus(x, own_vector(position, j, 0, DIM))
+                    if dot(apart, apart) < link2:
+                        joined(parent, i, j)
+                        break
+
+
+def _search(position, labels, cells, starts, order, nx, ny, nz, link2, left, parent):
+    """Connect the particles that are `left` with all that are near."""
+    for i in range(position.shape[0]):
+        if left[i] == 0:
+            continue
+        own = root_of(parent, i)
+        x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, ny)
+        for shift in range(np.uint64(3**DIM)):
+            cell = beside(place, shift, nx, ny, nz)
+            for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
+                j = np.int64(order[k])
+                if labels[j] != labels[i] or root_of(parent, j) == own:
+                    continue
+                apart = minus(x, own_vector(position, j, 0, DIM))
+                if dot(apart, apart) < link2:
+                    own = joined(parent, i, j)
+
+
+def _flatten(parent):
+    for i in range(parent.shape[0]):
+        parent[i] = root_of(parent, i)
+
+
+@cache
+def _loops(dim: int) -> tuple[Any, ...]:
+    return (
+        each(specialise(find_cells, DIM=dim)),
+        specialise(count_and_place, parallel=False),
+        specialise(_link_near, parallel=False, DIM=dim),
+        specialise(_search, parallel=False, DIM=dim),
+        specialise(_flatten, parallel=False),
+    )

@@ -1,0 +1,206 @@
+"""Which particles a pass over current neighbours concerns: those near another body or an Eulerian particle.
+
+Cells of the kernel's reach are marked with the bodies and Eulerian particles that they hold. A particle may be chosen
+in vain, but none that has such a neighbour is missed.
+"""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+
+from hvisph.compiler.jit import specialise
+from hvisph.compiler.tensors import own_vector
+from hvisph.compiler.threads.parallel_for import each, shared
+from hvisph.compiler.vector.api import fetch, keep_largest, keep_least
+
+from .cells import Grid, beside, cell_at, number_of, place_of
+
+CHUNK = 1024
+# Rows are asked for so many particles before they are needed.
+AHEAD = 8
+NO_BODY = 0xFFFFFFFF
+# Most cells a particle: a thin plate fills few of those of its box, and where cells wrap round more is to be done.
+CELLS = 4
+# Cells of space that have a number of their own along each axis: beyond so many, numbers repeat.
+APART = 1 << 21
+
+
+def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, eulerian, bodies, cells, extents, lowest, highest, spatial):
+    """Find the cells of a chunk of rows, their least and largest coordinates, and mark what the cells hold.
+
+    Marks are the lowest and the highest body, and whether there is an Eulerian particle.
+    """
+    first, extent = chunk * np.uint64(CHUNK), extents[chunk]
+    extent[0], extent[1] = np.inf, -np.inf
+    for i in range(first, min(first + np.uint64(CHUNK), count)):
+        fetch(rows, min(i + np.uint64(AHEAD), count - np.uint64(1)), np.uint64(0))
+        cell = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
+        cells[i] = cell
+        # who finds a mark of old marks again: few particles have anything to say
+        if bodies[i] < lowest[cell]:
+            keep_least(lowest, cell, bodies[i])
+        if bodies[i] > highest[cell]:
+            keep_largest(highest, cell, bodies[i])
+        if eulerian[i] != 0:
+            spatial[cell] = np.uint8(1)
+        for axis in range(np.uint64(DIM)):
+            extent[0, axis] = min(extent[0, axis], rows[i, axis])
+            extent[1, axis] = max(extent[1, axis], rows[i, axis])
+
+
+def _tell(i, cells, lowest, highest, spatial, meets, near, of_meets, of_near):
+    """Tell each particle what was found of its cell, and wipe the cell's marks for the next time."""
+    cell = np.uint64(cells[i])
+    of_meets[i], of_near[i] = meets[cell], near[cell] != 0
+    lowest[cell], highest[cell], spatial[cell] = np.uint32(NO_BODY), np.uint32(0), np.uint8(0)
+
+
+def _spread(cell, nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
+    """Find the occupied cells that have another body, or an Eulerian particle, in or beside them."""
+    if lowest[cell] == np.uint32(NO_BODY):
+        spatial_near[cell] = np.uint8(0)
+        return
+    low, high, euler, place = lowest[cell], highest[cell], spatial[cell], place_of(cell, nx, ny)
+    for shift in range(np.uint64(3**DIM)):
+        at = beside(place, shift, nx, ny, nz)
+        low, high, euler = min(low, lowest[at]), max(high, highest[at]), euler | spatial[at]
+    meets[cell] = low != high
+    spatial_near[cell] = euler
+
+
+def _widen(cell, nx, ny, nz, lowest, near, wider):
+    """Mark the occupied cells that are, or lie beside, one that is marked in `near`."""
+    if lowest[cell] == np.uint32(NO_BODY):
+        return
+    beside_one, place = near[cell], place_of(cell, nx, ny)
+    for shift in range(np.uint64(3**DIM)):
+        beside_one |= near[beside(place, shift, nx, ny, nz)]
+    wider[cell] = beside_one
+
+
+class Selection:
+    """Chooses particles by what is near them.
+
+    Parameters
+    ----------
+    position
+        Positions at the start (n, dim) [m], for the grid's extent.
+    reach
+        Distance within which others count as near [m].
+    with_neighbours
+        Whether the neighbours of those near an Eulerian particle are chosen, too: their corrections
+        need them.
+    """
+
+    def __init__(self, position: np.ndarray, reach: float, with_neighbours: bool = False):
+        count, dim = position.shape
+        self._dim, self._cells = dim, np.zeros(count, np.uint32)
+        self.grid = Grid.around(position, reach, CELLS)
+        self.fit(position)
+        self._with_neighbours = with_neighbours
+        self._nowhere = np.zeros(count, np.uint8)
+        self._locate = shared(specialise(_locate, DIM=dim), CHUNK)
+        self._tell = each(specialise(_tell))
+        self._spread = each(specialise(_spread, DIM=dim))
+        self._widen = each(specialise(_widen, DIM=dim))
+
+    def fit(self, position: np.ndarray) -> None:
+        """Make the grid anew around particles at `position` (n, dim) [m]."""
+        self.grid = Grid.around(position, self.grid.edge, CELLS)
+        size = self.grid.shape[0] * self.grid.shape[1] * self.grid.shape[2]
+        self._lowest, self._highest = np.full(size, NO_BODY, np.uint32), np.zeros(size, np.uint32)
+        self._spatial = np.zeros(size, np.uint8)
+        self._meets, self._spatial_near = np.zeros(size, bool), np.zeros(size, np.uint8)
+        self._wider = np.zeros(size, np.uint8)
+
+    def choose(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return which particles are near another body, and which near an Eulerian one or such (n,), bool.
+
+        That hangs on nothing but the cells of the plane or of space: none is chosen because cells wrap round.
+
+        Parameters
+        ----------
+        rows
+            Packed rows (n or more, width), position first.
+        eulerian
+            (n,) uint8, 1 for Eulerian particles.
+        bodies
+            Body of each particle (n,) uint32.
+        """
+        count, edge, sizes = len(bodies), self.grid.edge, self.grid.sizes
+        if len(self._cells) < count:
+            self._cells = np.zeros(count + count // 4, np.uint32)
+        cells = self._cells[:count]
+        self._find(rows, eulerian, bodies, cells)
+        near = self._spatial_near
+        if self._with_neighbours:
+            self._widen(len(self._lowest), *sizes, self._lowest, near, self._wider)
+            near = self._wider
+        meets, spatial = np.empty((2, count), bool)
+        self._tell(count, cells, *self._marks, self._meets, near, meets, spatial)
+        if self._wraps():
+            some = np.flatnonzero(meets | spatial)
+            meets[some], spatial[some] = _unwrapped(
+                rows[some, : self._dim], eulerian[some], bodies[some], edge, self._with_neighbours
+            )
+        return meets, spatial
+
+    def _find(self, rows: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, cells: np.ndarray) -> None:
+        """Find the cells of the rows, mark what they hold, and find those that have others in or beside them."""
+        self._extents = np.empty((-(-len(cells) // CHUNK), 2, self._dim))
+        self._marks = self._lowest, self._highest, self._spatial
+        self._locate(len(cells), rows, 1.0 / self.grid.edge, *self.grid.sizes, eulerian, bodies, cells, self._extents,
+                     *self._marks)  # fmt: skip
+        self._spread(len(self._lowest), *self.grid.sizes, *self._marks, self._meets, self._spatial_near)
+
+    def _wraps(self) -> bool:
+        """Whether particles have spread so far that cells of the grid stand for several places."""
+        least, most = self._extents[:, 0].min(axis=0), self._extents[:, 1].max(axis=0)
+        low, high = np.floor(np.array([least, most]) * (1.0 / self.grid.edge))
+        # two cells more: beside those at the rim lie empty ones
+        return not (high - low + 3.0 <= self.grid.shape[: self._dim]).all()
+
+    def near_other_bodies(self, rows: np.ndarray, bodies: np.ndarray, reach: float
+                          ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+        """Return the indices of the particles within `reach` [m] of another body, and of their neighbours.
+
+        Cells wrap round: some are chosen in vain.
+        """
+        self.grid.edge = reach
+        sizes, count = self.grid.sizes, len(rows)
+        if len(self._nowhere) < count:
+            self._nowhere = np.zeros(count + count // 4, np.uint8)
+            self._cells = np.zeros(count + count // 4, np.uint32)
+        cells = self._cells[:count]
+        self._find(rows, self._nowhere, bodies, cells)
+        self._widen(len(self._lowest), *sizes, self._lowest, self._meets.view(np.uint8), self._wider)
+        meets, beside = np.empty((2, count), bool)
+        self._tell(count, cells, *self._marks, self._meets, self._wider, meets, beside)
+        beside &= ~meets
+        return np.flatnonzero(meets), np.flatnonzero(beside)
+
+
+def _unwrapped(position: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, edge: float,
+               with_neighbours: bool) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """Return what `Selection.choose` does, of particles at `position` (n, dim) [m], by cells that do not wrap round."""
+    dim = position.shape[1]
+    places = np.floor(position * (1.0 / edge)).astype(np.int64) % APART
+    weights = APART ** np.arange(dim)
+    codes, first, cell = np.unique(places @ weights, return_index=True, return_inverse=True)
+    lowest = np.full(len(codes), NO_BODY, np.uint32)
+    highest, spatial = np.zeros((2, len(codes)), np.uint32)
+    np.minimum.at(lowest, cell, bodies)
+    np.maximum.at(highest, cell, bodies)
+    np.maximum.at(spatial, cell, eulerian)
+    beside = np.empty((3**dim, len(codes)), np.int64)
+    for k, shift in enumerate(product((-1, 0, 1), repeat=dim)):
+        there = (places[first] + shift) % APART @ weights
+        at = np.minimum(np.searchsorted(codes, there), len(codes) - 1)
+        beside[k] = np.where(codes[at] == there, at, np.arange(len(codes)))  # itself where nobody is
+    meets = lowest[beside].min(axis=0) != highest[beside].max(axis=0)
+    near = spatial[beside].max(axis=0)
+    if with_neighbours:
+        near = near[beside].max(axis=0)
+    return meets[cell], near[cell] != 0

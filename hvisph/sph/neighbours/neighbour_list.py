@@ -1,0 +1,161 @@
+"""Neighbours kept from step to step, for schemes of small steps and several passes over the same pairs.
+
+The list is made by the one traversal with a margin beyond the kernel's reach, and serves until the
+particles may have crossed it. Pairs in the margin weigh nothing: the kernel ends before them.
+
+Entries are numbers of particles as the state holds them, rows of other processes and images at symmetry planes after
+them and, last, the far row that fills lists up to whole vectors. The particles of a chunk share a contiguous
+part of the list.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.jit import specialise
+from hvisph.compiler.vector.api import EIGHT
+from hvisph.sph.kernels import Kernel
+
+from . import cells, traversal
+from .ghost_rows import Halo
+from .particle_layout import RowLayout
+from .symmetry_planes import Images, Plane, image_numbers, with_images
+
+# Of the first guess for the room of a chunk's lists.
+SPARE = 1.3
+NO_COEFFICIENTS = np.zeros(1)
+
+
+def record(near, n, rows, i, constants, out):
+    """Keep the neighbours of sorted particle `i` under the numbers of the state: the law of the traversal."""
+    listed, order, first, last, used, room = out
+    chunk = i // np.uint64(CHUNK)
+    if i % np.uint64(CHUNK) == np.uint64(0):
+        used[chunk] = np.uint64(0)
+    s = np.uint64(order[i])
+    if s >= np.uint64(first.shape[0]):  # an image: nothing is summed for it
+        return
+    begin = used[chunk]
+    used[chunk] = begin + n
+    if begin + n > room:
+        return
+    begin += chunk * room
+    first[s] = begin
+    last[s] = begin + n
+    for k in range(n):
+        listed[begin + k] = order[np.uint64(near[k])]
+
+
+class NeighbourList:
+    """Lists of neighbours of all particles.
+
+    Parameters
+    ----------
+    kernel
+        The smoothing kernel.
+    margin
+        How far beyond the kernel's reach a neighbour may be, over h.
+    positions, h
+        Positions at the start (n, dim) [m] and the largest smoothing length [m].
+    planes
+        Planes of symmetry.
+
+    Attributes
+    ----------
+    listed
+        Numbers of neighbours, uint32, those of particle s from first[s] to last[s]: whole vectors.
+    first, last
+        Places in `listed` (n,), uint64.
+    halo
+        How rows of other processes come; None for one process.
+    images
+        The images that the planes made, numbered after the particles.
+    present
+        Number of particles and copies: the number of the far row.
+    """
+
+    def __init__(self, kernel: Kernel, margin: float, positions: np.ndarray, h: float, planes: tuple[Plane, ...] = ()):
+        self.count, self.dim = positions.shape
+        self.reach, self.planes = kernel.reach + margin, planes
+        self.layout = RowLayout(self.dim, (("x", "vector"), ("h", "scalar")))
+        self.halo: Halo | None = None
+        self.images: list[Images] = []
+        self.listed = np.zeros(0, np.uint32)
+        self._grid = cells.Grid.around(positions, self.reach * h)
+        self._capacity = 64 * 4 ** (self.dim - 1)
+        self._room = 0
+        self._made = 0
+        law = specialise(record, CHUNK=traversal.CHUNK)
+        self._sweep = traversal.loop(self.dim, self.dim, law)
+        self.hold(self.count)
+
+    def hold(self, count: int) -> None:
+        """Make room for lists of `count` particles."""
+        self.count = count
+        self.first, self.last = np.zeros(count, np.uint64), np.zeros(count, np.uint64)
+        self._make_room(count)
+
+    def fit_grid(self, positions: np.ndarray) -> None:
+        """Make the grid of cells anew, around particles at `positions` (n, dim) [m]."""
+        self._grid = cells.Grid.around(positions, self._grid.edge)
+
+    def _make_room(self, count: int) -> None:
+        """Make the work arrays hold `count` rows."""
+        if count > self._made:
+            self._made = count if count == self.count else count + count // 4
+            self._sorted = np.zeros((self._made + 1, self.layout.width))
+            self._columns = np.zeros((self.dim + 1, self._made + EIGHT))
+            self._cells = np.zeros(self._made, np.uint32)
+            self._place = np.zeros(self._made, np.uint32)
+            self.order = np.zeros(self._made + 1, np.uint32)
+        self._sorted[count] = 0.0
+        self._sorted[count, : self.dim] = traversal.FAR
+        self._sorted[count, self.dim] = 1.0
+        self.order[count] = count
+        self.present = count
+
+    def make(self, positions: np.ndarray, lengths: np.ndarray, longest: float, numbers: np.ndarray) -> None:
+        """Make the lists anew.
+
+        Parameters
+        ----------
+        positions, lengths, longest, numbers
+            Positions (n, dim) and smoothing lengths (n,) [m], the longest of all processes, and permanent numbers (n,).
+
+        Raises
+        ------
+        RunError
+            When a particle has too many neighbours to be anything but a collapse.
+        """
+        rows = np.zeros((self.count, self.layout.width))
+        rows[:, : self.dim], rows[:, self.dim] = positions, lengths
+        reach, numbers = self.reach * longest, numbers.astype(np.uint64)
+        if self.halo is not None:
+            rows, numbers = self.halo.append(rows, numbers, reach)
+        self.before_images = len(rows)
+        if self.planes:
+            rows, self.images = with_images(rows, self.planes, self.layout, reach)
+            numbers = image_numbers(numbers, self.images)
+        self._make_room(len(rows))
+        n = self.present
+        self._grid.edge = reach
+        cells.sort(self._grid, rows, numbers, self.dim, self._cells[:n], self.order[:n], self._place[:n],
+                   self._sorted[:n], self._columns, self.dim)  # fmt: skip
+        chunks = -(-n // traversal.CHUNK)
+        used = np.zeros(chunks, np.uint64)
+
+        def room(capacity: int) -> tuple[Any, ...]:
+            return self.listed, self.order, self.first, self.last, used, np.uint64(self._room)
+
+        while True:
+            if len(self.listed) < chunks * self._room:
+                self.listed = np.zeros(chunks * self._room, np.uint32)
+            self._capacity = traversal.complete_sweep(
+                self._sweep, self._sorted, self._columns, self.order, (n, n), self._grid, self.reach, NO_COEFFICIENTS,
+                self._capacity, room)  # fmt: skip
+            needed = int(used.max())
+            if needed <= self._room:
+                return
+            self._room = int(SPARE * needed) // EIGHT * EIGHT

@@ -1,0 +1,217 @@
+"""The pairs of one stage: rows sorted into cells, and passes of pair laws over them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.jit import specialise
+from hvisph.compiler.template_binding import bind
+from hvisph.compiler.tensors import SIZE
+from hvisph.compiler.vector.api import EIGHT
+from hvisph.core.errors import RunError
+from hvisph.sph.kernels import Kernel
+from hvisph.sph.kernels.kernel import scale
+
+from . import cells, rate_layout, traversal
+from .ghost_rows import Halo, ImageCopies
+from .particle_layout import RowLayout, aligned_zeros
+from .symmetry_planes import Plane
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One pass of a pair law over all pairs.
+
+    Parameters
+    ----------
+    law
+        The law's loop, a template with the free names DIM, the slots of its row, the number WIDTH of those that it
+        reads and WHOLE of all, `scale`, `slope`, `shape` and `write_rates`, and those in `options`.
+    reads
+        The layout of what it reads of each neighbour.
+    options
+        Constants and compiled functions bound into the law.
+    parts
+        Templates that the law calls by name, bound to the same.
+    only
+        Name of a vector of the rows, such as `ROUGH`: those where it is zero are left out; none unless given.
+    own_reach
+        Whether it sums over its own kernel, too, which reaches farther than that of a pair with what is shorter.
+    into_rows
+        Whether the law writes into the particles' own rows, for a later pass to read, instead of rates.
+    density_rate
+        Whether the law writes a rate of ln(rho) behind the other rates.
+    leads
+        Whether it writes the rate of the density's lead behind that.
+    slips
+        Whether it, or a contact beside it, writes the heat of slip between bodies behind that.
+    rings
+        Whether it writes the rate of the rings' circumference behind that.
+    spins
+        Whether it writes the rate at which angular momentum is made there.
+    """
+
+    law: Any
+    reads: RowLayout
+    options: dict[str, Any]
+    parts: tuple[Callable[..., None], ...] = ()
+    only: str = ""
+    own_reach: bool = False
+    into_rows: bool = False
+    density_rate: bool = False
+    leads: bool = False
+    slips: bool = False
+    rings: bool = False
+    spins: bool = False
+
+    def further(self, dim: int) -> int:
+        """Return how many rates it writes behind the velocity gradient."""
+        if self.spins:
+            return 3 + SIZE["axial"][dim - 1]
+        return 4 * self.rings or 3 * self.slips or 2 * self.leads or int(self.density_rate)
+
+
+class Pairs:
+    """Sorted particles and their rates.
+
+    Parameters
+    ----------
+    layout
+        The widest row that the passes need.
+    kernel
+        The smoothing kernel.
+    passes
+        The passes of an evaluation, in order.
+    coefficients
+        Numbers that the laws read.
+    positions, h
+        Positions at the start (n, dim) [m], for the grid's extent, and the largest smoothing length [m].
+    planes
+        Planes of symmetry.
+
+    Attributes
+    ----------
+    rows, numbers
+        Packed rows (n, packed) of the stage, and their permanent numbers (n,) uint64, each once.
+    halo, images
+        Copies that are appended to them: rows of other processes, images at the planes.
+    room
+        All numbers (k,) of the sorted rows and their columns. Who is done with an evaluation may use it until the next.
+    """
+
+    def __init__(self, layout: RowLayout, kernel: Kernel, passes: Sequence[Pass], coefficients: np.ndarray,
+                 positions: np.ndarray, h: float, planes: tuple[Plane, ...] = ()):  # fmt: skip
+        dim = layout.dim
+        self.layout, self.kernel, self.planes = layout, kernel, planes
+        self.coefficients = coefficients
+        self._further = max(one.further(dim) for one in passes)
+        self.count = len(positions)
+        self.slots = layout.slots()
+        self.rows = np.zeros((self.count, layout.packed))  # close together; sorted, each in whole cache lines
+        self.numbers = np.arange(self.count, dtype=np.uint64)
+        self.halo: Halo | None = None
+        self.images = ImageCopies(planes, layout) if planes else None
+        self.grid = cells.Grid.around(positions, kernel.reach * h)
+        self.capacity = 64 * 4 ** (dim - 1)
+        self._room = 0
+        self._make_room(self.count)
+        shared = {
+            "DIM": dim,
+            "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+            "slope": kernel.slope,
+            "shape": kernel.shape,
+        }
+        self._sweeps = []
+        for one in passes:
+            widths = {"WIDTH": one.reads.used, "WHOLE": layout.used}
+            offered = shared | self.slots | rate_layout.slots(dim) | widths
+            law = bind(
+                one.law, one.options, offered | {"write_rates": rate_layout.writer(dim, one.slips)}, parts=one.parts
+            )
+            only = self.slots[one.only] if one.only else 0
+            self._sweeps.append((traversal.loop(dim, self.slots["H"], law, only, one.own_reach), one.into_rows))
+
+    def _make_room(self, count: int) -> None:
+        """Make the arrays hold `count` rows, and the far row behind them."""
+        if count > self._room:
+            self._room = count if count == self.count else count + count // 4
+            dim, width = self.layout.dim, self.layout.width
+            rows, along = (self._room + 1) * width, self._room + EIGHT
+            self.room = aligned_zeros(1, rows + (dim + 1) * along)[0]
+            self.sorted = self.room[:rows].reshape(-1, width)
+            self.columns = self.room[rows:].reshape(-1, along)
+            self.rates = np.zeros((self._room, rate_layout.width(dim) + self._further))
+            self.cells = np.zeros(self._room, np.uint32)
+            self.order = np.zeros(self._room, np.uint32)
+            self.place = np.zeros(self._room, np.uint32)
+        self.present = count
+
+    def _put_far(self) -> None:
+        """Put the far row behind the sorted ones, whose room may have served others since."""
+        far = self.sorted[self.present]
+        far[:] = 0.0
+        far[: self.layout.dim] = traversal.FAR
+        far[self.slots["H"]] = 1.0
+        if "RHO" in self.slots:
+            far[self.slots["RHO"]] = 1.0
+
+    def evaluate(self, h: float, meant: int | None = None) -> None:
+        """Sort the packed `rows` and run all passes: `rates[place[i]]` are then those of particle i.
+
+        They depend neither on the order of the rows nor on the grid.
+
+        Parameters
+        ----------
+        h
+            Largest smoothing length [m].
+        meant
+            How many of the rows, the first, the laws are summed for; others are neighbours alone. All unless given.
+
+        Raises
+        ------
+        RunError
+            When a particle has too many neighbours to be anything but a collapse.
+        """
+        rows, numbers, edge = self.rows, self.numbers, self.kernel.reach * h
+        own = len(rows)
+        if self.halo is not None:
+            rows, numbers = self.halo.append(rows, numbers, edge)
+            self.rows = rows[:own]  # in front of the others': the next stage is packed there
+        if self.images is not None:
+            rows, numbers = self.images.append(rows, numbers, edge)
+        if len(rows) != self.present:
+            self._make_room(len(rows))
+        self._put_far()
+        n = self.present
+        self.grid.edge = edge
+        cells.sort(self.grid, rows, numbers, self.slots["H"], self.cells[:n], self.order[:n], self.place[:n],
+                   self.sorted[:n], self.columns, self.layout.dim)  # fmt: skip
+        failure = None
+        for sweep, into_rows in self._sweeps:
+            try:
+                self._run(sweep, self.sorted if into_rows else self.rates, own if meant is None else meant)
+            except RunError as error:  # others wait for this process' rows
+                failure = error
+            for copies in (self.halo, self.images) if into_rows else ():
+                if copies is not None:
+                    copies.refresh(self.sorted, self.place)
+        if failure is not None:
+            raise failure
+
+    def hold(self, rows: np.ndarray, numbers: np.ndarray) -> None:
+        """Take these packed rows (n, width) and their numbers in place of all others, sorted in the order given."""
+        self.rows, self.numbers, self.count = rows, numbers, len(rows)
+        if self._room > 2 * self.count:  # many have gone to other processes
+            self._room = 0
+        self._make_room(self.count)
+        self.sorted[: self.count, : rows.shape[1]] = rows
+        self.place[: self.count] = np.arange(self.count, dtype=np.uint32)
+
+    def _run(self, sweep: Any, out: np.ndarray, meant: int) -> None:
+        self.capacity = traversal.complete_sweep(
+            sweep, self.sorted, self.columns, self.order, (self.present, meant), self.grid, self.kernel.reach,
+            self.coefficients, self.capacity, lambda capacity: out)  # fmt: skip

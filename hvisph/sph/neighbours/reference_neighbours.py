@@ -1,0 +1,338 @@
+"""Neighbours in the reference configuration: found once, with the kernel and the corrections there.
+
+Row i of the lists holds the neighbours b of particle i within the kernel's support at the start, same body
+alone, padded to whole vectors with the far row. For each stands
+
+    slope = V0_b (dW/dR) (X_a - X_b) / R        shape = V0_b W
+
+by a code, the row of a table that holds each of those that are common once: in a lattice there are few, and a list of
+numbers and codes is read from memory twice a step. X_a - X_b counts in parts of 1e-12 h, so that round-off makes no new
+ones, and the slope of b to a is that of a to b reversed to the last bit.
+
+A gradient is V0_b g_ab = A_a slope + B_a shape, with A and B of particle a:
+
+    none      A = I,    B = 0
+    gradient  A = K,    B = 0,                  K = [sum_b V0_b grad W (x) (X_b - X_a)]^-1
+    mixed     A = K/S,  B = - K grad S / S^2,   S = sum_b V0_b W, the particle itself included,
+              K as above of grad W / S - W grad S / S^2
+
+(Young 2021 eqs. 3-5). A particle whose K has no sound inverse keeps the plain gradient.
+F0_a = 1 - sum_b (X_b - X_a) (x) V0_b g_ab is what the gradients leave of a map that is the identity.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.jit import specialise
+from hvisph.compiler.template_binding import bind
+from hvisph.compiler.tensors import (
+    dot,
+    identity,
+    minus,
+    no_gradient,
+    no_vector,
+    on_rows,
+    outer,
+    own_vector,
+    plus,
+    put,
+    times,
+)
+from hvisph.compiler.threads.parallel_for import each
+from hvisph.sph.kernels import Kernel
+from hvisph.sph.kernels.kernel import scale
+from hvisph.sph.terms.shape_matrix import sound_inverse
+
+from . import cells, traversal
+
+CORRECTIONS = ("none", "gradient", "mixed")
+CHUNK = 256
+# Pairs at the very rim of the support are left out: there round-off would decide, with a kernel of zero.
+RIM = 1.0 - 1e-9
+# What two places are apart by over h counts in such parts: in a lattice of a thousand spacings round-off is less.
+FINEST = 2.0**-40
+# Kernels that occur at least so often among so many particles are tabled, no more than the nearest cache holds, nor of
+# more volumes and steps along an axis than these; every other entry has a row of its own.
+COMMON, PORTION, MOST_CODES, MOST_VOLUMES, MOST_STEPS = 8, 1024, 1024, 64, 4096
+OWN_ROW = 0xFFFFFFFF
+
+
+def _count(near, n, rows, i, constants, out):
+    """Count the neighbours of sorted particle `i`: the law of a traversal."""
+    lengths, order, members = out
+    s, found = members[order[i]], np.uint64(0)
+    if s < np.uint32(lengths.shape[0]):
+        for k in range(n):
+            found += np.uint64(near[k] != np.uint32(order.shape[0]))
+        lengths[s] = found
+
+
+def _enter(near, n, rows, i, constants, out):
+    """Enter the neighbours of sorted particle `i` in rising order: the law of a traversal."""
+    listed, starts, order, members = out
+    s, one = np.uint64(members[order[i]]), np.uint64(1)
+    if s + one < np.uint64(starts.shape[0]):
+        begin = end = np.uint64(starts[s])
+        for k in range(n):
+            if near[k] != np.uint32(order.shape[0]):
+                number, at = order[near[k]], end
+                while at > begin and listed[at - one] > number:
+                    listed[at] = listed[at - one]
+                    at -= one
+                listed[at] = number
+                end += one
+        for k in range(begin, end):
+            listed[k] = members[listed[k]]
+
+
+def _measure(k, first, position, lists, ih, apart):
+    """Find what the entries of particle `first` + k are apart by, over h and in parts of `FINEST`; 0 of the far row."""
+    starts, near = lists
+    i, far = np.uint64(first + k), np.uint32(position.shape[0])
+    for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
+        if near[entry] != far:
+            d = minus(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(near[entry]), 0, DIM))
+            put(apart, np.uint64(entry - starts[np.uint64(first)]), 0, times(ih / FINEST, d))
+
+
+def _fill(k, apart, volume, ih, kernels):
+    """Compute slope and shape of neighbours of these volumes, so far `apart` over h; at no distance they are zero."""
+    d = own_vector(apart, k, 0, DIM)
+    r = np.sqrt(dot(d, d))
+    if r > 0.0:
+        put(kernels, k, 0, times(volume[k] * scale(ih) * slope(r) / r, d))
+        kernels[k, DIM] = volume[k] * scale(ih) * shape(r) / ih
+
+
+def _correct(c, chosen, position, volume, lists, ih, corrections, sums, holding):
+    """Compute A, B, F0 and the sums of the particles `chosen`."""
+    starts, near, codes, kernels = lists
+    all_a, all_b, all_f0 = corrections
+    first_sums, zeroth_sums = sums
+    far = np.uint32(position.shape[0])
+    i = np.uint64(chosen[c])
+    x = own_vector(position, i, 0, DIM)
+    begin, end = np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])
+    of_shape, of_gradient, held = 0.0, no_vector(DIM), 0.0
+    for k in range(begin, end):
+        if near[k] != far:
+            d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+            of_shape += kernels[codes[k], DIM]
+            held += kernels[codes[k], DIM] / dot(d, d)
+            of_gradient = plus(of_gradient, own_vector(kernels, codes[k], 0, DIM))
+    zeroth_sums[i], holding[i] = of_shape, held
+    put(first_sums, i, 0, of_gradient)
+    inverse_s, shift = 1.0, no_vector(DIM)
+    if MIXED:
+        inverse_s = 1.0 / (of_shape + volume[i] * scale(ih) * shape(0.0) / ih)
+        shift = times(-inverse_s * inverse_s, of_gradient)
+    moment = no_gradient(DIM)
+    for k in range(begin, end):
+        if near[k] != far:
+            d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+            g = plus(times(inverse_s, own_vector(kernels, codes[k], 0, DIM)), times(kernels[codes[k], DIM], shift))
+            moment = minus(moment, outer(g, d))
+    a, sound = sound_inverse(moment)
+    if CORRECTED and sound:
+        a, b = times(inverse_s, a), on_rows(a, shift)
+    else:
+        a, b = identity(a), no_vector(DIM)
+    f0 = identity(a)
+    for k in range(begin, end):
+        if near[k] != far:
+            d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+            g = on_rows(a, own_vector(kernels, codes[k], 0, DIM))
+            f0 = plus(f0, outer(d, plus(times(kernels[codes[k], DIM], b), g)))
+    put(all_a, i, 0, a)
+    put(all_b, i, 0, b)
+    put(all_f0, i, 0, f0)
+
+
+def _touching(i, starts, near, chosen, marked):
+    """Find which particles have a chosen one in their list."""
+    for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
+        if chosen[near[k]]:
+            marked[i] = True
+            break
+
+
+class Reference:
+    """Lists of reference neighbours with their kernels.
+
+    Parameters
+    ----------
+    position
+        Reference positions (n, dim) [m]; rows of other processes and images at symmetry planes come last.
+    volume
+        Reference volumes (n,) [m^dim], likewise.
+    body, numbers
+        Bodies and numbers, each once, likewise: in the order of the numbers neighbours are listed.
+    count
+        Number of particles that get a list.
+    kernel, h
+        Kernel, and its smoothing length [m].
+    shepard, gradient
+        Whether the kernel is divided by its own sum, and whether its gradient is exact for linear fields.
+
+    Attributes
+    ----------
+    starts, near, codes
+        The lists: entries of row i stand from starts[i] to starts[i + 1]; the far row has number n and code 0.
+    kernels
+        Slope and, behind it, shape of each code (codes + 1, dim + 1).
+    matrix, vector, start_gradient
+        A (count, dim, dim), B (count, dim) and F0 (count, dim, dim).
+    first_sums, zeroth_sums
+        Sums over each list of slopes (count, dim) and of shapes (count,).
+    holding
+        Sums over each list of shape/|X_a - X_b|^2 (count,) [1/m^2], which hourglass control is stiff by.
+    """
+
+    def __init__(self, position: np.ndarray, volume: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int,
+                 kernel: Kernel, h: float, shepard: bool, gradient: bool):  # fmt: skip
+        self.position, self.volume = np.ascontiguousarray(position), np.ascontiguousarray(volume)
+        self.count, self.dim, self.h = count, position.shape[1], h
+        dim = self.dim
+        self.starts, self.near = _lists(self.position, body, numbers, count, kernel.reach * h * RIM)
+        self.matrix, self.vector = np.zeros((count, dim, dim)), np.zeros((count, dim))
+        self.start_gradient = np.zeros((count, dim, dim))
+        self.first_sums, self.zeroth_sums, self.holding = np.zeros((count, dim)), np.zeros(count), np.zeros(count)
+        self.corrections = self.matrix.reshape(count, -1), self.vector, self.start_gradient.reshape(count, -1)
+        self.sums = self.first_sums, self.zeroth_sums
+        offered = {
+            "DIM": dim, "shape": kernel.shape, "slope": kernel.slope, "MIXED": int(shepard),
+            "CORRECTED": int(gradient), "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
+        }  # fmt: skip
+        self._tabulate(each(bind(_measure, {}, offered)), each(bind(_fill, {}, offered)))
+        self.lists = self.starts, self.near, self.codes, self.kernels  # what compiled loops take, in rows
+        self._correct = each(bind(_correct, {}, offered))
+        self._update_corrections(np.arange(count))
+
+    def _tabulate(self, measure: Any, fill: Any) -> None:
+        """Find the code of each entry and its kernel; code 0 is that of no neighbour."""
+        dim, volume = self.dim, np.append(self.volume, 0.0)  # the far row has none
+        volumes, steps, kinds = _Numbered(MOST_VOLUMES), _Numbered(MOST_STEPS), _Numbered(MOST_CODES)
+        self.codes = np.empty(len(self.near), np.uint32)
+
+        def portions() -> Iterator[tuple[slice, np.ndarray]]:
+            for first in range(0, self.count, PORTION):
+                count = min(PORTION, self.count - first)
+                part = slice(int(self.starts[first]), int(self.starts[first + count]))
+                apart = np.zeros((part.stop - part.start, dim))
+                measure(count, first, self.position, (self.starts, self.near), 1.0 / self.h, apart)
+                yield part, np.rint(apart)
+
+        for part, apart in portions():
+            keys = volumes.of(volume[self.near[part]])
+            for axis in range(dim):
+                number = steps.of(np.where(keys < 0, 0.0, apart[:, axis]))
+                keys = np.where((keys < 0) | (number < 0), -1, keys * MOST_STEPS + number)
+            codes = kinds.of(np.where(keys < 0, 0, keys))
+            self.codes[part] = np.where((keys < 0) | (codes < 0), OWN_ROW, codes)
+        tabled, alone = len(kinds.met), self.codes == OWN_ROW
+        self.codes[alone] = tabled + np.arange(alone.sum())
+        # a row more, for rows are read in pairs of numbers
+        self.kernels = np.zeros((tabled + int(alone.sum()) + 1, dim + 1))
+        keys, apart = kinds.met.astype(np.int64), np.empty((tabled, dim))
+        for axis in reversed(range(dim)):
+            keys, number = np.divmod(keys, MOST_STEPS)
+            apart[:, axis] = steps.met[number]
+        fill(tabled, apart * FINEST, volumes.met[keys], 1.0 / self.h, self.kernels)
+        for part, apart in portions() if alone.any() else ():
+            some = alone[part]
+            if some.any():
+                rows = self.kernels[self.codes[part][some][0] :]
+                fill(int(some.sum()), apart[some] * FINEST, volume[self.near[part][some]], 1.0 / self.h, rows)
+
+    def _update_corrections(self, chosen: np.ndarray) -> None:
+        self._correct(len(chosen), chosen.astype(np.uint64), self.position, self.volume, self.lists, 1.0 / self.h,
+                      self.corrections, self.sums, self.holding)  # fmt: skip
+
+    def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
+        """Return which particles have one of `chosen` (n,) among their reference neighbours (count,), bool."""
+        marked = np.zeros(self.count, bool)
+        each(specialise(_touching))(self.count, self.starts, self.near, np.append(chosen, False), marked)
+        return marked
+
+    def remove(self, chosen: np.ndarray) -> None:
+        """Take the particles `chosen` (n,), bool, out of all lists, empty their own, and correct what remains."""
+        affected = np.flatnonzero(self.neighbours_of(chosen) | chosen[: self.count])
+        gone = np.append(chosen, False)
+        for i in affected:
+            row = slice(int(self.starts[i]), int(self.starts[i + 1]))
+            drop = gone[self.near[row]] | gone[i]
+            self.near[row][drop] = len(self.position)
+            self.codes[row][drop] = 0
+        self._update_corrections(affected)
+
+
+class _Numbered:
+    """Up to `most` values that are common, numbered in the order in which they are met; 0 is the first."""
+
+    def __init__(self, most: int) -> None:
+        self._most, self.met = most, np.zeros(1)
+        self._sorted, self._numbers = self.met, np.zeros(1, np.int64)
+
+    def of(self, values: np.ndarray) -> np.ndarray:
+        """Return the numbers of `values` (n,), -1 of those that have none."""
+        numbers = self._look_up(values)
+        unknown = np.flatnonzero(numbers < 0)
+        new, times = np.unique(values[unknown], return_counts=True)
+        new = new[times >= COMMON][: self._most - len(self.met)]
+        if len(new):
+            self.met = np.append(self.met, new)
+            self._numbers = np.argsort(self.met)
+            self._sorted = self.met[self._numbers]
+            numbers[unknown] = self._look_up(values[unknown])
+        return numbers
+
+    def _look_up(self, values: np.ndarray) -> np.ndarray:
+        at = np.minimum(np.searchsorted(self._sorted, values), len(self.met) - 1)
+        return np.where(self._sorted[at] == values, self._numbers[at], -1)
+
+
+def _lists(position: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: int, reach: float
+           ) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
+    """List for the first `count` particles those within `reach` [m] in the same body, in the order of `numbers`.
+
+    Returns
+    -------
+    Where each list starts in the second array, and its end last; all lists, filled up to whole vectors of eight.
+    """
+    starts, lengths = np.zeros(count + 1, np.uint64), np.zeros(count, np.uint64)
+    bodies = [np.flatnonzero(body == one) for one in np.unique(body)]
+    swept = [_Swept(position, members[np.argsort(numbers[members])].astype(np.uint32), reach) for members in bodies]
+    for one in swept:
+        one.run(_count, (lengths, one.order, one.members))
+    np.cumsum((lengths + np.uint64(7)) // np.uint64(8) * np.uint64(8), out=starts[1:])
+    near = np.full(int(starts[-1]), len(position), np.uint32)
+    for one in swept:
+        one.run(_enter, (near, starts, one.order, one.members))
+    return starts, near
+
+
+class _Swept:
+    """Particles of a body in cells, for laws of the traversal; `members` are their indices, in the order listed."""
+
+    def __init__(self, position: np.ndarray, members: np.ndarray, reach: float):
+        (n, self._dim), self._reach, self.members = (len(members), position.shape[1]), reach, members
+        dim = self._dim
+        rows, self._rows = np.zeros((n, dim + 1)), np.zeros((n + 1, dim + 1))
+        rows[:, :dim], rows[:, dim] = position[members], 1.0
+        self._rows[n, :dim], self._rows[n, dim] = traversal.FAR, 1.0
+        self._columns = np.zeros((dim + 1, n + 8))
+        self.order, place, cell = (np.zeros(n, np.uint32) for _ in range(3))
+        self._grid = cells.Grid.around(rows[:, :dim], reach)
+        cells.sort(self._grid, rows, np.arange(n, dtype=np.uint64), dim, cell, self.order, place, self._rows[:n],
+                   self._columns, dim)  # fmt: skip
+        self._capacity = 64 * 4 ** (dim - 1)
+
+    def run(self, law: Any, out: Any) -> None:
+        """Run a law over all particles."""
+        n, sweep = len(self.members), traversal.loop(self._dim, self._dim, specialise(law))
+        given = sweep, self._rows, self._columns, self.order, (n, n), self._grid, self._reach, np.zeros(1)
+        self._capacity = traversal.complete_sweep(*given, self._capacity, lambda capacity: out)

@@ -1,0 +1,222 @@
+"""The one traversal of pairs: every pair law runs inside it.
+
+The particles of a cell share their candidates: those of its 3, 9 or 27 cells that are near the box around them are
+copied once, and each particle filters the copy into a list of neighbours, which is filled up to whole vectors with
+a far, massless row. Over that the pair law sums in one branch-free loop. Row i is written by i alone, and a list goes
+through the cells along x, y and z in rising order, also where they wrap round: any number of threads gives the same
+bits.
+
+A pair law is a module of `hvisph.sph.terms`; `law(near, n, rows, i, constants, out)` is
+its loop, bound into the template below by `loop`. It reads its neighbours, a
+vector at a time, with `hvisph.compiler.vector.intrinsics.neighbours`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from hvisph.compiler.jit import specialise
+from hvisph.compiler.tensors import dot, own_vector
+from hvisph.compiler.tensors3d import in_space
+from hvisph.compiler.threads.parallel_for import shared
+from hvisph.compiler.vector.api import LANES, NUMBERED, SIXTEEN, append_near, append_near_box, as_before, flush_tiny
+from hvisph.core.errors import RunError
+
+from . import cells
+from .cells import cell_at, number_of
+
+CHUNK = 256
+FAR = 1e30  # coordinate [m] of the row that pads lists: beyond every kernel, and massless
+# Pairs beyond this share of the kernel's reach are left out: their weight is nothing, and a lattice at rest whose
+# spacing the reach is a multiple of has up to a quarter of its pairs there.
+RIM = 1.0 - 1e-9
+ROUND_OFF = 1.0 + 1e-9  # of distances to a box: its reach is longer by so much
+# How wrong a squared distance in single precision may be, over the square of a cell's edge: positions are relative
+# to a particle within two edges, each rounded by 2^-24 of that.
+SLACK = 4e-6
+
+
+# A particle with more candidates than this is inside a collapse that no result survives.
+MOST_NEIGHBOURS = 200_000
+
+
+def enclose(columns, i, end, inverse_edge, box):
+    """Find the box around particle `i` and those up to `end` of its cell; return their end and largest length.
+
+    A cell of the torus may hold particles from far apart: those end before the first that is more than an edge away.
+    """
+    last, h = end, columns[DIM, i]
+    for f in range(np.uint64(DIM)):
+        for k in range(i, end):
+            if abs(columns[f, k] - columns[f, i]) * inverse_edge > 1.0:
+                last = min(last, k)
+    for f in range(np.uint64(DIM)):
+        origin, low, high = columns[f, i], 0.0, 0.0
+        for k in range(i, last):
+            low, high = min(low, columns[f, k] - origin), max(high, columns[f, k] - origin)
+        box[f, 0], box[f, 1], box[f, 2] = origin, 0.5 * (low + high), 0.5 * (high - low)
+    for k in range(i, last):
+        h = max(h, columns[DIM, k])
+    return last, h
+
+
+def gather(columns, place, grid, box, h, half_reach, capacity, copies):
+    """Copy what may meet a particle in the box into `copies`; return how many, and the room that was lacking or 0.
+
+    With OWN_REACH that is also whatever the longest kernel of the cell, `h`, reaches by itself.
+    """
+    rough, exact, numbers = copies
+    cx, cy, cz = place
+    starts, _, nx, ny, nz = grid
+    zero, one, two, three, eight = np.uint64(0), np.uint64(1), np.uint64(2), np.uint64(3), np.uint64(8)
+    m = needed = zero
+    for run in range(np.uint64(3 ** (DIM - 1))):
+        ry = (cy + run % three + ny - one) & (ny - one) if DIM > 1 else zero
+        rz = (cz + run // three + nz - one) & (nz - one) if DIM > 2 else zero
+        base = nx * (ry + ny * rz)
+        low = base + cx - one if cx > zero else base + nx - one
+        high = base + nx if cx == zero else base + min(cx + two, nx)
+        for segment in range(two):
+            if segment == one:  # what lies across the seam of the torus
+                low = base
+                high = base + two if cx == zero else base + one if cx == nx - one else base
+            begin, end = np.uint64(starts[low]), np.uint64(starts[high])
+            if m + end - begin > capacity:
+                needed = max(needed, m + end - begin)
+                continue
+            for j in range(begin, end, eight):
+                m = append_near_box(columns, DIM, j, end, box, 2.0 * h if OWN_REACH else h, half_reach, numbers, m)
+    for f in range(np.uint64(DIM + 1)):
+        origin = box[f, 0] if f < np.uint64(DIM) else 0.0
+        for k in range(m):
+            value = columns[f, np.uint64(numbers[k])]
+            exact[f, k], rough[f, k] = value, np.float32(value - origin)
+        for k in range(m, m + np.uint64(SIXTEEN)):
+            exact[f, k], rough[f, k] = (FAR, np.float32(FAR)) if f < np.uint64(DIM) else (0.0, np.float32(0.0))
+    return m, needed
+
+
+def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, capacity, out, overflow):
+    """Run the pair law over the particles of a chunk: the template, see the module's text.
+
+    Bound names: DIM, H (slot of the smoothing length), law, ONLY (slot of a vector: rows where it is zero are left out;
+    0 for none) and the templates above.
+
+    Parameters
+    ----------
+    chunk, n_rows
+        See `compiler.threads.parallel_for.shared`.
+    rows, columns
+        Sorted rows (n_rows + 1, width), the last one far away and massless, and the same positions and
+        smoothing lengths by column, (dim + 1, n_rows + 8).
+    order
+        Number before sorting of each row.
+    owned
+        Number of rows that are the caller's own, numbered before all others [uint64]: the law is summed for them alone.
+        Others are images at symmetry planes.
+    grid
+        First sorted row of each cell, 1 / edge [1/m], numbers of cells [uint64].
+    reach
+        Support radius of the kernel over h.
+    constants
+        Coefficients of the law.
+    capacity
+        Room for the candidates of a cell [uint64].
+    out
+        Result rows; the law writes row i alone.
+    overflow
+        (chunks,) receives the room that a chunk would have needed, 0 where it sufficed.
+    """
+    mode, half_reach = flush_tiny(), 0.5 * RIM * reach
+    zero, one, sixteen = np.uint64(0), np.uint64(1), np.uint64(SIXTEEN)
+    starts, inverse_edge, nx, ny, nz = grid
+    room = capacity + sixteen
+    near, numbers, box = np.empty(room, np.uint32), np.empty(room, np.uint32), np.empty((3, 3))
+    rough, exact = np.empty((DIM + 1, room), np.float32), np.empty((DIM + 1, room))
+    slack = SLACK / (inverse_edge * inverse_edge)
+    first = chunk * np.uint64(CHUNK)
+    last = min(first + np.uint64(CHUNK), n_rows)
+    needed, m, group, wanted, longest = zero, zero, first, False, 0.0
+    for i in range(first, last):
+        if ONLY and not dot(own_vector(rows, i, ONLY, DIM), own_vector(rows, i, ONLY, DIM)) > 0.0:
+            group = max(group, i + one)
+            continue
+        x = own_vector(rows, i, 0, DIM)
+        if i == group:  # the first of a cell, or of those together in it
+            place = cell_at(x, inverse_edge, nx, ny, nz)
+            end = min(np.uint64(starts[number_of(place, nx, ny) + one]), last)
+            group, longest = enclose(columns, i, end, inverse_edge, box)
+            wanted = True
+        if np.uint64(order[i]) >= owned:
+            continue
+        if wanted:
+            wanted = False
+            m, lacking = gather(columns, place, grid, box, longest, half_reach * ROUND_OFF, capacity,
+                                (rough, exact, numbers))  # fmt: skip
+            needed = max(needed, lacking)
+        n, own = zero, (*in_space(x), rows[i, H])
+        if OWN_REACH:  # shorter ones count as long: with them the mean length is the own one
+            for k in range(m):
+                length = max(columns[DIM, np.uint64(numbers[k])], rows[i, H])
+                exact[DIM, k], rough[DIM, k] = length, np.float32(length)
+        for k in range(zero, m, sixteen):
+            n = append_near(rough, exact, numbers, DIM, k, i, own, box, half_reach, slack, near, n)
+        if not NUMBERED:
+            for k in range(n):
+                near[k] = numbers[np.uint64(near[k])]
+        for k in range(np.uint64(LANES)):
+            near[n + k] = n_rows
+        padded = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
+        law(near, padded, rows, i, constants, out)
+    overflow[chunk] = needed
+    as_before(mode)
+
+
+def loop(dim: int, h_slot: int, law: Any, only: int = 0, own_reach: bool = False) -> Any:
+    """Return the traversal compiled for a bound law, with the slots of the smoothing length and of `Pass.only` in rows.
+
+    `own_reach` says that lists hold all that a particle's own kernel reaches.
+    """
+    bound: dict[str, Any] = {"DIM": dim, "OWN_REACH": int(own_reach)}
+    parts = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
+    return shared(specialise(sweep, **bound, H=h_slot, ONLY=only, law=law, **parts), CHUNK)
+
+
+def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, order: np.ndarray, counts: tuple[int, int],
+                   grid: cells.Grid, reach: float, constants: np.ndarray, capacity: int,
+                   room: Callable[[int], Any]) -> int:  # fmt: skip
+    """Run a compiled `sweep`, and again with more room while a list of neighbours overflows.
+
+    Parameters
+    ----------
+    sweep ... constants
+        The loop and what it takes, see the template.
+    capacity
+        Room for the candidates of a cell to begin with.
+    room
+        Returns `out` for a capacity.
+
+    Returns
+    -------
+    The capacity that sufficed.
+
+    Raises
+    ------
+    RunError
+        When a particle has too many neighbours to be anything but a collapse.
+    """
+    count, owned = counts
+    overflow = np.zeros(-(-count // CHUNK), np.uint64)
+    cell_table = (grid.starts, 1.0 / grid.edge, *grid.sizes)
+    while True:
+        sweep(count, rows, columns, order, np.uint64(owned), cell_table, reach, constants, np.uint64(capacity),
+              room(capacity), overflow)  # fmt: skip
+        needed = int(overflow.max(initial=0))
+        if needed == 0:
+            return capacity
+        if needed > MOST_NEIGHBOURS:
+            raise RunError(f"a particle has more than {MOST_NEIGHBOURS} candidate neighbours: the bodies collapsed")
+        capacity = 2 * needed

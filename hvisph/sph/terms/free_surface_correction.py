@@ -1,0 +1,62 @@
+"""Velocity gradient and rate of density where a neighbourhood is open: at free faces, edges and corners.
+
+    B = sum_b V_b |dW/dr| r e (x) e,    K = B^-1,    w = clip((0.95 - det B)/0.2, 0, 1) max(0, 1 - 20 mu/c_l)
+    L <- L (1 + w (K - 1)),             div <- (1 - w) div + w tr L
+
+Inside, where B is the identity up to the lattice's own error, the plain sums stay: they keep density to the
+particles' spacing. What bears no tension, a gas or failed material, parts where it expands: its density is that of the
+spacing everywhere. In a shock front, where particles close at mu, a neighbourhood is uneven rather than open.
+"""
+
+from __future__ import annotations
+
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.tensors import (
+    adjugate,
+    determinant,
+    divergence,
+    identity,
+    mean_diagonal,
+    minus,
+    plus,
+    product,
+    times,
+    to_dimensions,
+)
+
+# Determinant of B: with this and more a neighbourhood is whole; from here on down to WHOLE - RANGE it opens.
+WHOLE, RANGE = 0.95, 0.2
+# Below this to the power of the dimensions, or below that mean of the diagonal, B has no sound inverse.
+SOUND, SOUND_MEAN = 0.4, 0.4
+# A closing speed of this share of the speed of sound is a front.
+FRONT = 0.05
+
+
+@compiled
+def correctable(moment):
+    """Return whether B, row by row, tells all of a gradient: a string of particles or a crumb sees a part of it."""
+    return determinant(moment) > to_dimensions(SOUND, moment) and mean_diagonal(moment) > SOUND_MEAN
+
+
+@compiled
+def at_edges(l, rate, moment, calm, bear):
+    """Return the velocity gradient and the rate of volume, corrected as the neighbourhood is open.
+
+    Parameters
+    ----------
+    l, rate
+        Sums of the velocity gradient, row by row, and of the rate of volume [1/s].
+    moment
+        B, row by row.
+    calm
+        1 where nothing closes, 0 in a shock front, max(0, 1 - 20 mu/c_l).
+    bear
+        Largest tension that the particle bears [Pa].
+    """
+    if not (bear > 0.0 and correctable(moment)):
+        return l, rate
+    size = determinant(moment)
+    opened = min(max((WHOLE - size) / RANGE, 0.0), 1.0) * calm
+    change = minus(times(1.0 / size, adjugate(moment)), identity(moment))
+    l = plus(l, times(opened, product(l, change)))
+    return l, (1.0 - opened) * rate + opened * divergence(l)

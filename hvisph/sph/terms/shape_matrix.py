@@ -1,0 +1,22 @@
+"""The inverse of a neighbourhood's shape matrix, sum_b V_b (x_b - x_a) (x) grad W: one rule for all that divides by it.
+
+Inside a body the matrix is near the identity. Where it has less than SINGULAR of a round one's determinant
+(of a particle with one or two neighbours, or of a string of them), or next to no trace, there is no sound inverse,
+and what it would correct stays as it is.
+"""
+
+from __future__ import annotations
+
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.tensors import adjugate, determinant, identity, mean_diagonal, times, to_dimensions
+
+SINGULAR = 0.05
+
+
+@compiled
+def sound_inverse(m):
+    """Return the inverse of the shape matrix `m`, row by row, and True; the identity and False where none is sound."""
+    mean, size = mean_diagonal(m), determinant(m)
+    if mean > SINGULAR and size > SINGULAR * to_dimensions(mean, m):
+        return times(1.0 / size, adjugate(m)), True
+    return identity(m), False

@@ -1,0 +1,62 @@
+"""What correlations say beside a ballistic limit that a sweep has found."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from hvisph.case.case import Case
+from hvisph.core.errors import CaseError
+from hvisph.core.kinematics import KINEMATICS
+from hvisph.measures.correlations import RECHT, limit_speeds, recht_ipson
+from hvisph.precheck.correlation_input import impact_of
+
+from .parameters import FACTORS
+from .plan import Plan
+
+
+def beside_limit(plan: Plan, limit: Mapping[str, Any]) -> dict[str, Any]:
+    """Return correlations beside a limit, in plain form: the speeds that they name, and residual velocities.
+
+    Nothing where a velocity is not what varies, or where a correlation does not hold: those of plates are for spheres
+    on aluminium, Recht and Ipson's for a cylinder that pushes a plug of its own diameter out of one plate.
+
+    Parameters
+    ----------
+    plan
+        The sweep.
+    limit
+        One of its limits, as in ``results.json``.
+    """
+    if limit["limit"] is None or "velocity" not in limit["path"] or limit["unit"] not in FACTORS:
+        return {}
+    try:
+        case = plan.case(limit["for"] | {limit["path"]: f"{limit['limit']!r} {limit['unit']}".strip()})
+    except CaseError:
+        return {}
+    impact, _ = impact_of(case)
+    beside: dict[str, Any] = {}
+    if impact is not None and (named := limit_speeds(impact)):
+        beside["correlations"] = [one.as_dict() for one in named]
+    masses = _masses(case)
+    if masses is not None:
+        factor = FACTORS[limit["unit"]]
+        speeds = [factor * shot["value"] for shot in limit["shots"]]
+        residuals = [recht_ipson(speed, factor * limit["limit"], *masses) for speed in speeds]
+        beside["recht_ipson"] = {"a": masses[0] / sum(masses), "residuals": residuals, "source": RECHT}
+    return beside
+
+
+def _masses(case: Case) -> tuple[float, float] | None:
+    """Return the masses of a flat cylinder and of its plug from one plate [kg]; None for other shots."""
+    if not (case.dim == 3 or KINEMATICS[case.kinematics].revolved) or len(case.bodies) != 2:
+        return None
+    shot, plate = sorted(case.bodies.values(), key=lambda body: not any(body.velocity))
+    if shot.shape.type != "cylinder" or plate.shape.type not in ("cylinder", "box") or any(plate.velocity):
+        return None
+    if shot.rotation is not None or plate.rotation is not None:
+        return None
+    length, diameter = shot.shape.extent()[:2]
+    area = math.pi / 4.0 * diameter**2
+    return shot.material.density * area * length, plate.material.density * area * min(plate.shape.extent())

@@ -1,0 +1,98 @@
+"""From what a sweep varies to the values of each case."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from hvisph.case import sweep as models
+from hvisph.core.errors import CaseError
+
+from .parameters import Scale, Values, plain, product
+from .sampling import sampled
+
+
+def points(vary: Any, base: Mapping[str, Any], folder: Path) -> list[Values]:
+    """Return the values of each case that is known before anything runs.
+
+    Parameters
+    ----------
+    vary
+        What the sweep varies: a model of `hvisph.case.sweep`.
+    base
+        The case as read.
+    folder
+        Where a table that the sweep names is looked for.
+
+    Returns
+    -------
+    For each case the values of its settings by path; a list's columns of an experiment among them.
+
+    Raises
+    ------
+    CaseError
+        With the key below `vary` that is to blame.
+    """
+    if isinstance(vary, models.Grid):
+        cases = product({path: list(_axis(path, axis, base)) for path, axis in vary.values.items()})
+    elif isinstance(vary, models.Listed):
+        cases = [dict(case) for case in vary.cases] if vary.cases is not None else _table(folder / str(vary.file))
+    elif isinstance(vary, models.Sample):
+        cases = sampled(vary, base)
+    elif isinstance(vary, models.Converge):
+        cases = [{vary.path: value} for value in _unlike(vary, base)]
+    else:
+        scale = Scale(vary.path, [*vary.between, vary.until], base)
+        if scale.numbers[0] == scale.numbers[1] or not scale.numbers[2] > 0.0:
+            raise CaseError("needs two values that differ, and a width above 0", where="between")
+        fixed = product(getattr(vary, "for"))
+        cases = [{**one, vary.path: scale.value(number)} for one in fixed for number in scale.numbers[:2]]
+    if len(cases) > models.MOST_CASES:
+        raise CaseError(f"makes {len(cases)} cases, more than {models.MOST_CASES}")
+    return cases
+
+
+def _unlike(vary: models.Converge, base: Mapping[str, Any]) -> list[Any]:
+    """Return the values of a convergence study; raises `CaseError` where two are the same, which shows nothing."""
+    numbers = Scale(vary.path, vary.values, base).numbers
+    for value, number in zip(vary.values, numbers, strict=True):
+        if numbers.count(number) > 1:
+            raise CaseError(f"has {value} twice: what does not change shows no convergence", where="values")
+    return list(vary.values)
+
+
+def _axis(path: str, axis: Any, base: Mapping[str, Any]) -> Iterator[Any]:
+    if isinstance(axis, list):
+        if not axis:
+            raise CaseError("needs at least one value", where=f"values.{path}")
+        yield from axis
+        return
+    scale = Scale(path, [getattr(axis, "from"), axis.to], base)
+    first, last = scale.numbers
+    for k in range(axis.count):
+        yield scale.value(first + (last - first) * k / (axis.count - 1))
+
+
+def _table(path: Path) -> list[Values]:
+    """Return the rows of a CSV file whose heads are paths of settings."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            table = csv.DictReader(file)
+            heads = [head.strip() for head in table.fieldnames or ()]
+            rows = list(table)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise CaseError(f"{path} cannot be read: {reason}", where="file") from None
+    twice = next((head for head in heads if heads.count(head) > 1), None)
+    if twice is not None:
+        raise CaseError(f"{path}, line 1: the head '{twice}' stands there twice", where="file")
+    if not rows:
+        raise CaseError(f"{path} has no rows below its heads", where="file")
+    cases = []
+    for line, row in enumerate(rows, 2):
+        if None in row or None in row.values():
+            raise CaseError(f"{path}, line {line}: as many cells as heads are needed", where="file")
+        cases.append({head.strip(): plain(cell) for head, cell in row.items() if cell.strip()})
+    return cases

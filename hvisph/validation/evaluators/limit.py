@@ -1,0 +1,63 @@
+"""Ballistic limits: the middle of the bracket that a bisection leaves; residual velocities beside those recalled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from hvisph.measures.threshold import bracket
+from hvisph.validation.quantity import Judge, Key, Shot, Value
+
+WIDEST = 0.1  # of the limit: half the width of a bracket that tells it
+
+
+def _speeds(shots: Sequence[Shot]) -> dict[str, list[tuple[float, bool, float]]]:
+    """Return by shot velocities [m/s], whether they went through, and residual velocities, in the order of velocity.
+
+    What is left of a projectile that stays is 0; of a long one that is still within its hole what it moves with.
+    """
+    speeds: dict[str, list[tuple[float, bool, float]]] = {}
+    for shot in shots:
+        through = shot.measure("perforated").value
+        if through is not None:
+            speed = max(body.velocity[0] for body in shot.ran.case.bodies.values())
+            rest = 0.0
+            if through > 0.5:
+                left = shot.measure("residual_velocity").value
+                rest = float(shot.ran.mean_velocity(0)[0]) if left is None else left
+            speeds.setdefault(shot.name, []).append((float(speed), through > 0.5, rest))
+    return {name: sorted(points, key=lambda one: one[0]) for name, points in speeds.items()}
+
+
+def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
+    values: dict[str, dict[Key, Value]] = {}
+    for name, points in _speeds(shots).items():
+        known = bracket([speed for speed, _, _ in points], [yes for _, yes, _ in points])
+        if known.below is None or known.above is None:
+            side = "every" if known.below is None else "no"
+            values[name] = {("ballistic_limit", None): Value(None, None, f"{side} shot went through")}
+            continue
+        middle, half = 0.5 * (known.below + known.above), 0.5 * abs(known.above - known.below)
+        if half > WIDEST * middle:  # the middle of a wide bracket is no limit, however near it comes
+            reason = f"between {known.below:g} and {known.above:g} m/s"
+            values[name] = {("ballistic_limit", None): Value(None, None, reason)}
+            continue
+        values[name] = {("ballistic_limit", None): Value(middle, half)}
+        told = [(speed, rest) for speed, through, rest in points if through]
+        speed, rest = np.array(told, dtype=float).T
+        wanted = {one.at for shot in shots if shot.name == name for one in shot.measured if one.at is not None}
+        for at in wanted:
+            if speed.min() <= at <= speed.max():
+                values[name]["residual_velocity", at] = Value(float(np.interp(at, speed, rest)))
+    return values
+
+
+def _curves(shots: Sequence[Shot]) -> dict[str, Any]:
+    return {name: [[speed, rest] for speed, _, rest in points] for name, points in _speeds(shots).items()}
+
+
+JUDGE = Judge(
+    {"ballistic_limit": "ballistic limit", "residual_velocity": "residual velocity"}, together=_together, curves=_curves
+)

@@ -1,0 +1,78 @@
+"""A ladder of plates: the thickness, in depths of the crater in a thick one, at which they spall and are perforated.
+
+The crater reaches to the sound metal. What has failed lines it or has come off by a hair's breadth, as it happens:
+with the lining the same crater is 5.1 mm deep at seven particles across and 7.5 mm at ten, without it 7.5 mm at both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from hvisph.measures.target.plug import FEWEST
+from hvisph.measures.threshold import bracket
+from hvisph.validation.quantity import Judge, Key, Shot, Value, measure_of
+from hvisph.verification.finished_run import vectors
+
+THICK = "thick"
+REAR = 0.5  # of the thickness: failure behind it is spall
+AXIS = 2.0  # spacings from the axis within which the bottom of a crater is sought
+
+
+def _states(shot: Shot) -> tuple[float, bool, bool, bool]:
+    """Return thickness [m], and whether the plate has failed inside, lost a spall, was perforated."""
+    layer = shot.ran.summary["layers"][0]["measures"]
+    start, end = shot.ran.first, shot.ran.last
+    own = start.body == 1
+    x = vectors(start, "position")[own, 0]
+    thickness = float(np.ptp(x) + shot.ran.dx)
+    rear = start.id[own][x > x.min() + REAR * thickness]
+    there = np.isin(end.id, rear)
+    failed = (there & (end.fields["damage"] >= 1.0)).sum() >= FEWEST
+    perforated = (measure_of(layer, "perforated").value or 0.0) > 0.5
+    detached = perforated or bool(measure_of(layer, "spall_mass").value)
+    return thickness, bool(failed or detached), bool(detached), perforated
+
+
+def _together(shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
+    thick = next((shot for shot in shots if shot.name == THICK), None)
+    plates = sorted(_states(shot) for shot in shots if shot.name != THICK)
+    if thick is None or not plates:
+        return {}
+    depth = _depth(thick)
+    values: dict[Key, Value] = {("crater_depth", None): depth}
+    for number, name in enumerate(("onset", "detached_at", "perforated_at"), 1):
+        values[name, None] = _threshold(plates, number, depth.value)
+    return {"ladder": values}
+
+
+def _depth(shot: Shot) -> Value:
+    """Return the depth of the sound metal below the struck face, on the axis."""
+    start, end, dx = shot.ran.first, shot.ran.last, shot.ran.dx
+    face = vectors(start, "position")[start.body == 1, 0].min() - 0.5 * dx
+    block = vectors(end, "position")[shot.sound(1)]
+    bottom = block[block[:, 1] < AXIS * dx, 0]
+    if not bottom.size:
+        return Value(None, None, "no sound metal is left on the axis")
+    return Value(float(bottom.min() - 0.5 * dx - face), dx)
+
+
+def _threshold(plates: Sequence[tuple[Any, ...]], number: int, depth: float | None) -> Value:
+    """Return the thickness below which it happens, over the depth; where plates are mixed the middle of the zone."""
+    known = bracket([-one[0] for one in plates], [one[number] for one in plates])
+    if not depth or known.below is None or known.above is None:
+        return Value(None, None, "no plate" if known.above is None else "every plate")
+    return Value(-0.5 * (known.below + known.above) / depth, 0.5 * abs(known.above - known.below) / depth)
+
+
+def _curves(shots: Sequence[Shot]) -> dict[str, Any]:
+    return {"plates": [list(_states(shot)) for shot in shots if shot.name != THICK]}
+
+
+JUDGE = Judge(
+    {"onset": "thickness over crater depth, onset", "detached_at": "the same, detached",
+     "perforated_at": "the same, perforated", "crater_depth": "crater depth, thick plate"},
+    together=_together, curves=_curves,
+)  # fmt: skip

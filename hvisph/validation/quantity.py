@@ -1,0 +1,105 @@
+"""A number that a run gives, and a run as judges see it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hvisph.measures.debris.groups import connected_groups
+from hvisph.sweeps.parameters import Values
+from hvisph.verification.finished_run import Ran, vectors
+
+from .experiments import Measured
+
+Key = tuple[str, float | None]  # quantity, and where
+
+
+@dataclass(frozen=True)
+class Value:
+    """One computed number.
+
+    Parameters
+    ----------
+    value
+        In SI; None where there is none.
+    uncertainty
+        Half-width in SI within which the run knows it; None where it does not tell.
+    reason
+        Why there is none.
+    ratio
+        Of a verdict: diameter over the critical one of the limit curve.
+    """
+
+    value: float | None
+    uncertainty: float | None = None
+    reason: str = ""
+    ratio: float | None = None
+
+
+@dataclass(frozen=True)
+class Shot:
+    """One shot that was computed.
+
+    Parameters
+    ----------
+    name, values
+        Its name and its settings.
+    ran
+        Its run.
+    measured
+        What was measured of it.
+    """
+
+    name: str
+    values: Values
+    ran: Ran
+    measured: Sequence[Measured]
+
+    def measure(self, name: str, where: str = "measures", unit: float = 1.0) -> Value:
+        """Return a measure of the run's summary."""
+        return measure_of(self.ran.summary[where], name, unit)
+
+    def sound(self, body: int) -> np.ndarray:
+        """Return indices of a body's largest piece that has not failed, at the end: what one picks up and measures."""
+        end = self.ran.last
+        rows = np.flatnonzero((end.body == body) & (end.fields["damage"] < 1.0))
+        return rows[connected_groups(vectors(end, "position")[rows], self.ran.dx) == 0]
+
+
+def measure_of(measures: Mapping[str, Any], name: str, unit: float = 1.0) -> Value:
+    """Return a measure of a mapping of them as stored in a summary."""
+    measure = measures.get(name, {})
+    if measure.get("value") is None:
+        return Value(None, None, str(measure.get("reason", "not measured")))
+    uncertainty = measure.get("uncertainty")
+    return Value(unit * measure["value"], None if uncertainty is None else unit * uncertainty)
+
+
+@dataclass(frozen=True)
+class Judge:
+    """What draws the measured quantities from a set's runs.
+
+    Parameters
+    ----------
+    quantities
+        What people call each quantity.
+    each
+        Returns the values of one shot.
+    together
+        Returns values by shot from all runs, for what no single run tells.
+    curves
+        Returns what pictures draw, by name, as plain lists.
+    """
+
+    quantities: Mapping[str, str]
+    each: Callable[[Shot], dict[Key, Value]] | None = None
+    together: Callable[[Sequence[Shot]], dict[str, dict[Key, Value]]] | None = None
+    curves: Callable[[Sequence[Shot]], dict[str, Any]] | None = None
+
+    def computed(self, shots: Sequence[Shot]) -> dict[str, dict[Key, Value]]:
+        """Return all values by shot."""
+        values = {shot.name: self.each(shot) for shot in shots} if self.each is not None else {}
+        return values | (self.together(shots) if self.together is not None else {})

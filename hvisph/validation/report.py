@@ -1,0 +1,244 @@
+"""The page that shows all sets: verdicts first, then each set with its tables and pictures."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from hvisph.core.errors import OutputError
+from hvisph.output import atomic_write
+
+from .comparison import Compared, Verdict, verdicts
+from .evaluators import judge_of
+from .experiments import GROUP, Experiments, Form, experiment_names
+from .pictures import draw
+from .results import SetResult, store, stored
+from .table_cells import CELLS, Line, collapsed, percent, row_cells, verdict_cells
+
+# The order of the page: what is sure of its materials first.
+ORDER = ("j2", "taylor", "taylor_damage", "melt", "cloud", "shield", "perforation", "spall", "crater", "basalt")
+SPEEDS = (150, 200, 250, 300)  # bounds of the bands of impact velocity [m/s]
+BANDS = ("below 150 m/s", "150 to 200 m/s", "200 to 250 m/s", "250 to 300 m/s", "300 m/s and more")
+TEXT = """\
+# Held against experiments
+
+Shots that were fired, computed with the formulation, the materials and the resolution that were chosen before any
+comparison, the same within a set; nothing is tuned to a row. Where a choice was changed after a first look, the
+set says so. What fails stays here. "Off" is computed less measured over measured; bias is its mean, scatter its
+standard deviation. What is recalled from memory is shown further down and never judged.
+
+{verdicts}
+
+### What misses, and why
+
+{missed}
+
+## How it is made
+
+By `hvisph validate --page docs/validation.md`; do not edit this page.
+
+```sh
+hvisph validate                                # lists the sets
+hvisph validate taylor shield                  # computes them; the same command goes on with what was interrupted
+hvisph validate --all --second                 # the coarser resolution, which tells the error of the first
+hvisph validate taylor --across 40             # finer
+hvisph validate --all --page docs/validation.md
+```
+
+A set is a folder of `cases/validation`: a case, `shots.csv` with what differs, `measured.csv` with every measured
+number, its scatter, its source and how sure it is (`seen` in a public text, `derived` from a formula, `recalled` from
+memory), and `set.yaml` with what was chosen and what is asked. It is computed as a sweep: on all cores, on a cluster,
+resumable. Coarse forms (`--coarse`) of j2, melt and cloud run with the tests in seconds each, those of the other sets
+with `pytest -m slow`.
+"""
+
+
+def write_page(path: Path, fresh: Sequence[SetResult]) -> Path:
+    """Write the page, with results and pictures in the folder of its name; what is not fresh is read from there.
+
+    Parameters
+    ----------
+    path
+        The page, a Markdown file.
+    fresh
+        Results just computed: they replace those of the same set at the same number of particles across.
+    """
+    folder = path.with_suffix("")
+    for result in fresh:
+        store(result, folder)
+    names = experiment_names()
+    sets = [Experiments(name) for name in (*ORDER, *(name for name in names if name not in ORDER)) if name in names]
+    known = [(one, _best(one, folder)) for one in sets]
+    lines = _header(("set", *CELLS))
+    missed: list[str] = []
+    for one, kept in known:
+        lines += _summary(one, kept)
+        missed += _missed(one, kept)
+    parts = [TEXT.format(verdicts="\n".join(lines), missed="\n".join(missed) or "Nothing.").rstrip()]
+    parts += ["\n".join(_section(one, kept, folder)) for one, kept in known]
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"cannot write {path.parent}: {atomic_write.reason(error)}") from error
+    atomic_write.write_text(path, "\n\n".join(parts) + "\n")
+    return path
+
+
+def _best(one: Experiments, folder: Path) -> SetResult | None:
+    """Return a set's results at its full resolution, or at the second one where that is all there is."""
+    return stored(folder, one.name, one.particles("full")) or stored(folder, one.name, one.particles("second"))
+
+
+def _summary(one: Experiments, result: SetResult | None) -> Iterator[str]:
+    link = f"[{one.name}](#{_anchor(one)})"
+    words = judge_of(one.model.judge).quantities
+    if result is None:
+        for name in one.model.asked or ("",):
+            yield _line((link, words.get(name, name), "not computed yet", *[""] * (len(CELLS) - 2)))
+        return
+    for verdict in verdicts(result.rows, one.model.asked):
+        yield _line((link, *_cells(verdict, one)))
+    if not any(row.measured.judged for row in result.rows):
+        yield _line((link, ", ".join(words.values()), *[""] * (len(CELLS) - 1)))
+
+
+def _missed(one: Experiments, result: SetResult | None) -> Iterator[str]:
+    """Yield a line for every quantity that is not as asked, or was not computed, with its reason."""
+    words = judge_of(one.model.judge).quantities
+    if result is None:
+        wrong = list(one.model.asked)
+    else:
+        wrong = [one.quantity for one in verdicts(result.rows, one.model.asked) if one.passed is False]
+    for quantity in wrong:
+        reason = one.model.why.get(quantity, "Why is not known.").strip()
+        yield f"- [{one.name}](#{_anchor(one)}), {words.get(quantity, quantity)}: {reason}"
+
+
+def _cells(verdict: Verdict, one: Experiments) -> tuple[str, ...]:
+    words = judge_of(one.model.judge).quantities
+    name, word, *cells = verdict_cells(verdict, one.model.asked.get(verdict.quantity), words)
+    return name, f"**{word}**" if word == "MISSED" else word, *cells
+
+
+def _anchor(one: Experiments) -> str:
+    return "".join(c for c in one.model.title.lower() if c.isalnum() or c in " -").replace(" ", "-")
+
+
+def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterator[str]:
+    model = one.model
+    yield f"## {model.title}"
+    yield ""
+    yield f"`{one.name}`. {model.shows.strip()}"
+    yield ""
+    yield model.set_up.strip()
+    if model.stands_in:
+        yield ""
+        yield model.stands_in.strip()
+    if model.found:
+        yield ""
+        yield model.found.strip()
+    if result is None:
+        yield ""
+        yield "Not computed yet."
+        return
+    words = judge_of(model.judge).quantities
+    yield ""
+    yield from _resolutions(one, result, folder)
+    for picture in draw(result, folder, words):
+        yield ""
+        yield f"![{model.title}: {picture.stem.rpartition('.')[2]}]({folder.name}/{picture.name})"
+    yield from _bias(result, result.curves.get("groups", {}), "bias")
+    yield from _bias(result, _by_speed(one), "bias by metal and speed")
+    yield ""
+    yield f"<details markdown><summary>All {len(result.rows)} numbers</summary>"
+    yield ""
+    yield from _header(("shot", "", "measured", "computed", "off", ""))
+    for line in collapsed(result.rows):
+        *cells, doubt = row_cells(line, words)
+        yield _line((*cells, doubt or _remark(one, line)))
+    yield ""
+    yield "</details>"
+    failed = [f"- {name}: {shot['status']}, {shot['message']}" for name, shot in result.shots.items()
+              if shot["status"] != "done"]  # fmt: skip
+    if failed:
+        yield ""
+        yield "Runs without a result:"
+        yield ""
+        yield from failed
+
+
+def _resolutions(one: Experiments, result: SetResult, folder: Path) -> Iterator[str]:
+    """Say how finely and how long was computed, and how far the second resolution is from the first."""
+    number = one.particles("second")
+    second = None if result.across == number else stored(folder, one.name, number)
+    text = f"{result.across:g} particles across, {result.seconds / 60.0:.1f} minutes of wall time on one core."
+    if second is None:
+        form: Form = "full" if result.across == number else "second"
+        yield f"{text} The {form} resolution, {one.particles(form):g} across, is not computed yet."
+        return
+    there = {_key(row): row for row in second.rows}
+    words = judge_of(one.model.judge).quantities
+    changes: dict[str, list[float]] = {}
+    verdict_changes = 0
+    for row in result.rows:
+        other = there.get(_key(row))
+        if other is None or row.computed is None or other.computed is None:
+            continue
+        if row.is_verdict:
+            verdict_changes += (row.computed > 0.5) != (other.computed > 0.5)
+            changes.setdefault(row.measured.quantity, [])
+        elif row.computed:
+            changes.setdefault(row.measured.quantity, []).append(abs(other.computed / row.computed - 1.0))
+    said = [f"{words.get(name, name)} {percent(sum(changed) / len(changed), mean=True)}" if changed
+            else f"{verdict_changes} verdicts" for name, changed in changes.items()]  # fmt: skip
+    yield f"{text} With {number:g} across these change, in the mean: {', '.join(said)}."
+
+
+def _key(row: Compared) -> tuple[str, str, float | None, str]:
+    one = row.measured
+    return one.shot, one.quantity, one.at, one.source
+
+
+def _by_speed(one: Experiments) -> dict[str, str]:
+    """Return metal and band of impact velocity of every shot of a set whose groups name metal and source, in order."""
+    shots = []
+    for shot, values in one.shots.items():
+        speed = next((value for path, value in values.items() if path.endswith("velocity.0")), None)
+        if GROUP in values and speed is not None:
+            band = bisect_right(SPEEDS, abs(float(str(speed).split()[0])))
+            shots.append((str(values[GROUP]).rpartition(",")[0], band, shot))
+    return {shot: f"{metal}, {BANDS[band]}" for metal, band, shot in sorted(shots)}
+
+
+def _bias(result: SetResult, groups: Mapping[str, str], title: str) -> Iterator[str]:
+    """Yield the bias of every group of shots, where there are such."""
+    kinds = list(dict.fromkeys(groups.values()))
+    if len(kinds) < 2:
+        return
+    names = list(dict.fromkeys(row.measured.quantity for row in result.rows if row.measured.judged))
+    yield ""
+    yield from _header((title, "shots", *(name.replace("_", " ") for name in names)))
+    for kind in kinds:
+        rows = [row for row in result.rows if groups.get(row.measured.shot) == kind and row.off is not None]
+        cells = []
+        for name in names:
+            offs = [row.off or 0.0 for row in rows if row.measured.quantity == name and row.measured.judged]
+            cells.append(percent(sum(offs) / len(offs)) if offs else "")
+        yield _line((kind, str(sum(one == kind for one in groups.values())), *cells))
+
+
+def _remark(one: Experiments, line: Line) -> str:
+    """Return why a number is beyond the worst that is asked, as the set says of its group of shots."""
+    measured, asked = line.row.measured, one.model.asked.get(line.row.measured.quantity)
+    if asked is None or asked.worst is None or abs(line.off or 0.0) <= asked.worst:
+        return ""
+    return one.model.remarks.get(str(one.shots.get(measured.shot, {}).get(GROUP)), "")
+
+
+def _header(names: Sequence[str]) -> list[str]:
+    return [_line(names), _line(["---"] * len(names))]
+
+
+def _line(cells: Sequence[str]) -> str:
+    return f"| {' | '.join(cells)} |"

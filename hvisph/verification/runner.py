@@ -1,0 +1,212 @@
+"""Runs trials and judges them."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time as wall
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from hvisph.case.case import Case
+from hvisph.casefile.loader import load_case
+from hvisph.casefile.material_library import library_values
+from hvisph.core.errors import CaseError, HvisphError
+from hvisph.output.run_folder import RunFolder
+from hvisph.precheck.cost import worthwhile_threads
+from hvisph.setup.bodies import placed_bodies
+from hvisph.setup.build import build
+from hvisph.simulation.listener import Listener
+from hvisph.simulation.loop import Run
+from hvisph.simulation.run import set_threads
+from hvisph.visualization.curves import Curve
+
+from .check import Figure, limit
+from .finished_run import Ran
+from .problem import Options, Problem, Start, Trial
+
+STRAIN = 0.85  # at which an adaptive particle turns: Young 2021
+# Limits that stop a run early would hide what it does.
+WATCH = {"energy_drift": None, "speed_over_initial": None}
+
+
+@dataclass
+class Verdict:
+    """How a formulation did in a trial.
+
+    Parameters
+    ----------
+    problem, trial, formulation
+        Names.
+    status
+        ``done``, ``failed`` (the run stopped), or ``refused`` (the case cannot be run by it).
+    figures
+        What was found; empty unless done.
+    message
+        Why it failed or was refused.
+    seconds
+        Wall time of its runs.
+    curves, across, units, unitless
+        What there is to see (see `Trial`), and whether its case has no units.
+    """
+
+    problem: str
+    trial: str
+    formulation: str
+    status: str
+    figures: list[Figure] = field(default_factory=list)
+    message: str = ""
+    seconds: float = 0.0
+    curves: dict[str, list[Curve]] = field(default_factory=dict)
+    across: str = "x"
+    units: Mapping[str, str] = field(default_factory=dict)
+    unitless: bool = False
+
+    @property
+    def passed(self) -> bool | None:
+        """Whether all is as asked; None where it was refused, which is neither right nor wrong."""
+        return None if self.status == "refused" else self.status == "done" and all(f.passed for f in self.figures)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for JSON."""
+        return {
+            "problem": self.problem,
+            "trial": self.trial,
+            "formulation": self.formulation,
+            "status": self.status,
+            "passed": self.passed,
+            "message": self.message,
+            "seconds": round(self.seconds, 2),
+            "figures": [figure.as_dict() for figure in self.figures],
+        }
+
+
+def default_formulation() -> str:
+    """Return the type of the formulation that a case gets when it names none."""
+    return str(Case.model_fields["formulation"].get_default(call_default_factory=True).type)
+
+
+def verdicts(
+    problem: Problem,
+    formulations: Sequence[str],
+    options: Options,
+    settings: Sequence[str] = (),
+    *,
+    only: str = "",
+    keep: Path | None = None,
+    threads: int | None = None,
+    listener: Listener | None = None,
+) -> Iterator[Verdict]:
+    """Run a problem by each of `formulations` that can, and yield how they did, trial by trial.
+
+    Parameters
+    ----------
+    problem, formulations, options
+        What, by which, and how finely.
+    settings
+        Settings ``path.to.key=value`` laid over every case.
+    only
+        Text that the names of trials must hold.
+    keep
+        Folder in which the runs stay; they are deleted unless given.
+    threads, listener
+        As for any run.
+    """
+    able = [name for name in formulations if name in problem.formulations]
+    for trial in problem.trials(options):
+        if only.lower() not in trial.name.lower():
+            continue
+        made = []
+        for name in able:
+            made.append(judged(problem, trial, name, settings, keep, threads, listener))
+            yield made[-1]
+        if problem.agree is not None:
+            yield from _agreement(problem, trial, made)
+
+
+def _agreement(problem: Problem, trial: Trial, made: Sequence[Verdict]) -> Iterator[Verdict]:
+    """Judge whether formulations agree with one another in the figure that the problem names."""
+    name, tolerance = problem.agree or ("", 0.0)
+    values = [figure.found for one in made for figure in one.figures if figure.name == name]
+    if len(values) > 1:
+        spread = max(values) / min(values) - 1.0 if min(values) > 0.0 else float("inf")
+        together = limit(f"{name}, largest over least", spread, tolerance)
+        yield Verdict(problem.name, trial.name, "all", "done", [together])
+
+
+def judged(
+    problem: Problem,
+    trial: Trial,
+    formulation: str,
+    settings: Iterable[str] = (),
+    keep: Path | None = None,
+    threads: int | None = None,
+    listener: Listener | None = None,
+) -> Verdict:
+    """Run one trial by one formulation."""
+    verdict = Verdict(problem.name, trial.name, formulation, "done", across=trial.across, units=trial.units)
+    began = wall.perf_counter()
+    where = Path(tempfile.mkdtemp(prefix="hvisph_verify_"))
+    if keep is not None:
+        where = keep / problem.name / formulation / trial.name.replace(" ", "_").replace("/", "_")
+    try:
+        try:
+            cases = [with_formulation(start, formulation, settings) for start in trial.starts]
+            ran = [
+                _computed(start, case, where / str(number), threads, listener)
+                for number, (start, case) in enumerate(zip(trial.starts, cases, strict=True))
+            ]
+        except CaseError as error:
+            verdict.status, verdict.message = "refused", str(error)
+            return verdict
+        except HvisphError as error:
+            verdict.status, verdict.message = "failed", str(error)
+            return verdict
+        stopped = [one.summary["failure"] for one in ran if one.summary["failure"]]
+        if stopped and not trial.may_stop:
+            verdict.status = "failed"
+            verdict.message = f"stopped at t = {stopped[0]['time']:.4g}: {stopped[0]['message']}"
+            return verdict
+        verdict.figures, verdict.unitless = list(trial.figures(ran)), cases[0].units == "none"
+        if trial.curves is not None:
+            verdict.curves = trial.curves(ran)
+        return verdict
+    finally:
+        verdict.seconds = wall.perf_counter() - began
+        if keep is None:
+            shutil.rmtree(where, ignore_errors=True)
+
+
+def with_formulation(start: Start, formulation: str, settings: Iterable[str]) -> Case:
+    """Return the case of a run by a formulation; what the problem itself asks of it stays."""
+    asked = dict(start.case.get("formulation", {}))
+    if formulation == "adaptive":
+        asked = {"conversion": {"strain": STRAIN, "damage": _can_fail(start.case)}} | asked
+    whole = start.case | {"formulation": {"type": formulation} | asked}
+    whole["watch"] = WATCH | start.case.get("watch", {})
+    whole["output"] = {"formats": ["hdf5"], "checkpoint_every": None} | start.case.get("output", {})
+    return load_case(whole, settings)
+
+
+def _can_fail(case: dict[str, Any]) -> bool:
+    """Whether a material of the case has a damage that grows."""
+    materials = [body["material"] for body in case["bodies"].values()]
+    values = [library_values(one) if isinstance(one, str) else one for one in materials]
+    return any(one.get("damage", {}).get("type") == "johnson_cook" for one in values)
+
+
+def _computed(start: Start, case: Case, folder: Path, threads: int | None, listener: Listener | None) -> Ran:
+    placed = placed_bodies(case)
+    if start.place is not None:
+        placed = start.place(placed)
+    setup = build(case, placed)
+    set_threads(threads, worthwhile_threads(case, setup.particles.count))
+    if start.state is not None:
+        start.state(setup.particles)
+    with RunFolder.create(folder, True) as held:
+        outcome = Run(case, setup, held, listener or Listener()).go()
+    if outcome.signal:
+        raise KeyboardInterrupt
+    return Ran(case, folder, outcome.summary)

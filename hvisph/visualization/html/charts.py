@@ -1,0 +1,123 @@
+"""What a page draws of a history, and the moments worth a look."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.measure_catalogue import axis_unit, look_of
+from hvisph.measures.measure import Measures
+from hvisph.output.snapshot import Snapshot
+from hvisph.visualization.inline import chart
+
+# What is drawn over the snapshots, by SI unit: measures that share a unit for people, and what they are.
+OVER_TIME = {"m": (("crater_diameter", "penetration", "extension"), "Lengths"),
+             "m/s": (("residual_velocity", "plug_velocity"), "Velocities")}  # fmt: skip
+TOUCHED = 1e-4  # share of the kinetic energy that is lost at contact
+
+
+def history_charts(history: Mapping[str, np.ndarray], unitless: bool) -> tuple[list[Any], list[Any]]:
+    """Return charts of what was measured over time, and of the run's health."""
+    time = np.asarray(history["time"], float)
+    if len(time) < 2:
+        return [], []
+    giga = 1.0 if unitless else 1e-9
+    measured = []
+    pressures = {"centre_pressure": "at the projectile's centre", "axis_pressure_min": "lowest on the shot line"}
+    there = {label: _column(history, name) * giga for name, label in pressures.items() if name in history}
+    if there:
+        measured.append(chart(time, there, "pressure" if unitless else "pressure [GPa]", "Pressures", unitless))
+    health = []
+    energies = energy_columns(history)
+    if energies:
+        lines = {words(name): _column(history, name) for name in energies}
+        health.append(_chart(time, lines, "energy", "kJ", "Energies by kind", unitless))
+    if "energy_drift" in history:
+        drift = _column(history, "energy_drift") * 100.0
+        health.append(chart(time, {"drift": drift}, "drift [%]", "Drift of the total energy", unitless))
+    if "dt" in history:
+        step = _column(history, "dt")[1:]
+        health.append(_chart(time[1:], {"step": step}, "step", "ns", "Time step", unitless))
+    return measured, health
+
+
+def _chart(time: np.ndarray, lines: Mapping[str, np.ndarray], name: str, unit: str, caption: str, unitless: bool,
+           bands: Mapping[str, np.ndarray] | None = None) -> dict[str, str]:  # fmt: skip
+    """Return a chart of lines [SI] in `unit`, or in what suits how large they are."""
+    word, factor = ("", 1.0) if unitless else axis_unit(unit, np.concatenate(list(lines.values())))
+    shown, spread = ({label: values * factor for label, values in part.items()} for part in (lines, bands or {}))
+    return chart(time, shown, f"{name} [{word}]" if word else name, caption, unitless, spread)
+
+
+def measured_charts(measured: Measures) -> list[dict[str, str]]:
+    """Return charts of the main measures over the snapshots, with their bands: lengths, and velocities."""
+    shown = measured.series
+    time = np.array([moment.time for moment in shown])
+    charts = []
+    for unit, (names, caption) in OVER_TIME.items():
+        lines, bands = {}, {}
+        for name in names:
+            results = [moment.results.get(name) for moment in shown]
+            look = look_of(name, unit, measured.unitless)
+            values = np.array([_or_nan(one and one.value) for one in results])
+            if np.isfinite(values).sum() > 1:
+                lines[look.label] = values
+                bands[look.label] = np.array([_or_nan(one and one.uncertainty) for one in results])
+        if lines:
+            shown_in = look_of(names[0], unit).unit
+            charts.append(_chart(time, lines, caption.lower(), shown_in, caption, measured.unitless, bands))
+    return charts
+
+
+def _or_nan(value: Any) -> float:
+    return float("nan") if value is None else float(value)
+
+
+def energy_columns(history: Mapping[str, np.ndarray]) -> list[str]:
+    """Return the columns of the history that are energies."""
+    return [name for name in history if name.endswith(("_energy", "_work", "_heat")) or name == "energy"]
+
+
+def words(name: str) -> str:
+    """Return a column's name in words."""
+    return name.replace("_", " ")
+
+
+def _column(history: Mapping[str, np.ndarray], name: str) -> np.ndarray:
+    try:
+        return np.asarray(history[name], float)
+    except ValueError:  # empty cells
+        return np.array([float(cell) if cell else np.nan for cell in history[name]])
+
+
+def moments(history: Mapping[str, np.ndarray], last: Snapshot, measures: Mapping[str, Any],
+            layers: Sequence[Mapping[str, Any]] = ()) -> list[tuple[str, float]]:  # fmt: skip
+    """Return the moments of a run that are worth a look, by name, in order of time [s]."""
+    end = last.time
+    named: list[tuple[str, Any]] = [("contact", _contact(history))] if len(last.bodies) > 1 else []
+    named.append(("peak pressure", measures.get("centre_pressure_peak", {}).get("time")))
+    for layer in layers:
+        time = layer["measures"].get("perforation_time", {}).get("value")
+        named.append((f"perforation of {layer['body']}", time))
+    marks = [("begin", 0.0), *((name, float(t)) for name, t in named if isinstance(t, int | float) and 0.0 < t < end)]
+    return [*sorted(marks, key=lambda one: one[1]), ("end", end)]
+
+
+def _contact(history: Mapping[str, np.ndarray]) -> float | None:
+    """Return when the bodies have touched: the first record with less kinetic energy; None where it cannot be told."""
+    if "kinetic_energy" not in history:
+        return None
+    energy = _column(history, "kinetic_energy")
+    less = np.flatnonzero(energy < (1.0 - TOUCHED) * energy[0])
+    return float(np.asarray(history["time"], float)[less[0]]) if len(less) else None
+
+
+def criteria(history: Mapping[str, np.ndarray]) -> Sequence[tuple[str, float]]:
+    """Return what limited the step, and its share of the steps recorded."""
+    if "criterion" not in history:
+        return []
+    names, counts = np.unique(np.asarray(history["criterion"], str), return_counts=True)
+    order = np.argsort(-counts)
+    return [(str(names[k]), float(counts[k] / counts.sum())) for k in order]

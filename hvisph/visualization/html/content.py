@@ -1,0 +1,252 @@
+"""What a page says of one run: verdict, tables, health, set-up, from the files of its folder alone."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph.casefile.embedded_case import symmetry_axes
+from hvisph.casefile.loader import load_case
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.measure_catalogue import told_share, told_time
+from hvisph.measures.debris.debris import debris
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.measure import measure
+from hvisph.measures.result import Result
+from hvisph.measures.table import Row, rows
+from hvisph.output import file_names
+from hvisph.output.reader import read_history, read_snapshot, read_summary, snapshots_in
+from hvisph.output.snapshot import Snapshot
+
+from . import setup_section
+from .charts import criteria, history_charts, measured_charts, moments
+from .frames import Frames, frames
+
+MOST_PIECES = 12
+MOST_MEASURED = 1_000_000  # particles times snapshots that are measured for charts
+LARGE_DRIFT = 1e-3  # of the total energy: beyond it a remark
+# Shares of the mass: name, below which it is good news, in words.
+SHARES = (
+    ("negative_energy", 1e-2, "has an internal energy below zero"),
+    ("failed", 2.0, "has failed"),
+    ("above_melting", 2.0, "is above melting"),
+    ("beyond_range", 1e-3, "is beyond its material's range"),
+)
+
+
+class Told:
+    """One run as a page tells it.
+
+    Parameters
+    ----------
+    folder
+        The run's folder, ended or not.
+
+    Raises
+    ------
+    CaseError
+        When there is no such folder, or it holds no snapshots.
+    OutputError
+        When they are damaged.
+    """
+
+    def __init__(self, folder: Path):
+        self.folder, self.name = folder, folder.resolve().name
+        if not folder.is_dir():
+            raise CaseError(f"there is no run at {folder}")
+        self.paths = snapshots_in(folder)
+        self.case = self._case()
+        self.summary = self._summary()
+        self.history = self._history()
+        self.last = read_snapshot(self.paths[-1])
+        self.unitless = self.last.metadata.get("units") == "none"
+        self.measures = self._measures()
+
+    def content(self) -> dict[str, Any]:
+        """Return all that the page's template asks for."""
+        packed = self.frames()
+        measured, health = history_charts(self.history, self.unitless) if self.history else ([], [])
+        measured = [*self._over_time(), *measured]
+        table = self._rows()
+        shown = [row for row in table if row.value != "-" or row.passed is not None]
+        status = self.summary.get("status", "unfinished")
+        verdict, mood = self.verdict()
+        return {
+            "name": self.name,
+            "verdict": verdict,
+            "mood": mood,
+            "main_rows": [asdict(row) for row in shown[:12]],
+            "layers": self._layers(),
+            "all_rows": [asdict(row) for row in table],
+            "has_expected": any(row.passed is not None for row in table),
+            "frames": packed.content,
+            "remarks": packed.remarks,
+            "moments": self._moments(),
+            "charts": measured,
+            "health_charts": health,
+            "debris": self._debris(),
+            "health": self._health(status),
+            "picture": setup_section.picture(self),
+            "setup": setup_section.facts(self),
+            "materials": setup_section.materials(self),
+            "case": self._text(file_names.CASE),
+            "reproduce": setup_section.reproduce(self),
+            "files": setup_section.files(self),
+        }
+
+    def frames(self) -> Frames:
+        """Return the moments for the player."""
+        return frames(self.paths, symmetry_axes(self.last.metadata.get("case")))
+
+    def row_values(self) -> dict[str, Row]:
+        """Return the rows of measures by name, for a table of several runs."""
+        return {row.name: row for row in self._rows()}
+
+    def verdict(self) -> tuple[str, str]:
+        """Return what became of the run in a sentence or two, and whether that is good."""
+        status = self.summary.get("status", "unfinished")
+        moment = f"{self.last.time:.4g}" if self.unitless else _in_micro(told_time(self.last.time))
+        begin = {"done": "ended as planned at", "interrupted": "was interrupted at", "failed": "failed at",
+                 "unfinished": "has not ended; shown up to"}  # fmt: skip
+        parts = [f"The run {begin.get(status, status)} {moment}."]
+        failure = self.summary.get("failure")
+        if failure:
+            parts.append(str(failure.get("message", "")))
+        headline = self.summary.get("answer")
+        if headline:
+            parts.append(f"{headline[:1].upper()}{headline[1:].rstrip('.')}.")
+        expected = self.summary.get("expected", [])
+        if expected:
+            met = sum(bool(one["passed"]) for one in expected)
+            parts.append(f"{met} of {len(expected)} expectations are met.")
+            missed = [row.label for row in self._rows() if row.passed is False]
+            if missed:
+                parts.append(f"Missed: {', '.join(missed)}.")
+        bad = status == "failed" or any(not one["passed"] for one in expected)
+        return " ".join(parts), "bad" if bad else "good" if status == "done" else ""
+
+    def _rows(self) -> list[Row]:
+        results: dict[str, Any] = {name: Result.from_dict(one) for name, one in self.measures.items()}
+        return rows(results, self.summary.get("expected", []), self.unitless)
+
+    def _layers(self) -> list[dict[str, Any]]:
+        """Return each layer of the target: its name, whether it is perforated, and its measures as text."""
+        told = []
+        for layer in self.summary.get("layers", []):
+            results: dict[str, Any] = {
+                name: Result(one["value"], one["unit"], one["uncertainty"], one.get("time"), one.get("reason", ""))
+                for name, one in layer["measures"].items()
+            }
+            shown = [asdict(row) for row in rows(results, (), self.unitless) if row.value != "-"]
+            told.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": shown})
+        return told
+
+    def _over_time(self) -> list[dict[str, str]]:
+        """Return charts of the main measures over the snapshots; none where measuring them all would take long."""
+        if not 2 < len(self.paths) <= MOST_MEASURED / self.last.count or self.last.dimensions == 1:
+            return []
+        return measured_charts(measure(self.folder, at="all"))
+
+    def _moments(self) -> list[tuple[str, float, str]]:
+        marks = moments(self.history, self.last, self.measures, self.summary.get("layers", ()))
+        return [
+            (name, t, f"{t:.4g}" if self.unitless else _in_micro(told_time(t, ".2f", self.last.time)))
+            for name, t in marks
+        ]
+
+    def _debris(self) -> list[dict[str, Any]]:
+        if self.last.dimensions == 1:
+            return []
+        tables: list[dict[str, Any]] = []
+        for body in debris(Scene.of(self.last, read_snapshot(self.paths[0]))):
+            for fragment, role in zip(body.fragments, body.roles, strict=True):
+                velocity = np.atleast_1d(fragment.velocity)
+                speed = float(np.linalg.norm(velocity))
+                angle = float(np.degrees(np.arccos(np.clip(velocity[0] / speed, -1.0, 1.0)))) if speed > 0.0 else None
+                share = fragment.mass / body.mass if body.mass > 0.0 else float("nan")
+                tables.append({"name": f"{body.body}{': ' + role if role else ''}", "particles": fragment.count,
+                              "share": f"{100.0 * share:.3g} %", "speed": f"{speed:.4g}",
+                              "angle": "-" if angle is None else f"{angle:.0f}"})  # fmt: skip
+        tables.sort(key=lambda row: -row["particles"])
+        return [row for row in tables if row["particles"] >= 5][:MOST_PIECES]
+
+    def _health(self, status: str) -> list[tuple[bool, str]]:
+        """Return remarks on whether the run can be trusted, each with whether it is good news."""
+        remarks: list[tuple[bool, str]] = [(status == "done", f"status: {status}")]
+        conservation = self.summary.get("conservation") or {}
+        drift = conservation.get("energy_drift")
+        if drift is not None:
+            remarks.append((abs(drift) < LARGE_DRIFT, f"total energy changed by {100.0 * drift:.2g} %"))
+        told = self.summary.get("shares")
+        remarks += _share_remarks(told) if told else _state_remarks(self.last)
+        if "void_fraction" in self.measures and self.measures["void_fraction"]["value"] is not None:
+            voids = float(self.measures["void_fraction"]["value"])
+            remarks.append((voids < 0.05, f"voids in the projectile: {100.0 * voids:.2g} %"))
+        limits = ", ".join(f"{name} {100.0 * share:.0f} %" for name, share in criteria(self.history)[:4])
+        if limits:
+            remarks.append((True, f"the step was limited by: {limits}"))
+        remarks += [(False, str(text)) for text in self.summary.get("remarks", [])]
+        lines = self._text(file_names.LOG).splitlines()
+        warnings = [line.partition("warning: ")[2] for line in lines if "warning: " in line]
+        return remarks + [(False, text) for text in dict.fromkeys(warnings)]
+
+    def _case(self) -> Any:
+        try:
+            return load_case(self.folder / file_names.CASE)
+        except CaseError:
+            return None
+
+    def _summary(self) -> dict[str, Any]:
+        try:
+            return read_summary(self.folder)
+        except OutputError:
+            return {}
+
+    def _history(self) -> Mapping[str, np.ndarray]:
+        try:
+            return read_history(self.folder)
+        except OutputError:
+            return {}
+
+    def _measures(self) -> dict[str, dict[str, Any]]:
+        if "measures" in self.summary:
+            return dict(self.summary["measures"])
+        return {name: one.as_dict() for name, one in measure(self.folder).results.items()}
+
+    def _text(self, name: str) -> str:
+        try:
+            return (self.folder / name).read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError):
+            return ""
+
+
+def _share_remarks(told: Mapping[str, float | None]) -> list[tuple[bool, str]]:
+    """Return the shares of the mass that the summary holds, in words; what no material tells is left out."""
+    known = [(share, good, words) for name, good, words in SHARES if (share := told.get(name)) is not None]
+    return [(share < good, f"{told_share(share)} of the mass {words}") for share, good, words in known]
+
+
+def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
+    """Return remarks on the last state: negative internal energies, failed share."""
+    mass = last.fields.get("mass")
+    if mass is None or mass.sum() <= 0.0:
+        return []
+    lines = []
+    energy = last.fields.get("internal_energy")
+    if energy is not None:
+        least = float(np.abs(energy).max()) * 1e-6
+        share = float(mass[energy < -least].sum() / mass.sum())
+        lines.append((share < 1e-3, f"{told_share(share)} of the mass has a negative internal energy"))
+    damage = last.fields.get("damage")
+    if damage is not None and damage.any():
+        lines.append((True, f"{told_share(float(mass[damage >= 1.0].sum() / mass.sum()))} of the mass has failed"))
+    return lines
+
+
+def _in_micro(text: str) -> str:
+    """Return a text in which pages write microseconds with their own letter."""
+    return text.replace(" us", " µs")

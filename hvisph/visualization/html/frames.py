@@ -1,0 +1,183 @@
+"""The moments of a run as a browser plays them: positions in 16 bits, fields in 8, packed and compressed.
+
+A particle keeps its place in all frames. One that is not there in a frame has the position NOWHERE.
+"""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hvisph.core.measure_catalogue import axis_unit
+from hvisph.output.reader import read_snapshot
+from hvisph.output.snapshot import Snapshot
+from hvisph.visualization.history import BODY_COLOURS, appearance, field_range, field_values
+from hvisph.visualization.inline import COLOURS
+
+MOST_PARTICLES = 20_000
+MOST_POINTS = 400_000  # particles times frames
+MOST_FRAMES = 60
+NOWHERE = 65535
+STEPS = 65534  # of a coordinate
+FIELDS = ("velocity", "pressure", "plastic_strain", "damage", "temperature", "internal_energy", "von_mises_stress")
+MOST_FIELDS = 6
+OUTSIDE = (0.5, 99.5)  # percentiles of the coordinates of all moments, between which one looks
+MARGIN = 0.15  # beyond them, of what lies between
+
+
+@dataclass(frozen=True)
+class Frames:
+    """A run for the player.
+
+    Parameters
+    ----------
+    content
+        Plain values for JSON: header and packed arrays.
+    remarks
+        What was left out, in words.
+    """
+
+    content: dict[str, Any]
+    remarks: tuple[str, ...]
+
+
+def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
+    """Return the moments of a run, thinned to what a page can carry.
+
+    Parameters
+    ----------
+    paths
+        Its snapshots in order of time.
+    planes
+        Axes whose coordinate plane is a mirror of the model.
+    """
+    chosen = _spread(paths)
+    first, last = read_snapshot(chosen[0]), read_snapshot(chosen[-1])
+    ids = np.union1d(first.id, last.id)
+    most = max(min(MOST_PARTICLES, MOST_POINTS // len(chosen)), 1)
+    remarks = []
+    if len(chosen) < len(paths):
+        remarks.append(f"{len(chosen)} of {len(paths)} snapshots are shown")
+    kept = ids
+    if len(ids) > most:
+        # a constant share everywhere: numbers follow the bodies' rows, so equal steps are spread over space
+        kept = ids[np.unique(np.linspace(0, len(ids) - 1, most).astype(int))]
+        remarks.append(f"{len(kept)} of {len(ids)} particles are shown")
+    moments = [read_snapshot(path) for path in chosen]
+    names = _fields(moments)
+    dim = first.dimensions
+    positions = np.stack([_aligned(moment, moment.fields["position"], kept) for moment in moments])
+    low, high = _box(positions)
+    view = _view(positions)
+    parts = [_bytes16(_quantised(positions[..., axis], low[axis], high[axis])) for axis in range(dim)]
+    headers = []
+    for name in names:
+        values = [field_values(moment, name)[0] for moment in moments]
+        label, _, colours, symmetric = appearance(first, name)
+        ends = field_range(np.concatenate(values), symmetric)
+        aligned = np.stack([_aligned(moment, value, kept) for moment, value in zip(moments, values, strict=True)])
+        parts.append(_bytes8(aligned, *ends))
+        headers.append({"name": name, "label": label.replace("$^3$", "³"), "colours": colours, "ends": ends})
+    body = _aligned(first, first.body.astype(float), kept)
+    body = np.where(np.isnan(body), _aligned(last, last.body.astype(float), kept), body).astype(np.uint8)
+    content = {
+        "title": str(first.metadata.get("title", "")),
+        "dimensions": dim,
+        "count": len(kept),
+        "spacing": spacing_of(first) * (len(ids) / len(kept)) ** (1.0 / dim),
+        "times": [moment.time for moment in moments],
+        "units": _units(first, np.array([low, high]), moments[-1].time),
+        "kinematics": str(first.metadata.get("kinematics", "")),
+        "low": low.tolist(),
+        "high": high.tolist(),
+        "view": [ends.tolist() for ends in view],
+        "fields": headers,
+        "bodies": [
+            {"name": name, "colour": BODY_COLOURS[k % len(BODY_COLOURS)]} for k, name in enumerate(first.bodies)
+        ],
+        "planes": list(planes),
+        "data": _packed(b"".join([*parts, body.tobytes()])),
+    }
+    return Frames(content, tuple(remarks))
+
+
+def _units(snapshot: Snapshot, box: np.ndarray, end: float) -> dict[str, tuple[str, float]]:
+    """Return the units of lengths and times that suit a run, and how many of each are in the snapshots' own."""
+    if snapshot.metadata.get("units") == "none":
+        return {"length": ("", 1.0), "time": ("", 1.0)}
+    unit, factor = axis_unit("us", [end])
+    return {"length": axis_unit("mm", box.ravel()), "time": (unit.replace("us", "µs"), factor)}
+
+
+def _spread(paths: Sequence[Path]) -> list[Path]:
+    """Return at most MOST_FRAMES of the snapshots, evenly, first and last among them."""
+    places = np.unique(np.linspace(0, len(paths) - 1, min(len(paths), MOST_FRAMES)).round().astype(int))
+    return [paths[k] for k in places]
+
+
+def _fields(moments: Sequence[Snapshot]) -> list[str]:
+    """Return the fields to show: those that all moments have and that are not zero throughout."""
+    there = [name for name in FIELDS if all(name in moment.fields for moment in moments)]
+    return [name for name in there if any(np.any(moment.fields[name]) for moment in moments)][:MOST_FIELDS]
+
+
+def _aligned(moment: Snapshot, values: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return the values of the particles `kept`, NaN for those that are not there."""
+    out = np.full((len(kept), *values.shape[1:]), np.nan)
+    order = np.argsort(moment.id)
+    place = np.searchsorted(moment.id[order], kept)
+    place = np.minimum(place, moment.count - 1)
+    there = moment.id[order][place] == kept
+    out[there] = values[order][place[there]]
+    return out
+
+
+def _box(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    flat = positions.reshape(-1, positions.shape[-1])
+    flat = flat[np.isfinite(flat).all(axis=1)]
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    return low, np.where(high > low, high, low + 1.0)
+
+
+def _view(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the box to look at first: without the few that have flown far, where they make it half as large again."""
+    low, high = _box(positions)
+    first = _box(positions[:1])
+    ends = np.nanpercentile(positions.reshape(-1, positions.shape[-1]), OUTSIDE, axis=0)
+    margin = MARGIN * (ends[1] - ends[0])
+    near_low = np.maximum(np.minimum(ends[0] - margin, first[0]), low)
+    near_high = np.minimum(np.maximum(ends[1] + margin, first[1]), high)
+    return (near_low, near_high) if np.any(high - low > 1.5 * (near_high - near_low)) else (low, high)
+
+
+def _quantised(x: np.ndarray, low: float, high: float) -> np.ndarray:
+    steps = np.rint((x - low) / (high - low) * STEPS)
+    return np.where(np.isfinite(steps), np.clip(steps, 0, STEPS), NOWHERE).astype(np.uint16)
+
+
+def _bytes16(values: np.ndarray) -> bytes:
+    """Return 16-bit numbers as their high bytes, then their low bytes: the former compress well."""
+    return (values >> 8).astype(np.uint8).tobytes() + (values & 255).astype(np.uint8).tobytes()
+
+
+def _bytes8(values: np.ndarray, low: float, high: float) -> bytes:
+    scaled = np.rint((values - low) / (high - low) * (COLOURS - 1))
+    return np.clip(np.nan_to_num(scaled), 0, COLOURS - 1).astype(np.uint8).tobytes()
+
+
+def spacing_of(moment: Snapshot) -> float:
+    """Return the spacing of the particles [m]: the case's, or what their volumes come to."""
+    if "spacing" in moment.metadata:
+        return float(moment.metadata["spacing"])
+    volume = moment.fields["mass"] / moment.fields["density"]
+    return float(np.median(volume) ** (1.0 / moment.dimensions))
+
+
+def _packed(data: bytes) -> str:
+    return base64.b64encode(zlib.compress(data, 9)).decode()

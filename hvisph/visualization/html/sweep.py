@@ -1,0 +1,192 @@
+"""The page of a sweep: what its cases say together, a table to sort, and the way to each run's own page."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from hvisph.casefile.yaml_reader import read_yaml
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.measure_catalogue import look_of
+from hvisph.output.atomic_write import write_text
+from hvisph.output.file_names import REPORT
+from hvisph.visualization.inline import embedded
+from hvisph.visualization.sweeps import sweep_figure
+
+from .build import report as run_report
+from .small_multiples import multiples
+from .template import PAGE, template
+
+TABLE, RESULTS = "table.csv", "results.json"
+
+
+def is_sweep(path: str | os.PathLike[str]) -> bool:
+    """Tell whether a folder is that of a sweep."""
+    return (Path(path) / TABLE).is_file() and (Path(path) / RESULTS).is_file()
+
+
+def sweep_report(folder: str | os.PathLike[str], path: str | os.PathLike[str] | None = None, *,
+                 each: bool = False) -> Path:  # fmt: skip
+    """Write the page of a sweep: ``report.html`` in its folder unless `path` is given; with `each`, every run's first.
+
+    Raises
+    ------
+    OutputError
+        When its table or its results cannot be read, or the page cannot be written.
+    """
+    home = Path(folder)
+    said, heads, rows = _results(home), *_table(home)
+    title = _title(home) or f"Sweep {home.resolve().name}"
+    if each:
+        for row in rows:
+            with suppress(OutputError, CaseError):  # it keeps a summary only, or has not been run
+                run_report([_run(home, row)])
+    said_heads, said_rows = _said(said)
+    text = template("sweep.html.j2").render(
+        title=title, css=(PAGE / "report.css").read_text(encoding="utf-8"), verdict=_verdict(said),
+        failures=said.get("failures", []), said_heads=said_heads, said_rows=said_rows, svg=_picture(said, rows),
+        heads=heads, rows=[_row(home, heads, row) for row in rows], pictures=_pictures(home, rows),
+    )  # fmt: skip
+    target = Path(path) if path is not None else home / REPORT
+    write_text(target, text)
+    return target
+
+
+def _results(home: Path) -> dict[str, Any]:
+    try:
+        return dict(json.loads((home / RESULTS).read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
+        raise OutputError(f"cannot read {home / RESULTS}: {error}") from error
+
+
+def _table(home: Path) -> tuple[list[str], list[dict[str, str]]]:
+    """Return heads and rows of the table, without uncertainties, and the folder in place of its path."""
+    try:
+        with (home / TABLE).open(newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise OutputError(f"cannot read {home / TABLE}: {error}") from error
+    heads = [head for head in (rows[0] if rows else {}) if not head.startswith("± ") and head != "folder"]
+    return [head for head in heads if any(row[head] for row in rows)], rows
+
+
+def _verdict(said: Mapping[str, Any]) -> str:
+    text = f"{said.get('done', 0)} of {said.get('cases', 0)} cases are done."
+    for limit in said.get("limits", []):
+        where = "".join(f"{path} = {value}: " for path, value in limit["for"].items())
+        if limit.get("open") or limit["limit"] is None:
+            text += f" {where}No limit was found: {limit.get('open') or 'all values tried lie on one side'}."
+        elif limit["mixed"]:
+            text += f" {where}mixed between {limit['above']:.5g} and {limit['below']:.5g} {limit['unit']}."
+        else:
+            lower, higher = sorted((limit["below"], limit["above"]))
+            text += f" {where}The limit is between {lower:.5g} and {higher:.5g} {limit['unit']}."
+        for one in limit.get("correlations", []):
+            text += f" {one['name']} has {one['value']:.0f} m/s."
+    return text
+
+
+def _said(said: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
+    """Return the table of what all cases say of each measure."""
+    if "converge" in said:
+        rows = []
+        for name, one in said["converge"].items():
+            look = look_of(name)
+            limit = "-" if one["extrapolated"] is None else f"{one['extrapolated'] * look.factor:.4g} {look.unit}"
+            order = "-" if one["order"] is None else f"{one['order']:.2f}"
+            index = "-" if one["index"] is None else f"{100.0 * one['index']:.2g} %"
+            rows.append([look.label, order, limit, index, one["verdict"]])
+        return ["measure", "order", "extrapolated", "index", ""], rows
+    if "sample" in said:
+        rows = []
+        for name, one in said["sample"].items():
+            look = look_of(name)
+            numbers = [f"{one[key] * look.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
+            rows.append([look.label, look.unit, *numbers])
+        return ["measure", "unit", "mean", "deviation", "5 %", "50 %", "95 %"], rows
+    if "experiment" in said:
+        rows = []
+        for name, one in said["experiment"].items():
+            off = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
+            rows.append([look_of(name).label, str(len(one["cases"])), *off])
+        return ["against the experiment", "shots", "mean", "worst"], rows
+    return [], []
+
+
+def _picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> str:
+    """Return the sweep's picture as an element of the page; empty where there is nothing to draw."""
+    try:
+        figure = sweep_figure(said, _plain(rows))
+    except CaseError:
+        return ""
+    return embedded(figure, "What the sweep says")
+
+
+def _plain(rows: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
+    """Return rows of the table as the picture takes them."""
+    cells = []
+    for row in rows:
+        names = list(row)
+        measures = {}
+        for head in names[: names.index("energy_drift")]:
+            if f"± {head}" in row and row[head]:
+                words = {"True": 1.0, "False": 0.0}
+                value = words[row[head]] if row[head] in words else float(row[head])
+                measures[head.partition(" [")[0]] = {"value": value}
+        values = {head: row[head] for head in names[1 : names.index("status")]}
+        cells.append({"values": values, "status": row["status"], "measures": measures})
+    return cells
+
+
+def _title(home: Path) -> str:
+    """Return the sweep's title, or that of its case; empty where there is none."""
+    for name in ("sweep.yaml", "base.yaml"):
+        with suppress(CaseError, AttributeError):
+            title = str(read_yaml(home / name).value.get("title", ""))
+            if title:
+                return title
+    return ""
+
+
+def _run(home: Path, row: Mapping[str, str]) -> Path:
+    """Return the folder of a row's run: inside the sweep's, wherever that lies now."""
+    inside = home / "runs" / Path(row["folder"]).name
+    return inside if inside.is_dir() else Path(row["folder"])
+
+
+def _pictures(home: Path, rows: Sequence[Mapping[str, str]]) -> list[dict[str, str]]:
+    """Return the last states of the runs as small pictures, each with what it varies and the way to its page."""
+    if not rows:
+        return []
+    names = list(rows[0])
+    varied = [name for name in names[1 : names.index("status")] if len({row[name] for row in rows}) > 1]
+    shown = multiples([_run(home, row) for row in rows])
+    told = []
+    for row in rows:
+        run = _run(home, row)
+        if run in shown:
+            values = ", ".join(_short("", row[name]) for name in varied)
+            link = os.path.relpath(run / REPORT, home) if (run / REPORT).is_file() else ""
+            told.append({"image": shown[run], "text": f"{row['number']}: {values}", "link": link})
+    return told
+
+
+def _row(home: Path, heads: Sequence[str], row: Mapping[str, str]) -> dict[str, Any]:
+    page = _run(home, row) / REPORT
+    link = os.path.relpath(page, home) if page.is_file() else ""
+    return {"link": link, "cells": [{"text": _short(head, row[head]), "sort": row[head]} for head in heads]}
+
+
+def _short(head: str, cell: str) -> str:
+    """Return a cell with as many digits as a reader wants."""
+    if head in ("number", "status", "message"):
+        return cell
+    try:
+        return f"{float(cell):.5g}"
+    except ValueError:
+        return cell

@@ -1,0 +1,264 @@
+"""Pictures of a case before it runs: bodies with names, sizes and velocities, planes, clamps, gauges, first contact."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hvisph.core.measure_catalogue import axis_unit
+
+from .camera import revolved
+from .history import BODY_COLOURS, DISC, store
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+MOST_SHOWN = 60_000  # particles of a view; more would not be told apart
+UNDER = 34  # [points] from the axes to the names under them
+TURN, RAISE = np.radians(-35.0), np.radians(22.0)  # from where a view is seen
+
+
+@dataclass(frozen=True)
+class DrawnBody:
+    """A body of a set-up.
+
+    Parameters
+    ----------
+    name, label
+        Its name, and what stands beside it: material, size.
+    positions, spacing
+        Particles (n, dim) and how wide each is drawn (n,) [m].
+    velocity
+        Mean velocity (dim,) [m/s].
+    held
+        Which particles are clamped (n,).
+    """
+
+    name: str
+    label: str
+    positions: np.ndarray
+    spacing: np.ndarray
+    velocity: np.ndarray
+    held: np.ndarray
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What a picture of a set-up shows.
+
+    Parameters
+    ----------
+    title
+        Title of the case.
+    bodies
+        Its bodies.
+    planes
+        Symmetry planes: axis and coordinate [m].
+    gauges
+        Places of gauges by name [m].
+    notes
+        Lines below the picture.
+    si
+        Whether lengths are in metres.
+    revolved
+        Whether particles are rings about x: the bodies are solids of revolution.
+    """
+
+    title: str
+    bodies: Sequence[DrawnBody]
+    planes: Sequence[tuple[int, float]] = ()
+    gauges: Mapping[str, Sequence[float]] = field(default_factory=dict)
+    notes: Sequence[str] = ()
+    si: bool = True
+    revolved: bool = False
+
+    @property
+    def solid(self) -> bool:
+        """Whether a view shows more than a section."""
+        return self.dim == 3 or self.revolved
+
+    @property
+    def dim(self) -> int:
+        """Number of dimensions."""
+        return self.bodies[0].positions.shape[1]
+
+    @cached_property
+    def unit(self) -> tuple[str, float]:
+        """Unit of lengths as an axis shows it, and the factor from the bodies' own."""
+        if not self.si:
+            return "", 1.0
+        unit, factor = axis_unit("mm", [abs(body.positions).max() for body in self.bodies if len(body.positions)])
+        return f" [{unit}]", factor
+
+    @property
+    def factor(self) -> float:
+        """From lengths to the unit of the axes."""
+        return self.unit[1]
+
+
+def setup_picture(setup: Setup, path: str | os.PathLike[str]) -> Path:
+    """Draw a set-up and store it: of solids a section along the shot line and a view, else the particles.
+
+    Parameters
+    ----------
+    setup
+        What is drawn.
+    path
+        File to write; its ending tells the format.
+    """
+    return store(setup_figure(setup), path)
+
+
+def setup_figure(setup: Setup) -> Figure:
+    """Return the figure of a set-up."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13.0 if setup.solid else 9.0, 7.0), dpi=130, layout="constrained")
+    panels = figure.subplots(1, 2) if setup.solid else [figure.add_subplot()]
+    _section(panels[0], setup)
+    if setup.solid:
+        _view(panels[1], setup)
+    figure.suptitle(setup.title, fontsize=11)
+    if setup.notes:
+        figure.supxlabel("\n".join(setup.notes), fontsize=8)
+    return figure
+
+
+def _section(axes: Axes, setup: Setup) -> None:
+    """Draw the plane through the shot line: x and y, or in 1D x alone; of rings both halves."""
+    from matplotlib.collections import EllipseCollection
+    from matplotlib.transforms import ScaledTranslation
+
+    unit = setup.factor
+    everything = np.concatenate([body.positions for body in setup.bodies]) * unit
+    middle = _shot_line(setup)
+    corners = []
+    for number, body in enumerate(setup.bodies):
+        places, spacing, clamped = body.positions, body.spacing, body.held
+        if setup.revolved:
+            places = np.concatenate([places, places * (1.0, -1.0)])
+            spacing, clamped = np.tile(spacing, 2), np.tile(clamped, 2)
+        shown = np.ones(len(places), bool)
+        if setup.dim == 3:
+            # the layer of particles nearest to the shot line
+            away = np.abs(body.positions[:, 2] - middle[2])
+            shown = away < max(body.spacing.max(), away.min() + 0.51 * body.spacing.max())
+        x = places[shown, :2] * unit
+        if setup.dim == 1:
+            x = np.column_stack([x, np.zeros(len(x))])
+        size = DISC * spacing[shown] * unit
+        colour = BODY_COLOURS[number % len(BODY_COLOURS)]
+        edges = ["#111111" if held else colour for held in clamped[shown]]
+        axes.add_collection(
+            EllipseCollection(size, size, 0 * size, units="xy", offsets=x, transOffset=axes.transData,
+                              facecolors=edges, lw=0.0)
+        )  # fmt: skip
+        if len(x):
+            corners += [x.min(axis=0), x.max(axis=0)]
+        axes.plot([], [], "o", color=colour, label=body.label)
+    if any(body.held.any() for body in setup.bodies):
+        axes.plot([], [], "o", color="#111111", label="clamped")
+    low, high = np.min(np.array(corners), axis=0), np.max(np.array(corners), axis=0)
+    span = float((high - low).max())
+    _velocities(axes, setup, span)
+    for axis, at in setup.planes:
+        if axis < 2:
+            (axes.axvline if axis == 0 else axes.axhline)(at * unit, color="#c0392b", ls="-.", lw=1.2)
+    if setup.planes:
+        axes.plot([], [], "-.", color="#c0392b", label="symmetry: " + ", ".join(
+            f"{'xyz'[axis]} = {at * unit:g}" for axis, at in setup.planes))  # fmt: skip
+    if setup.revolved:
+        axes.axhline(0.0, color="#666666", ls=(0, (12, 3, 2, 3)), lw=0.8, label="axis")
+    for name, place in setup.gauges.items():
+        mark = [*(np.asarray(place) * unit), 0.0]
+        axes.plot(mark[0], mark[1], "x", color="#111111", ms=6)
+        axes.annotate(name, (mark[0], mark[1]), xytext=(4, 4), textcoords="offset points", fontsize=8)
+    margin = 0.08 * span
+    axes.set_xlim(low[0] - margin, high[0] + margin)
+    axes.set_ylim(low[1] - margin, high[1] + margin)
+    axes.set_aspect("equal")
+    axes.set_xlabel(f"x{setup.unit[0]}")
+    across = "r" if setup.revolved else "y"
+    axes.set_ylabel("" if setup.dim == 1 else f"{across}{setup.unit[0]}")
+    counted = f"{len(everything)} {'rings' if setup.revolved else 'particles'}"
+    axes.set_title(f"section, {counted} in all" if setup.solid else counted, fontsize=9)
+    below = axes.transAxes + ScaledTranslation(0.0, -UNDER / 72, axes.figure.dpi_scale_trans)  # a bar's picture is flat
+    axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=2, frameon=False)
+
+
+def _velocities(axes: Axes, setup: Setup, span: float) -> None:
+    """Draw an arrow for every body that moves, the fastest a sixth of the picture long."""
+    speeds = [float(np.sqrt((body.velocity**2).sum())) for body in setup.bodies]
+    if not max(speeds) > 0:
+        return
+    told: list[tuple[str, np.ndarray]] = []
+    for body, speed in zip(setup.bodies, speeds, strict=True):
+        if speed == 0:
+            continue
+        start = np.append(body.positions.mean(axis=0) * setup.factor, 0.0)[:2]
+        if setup.revolved:
+            start[1] = 0.0
+        end = start + np.append(body.velocity, 0.0)[:2] / max(speeds) * span / 6
+        tail, head = (float(start[0]), float(start[1])), (float(end[0]), float(end[1]))
+        axes.annotate("", head, tail, arrowprops={"arrowstyle": "->", "lw": 2.0, "color": "#111111"})
+        behind = {"fc": "white", "ec": "none", "alpha": 0.7, "pad": 1}
+        text = (f"{speed:.4g} m/s" if speed < 1e4 else f"{speed * 1e-3:.4g} km/s") if setup.si else f"{speed:.4g}"
+        if any(text == other and np.linalg.norm(end - place) < span / 12 for other, place in told):
+            continue  # a core and its jacket
+        told.append((text, end))
+        axes.annotate(text, head, xytext=(3, 3), textcoords="offset points", fontsize=8, bbox=behind)
+
+
+def _view(axes: Axes, setup: Setup) -> None:
+    """Draw all particles from ahead and above, the far ones first, lighter with depth; of rings three quarters."""
+    from matplotlib.colors import to_rgb
+
+    bodies = [(body.positions, body.spacing) for body in setup.bodies]
+    if setup.revolved:
+        turned = [(revolved(x, float(spacing.mean()), 270.0), spacing) for x, spacing in bodies]
+        # the open quarter towards the eye, which is where z is small
+        bodies = [(places * (1.0, 1.0, -1.0), spacing[ring]) for (places, ring), spacing in turned]
+    positions = np.concatenate([places for places, _ in bodies]) * setup.factor
+    owner = np.repeat(np.arange(len(bodies)), [len(places) for places, _ in bodies])
+    spacing = np.concatenate([own for _, own in bodies]) * setup.factor
+    # of too many any, larger by as much: every second or third of a ring would be a stripe
+    chosen = np.sort(np.random.default_rng(0).permutation(len(positions))[:MOST_SHOWN])
+    spacing = spacing * np.sqrt(len(positions) / len(chosen))
+    x, y, z = positions[chosen].T
+    ahead = np.cos(TURN) * x + np.sin(TURN) * z
+    depth = -np.sin(TURN) * x + np.cos(TURN) * z
+    up = np.cos(RAISE) * y + np.sin(RAISE) * depth
+    far = np.cos(RAISE) * depth - np.sin(RAISE) * y
+    order = np.argsort(-far)
+    colours = np.array([to_rgb(BODY_COLOURS[k % len(BODY_COLOURS)]) for k in owner[chosen]])
+    share = ((far - far.min()) / max(float(np.ptp(far)), 1e-30))[:, None]
+    colours = colours + (1 - colours) * 0.55 * share
+    from matplotlib.collections import EllipseCollection
+
+    size = DISC * spacing[chosen][order]
+    axes.add_collection(
+        EllipseCollection(size, size, 0 * size, units="xy", offsets=np.column_stack([ahead, up])[order],
+                          transOffset=axes.transData, facecolors=colours[order], lw=0.15, edgecolors="#00000055")
+    )  # fmt: skip
+    margin = 0.04 * max(float(np.ptp(ahead)), float(np.ptp(up)))
+    axes.set_xlim(ahead.min() - margin, ahead.max() + margin)
+    axes.set_ylim(up.min() - margin, up.max() + margin)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.set_title("view", fontsize=9)
+
+
+def _shot_line(setup: Setup) -> np.ndarray:
+    """Return a point of the shot line: the first body's middle, moved onto the planes of symmetry beside it."""
+    first: Any = setup.bodies[0].positions
+    middle = (first.min(axis=0) + first.max(axis=0)) / 2
+    for axis, at in setup.planes:
+        middle[axis] = at
+    return np.asarray(middle)

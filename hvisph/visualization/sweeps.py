@@ -1,0 +1,236 @@
+"""Pictures of a sweep's results: convergence, residual velocities about a limit, what a sample depends on."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hvisph.core.errors import CaseError
+from hvisph.core.measure_catalogue import look_of
+from hvisph.core.yaml_inline import told_apart
+
+from .history import store
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+INK, ACCENT, FAINT = "#1b4f72", "#b9770e", "#99a3a4"
+MOST_PANELS = 9
+MOST_GROUPS = 12  # that a legend names
+
+
+def sweep_picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], path: str | os.PathLike[str],
+                  title: str = "", record: Sequence[str] | None = None) -> Path:  # fmt: skip
+    """Draw what a sweep says and store it.
+
+    Parameters
+    ----------
+    said
+        Content of the sweep's ``results.json``.
+    rows
+        Its cases, for a sweep without a verdict: measures over the first value that varies.
+    path
+        File to write; its ending tells the format.
+    title
+        Above the picture.
+    record
+        Measures to draw; the first of all unless given.
+
+    Raises
+    ------
+    CaseError
+        When there is nothing to draw.
+    """
+    figure = sweep_figure(said, rows, record)
+    figure.suptitle(title)
+    return store(figure, path)
+
+
+def sweep_figure(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]],
+                 record: Sequence[str] | None = None) -> Figure:  # fmt: skip
+    """Return the figure of what a sweep says; raises `CaseError` when there is nothing to draw."""
+    if "limits" in said:
+        return _limits(said["limits"])
+    if "experiment" in said:
+        return _panels(said["experiment"], _against)
+    for kind, draw in (("converge", _convergence), ("sample", _tornado)):
+        if kind in said:
+            return _panels({name: said[kind][name] for name in _chosen(said[kind], record)}, draw)
+    return _measures(rows, record)
+
+
+def _chosen(names: Iterable[str], record: Sequence[str] | None) -> list[str]:
+    """Return the names to draw: those that are recorded, or all."""
+    return [*names] if record is None else [name for name in record if name in names]
+
+
+def _figure(count: int) -> tuple[Figure, list[Axes]]:
+    from matplotlib.figure import Figure
+
+    across = min(3, count)
+    down = -(-count // across)
+    figure = Figure(figsize=(4.2 * across, 3.2 * down + 0.4), dpi=150, layout="constrained")
+    axes = np.atleast_1d(figure.subplots(down, across)).ravel()
+    for one in axes[count:]:
+        one.remove()
+    return figure, list(axes[:count])
+
+
+def _panels(verdicts: Mapping[str, Any], draw: Any) -> Figure:
+    names = list(verdicts)[:MOST_PANELS]
+    if not names:
+        raise CaseError("no case is done: there is nothing to draw")
+    figure, axes = _figure(len(names))
+    for name, one in zip(names, axes, strict=True):
+        draw(one, verdicts[name], look_of(name))
+    return figure
+
+
+def _convergence(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
+    """Results over spacing, with their uncertainties, and the curve to infinite resolution."""
+    h, f = np.array(one["spacings"]), np.array(one["values"]) * look.factor
+    spread = [0.0 if u is None else u * look.factor for u in one["uncertainties"]]
+    axes.errorbar(h, f, spread, fmt="o", color=INK, capsize=3)
+    note = one["verdict"]
+    if one["order"] is not None:
+        limit, fine = one["extrapolated"] * look.factor, int(np.argmin(h))
+        x = np.linspace(0.0, h.max(), 60)
+        axes.plot(x, limit + (f[fine] - limit) * (x / h[fine]) ** one["order"], color=FAINT)
+        axes.plot([0.0], [limit], "D", color=ACCENT)
+        note = f"order {one['order']:.2f}, index {100 * one['index']:.2g} %"
+    axes.set_xlim(left=0.0)
+    axes.set_xlabel(f"spacing [{one['spacing_unit']}]" if one.get("spacing_unit") else "spacing")
+    axes.set_ylabel(f"{look.label} [{look.unit}]" if look.unit else look.label)
+    axes.set_title(note, fontsize=9)
+
+
+def _against(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
+    """Draw what was computed over what was measured, and the line on which both are the same."""
+    measured, computed = (np.array(one[key]) * look.factor for key in ("measured", "computed"))
+    low, high = min(0.0, *measured, *computed), max(*measured, *computed)
+    axes.plot([low, high], [low, high], color=FAINT)
+    axes.plot(measured, computed, "o", color=INK)
+    unit = f" [{look.unit}]" if look.unit else ""
+    axes.set_xlabel(f"measured{unit}")
+    axes.set_ylabel(f"computed{unit}")
+    off = "" if one["mean"] is None else f": {100.0 * one['mean']:+.2g} % in the mean"
+    axes.set_title(f"{look.label}{off}", fontsize=9)
+
+
+def _tornado(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
+    """Rank correlations with each input, the strongest on top."""
+    ranks = {path: rank or 0.0 for path, rank in one["rank_correlation"].items()}
+    paths = sorted(ranks, key=lambda path: abs(ranks[path]))
+    axes.barh([".".join(path.split(".")[-3:]) for path in paths], [ranks[path] for path in paths],
+              color=[INK if ranks[path] >= 0.0 else ACCENT for path in paths])  # fmt: skip
+    axes.axvline(0.0, color="black", linewidth=0.8)
+    axes.set_xlim(-1.0, 1.0)
+    axes.set_xlabel("rank correlation")
+    spread = f"{one['mean'] * look.factor:.4g} ± {one['sd'] * look.factor:.2g} {look.unit}"
+    axes.set_title(f"{look.label}: {spread}", fontsize=9)
+
+
+def _limits(verdicts: Sequence[Mapping[str, Any]]) -> Figure:
+    """Shots, bracket and the fitted curve of residual velocities."""
+    figure, panels = _figure(len(verdicts))
+    for axes, one in zip(panels, verdicts, strict=True):
+        shots = one["shots"]
+        held = [shot["value"] for shot in shots if not shot["happened"]]
+        through = [shot for shot in shots if shot["happened"] and shot["residual"] is not None]
+        untold = [shot["value"] for shot in shots if shot["happened"] and shot["residual"] is None]
+        axes.plot(held, np.zeros(len(held)), "o", color=INK, label="no")
+        axes.plot([s["value"] for s in through], [abs(s["residual"]) for s in through], "o", color=ACCENT, label="yes")
+        if untold:
+            axes.plot(untold, np.zeros(len(untold)), "|", markersize=14, color=ACCENT, label="yes, not through yet")
+        if one["below"] is not None and one["above"] is not None:
+            axes.axvspan(*sorted((one["below"], one["above"])), color=FAINT, alpha=0.3)
+        curve = one["lambert_jonas"]
+        if curve:
+            from hvisph.measures.threshold import LambertJonas
+
+            x = np.linspace(curve["limit"], max(s["value"] for s in shots) * _to_si(one["unit"]), 200)
+            axes.plot(x / _to_si(one["unit"]), LambertJonas(**curve).residual(x), color=FAINT)
+        if "recht_ipson" in one:
+            axes.plot(
+                [s["value"] for s in shots], one["recht_ipson"]["residuals"], "--", color=FAINT, label="Recht-Ipson"
+            )
+        for correlation in one.get("correlations", []):
+            axes.axvline(
+                correlation["value"] / _to_si(one["unit"]), color=FAINT, linestyle=":", label=correlation["name"]
+            )
+        axes.set_xlabel(f"{one['path']} [{one['unit'] or 'SI'}]")
+        axes.set_ylabel("residual velocity [m/s]")
+        axes.legend(title="went through", fontsize=8)
+        axes.set_title(", ".join(f"{path} = {value}" for path, value in one["for"].items()), fontsize=9)
+    return figure
+
+
+def _to_si(unit: str) -> float:
+    return 1000.0 if unit in ("km/s", "mm/us") else 1.0
+
+
+def _measures(rows: Sequence[Mapping[str, Any]], record: Sequence[str] | None) -> Figure:
+    """Measures over the first value that varies, in as many colours as the others have values."""
+    done = [row for row in rows if row["status"] == "done"]
+    found = dict.fromkeys(name for row in done for name, one in row["measures"].items()
+                          if isinstance(one["value"], int | float))  # fmt: skip
+    names = _chosen(found, record)[:MOST_PANELS]
+    if not names:
+        raise CaseError("no case is done: there is nothing to draw")
+    paths = list(done[0]["values"])
+    told = list(zip(*(told_apart([row["values"].get(path) for row in done]) for path in paths), strict=True))
+    varied = [k for k, cells in enumerate(zip(*told, strict=True)) if len(set(cells)) > 1] or [0]
+    first, *others = varied
+    groups: dict[str, list[int]] = {}
+    for k, cells in enumerate(told):
+        groups.setdefault(", ".join(f"{_end(paths[j])} {cells[j]}" for j in others), []).append(k)
+    x, ticks, label = _places([cells[first] for cells in told], paths[first])
+    figure, panels = _figure(len(names))
+    for name, axes in zip(names, panels, strict=True):
+        look = look_of(name)
+        for colour, (group, members) in zip(_colours(len(groups)), groups.items(), strict=True):
+            values = {k: done[k]["measures"].get(name, {}).get("value") for k in members}
+            shown = sorted((k for k in members if isinstance(values[k], int | float)), key=x.__getitem__)
+            axes.plot([x[k] for k in shown], [values[k] * look.factor for k in shown],
+                      "o-" if len(groups) > 1 else "o", color=colour, label=group, linewidth=1)  # fmt: skip
+        if ticks:
+            axes.set_xticks(range(len(ticks)), ticks, rotation=30, ha="right", fontsize=7)
+        if name == "perforated":
+            axes.set_yticks([0, 1], ["no", "yes"])
+        axes.set_xlabel(label)
+        axes.set_ylabel(f"{look.label} [{look.unit}]" if look.unit else look.label)
+    if 1 < len(groups) <= MOST_GROUPS:
+        panels[0].legend(fontsize=7)
+    return figure
+
+
+def _end(path: str) -> str:
+    """Return the last key of a path, a number with the key that it belongs to."""
+    *_, above, last = ("", *path.split("."))
+    return f"{above}.{last}" if last.isdigit() else last
+
+
+def _places(cells: Sequence[str], path: str) -> tuple[list[float], list[str], str]:
+    """Return places along an axis, names of its ticks and its label: numbers of one unit, or a tick each."""
+    parts = [cell.partition(" ") for cell in cells]
+    if len({unit for _, _, unit in parts}) == 1:
+        with suppress(ValueError):
+            unit = f" [{parts[0][2]}]" if parts[0][2] else ""
+            return [float(number) for number, _, _ in parts], [], f"{path}{unit}"
+    ticks = list(dict.fromkeys(cells))
+    return [float(ticks.index(cell)) for cell in cells], ticks, path
+
+
+def _colours(count: int) -> list[Any]:
+    """Return colours of a number of series, from dark to bright."""
+    if count == 1:
+        return [INK]
+    from matplotlib import colormaps
+
+    return [colormaps["viridis"](0.85 * k / (count - 1)) for k in range(count)]
