@@ -1,4 +1,4 @@
-"""The rooms of the house: who may import whom, and which third-party libraries live where.
+"""Import order of the packages, and the third-party libraries that each may use.
 
 Everything follows from the sources' import statements, lazy ones within functions included.
 """
@@ -13,64 +13,40 @@ import hvisph
 
 PACKAGE = Path(hvisph.__file__).parent
 
-# What each room may import of ours, beside itself. Errors and field names of `core` are everyone's.
+# What each package may import of hvisph, beside itself.
+_PHYSICS = {"core", "compiler", "geometry", "materials", "sph", "integrators", "schemes", "parallel", "exact"}
+_CASES = {"core", "case", "casefile"}
+_FILES = {"output", "measures"}
+_RUN = _PHYSICS | _CASES | _FILES | {"setup", "precheck", "diagnostics", "simulation"}
 MAY_IMPORT = {
     "core": set(),
+    "compiler": {"core"},
     "case": {"core"},
     "casefile": {"core", "case"},
     "geometry": {"core"},
-    "materials": {"core"},
-    "sph": {"core"},
-    "formulations": {"core", "materials", "sph", "integrators"},
-    "integrators": {"core", "sph"},
-    "parallel": {"core"},
+    "materials": {"core", "compiler"},
+    "sph": {"core", "compiler"},
+    "integrators": {"core", "compiler", "sph"},
+    "schemes": {"core", "compiler", "materials", "sph", "integrators"},
     "output": {"core"},
+    "parallel": {"core", "compiler", "sph", "integrators", "schemes", "output"},
+    "exact": {"core", "compiler", "materials"},
     "measures": {"core", "geometry", "output"},
-    "pictures": {"core", "measures", "output"},
-    "exact": {"core", "materials"},
-    "simulation": {
-        *("core", "case", "casefile", "geometry", "materials", "sph", "formulations", "integrators", "output"),
-        *("measures", "exact", "parallel"),
-    },
-    "study": {
-        "core",
-        "case",
-        "casefile",
-        "materials",
-        "simulation",
-        "measures",
-        "pictures",
-        "report",
-        "exact",
-        "output",
-    },
-    "verification": {"core", "case", "casefile", "materials", "simulation", "measures", "pictures", "exact", "output"},
-    "report": {"core", "case", "casefile", "measures", "pictures", "output"},
-    "sweeps": {"core", "case", "casefile", "simulation", "measures", "output"},
-    "validation": {
-        *("core", "case", "casefile", "materials", "simulation", "sweeps", "verification", "measures", "pictures"),
-        *("exact", "output"),
-    },
-    "cli": {
-        "core",
-        "case",
-        "casefile",
-        "simulation",
-        "study",
-        "sweeps",
-        "report",
-        "verification",
-        "validation",
-        "measures",
-        "pictures",
-        "exact",
-        "parallel",
-    },
+    "setup": _PHYSICS | _CASES | _FILES,
+    "precheck": _PHYSICS | _CASES | _FILES | {"setup"},
+    "diagnostics": _PHYSICS | _CASES | _FILES | {"setup", "precheck"},
+    "simulation": _RUN - {"simulation"},
+    "visualization": _CASES | _FILES,
+    "postprocessing": _RUN | {"visualization"},
+    "sweeps": _RUN,
+    "verification": _RUN | {"visualization"},
+    "validation": _RUN | {"visualization", "sweeps", "verification"},
+    "cli": _RUN | {"visualization", "postprocessing", "sweeps", "verification", "validation"},
 }
-# `measures` and `pictures` work on files alone: of `output` it may know what reads them, and how a picture is written whole.
-OF_OUTPUT = {"hvisph.output." + name for name in ("names", "reader", "snapshot", "atomic")}
+# `measures` and `visualization` work on files alone: of `output` they know the reader and how a file is written whole.
+READING = {"hvisph.output." + name for name in ("file_names", "reader", "snapshot", "atomic_write")}
 
-# The rooms of each third-party library; those not named here are anyone's.
+# The packages that may use each third-party library; a library that is not named is not allowed.
 LIBRARIES = {
     "pydantic": {"case", "casefile"},
     "pydantic_core": {"case", "casefile"},
@@ -81,23 +57,23 @@ LIBRARIES = {
     "h5py": {"output", "geometry"},
     "trimesh": {"geometry"},
     "meshio": {"output", "geometry"},
-    "PIL": {"pictures"},
-    "pandas": {"study"},
-    "matplotlib": {"pictures"},
-    "jinja2": {"report"},
+    "PIL": {"visualization"},
+    "pandas": {"postprocessing"},
+    "matplotlib": {"visualization"},
+    "jinja2": {"visualization"},
     "scipy": {"sweeps", "geometry", "measures", "verification"},
-    "llvmlite": {"core"},
-    "platformdirs": {"core"},
-    "psutil": {"simulation", "cli"},
+    "llvmlite": {"compiler"},
+    "platformdirs": {"compiler"},
+    "psutil": {"core", "cli"},
     "mpi4py": {"parallel"},
-    "numba": {"core", "simulation"},
+    "numba": {"compiler", "setup", "precheck", "simulation", "diagnostics"},
     "numpy": {*MAY_IMPORT} - {"cli", "case", "casefile"},
 }
 # Slow to import and seldom needed: only within functions, so that nobody pays who does not use them.
 LAZY = {"PIL", "trimesh", "jinja2", "scipy", "matplotlib", "h5py", "meshio", "pint", "psutil", "mpi4py"}
-# Outside `core`, numba is for the number of threads; what compiles is in `core` alone.
-NUMBA_OUTSIDE_CORE = {"config", "get_num_threads", "set_num_threads", "threading_layer"}
-# Rooms that must load without numba: nothing that they do needs a compiler.
+# Outside `compiler`, numba sets and tells the number of threads; only `compiler` compiles.
+NUMBA_ELSEWHERE = {"config", "get_num_threads", "set_num_threads", "threading_layer"}
+# Packages that must load without numba: nothing that they do needs a compiler.
 WITHOUT_NUMBA = ("case", "casefile", "cli", "geometry", "output", "measures", "pictures")
 
 
@@ -108,12 +84,12 @@ def module_name(path):
 
 SOURCES = {module_name(path): path for path in sorted(PACKAGE.rglob("*.py")) if "_data" not in path.parts}
 TREES = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in SOURCES.items()}
-ROOMS = sorted(path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists())
+PACKAGES = sorted(path.name for path in PACKAGE.iterdir() if (path / "__init__.py").exists())
 
 
-def room_of(module):
+def package_of(module):
     parts = module.split(".")
-    return parts[1] if len(parts) > 1 and parts[1] in ROOMS else ""
+    return parts[1] if len(parts) > 1 and parts[1] in PACKAGES else ""
 
 
 def imports(module, eager=False):
@@ -145,39 +121,39 @@ def ours(module, eager=False):
     return [(name, line) for name, line in imports(module, eager) if name.split(".")[0] == "hvisph"]
 
 
-def test_every_room_is_in_the_table():
-    assert set(ROOMS) == set(MAY_IMPORT)
+def test_every_package_is_in_the_table():
+    assert set(PACKAGES) == set(MAY_IMPORT)
 
 
-@pytest.mark.parametrize("room", MAY_IMPORT)
-def test_a_room_imports_only_what_it_may(room):
+@pytest.mark.parametrize("package", MAY_IMPORT)
+def test_a_package_imports_only_what_it_may(package):
     wrong = [
         f"{module}, line {line}: {name}"
         for module in SOURCES
-        if room_of(module) == room
+        if package_of(module) == package
         for name, line in ours(module)
-        if room_of(name) and room_of(name) not in {room, *MAY_IMPORT[room]}
+        if package_of(name) and package_of(name) not in {package, *MAY_IMPORT[package]}
     ]
     assert not wrong, "\n".join(wrong)
 
 
-def test_measures_and_pictures_know_only_the_reader_of_output():
+def test_measures_and_visualization_use_only_the_reader_of_output():
     wrong = [
         f"{module}, line {line}: {name}"
         for module in SOURCES
-        if room_of(module) in ("measures", "pictures")
+        if package_of(module) in ("measures", "visualization")
         for name, line in ours(module)
-        if room_of(name) == "output" and name not in OF_OUTPUT | {"hvisph.output"}
+        if package_of(name) == "output" and name not in READING | {"hvisph.output"}
     ]
     assert not wrong, "\n".join(wrong)
 
 
-def test_libraries_stay_in_their_rooms():
+def test_libraries_stay_in_their_packages():
     wrong = [
         f"{module}, line {line}: {name}"
         for module in SOURCES
         for name, line in imports(module)
-        if room_of(module) not in LIBRARIES.get(name.split(".")[0], {room_of(module)})
+        if package_of(module) not in LIBRARIES.get(name.split(".")[0], {package_of(module)})
     ]
     assert not wrong, "\n".join(wrong)
 
@@ -199,24 +175,24 @@ def test_slow_libraries_are_imported_when_used():
     assert not wrong, "\n".join(wrong)
 
 
-def test_only_core_compiles():
+def test_only_the_compiler_package_compiles():
     wrong = []
     for module, tree in TREES.items():
-        if room_of(module) == "core":
+        if package_of(module) == "compiler":
             continue
         for node in ast.walk(tree):
             if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "numba":
                 wrong.append(f"{module}, line {node.lineno}: from numba import")
             used = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)
-            if used and node.value.id == "numba" and node.attr not in NUMBA_OUTSIDE_CORE:
+            if used and node.value.id == "numba" and node.attr not in NUMBA_ELSEWHERE:
                 wrong.append(f"{module}, line {node.lineno}: numba.{node.attr}")
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize("room", WITHOUT_NUMBA)
-def test_rooms_that_load_without_numba(room):
-    """Follow the imports that loading a module of the room sets off, parent packages included."""
-    todo = [(module, module) for module in SOURCES if room_of(module) == room]
+@pytest.mark.parametrize("package", WITHOUT_NUMBA)
+def test_packages_that_load_without_numba(package):
+    """Follow the imports that loading a module of the package sets off, parent packages included."""
+    todo = [(module, module) for module in SOURCES if package_of(module) == package]
     seen = {}
     while todo:
         module, way = todo.pop()

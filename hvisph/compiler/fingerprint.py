@@ -21,8 +21,10 @@ from .lazy_import import Later
 
 # What makes code without being called by name, such as the arithmetic of lanes: taken as whole texts.
 _MACHINERY = (
-    *("addresses", "blocks", "branches", "dispatch", "fingerprint", "jit", "lanes", "later", "many", "masks", "memory"),
-    *("nearby", "on_demand", "operation", "scalars", "sharing", "simd", "solid", "tensors", "unrolled", "vectors"),
+    *("codegen", "component_functions", "dispatch", "fingerprint", "if_conversion", "jit", "lazy_import"),
+    *("scalar_functions", "tensors", "tensors3d", "threads.primitives", "unroll", "vector.api"),
+    *("vector.contiguous_load", "vector.gather", "vector.intrinsics", "vector.lane_masks", "vector.lanes"),
+    *("vector.neighbour_filter", "vector.pointers", "vector.table_access"),
 )
 _WHOLE = {f"{__package__}.{name}" for name in _MACHINERY}
 # Functions of these packages are known by name and version.
@@ -48,7 +50,7 @@ def machinery() -> str:
     versions = (sys.version_info[:3], numba.__version__, llvmlite.__version__, np.__version__)
     digest = hashlib.sha256(repr(versions).encode())
     for name in _MACHINERY:
-        digest.update(Path(__file__).with_name(f"{name}.py").read_bytes())
+        digest.update(Path(__file__).parent.joinpath(f"{name.replace('.', '/')}.py").read_bytes())
     return digest.hexdigest()
 
 

@@ -13,7 +13,7 @@ from hvisph.compiler.vector.gather import Many
 from hvisph.compiler.vector.lane_masks import mask
 from hvisph.compiler.vector.lanes import strict
 
-from . import if_conversion  # noqa: F401  numba learns of what they have
+from . import if_conversion
 from .component_functions import each_operation
 from .dispatch import LEAN, OPTIONS
 from .fingerprint import ATTRIBUTE, names_read

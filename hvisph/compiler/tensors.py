@@ -8,9 +8,11 @@
 | gradient | row by row, xy = du_x/dy: 1, 4, 9 |
 | symmetric_gradient | a vector for each component of a symmetric tensor: 1, 6, 18 |
 
-What is solid in all directions whatever the dimensions, the stress update, takes six components and nine: `compiler.tensors3d`.
+What is solid in all directions whatever the dimensions, the stress update, takes six components and nine:
+`compiler.tensors3d`.
 
-Every operation is written once, in plain Python over its components, and `compiler.component_functions` hands that very text to
+Every operation is written once, in plain Python over its components, and `compiler.component_functions` hands that
+very text to
 the compiler, unrolled: called from Python it is its own plain twin. Sizes are known from lengths and from the tables
 below, so that a further set of components (an in-plane tensor with a hoop component) is a line in them.
 """

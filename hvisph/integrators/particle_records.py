@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import namedtuple
 
 # The state of a particle: position, velocity, density, specific internal energy, smoothing length, deviator
-# (six components), plastic strain, damage and memory (five numbers, see `materials.stress_update`); what it stands for is
-# in `hvisph.core.fields`.
+# (six components), plastic strain, damage and memory (five numbers, see `materials.stress_update`); what it stands
+# for is in `hvisph.core.fields`.
 State = namedtuple("State", "x u rho e h s plastic_strain damage memory")
 
 # The rates of a particle: acceleration, power, velocity gradient in the plane, rate of ln(rho) beside it, and the

@@ -6,7 +6,8 @@ next evaluation is predicted, `materials.stress_update` gives the stress there, 
 need is packed into the particle's row. See `integrators.scheme` for the scheme and its energy.
 
 Particles of a chunk that share a material, and are all held or all free, are carried LANES at once. The text is that of
-a single one: arrays stand for many of their rows, numbers are lanes (`compiler.vector.gather`, `compiler.if_conversion`), each of which
+a single one: arrays stand for many of their rows, numbers are lanes (`compiler.vector.gather`,
+`compiler.if_conversion`), each of which
 rounds as a single number does. So the bits do not depend on which particles are carried together.
 """
 

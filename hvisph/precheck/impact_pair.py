@@ -107,7 +107,7 @@ def _impedance(body: Body) -> float:
 
 
 def _boxes(case: Case) -> tuple[list[Box], list[float]]:
-    """Return a box around each body at its place, those of the row as `geometry.placement.row` has them, and their shifts.
+    """Return the bounding box of each placed body, and the shifts of the bodies placed in a row.
 
     These are how far a body stands along x from where it would be about the origin [m]; 0 of those with a place.
     """

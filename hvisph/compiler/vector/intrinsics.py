@@ -1,4 +1,4 @@
-"""Vector operations that no compiler finds by itself: rows to columns, exact sums; and what `compiler.vector.neighbour_filter` shares.
+"""Vector operations that a compiler does not derive by itself: transposition of rows to columns, exact sums.
 
 They are written in LLVM's own target-independent vector code, with the same results on every machine.
 """

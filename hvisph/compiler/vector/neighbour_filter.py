@@ -1,6 +1,7 @@
 """The two filters of the traversal: what is near the box around a group of particles, and which of it is near one.
 
-Written in LLVM's own target-independent vector code, as `compiler.vector.intrinsics`. The first is loose. The second tests in single
+Written in LLVM's own target-independent vector code, as `compiler.vector.intrinsics`. The first is loose. The second
+tests in single
 precision and, where that cannot tell, in double without rounding across operations: its list is the same on every
 machine, and that of a plain test in double precision.
 """

@@ -1,4 +1,4 @@
-"""Addresses in compiled code: numbers behind one, see `compiler.vector.table_access`, and lines of the cache, see `compiler.vector.prefetch`."""
+"""Pointer arithmetic in compiled code: numbers at an address, and cache lines to prefetch."""
 
 from __future__ import annotations
 

@@ -65,8 +65,8 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
         "RATE_SHAPED": dim * moving + dim, "SUMS": (dim + 1) * moving,
         "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
         "RENEWS": int(formulation.renew_strain is not None), "REVOLVED": int(formulation.revolved),
-        "remembered_state": fitted(thermodynamics.remembered_state, *materials), "longitudinal_speed": thermodynamics.longitudinal_speed,
-        "shear_modulus": fitted(thermodynamics.shear_modulus, *materials),
+        "remembered_state": fitted(thermodynamics.remembered_state, *materials), "longitudinal_speed":
+        thermodynamics.longitudinal_speed, "shear_modulus": fitted(thermodynamics.shear_modulus, *materials),
         "REMEMBERS": int("memory" in particles.offsets), "S_MEMORY": 0,
         **{name: at for name, at in particles.bindings().items()
            if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_DAMAGE", "S_MEMORY")},
@@ -82,7 +82,8 @@ def loops(formulation: Any, offered: dict[str, Any]) -> Loops:
     return Loops(
         each(bind(deformation_gradient.move, {}, offered)),
         shared(bind(deformation_gradient.deform, {}, offered,
-                    parts=(collect, mapped, deformation_gradient.show, deformation_gradient.deformed)), deformation_gradient.CHUNK),
+                    parts=(collect, mapped, deformation_gradient.show, deformation_gradient.deformed)),
+                    deformation_gradient.CHUNK),
         each(bind(deformation_gradient.map_particles, {}, offered, parts=(collect, mapped))),
         tuple(
             each(bind(reference.accumulate, {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.revolved)},

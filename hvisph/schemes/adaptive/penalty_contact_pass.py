@@ -55,7 +55,8 @@ class BodyContact:
         What the contact holds [J]: work against it since the start. A repulsion that starts unloaded keeps it apart
         from the bodies' heat, any other has put it there.
     starts
-        phi0 of each particle, see `sph.contact.penalty_contact` (n,). It falls to that of bodies that touch as soon as phi does.
+        phi0 of each particle, see `sph.contact.penalty_contact` (n,). It falls to that of bodies that touch as soon
+        as phi does.
     folded, leaving
         Who is near a part of its own body that was far in the reference, and who has just left its body (n,), bool.
     omega

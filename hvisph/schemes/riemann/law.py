@@ -20,7 +20,8 @@ The printed form ends there, density following tr L. With CONSISTENT
     d ln(rho_a)/dt = - 2 V_a sum |dW/dr| (u* - u_a) . e          the own volume: density keeps to the spacing
     t*_n <= what both sides bear in tension,  |t*_t| <= what both bear in shear            (`materials.traction_limits`)
 
-and gradients are corrected at edges (`sph.terms.free_surface_correction`). With the own volume the rate is that of the number density
+and gradients are corrected at edges (`sph.terms.free_surface_correction`). With the own volume the rate is that of
+the number density
 sum W and of an exchange between both sides: mass, momentum and energy hold across a front. The exchange, which keeps
 density even, loses half in pairs of one body that press hard, where it parts density from the number for good,
 
@@ -61,9 +62,10 @@ Between different bodies (PARTED), with normal and gate of `sph.contact.contact_
     D    = F . (u*_b - u*_a)/2 >= 0                              heat of slip and of the gate, to each side
 
 and the velocity gradient takes the pair by its gate. FACES of one body that look at each other meet so, too (there).
-Bodies of UNLIKE spacings meet as `sph.contact.variable_resolution` says. In all forms the energies of a pair and the work of its force
-sum to nothing. Rings of solids of revolution (REVOLVED) add what `sph.terms.axisymmetric` says; in the printed form their
-velocity gradient is renormalised.
+Bodies of UNLIKE spacings meet as `sph.contact.variable_resolution` says. In all forms the energies of a pair and the
+work of its force
+sum to nothing. Rings of solids of revolution (REVOLVED) add what `sph.terms.axisymmetric` says; in the printed form
+their velocity gradient is renormalised.
 
 Shear tractions lie beside the line of centres and make angular momentum. With SPINS each particle counts its share,
 
@@ -73,7 +75,8 @@ half of the pairs' torque and what its own w takes back; the sum over all partic
 step dt the own body's pairs carry (w_a + w_b) x e/2 beside t*, w_a = rho_a s_a/(2 dt): an antisymmetric stress, equal
 and opposite in each pair as the rest of it. The work of w_a on u_b - u_a is a's, who made that torque: what turns as a
 whole gains no heat by it. What is left at any time is one step's worth.
-Where B is too poor to correct gradients by (`sph.terms.free_surface_correction.correctable`), in strings and crumbs that have torn off, s
+Where B is too poor to correct gradients by (`sph.terms.free_surface_correction.correctable`), in strings and crumbs
+that have torn off, s
 is dropped: they take their own turning for strain, and given back it would be strained without end.
 
 Source: Parshikov & Medin 2002 as used by Mehra & Chaturvedi 2006; reconstruction after van Leer 1979; h that

@@ -137,7 +137,8 @@ class Riemann:
             "share": self.reconstruction.share,
             "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.follows),
             "REVOLVED": int(self.revolved), "SPINS": int(self.spins), "LEADS": int(self.leads),
-        }, (riemann.conclude, contact_normal.of_other), density_rate=self.consistent, leads=self.leads, slips=self.parted,
+        }, (riemann.conclude, contact_normal.of_other), density_rate=self.consistent, leads=self.leads,
+        slips=self.parted,
             rings=self.revolved, spins=self.spins, own_reach=self.follows)  # fmt: skip
         if not (self.reconstruction.acts or self.parted):
             return [flux]

@@ -25,7 +25,8 @@ p/rho, equal and opposite, so that the total energy is kept pair by pair, and be
 materials both sides gain entropy. A barotropic material takes no notice of its heat.
 
 Corrected gradients (Young 2021 eqs. 1, 14 and section 3.2): with g_ab = A_a grad_a W_ab + W_ab B_a, whose A and B the
-pass before this one wrote into each row (`sph.terms.kernel_correction`), a's stress acts on g_ab, b's on -g_ba, and what
+pass before this one wrote into each row (`sph.terms.kernel_correction`), a's stress acts on g_ab, b's on -g_ba, and
+what
 belongs to the pair on their mean; L takes g_ab. Forces remain equal and opposite, since each side's correction goes
 with its own stress. A pair takes the plain gradient on both sides where either corrected one is more than C_f times as
 long as the plain one, or has less than 1/C_f of it along the pair; that refuses changed signs too. The printed rule,
@@ -38,8 +39,8 @@ stress the antisymmetric one, w_a x g, that takes it back in the next step dt: w
 any time is one step's worth. The work of w_a is no strain's: in turn, the turning W of the neighbourhood (by least
 squares) is given to L as it is, L + W (1 - B), and strains nothing.
 
-Beside Total Lagrangian particles pairs have shares (`sph.contact.coupling`). Rings of solids of revolution (REVOLVED) add
-what `sph.terms.axisymmetric` says, and their velocity gradient in the plane is renormalised.
+Beside Total Lagrangian particles pairs have shares (`sph.contact.coupling`). Rings of solids of revolution
+(REVOLVED) add what `sph.terms.axisymmetric` says, and their velocity gradient in the plane is renormalised.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
 One pass: `schemes.standard.law` with Monaghan's viscosity and, as options, Balsara's or Morris and Monaghan's
 shares of it (BAL, MON), Gray's artificial stress and Zisis's density dissipation. Shares follow from the
 velocity gradient of the evaluation before: within a step of 0.2 dx/c it hardly changes, and a pass is saved.
-With corrected kernels (Young 2021) a pass before it, `sph.terms.kernel_correction`, writes the corrections into each row.
+With corrected kernels (Young 2021) a pass before it, `sph.terms.kernel_correction`, writes the corrections into each
+row.
 """
 
 from __future__ import annotations

@@ -3,8 +3,10 @@
     f_ab  = V0_a V0_b (P_a g_ab - P_b g_ba) = V0_a ((Q_a + Q_b) s (X_a - X_b) + (q_a - q_b) w)
     e_a   : own stress power V0_a P_a : Fdot_a, and half of the work of viscosity and hourglass control
 
-with V0_b g_ab = A_a s (X_a - X_b) + B_a w (s, w: slope and shape of the pair, see `sph.neighbours.reference_neighbours`), and
-Q = P A, q = P B from `schemes.total_lagrangian.deformation_gradient`. Pairs of an Eulerian and a Total Lagrangian particle count half
+with V0_b g_ab = A_a s (X_a - X_b) + B_a w (s, w: slope and shape of the pair, see
+`sph.neighbours.reference_neighbours`), and
+Q = P A, q = P B from `schemes.total_lagrangian.deformation_gradient`. Pairs of an Eulerian and a Total Lagrangian
+particle count half
 here, pairs of two Eulerian ones not at all: the other half is their spatial force. Row i is written by i alone.
 
 Viscosity: Monaghan's with the plain kernel gradient at current positions (dissipative for every pair),
@@ -12,7 +14,8 @@ or the printed form of Young 2021 eqs. 2 and 9 in reference gradients. Hourglass
 Ganzenmueller 2015: f_ab = - alpha V0_a V0_b W0 / (2 R^2) (E_a delta_a + E_b delta_b) x_ab / r with
 delta_a = (F_a X_ab - x_ab) . x_ab / r, in his sign convention x_ab = x_b - x_a.
 
-Rings of solids of revolution (REVOLVED) have the weights of `sph.terms.axisymmetric`: at the radii of the reference for what is
+Rings of solids of revolution (REVOLVED) have the weights of `sph.terms.axisymmetric`: at the radii of the reference
+for what is
 summed in its gradients, at the present ones for the viscosity, which presses over the axis as across a mirror. The work
 of a particle's own stress is summed by pairs, as its force is, so that energy is kept to round-off.
 """
@@ -72,7 +75,8 @@ def row_layout(
 def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass, ih, rates):
     """Sum the forces and powers of the particles that are `active` as `which` says: the template.
 
-    Parameters are those of `deform` and of `sph.neighbours.reference_neighbours` (`sums`: first and zeroth), alpha and beta of the
+    Parameters are those of `deform` and of `sph.neighbours.reference_neighbours` (`sums`: first and zeroth), alpha
+    and beta of the
     viscosity, the hourglass coefficient and 1/h [1/m]. `rates` receives acceleration, power and largest |mu|.
     Without Eulerian neighbours (COUPLED 0) the particle's own stress comes in as a whole, and its power is known
     from `deform`; BY_PAIRS is 1 where it comes in pair by pair: with such neighbours, and of rings.

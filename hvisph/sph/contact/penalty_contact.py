@@ -10,8 +10,8 @@ another without friction.
 V are volumes of the reference, so that E is a function of places alone: it gives back what it took, and is an account
 of its own.
 
-Coulomb's friction (FRICTION) goes with the slip across the normal n of `sph.contact.contact_normal`, and is heat of both sides
-by halves; where slip comes to rest it is a dashpot:
+Coulomb's friction (FRICTION) goes with the slip across the normal n of `sph.contact.contact_normal`, and is heat of
+both sides by halves; where slip comes to rest it is a dashpot:
 
     T_ab = - min(mu |F_ab . n|, sqrt(k_ab min(m_a, m_b))/2 |u_t|) u_t/|u_t|,    u_t = u_ab - (u_ab . n) n
 

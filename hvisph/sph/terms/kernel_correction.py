@@ -36,7 +36,6 @@ from hvisph.compiler.tensors import (
     vector,
 )
 from hvisph.compiler.vector.api import LANES, all_lanes, neighbours, total
-from hvisph.schemes.standard.law import HUGE
 from hvisph.sph.neighbours.particle_layout import RowLayout
 
 from .shape_matrix import sound_inverse
