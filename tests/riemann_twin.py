@@ -2,11 +2,14 @@
 
 import numpy as np
 
-from hvisph.schemes.riemann.law import CALM, EASED, ORDERLY, SHOCK_SLOPE
-from hvisph.sph.contact.contact_normal import LOOKS, MIXED_UP, OPEN, SHUT
+from hvisph.sph.contact.contact_normal import CLOSED, FACING_COSINE, NORMAL_COSINE_MIN, OPEN
+from hvisph.sph.contact.riemann_contact import NO_SHEAR
 from hvisph.sph.contact.variable_resolution import FAINTEST, LEAST, depths
+from hvisph.sph.terms.density_correction import EXCHANGE_CUTOFF
 from hvisph.sph.terms.free_surface_correction import SOUND, SOUND_MEAN
-from hvisph.sph.terms.riemann_solver import HARD, HOLDING, NO_SHEAR
+from hvisph.sph.terms.reconstruction import MIN_LIMITER, MIN_LIMITER_SOLID, SHOCK_SWITCH
+from hvisph.sph.terms.riemann_solver import SHOCK_SLOPE
+from hvisph.sph.terms.tension_stabilization import TENSION_GAIN
 
 
 def torque(x, f):
@@ -106,7 +109,7 @@ class Pairs:
         cloud = self.cloud
         _, e, _ = self.geometry(a, b)
         of_a, of_b = cloud.face[a] @ e, -cloud.face[b] @ e
-        looks = self.formulation.faces and max(of_a, of_b, of_a + of_b) > LOOKS
+        looks = self.formulation.faces and max(of_a, of_b, of_a + of_b) > FACING_COSINE
         return looks or cloud.body[a] != cloud.body[b]
 
     def gradient(self, a, values, singular):
@@ -129,8 +132,8 @@ class Pairs:
         fills = self.fills[a] - self.fills[b]
         n = fills / np.linalg.norm(fills)
         free = (self.ends[a] - self.ends[b]) @ n
-        gate = 1.0 if free <= 0.0 else np.clip((np.linalg.norm(fills) / free - OPEN) / (SHUT - OPEN), 0.0, 1.0)
-        return (n, n @ e, gate) if n @ e >= MIXED_UP else (e, 1.0, gate)
+        gate = 1.0 if free <= 0.0 else np.clip((np.linalg.norm(fills) / free - OPEN) / (CLOSED - OPEN), 0.0, 1.0)
+        return (n, n @ e, gate) if n @ e >= NORMAL_COSINE_MIN else (e, 1.0, gate)
 
 
 def contact(pairs, grad_u, grad_s, a, b):
@@ -160,8 +163,8 @@ def contact(pairs, grad_u, grad_s, a, b):
                 closing = max(
                     (cloud.u[a] - cloud.u[b]) @ e, abs(e @ (cloud.stress[b] - cloud.stress[a]) @ e) / impedance
                 )
-                calm = max(1.0 - closing * (cloud.rho[a] + cloud.rho[b]) / (2 * CALM * impedance), 0.0)
-                least = calm * (EASED + ORDERLY * max(order, 0.0))
+                calm = max(1.0 - closing * (cloud.rho[a] + cloud.rho[b]) / (2 * SHOCK_SWITCH * impedance), 0.0)
+                least = calm * (MIN_LIMITER + MIN_LIMITER_SOLID * max(order, 0.0))
             ua = ua + 0.5 * limited(limiter, for_u, 2 * part @ grad_u[a] @ x_ba - for_u, least)
             ub = ub - 0.5 * limited(limiter, for_u, 2 * part @ grad_u[b] @ x_ba - for_u, least)
             ta = ta + 0.5 * limited(limiter, for_t, 2 * part @ (grad_s[a] @ x_ba) @ e - for_t, least)
@@ -186,10 +189,12 @@ def contact(pairs, grad_u, grad_s, a, b):
             if formulation.consistent and formulation.held:
                 nearer = pairs.volume[a] * pairs.volume[b] / r ** (2 * pairs.dim)
                 order = min(cloud.order[a], cloud.order[b])
-                pull -= max(pull, 0.0) * order * min(HOLDING * max(nearer - 1.0, 0.0), 1.0)
+                pull -= max(pull, 0.0) * order * min(TENSION_GAIN * max(nearer - 1.0, 0.0), 1.0)
             if not parted:
                 stiffness = (za + zb) ** 2 / (cloud.rho[a] + cloud.rho[b])
-                counted = min((HARD * min(pull, 0.0) / stiffness) ** 2, 1.0 if formulation.smoothing.variable else 0.5)
+                counted = min(
+                    (EXCHANGE_CUTOFF * min(pull, 0.0) / stiffness) ** 2, 1.0 if formulation.smoothing.variable else 0.5
+                )
                 exchanged = counted * (0.5 * (cloud.u[a] + cloud.u[b]) - common) @ e
             if parted:
                 pull, counts = gate * min(pull, 0.0), 2.0 * zb / (za + zb)

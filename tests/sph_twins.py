@@ -170,13 +170,19 @@ def packed(cloud, formulation, planes=(), further=None):
     coefficients = formulation.coefficients()
     pairs = Pairs(layout, formulation.kernel, formulation.passes(dim), coefficients, cloud.x, cloud.h.max(), planes)
     known = {"X": cloud.x, "U": cloud.u, "H": cloud.h, "M": cloud.m, "V": cloud.m / cloud.rho}
-    known |= {"BODY": cloud.body, "BEAR": cloud.bear, "SHEAR": cloud.shear, "ORDER": cloud.order, "GROWS": cloud.grows}
     known |= {
-        "FACE": cloud.face,
-        "HEAT": cloud.heat,
-        "COUNTS": cloud.counts,
-        "LEAVES": cloud.leaves,
-        "FADES": cloud.fades,
+        "BODY": cloud.body,
+        "TENSION_LIMIT": cloud.bear,
+        "SHEAR_LIMIT": cloud.shear,
+        "LATTICE_ORDER": cloud.order,
+        "FREE_LENGTH": cloud.grows,
+    }
+    known |= {
+        "N_PREVIOUS": cloud.face,
+        "ENERGY": cloud.heat,
+        "INV_NUMBER_DENSITY": cloud.counts,
+        "DENSITY_RELAXATION": cloud.leaves,
+        "CORRECTION_DECAY": cloud.fades,
         "RHO": cloud.rho,
         "C": cloud.c,
         "ZN": cloud.rho * cloud.c_l,
@@ -184,9 +190,9 @@ def packed(cloud, formulation, planes=(), further=None):
     }
     square = cloud.rho[:, None] ** 2
     if isinstance(formulation, Riemann):
-        known |= {"T": components(cloud.stress), "TWIST": cloud.twist}
+        known |= {"T": components(cloud.stress), "SPIN_STRESS": cloud.twist}
     else:
-        known |= {"T": components(cloud.stress) / square, "TWIST": cloud.twist / square}
+        known |= {"T": components(cloud.stress) / square, "SPIN_STRESS": cloud.twist / square}
         known["R"] = -formulation.artificial_stress.eps * components(tensile(cloud.stress)) / square
     known |= further or {}
     for name, slot in layout.slots().items():

@@ -39,7 +39,7 @@ n, random, heard = 64, np.random.default_rng(1), []
 layout, width = reference.row_layout(2, True, False, True)
 lists = (np.arange(n + 1, dtype=np.uint64) * 8, random.integers(0, n, 8 * n).astype(np.uint32),
          np.arange(8 * n, dtype=np.uint32), random.random((8 * n, 4)))
-options = {"MIXED": 1, "HOURGLASS": 1, "PRINTED": 0, "COUPLED": 0, "REVOLVED": 0, "BY_PAIRS": 0, "slope": CUBIC_SPLINE.slope,
+options = {"MIXED": 1, "HOURGLASS": 1, "PRINTED": 0, "COUPLED": 0, "AXISYMMETRIC": 0, "BY_PAIRS": 0, "slope": CUBIC_SPLINE.slope,
            "scale": specialise(scale, DIM=2, NORM=CUBIC_SPLINE.norm(2)), "DIM": 2, "WIDTH": width, "WEIGHTS": 3}
 loop = each(bind(reference.accumulate, {}, options | layout.slots() | rates.slots(2)))
 found = np.zeros((n, rates.width(2)))

@@ -62,7 +62,7 @@ def store(state, i, now):
 def measured(rates, k):
     """Return row `k` of the rates."""
     return Rates(own_vector(rates, k, R_ACCELERATION, DIM), rates[k, R_POWER], own_gradient(rates, k, R_GRADIENT, DIM),
-                 rates[k, R_DENSITY] if DENSITY_RATE else 0.0, rates[k, R_HOOP] if REVOLVED else 0.0)  # fmt: skip
+                 rates[k, R_DENSITY] if DENSITY_RATE else 0.0, rates[k, R_HOOP] if AXISYMMETRIC else 0.0)  # fmt: skip
 
 
 def remember(state, i, u, rate):
@@ -73,7 +73,7 @@ def remember(state, i, u, rate):
     put(state, i, S_PREVIOUS_GRADIENT, rate.l)
     if DENSITY_RATE:
         state[i, S_PREVIOUS_DENSITY_RATE] = rate.density
-    if REVOLVED:
+    if AXISYMMETRIC:
         state[i, S_PREVIOUS_HOOP_RATE] = rate.hoop
 
 
@@ -91,7 +91,7 @@ def moved(state, i, now, rate, free, u, dt):
         l = times(0.5, plus(l, own_gradient(state, i, S_PREVIOUS_GRADIENT, DIM)))
         if DENSITY_RATE:
             density = 0.5 * (density + state[i, S_PREVIOUS_DENSITY_RATE])
-        if REVOLVED:
+        if AXISYMMETRIC:
             hoop = 0.5 * (hoop + state[i, S_PREVIOUS_HOOP_RATE])
     a = times(free, a)
     # Mean velocity of the step; the work of the forces at it is what the energy receives.
@@ -110,7 +110,7 @@ def sparsest(mass, ring, h, thickness):
     least = SPARSEST * mass / thickness
     for _ in range(DIM):
         least /= h
-    return least / (2.0 * pi * ring) if REVOLVED else least
+    return least / (2.0 * pi * ring) if AXISYMMETRIC else least
 
 
 def strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
@@ -124,13 +124,13 @@ def strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)
         zz = thinning(table, models, m, dt, rho, swelling, now.e, now.s, now.plastic_strain, now.damage, full)
         full, thicker = with_zz(full, zz), grown(dt * zz)
         rho *= grown(-dt * (swelling + zz))
-    elif REVOLVED:
+    elif AXISYMMETRIC:
         full = with_zz(full, hoop)
         rho *= grown(-dt * (swelling + hoop))
     else:
         rho *= grown(-dt * swelling)
     if SPARSEST:  # which keeps a lone ring from thinning, and does not press it as it nears the axis
-        rho = max(rho, min(least, now.rho) if REVOLVED else least)
+        rho = max(rho, min(least, now.rho) if AXISYMMETRIC else least)
     h = min(max(now.h * grown(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
     s, plastic_strain, damage, p, c, memory = recall(
         table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip

@@ -80,7 +80,7 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
         add_lanes_of(counted, SUPPORT, here, in_space(times(mass, resting)), of_force)
     a = no_vector(DIM) if held else rate.a
     thickness = state[s, S_THICKNESS] if PLANE_STRESS else 1.0
-    ring = ring_radius(now.x, now.h) if REVOLVED else 0.0
+    ring = ring_radius(now.x, now.h) if AXISYMMETRIC else 0.0
     least = sparsest(mass, ring, now.h, thickness) if SPARSEST else 0.0
     if complete:
         u, before = own_vector(rows, s, U, DIM), now
@@ -95,9 +95,9 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
             state[s, S_VISCOSITY_SHARE] = viscous_share(state[s, S_VISCOSITY_SHARE], l, c, now.h, dt, coefficients)
         if PREVIOUS:
             remember(state, s, u, acting)
-        if LEADS:
-            state[s, S_DENSITY_LEAD] = min(max(state[s, S_DENSITY_LEAD] + dt * rates[s, R_LEAD], -AFAR), AFAR)
-        if SPINS:
+        if DENSITY_CORRECTION:
+            state[s, S_DENSITY_LEAD] = min(max(state[s, S_DENSITY_LEAD] + dt * rates[s, R_CORRECTION], -AFAR), AFAR)
+        if ANGULAR_MOMENTUM:
             made = times(dt, own_axial(rates, s, R_SPIN, DIM))
             put(state, s, S_PREVIOUS_SPIN, plus(own_axial(state, s, S_PREVIOUS_SPIN, DIM), made))
     speed2 = dot(now.u, now.u)
@@ -122,17 +122,17 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
     # In plane stress a membrane: its forces and its density are those of its thickness.
     thickness = state[s, S_THICKNESS] * thicker if PLANE_STRESS else 1.0
     # In the plane of a ring the mass of its section.
-    ring = ring_radius(ahead.x, ahead.h) if REVOLVED else 0.0
-    planar = mass / (2.0 * pi * ring) if REVOLVED else mass
+    ring = ring_radius(ahead.x, ahead.h) if AXISYMMETRIC else 0.0
+    planar = mass / (2.0 * pi * ring) if AXISYMMETRIC else mass
     per_step = AHEAD / stage if stage > 0.0 else 0.0
-    spin = times(per_step, own_axial(state, s, S_PREVIOUS_SPIN, DIM)) if SPINS else no_axial(DIM)
-    lead = state[s, S_DENSITY_LEAD] + stage * rates[s, R_LEAD] if LEADS else 0.0
+    spin = times(per_step, own_axial(state, s, S_PREVIOUS_SPIN, DIM)) if ANGULAR_MOMENTUM else no_axial(DIM)
+    lead = state[s, S_DENSITY_LEAD] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
     signal = pack(rows, s, coefficients, Shown(
         ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
         times(thickness, ahead.s), tags[s, 1], ring, spin, lead))  # fmt: skip
     if SHEARS:  # alpha goes with this speed of sound
         left = shear_share(l)
-        if REVOLVED:  # nothing else holds the rows at the axis
+        if AXISYMMETRIC:  # nothing else holds the rows at the axis
             left = max(left, 1.0 - AT_AXIS * ring / ahead.h)
         rows[s, C] *= left
     if LIMITED:
@@ -149,7 +149,7 @@ def carried(particles, here, alike, materials, coefficients, times_ahead, h_limi
         rows[s, SHARE] = share
         # a small share lets no step grow: the shock that raises it may be a step away
         signal += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
-    signals[s] = max(signal, c_l * hoop_signal(ahead.h, ring)) if REVOLVED else signal
+    signals[s] = max(signal, c_l * hoop_signal(ahead.h, ring)) if AXISYMMETRIC else signal
     fastest, longest, size = most
     return max(fastest, speed2), max(longest, ahead.h), size + (kinetic + abs(internal) if here else 0.0)
 
@@ -161,8 +161,9 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, tim
     Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
     SPARSEST (least rho h^dim/m, 0 for none), DENSITY_RATE (1 where the rates hold one of ln(rho)),
     DRIFT (share of the acceleration in the stage's
-    position), PLANE_STRESS, REVOLVED, SWITCH (share of the viscosity), SHEARS (1 where
-    shear takes a share of it), LEADS (1 where density gives up its lead over the number of particles), SPINS (1 where
+    position), PLANE_STRESS, AXISYMMETRIC, SWITCH (share of the viscosity), SHEARS (1 where
+    shear takes a share of it), DENSITY_CORRECTION (1 where density gives up its lead over the number of particles),
+    ANGULAR_MOMENTUM (1 where
     pairs take back the angular momentum that they made), AHEAD (share of the step that the stage is ahead),
     REMEMBERS (1 where particles have a memory), NOTHING (else), columns of the state (S_...) and of the rates (R_...),
     slots of the row (U, C, SHARE), `carried` and the templates of `parts`, and functions of `hvisph.materials` and

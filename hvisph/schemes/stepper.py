@@ -129,11 +129,11 @@ class Stepper:
         offered = {"SHARE": 0, "C": 0} | layout.slots() | rate_layout.slots(dim) | columns | {
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
             "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
-            "PLANE_STRESS": int(particles.kinematics.thins), "REVOLVED": int(particles.kinematics.revolved),
+            "PLANE_STRESS": int(particles.kinematics.thins), "AXISYMMETRIC": int(particles.kinematics.revolved),
             "SWITCH": self.formulation.switch,
             "SHEARS": int(self.formulation.softens),
-            "LEADS": int("density_lead" in particles.offsets),
-            "SPINS": int("previous_spin" in particles.offsets), "AHEAD": self.stage_share,
+            "DENSITY_CORRECTION": int("density_lead" in particles.offsets),
+            "ANGULAR_MOMENTUM": int("previous_spin" in particles.offsets), "AHEAD": self.stage_share,
             "NOTHING": stress_update.NOTHING, "REMEMBERS": int("memory" in particles.offsets),
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
         }  # fmt: skip

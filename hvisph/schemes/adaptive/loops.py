@@ -64,7 +64,7 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
         "ROW": formulation.row(dim)[0].used, "MOTIONS": moving // LANES, "STRIDE": moving, "SHAPED": dim * moving,
         "RATE_SHAPED": dim * moving + dim, "SUMS": (dim + 1) * moving,
         "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
-        "RENEWS": int(formulation.renew_strain is not None), "REVOLVED": int(formulation.revolved),
+        "RENEWS": int(formulation.renew_strain is not None), "AXISYMMETRIC": int(formulation.revolved),
         "remembered_state": fitted(thermodynamics.remembered_state, *materials), "longitudinal_speed":
         thermodynamics.longitudinal_speed, "shear_modulus": fitted(thermodynamics.shear_modulus, *materials),
         "REMEMBERS": int("memory" in particles.offsets), "S_MEMORY": 0,

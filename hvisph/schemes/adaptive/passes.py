@@ -17,7 +17,7 @@ def spatial_rows(k, rows, chosen, bodies, pressures, loads, coefficients, out):
     out[k, TO_KIND] = rows[i, KIND]
     out[k, TO_BODY] = bodies[i]
     s, ring = from_plane(own_symmetric(rows, i, S, DIM)), 0.0
-    if REVOLVED:
+    if AXISYMMETRIC:
         s, ring = (s[0], s[1], -s[0] - s[1], s[3], 0.0, 0.0), rows[i, RING]
     write(out, k, coefficients, Shown(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
                                       pressures[i] + loads[i], rows[i, C], 0.0, 0.0, s, bodies[i],
@@ -37,5 +37,5 @@ def add_rates(k, spatial, place, chosen, eulerian, rates):
     rates[i, R_APPROACH] = max(rates[i, R_APPROACH], spatial[at, R_APPROACH])
     if eulerian[i] == 1:
         put(rates, i, R_GRADIENT, own_gradient(spatial, at, R_GRADIENT, DIM))
-        if REVOLVED:
+        if AXISYMMETRIC:
             rates[i, R_HOOP] = spatial[at, R_HOOP]

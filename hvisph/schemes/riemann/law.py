@@ -1,86 +1,32 @@
-"""CON: contact (Riemann) SPH of elastic-plastic solids, with optional limited reconstruction.
+"""Contact (Riemann) SPH of elastic-plastic solids, CON.
 
-In each pair the acoustic Riemann problem along the line of centres e = (x_b - x_a)/r gives
-a contact velocity and traction, normal with the impedance rho c_l, tangential with rho c_t:
+Each pair solves the acoustic Riemann problem along its line of centres e = (x_b - x_a)/r, which yields a contact
+velocity u* and a traction t* (`sph.terms.riemann_solver`), from states that a limited reconstruction moves to the
+middle of the pair (`sph.terms.reconstruction`):
 
-    u* = (Z_a u_a + Z_b u_b + t_b - t_a) / (Z_a + Z_b)
-    t* = (Z_b t_a + Z_a t_b + Z_a Z_b (u_b - u_a)) / (Z_a + Z_b),        t = sigma e
     F    = 2 V_a V_b |dW/dr| t*                   force on a, -F on b
     L_a += 2 V_b |dW/dr| (u* - u_a) (x) e
-    m_a de_a += F . (u* - u_a)
+    m_a de_a/dt += F . (u* - u_a)
 
-Reconstruction moves each side's value halfway to the other by a limited slope: with d = f_b - f_a
-and D = (grad f_a . e) r,  f_a += lim(d, 2 D - d)/2. Gradients are renormalised and come from a first
-pass over the same neighbours (`gradients`), which writes them into the particle's own row.
-The tangential part is limited as a vector, so the result does not depend on the frame.
+The original variant ends there, with density from tr L. The corrected variant (CORRECTED_VARIANT) has in addition
 
-The printed form ends there, density following tr L. With CONSISTENT
+- density from the own volume, d ln(rho_a)/dt = - 2 V_a sum |dW/dr| (u* - u_a) . e, the rate of the number density and
+  of an exchange between both sides, with its correction (`sph.terms.density_correction`); where h follows density, the
+  number density is that of the kernel at the own h (`sph.terms.grad_h`);
+- an impedance that grows in a front, and tractions limited by the strength of both sides (`materials.traction_limits`);
+- a velocity gradient corrected at free surfaces (`sph.terms.free_surface_correction`);
+- conduction in fronts (`sph.terms.conduction`), relief of tension in disordered pairs
+  (`sph.terms.tension_stabilization`), and conserved angular momentum (`sph.terms.angular_momentum`).
 
-    Z_n  = rho (c_l + 1.2 max(u_an - u_bn, 0))                   a shock's speed rises with its jump
-    d ln(rho_a)/dt = - 2 V_a sum |dW/dr| (u* - u_a) . e          the own volume: density keeps to the spacing
-    t*_n <= what both sides bear in tension,  |t*_t| <= what both bear in shear            (`materials.traction_limits`)
-
-and gradients are corrected at edges (`sph.terms.free_surface_correction`). With the own volume the rate is that of
-the number density
-sum W and of an exchange between both sides: mass, momentum and energy hold across a front. The exchange, which keeps
-density even, loses half in pairs of one body that press hard, where it parts density from the number for good,
-
-    u*  <-  u* + s ((u_a + u_b)/2 - u*)  in the density's rate,      s = min((10 t*_n / rho c^2)^2, 1/2),  t*_n < 0
-
-and gives up its lead x = ln(rho/m) - ln(sum W) behind the front (LEADS),
-
-    dx/dt -= q,   d ln(rho)/dt -= q min((10 p/rho c_l^2)^2, 1),   q = x c_l/(10 h) max(0, 1 - 20 mu/c_l),   p > 0
-
-but loses all, 1 for 1/2, where h follows density (FOLLOWING). There the number is that of the kernel at the own h,
-whose change divides by Omega_a = 1 + V_a h_a/d sum dW/dh. A wall that counted how the rows of a gas, or of a softer
-body, close on each other would be strained by it: between bodies that number counts 2 (u* - u_a) for u_b - u_a, and sum
-W in the lead 2 Z_b/(Z_a + Z_b) (u_b - u_a). Rings that a hole opens in move apart by unlike shares, and their sections
-are no longer alike: where h is fixed each neighbour counts as many times as its section has the own one's area at rest,
-m/(2 pi r rho_0), each over its h^2; half of what it fills is the least, or thin debris would count what closes on it as
-many times over as it has thinned. Fronts conduct heat within a body, at a Prandtl number of one,
-
-    m_a de_a += 2 V_a V_b |dW/dr| (rho_a + rho_b)/4 1.2 max(u_an - u_bn, 0) (e_b - e_a)
-
-Tension makes a lattice of particles unstable, for disorder raises sum W. HELD keeps it where o_ab says that the
-bodies have not flowed: tension leaves pairs that are closer than their volumes allow,
-
-    t*_n -= max(t*_n, 0) o_ab min(12 max(V_a V_b / r^(2d) - 1, 0), 1)
-
-Outside fronts lim(d, s) takes at least a share of d: what dissipates fastest is neighbours against each other, whose
-slopes are none, and the less of it there is the longer a step may be,
-
-    0.35 (1 + o_ab) max(0, 1 - 40 max(u_an - u_bn, 2 |t_bn - t_an|/(Z_a + Z_b)) (rho_a + rho_b)/(Z_a + Z_b))
-
-What has failed (o_a = -1, for 0 here) has no slopes of its own: beside what is pressed it would give heat that it has
-not, where t* (u* - u_a) of a side at rest that starts from its own state is a square.
-
-Between different bodies (PARTED), with normal and gate of `sph.contact.contact_normal` and no reconstruction,
-
-    G    = |dW/dr| n . e,  n  in place of  |dW/dr|,  e
-    t*_n = gate min(t*_n, 0),     |t*_t| <= friction |t*_n|
-    u*_a = u_a + (t* - t_a)/Z_a,  u*_b = u_b - (t* - t_b)/Z_b    each side's own, equal where t* is the full one
-    D    = F . (u*_b - u*_a)/2 >= 0                              heat of slip and of the gate, to each side
-
-and the velocity gradient takes the pair by its gate. FACES of one body that look at each other meet so, too (there).
-Bodies of UNLIKE spacings meet as `sph.contact.variable_resolution` says. In all forms the energies of a pair and the
-work of its force
-sum to nothing. Rings of solids of revolution (REVOLVED) add what `sph.terms.axisymmetric` says; in the printed form
-their velocity gradient is renormalised.
-
-Shear tractions lie beside the line of centres and make angular momentum. With SPINS each particle counts its share,
-
-    m_a ds_a/dt = - sum r e x F/2 - V_a (tr B - B) w_a,     B = sum of the own body V_b |dW/dr| r e (x) e
-
-half of the pairs' torque and what its own w takes back; the sum over all particles is all that is made. In the next
-step dt the own body's pairs carry (w_a + w_b) x e/2 beside t*, w_a = rho_a s_a/(2 dt): an antisymmetric stress, equal
-and opposite in each pair as the rest of it. The work of w_a on u_b - u_a is a's, who made that torque: what turns as a
-whole gains no heat by it. What is left at any time is one step's worth.
-Where B is too poor to correct gradients by (`sph.terms.free_surface_correction.correctable`), in strings and crumbs
-that have torn off, s
-is dropped: they take their own turning for strain, and given back it would be strained without end.
+Different bodies slide and separate with SEPARATING (`sph.contact.contact_normal`, `sph.contact.riemann_contact`, and
+`sph.contact.variable_resolution` for unequal spacings). Between bodies the number density counts 2 (u* - u_a) for
+u_b - u_a, so that a gas or a softer body does not strain a wall. Axisymmetric particles add the terms of
+`sph.terms.axisymmetric`; with the density correction each neighbour is weighted by the ratio of the section areas at
+rest, m/(2 pi r rho_0), each over its h^2, limited to half of the present one. In the original variant their velocity
+gradient is renormalised. The energies of a pair and the work of its force add up to zero in all variants.
 
 Source: Parshikov & Medin 2002 as used by Mehra & Chaturvedi 2006; reconstruction after van Leer 1979; h that
-follows density after Springel & Hernquist 2002.
+follows density after Springel & Hernquist 2002. The page `docs/theory/default-scheme.md` has all equations in order.
 """
 
 from __future__ import annotations
@@ -88,7 +34,6 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.compiler.tensors import (
-    about,
     aside,
     axial,
     beside,
@@ -96,7 +41,6 @@ from hvisph.compiler.tensors import (
     dot,
     facing_aside,
     gradient,
-    inertia,
     matrix,
     minus,
     no_axial,
@@ -116,7 +60,6 @@ from hvisph.compiler.tensors import (
     product,
     put,
     radial,
-    scaled_apart,
     spread,
     symmetric,
     symmetric_gradient,
@@ -128,200 +71,208 @@ from hvisph.compiler.tensors import (
     vector,
 )
 from hvisph.compiler.vector.api import LANES, all_lanes, anywhere, larger_lanes, largest, neighbours, total
-from hvisph.sph.contact.contact_normal import across
-from hvisph.sph.contact.variable_resolution import along_normal, stretched
-from hvisph.sph.terms.axisymmetric import brake, hoop_share, ring_weight
-from hvisph.sph.terms.free_surface_correction import FRONT, at_edges, correctable
+from hvisph.sph.contact.contact_normal import is_other_body
+from hvisph.sph.contact.riemann_contact import compressive_contact, contact_geometry, coulomb_slip
+from hvisph.sph.terms.angular_momentum import spin_tractions, torque_residual
+from hvisph.sph.terms.axisymmetric import axisymmetric_traction, hoop_share, mirror_weight
+from hvisph.sph.terms.conduction import conducted_power
+from hvisph.sph.terms.density_correction import exchange_correction
+from hvisph.sph.terms.free_surface_correction import FRONT, free_surface_correction
+from hvisph.sph.terms.grad_h import grad_h_rate, grad_h_sums
 from hvisph.sph.terms.limiters import TINY
-from hvisph.sph.terms.riemann_solver import at_most, counted, drawn, inverses, let_go, met, met_beside, pressed, slid
+from hvisph.sph.terms.reconstruction import limited_shares, limiter_floor
+from hvisph.sph.terms.riemann_solver import (
+    clip_shear,
+    reciprocals,
+    riemann_normal,
+    riemann_tangential,
+    shock_stiffening,
+)
 from hvisph.sph.terms.shape_matrix import sound_inverse
+from hvisph.sph.terms.tension_stabilization import tension_relief
 
 # Options of the law, off unless bound.
-RECONSTRUCTION = CONSISTENT = HELD = FOLLOWING = PARTED = UNLIKE = ONLY_OTHER = REVOLVED = SPINS = LEADS = 0
+RECONSTRUCTION = CORRECTED_VARIANT = TENSION_STABILIZED = GRAD_H = SEPARATING = CONTACT_ONLY = 0
+AXISYMMETRIC = ANGULAR_MOMENTUM = DENSITY_CORRECTION = VARIABLE_RESOLUTION = 0
 
-# Slope of the shock's speed over its jump of velocity, for the impedance; metals have 1.2 to 1.5.
-SHOCK_SLOPE = 1.2
-# Share of a volume: a neighbour with less is the far row that fills lists, which has no say in the closing speed.
-NOTHING = 1e-12
-# Stands for no limit of a traction [Pa].
-UNLIMITED = 1e300
-# Shear impedance over the normal one of what bears no shear.
-SLIPPERY = 1e-8
-# Least share of their difference that both sides of a pair move to each other by, and what neither having flowed adds.
-EASED, ORDERLY = 0.35, 0.35
-# A pair that closes at this share of the speed of sound, or would, is in a front, and moves by its slopes alone.
-CALM = 0.025
+# Share of a volume below which a neighbour is the distant row that fills lists and has no closing speed.
+FILLER_VOLUME = 1e-12
 
 
 def accumulate(near, n, rows, i, constants, out):
     """Sum the rates of particle `i` over its neighbours."""
     x, u, s = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM)
     h, zn, zt, volume = rows[i, H], rows[i, ZN], rows[i, ZT], rows[i, V]
-    many = 1.0 / (NOTHING * volume) if volume > 0.0 else 0.0
+    inverse_filler = 1.0 / (FILLER_VOLUME * volume) if volume > 0.0 else 0.0
     if RECONSTRUCTION:
         grad_u, grad_s = own_gradient(rows, i, GU, DIM), own_symmetric_gradient(rows, i, GT, DIM)
-    if PARTED:
-        fills, ends = own_vector(rows, i, FILLS, DIM), own_vector(rows, i, ENDS, DIM)
-    a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
-    made, across_bodies = spread(no_axial(DIM)), spread(no_symmetric(DIM))
-    if SPINS and not ONLY_OTHER:
-        twist = own_axial(rows, i, TWIST, DIM)
-    nowhere = power = mu = number = receding = own_number = widening = slip = fullness = all_lanes(0.0)
-    inverse_ring = 1.0 / rows[i, RING] if REVOLVED else 0.0
-    per_rest = 1.0 / (rows[i, REST] + TINY) if REVOLVED and LEADS else 0.0
+    if SEPARATING:
+        n_other, n_surface = own_vector(rows, i, N_OTHER, DIM), own_vector(rows, i, N_SURFACE, DIM)
+    force, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
+    pair_torque, contact_moment = spread(no_axial(DIM)), spread(no_symmetric(DIM))
+    if ANGULAR_MOMENTUM and not CONTACT_ONLY:
+        spin = own_axial(rows, i, SPIN_STRESS, DIM)
+    zero = power = closing = number = number_rate = own_number = grad_h = slip = fullness = all_lanes(0.0)
+    inverse_radius = 1.0 / rows[i, RING] if AXISYMMETRIC else 0.0
+    inverse_rest = 1.0 / (rows[i, REST_AREA] + TINY) if AXISYMMETRIC and DENSITY_CORRECTION else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = minus(vector(b, 0, DIM), x)
         r = np.sqrt(dot(dx, dx))
-        ih, inverse_r = inverses(0.5 * (h + b[H]), r)
+        ih, inverse_r = reciprocals(0.5 * (h + b[H]), r)
         g, e = -2.0 * scale(ih) * slope(r * ih), times(inverse_r, dx)
         za, zb = zn, b[ZN]
         jump, lever = minus(vector(b, U, DIM), u), dx
         du_n = dot(jump, e)
-        approach, half, weight, other, gate = -du_n, all_lanes(0.5), all_lanes(1.0), nowhere, nowhere
-        meeting = False
-        if PARTED:  # bodies seldom meet: most vectors of neighbours skip what is for them alone
-            other = of_other(rows, i, b, dx)
-            meeting = anywhere(other * b[V])
-            if ONLY_OTHER:
-                if not meeting:
+        approach, half, weight, other, gate = -du_n, all_lanes(0.5), all_lanes(1.0), zero, zero
+        in_contact = False
+        if SEPARATING:  # most vectors of neighbours hold one body alone and skip the contact
+            other = is_other_body(rows, i, b, dx)
+            in_contact = anywhere(other * b[V])
+            if CONTACT_ONLY:
+                if not in_contact:
                     continue
                 g, approach = g * other, approach * other
-            if meeting:
-                cold = neighbours(rows, near, k, WHOLE)
-                e, cosine, gate = across(e, other, fills, vector(cold, FILLS, DIM), ends, vector(cold, ENDS, DIM))
-                g, half, weight = g * cosine, 0.5 - 0.5 * other, 1.0 + other * (gate - 1.0)
-                du_n, lever = dot(jump, e), times(dot(dx, e), e)
-                if UNLIKE:
-                    ik = along_normal(rows[i, DEPTH], h, cold[DEPTH], b[H])
-                    q, s_n, _ = stretched(dx, e, ik, ih)
-                    facing = -2.0 * scale(ih) / (ih * ih * h * b[H]) * slope(q) * s_n * ik / (q + TINY)
-                    g, weight = g + other * (facing - g), weight * (1.0 + other * (ik * h - 1.0))
-        mu = larger_lanes(mu, min(b[V] * many, 1.0) * approach)
-        vg = worked = b[V] * g
-        if REVOLVED:
-            mean, real = ring_weight(b[RING], inverse_ring)
-            worked = vg * (mean * real)
-        ta = on(s, e)  # own traction, its step to the neighbour's, and the jump of velocity, normal and tangential
+            if in_contact:
+                e, g, weight, gate = contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface)
+                half, du_n, lever = 0.5 - 0.5 * other, dot(jump, e), times(dot(dx, e), e)
+        closing = larger_lanes(closing, min(b[V] * inverse_filler, 1.0) * approach)
+        area = energy_area = b[V] * g
+        if AXISYMMETRIC:
+            mean, real = mirror_weight(b[RING], inverse_radius)
+            energy_area = area * (mean * real)
+
+        # Normal and tangential parts of the own traction, of its jump and of the jump of velocity.
+        ta = on(s, e)
         step = minus(on(symmetric(b, T, DIM), e), ta)
         ta_n, dt_n = dot(ta, e), dot(step, e)
         if DIM > 1:
             du_t, dt_t, ta_t = beside(jump, du_n, e), beside(step, dt_n, e), beside(ta, ta_n, e)
-        # How far each side moves to the middle: shares of normal velocity and traction, and of the tangential ones.
-        moves = of_n = shares_u = shares_t = (nowhere, nowhere)
+
+        # Reconstruction: shares of half of the jumps by which both states move to the middle.
+        moved_u = moved_t = tangential_u = tangential_t = (zero, zero)
         if RECONSTRUCTION:
-            least = 0.0
-            if CONSISTENT:
-                inverse = 1.0 / (za + zb)
-                jolt = max(approach, 2.0 * inverse * abs(dt_n))
-                calm = max(1.0 - (1.0 / CALM) * (rows[i, RHO] + b[RHO]) * inverse * jolt, 0.0)
-                least = calm * (EASED + ORDERLY * max(min(rows[i, ORDER], b[ORDER]), 0.0))
+            floor = 0.0
+            if CORRECTED_VARIANT:
+                order = min(rows[i, LATTICE_ORDER], b[LATTICE_ORDER])
+                floor = limiter_floor(approach, dt_n, za, zb, rows[i, RHO] + b[RHO], order)
             pa, pb = on_rows(grad_u, dx), on_rows(gradient(b, GU, DIM), dx)
             qa, qb = on(on_rows(grad_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
-            moves, of_n = drawn(du_n * du_n, (du_n * dot(pa, e), du_n * dot(pb, e)),
-                                dt_n * dt_n, (dt_n * dot(qa, e), dt_n * dot(qb, e)), share, least)  # fmt: skip
+            slopes_u, slopes_t = (du_n * dot(pa, e), du_n * dot(pb, e)), (dt_n * dot(qa, e), dt_n * dot(qb, e))
+            moved_u, moved_t = limited_shares(du_n * du_n, slopes_u, dt_n * dt_n, slopes_t, share, floor)
             if DIM > 1:
-                of_u = (dot(facing_aside(pa, e), du_t), dot(facing_aside(pb, e), du_t))
-                of_t = (dot(facing_aside(qa, e), dt_t), dot(facing_aside(qb, e), dt_t))
-                shares_u, shares_t = drawn(dot(du_t, du_t), of_u, dot(dt_t, dt_t), of_t, share, least)
-        # The acoustic Riemann problem, with velocities less the own one.
-        apart = du_n - half * du_n * (moves[0] + moves[1])
-        if CONSISTENT:
-            closing = -SHOCK_SLOPE * min(apart, 0.0)
-            za, zb = za + rows[i, RHO] * closing, zb + b[RHO] * closing
-        by_n, by_t = inverses(za + zb, zt + b[ZT] + TINY)
-        us_n, t_n = met(by_n, za, zb, du_n, ta_n, dt_n, moves, of_n, half)
-        if CONSISTENT:
-            t_n = min(t_n, min(rows[i, BEAR], b[BEAR]))
-            if HELD:
-                t_n = let_go(t_n, volume * b[V], dx, inverse_r, min(rows[i, ORDER], b[ORDER]))
+                slopes_u = (dot(facing_aside(pa, e), du_t), dot(facing_aside(pb, e), du_t))
+                slopes_t = (dot(facing_aside(qa, e), dt_t), dot(facing_aside(qb, e), dt_t))
+                tangential_u, tangential_t = limited_shares(
+                    dot(du_t, du_t), slopes_u, dot(dt_t, dt_t), slopes_t, share, floor
+                )
+
+        # Riemann problems, with velocities relative to the own one, and the limits of the materials.
+        left = du_n - half * du_n * (moved_u[0] + moved_u[1])
+        if CORRECTED_VARIANT:
+            stiffening = shock_stiffening(left)
+            za, zb = za + rows[i, RHO] * stiffening, zb + b[RHO] * stiffening
+        inverse_n, inverse_t = reciprocals(za + zb, zt + b[ZT] + TINY)
+        us_n, t_n = riemann_normal(inverse_n, za, zb, du_n, ta_n, dt_n, moved_u, moved_t, half)
+        if CORRECTED_VARIANT:
+            t_n = min(t_n, min(rows[i, TENSION_LIMIT], b[TENSION_LIMIT]))
+            if TENSION_STABILIZED:
+                t_n = tension_relief(t_n, volume * b[V], dx, inverse_r, min(rows[i, LATTICE_ORDER], b[LATTICE_ORDER]))
         if DIM > 1:
-            us_t, t_t = met_beside(by_t, zt, b[ZT], du_t, ta_t, dt_t, shares_u, shares_t, half)
-            if CONSISTENT:
-                most = min(rows[i, SHEAR], b[SHEAR])
-                t_t = (max(min(t_t[0], most), -most),) if DIM == 2 else at_most(most, t_t)
-        if meeting:
-            t_n, us_n, parting = pressed(t_n, us_n, du_n, ta_n, dt_n, za, zb, other, gate)
-            power += worked * (t_n * parting)
+            us_t, t_t = riemann_tangential(inverse_t, zt, b[ZT], du_t, ta_t, dt_t, tangential_u, tangential_t, half)
+            if CORRECTED_VARIANT:
+                t_t = clip_shear(min(rows[i, SHEAR_LIMIT], b[SHEAR_LIMIT]), t_t)
+        if in_contact:
+            t_n, us_n, separation = compressive_contact(t_n, us_n, du_n, ta_n, dt_n, za, zb, other, gate)
+            power += energy_area * (t_n * separation)
             if DIM > 1:
-                most = max(UNLIMITED * (1.0 - other), -constants[1] * t_n)
-                t_t, us_t, heat = slid(t_t, us_t, du_t, ta_t, dt_t, (zt, zn), (b[ZT], b[ZN]), most, other)
-                power, slip = power + worked * heat, slip + worked * heat
-            if SPINS:
-                across_bodies = plus(across_bodies, symmetric_outer(lever, times(other * weight * vg, e)))
+                t_t, us_t, heat = coulomb_slip(
+                    t_t, us_t, du_t, ta_t, dt_t, (zt, zn), (b[ZT], b[ZN]), constants[1], t_n, other
+                )
+                power, slip = power + energy_area * heat, slip + energy_area * heat
+            if ANGULAR_MOMENTUM:
+                contact_moment = plus(contact_moment, symmetric_outer(lever, times(other * weight * area, e)))
         us, ts = times(us_n, e), times(t_n, e)
         if DIM > 1:
             us, ts = plus(us, aside(us_t, e)), plus(ts, aside(t_t, e))
-        if SPINS:
-            made = plus(made, times(vg, torque(dx, ts)))
-        power += worked * dot(ts, us)
-        if SPINS and not ONLY_OTHER:
-            turned = times(half, e)
-            taken = about(twist, turned)
-            power += vg * dot(taken, jump)
-            ts = plus(ts, plus(taken, about(axial(b, TWIST, DIM), turned)))
-        if CONSISTENT:
-            power += worked * (1.0 - other) * (0.25 * (rows[i, RHO] + b[RHO])) * closing * (b[HEAT] - rows[i, HEAT])
-        if REVOLVED:
-            fullness += (0.5 * weight) * vg * radial(e) * radial(dx)
-            power -= vg * mean * (1.0 - real) * (0.5 * radial(ts)) * (2.0 * radial(u) + radial(jump))
-            braked = (1.0 - other) * brake(e, apart, zt, b[ZT], mean, real)
-            power += (0.5 * vg) * braked * radial(jump)
-            ts = plus_radial(scaled_apart(ts, mean * real, mean), braked)
-        a = plus(a, times(vg, ts))
-        of_gradient = times(weight * vg, e)
-        l = plus(l, outer(us, of_gradient))
-        if CONSISTENT or REVOLVED:
-            moment = plus(moment, symmetric_outer(lever, of_gradient))
-        if CONSISTENT:
-            space = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if UNLIKE else 1.0
-            if REVOLVED and LEADS:
-                space *= b[REST] * per_rest
-            evening = counted(us_n, du_n, t_n, by_n, rows[i, RHO] + b[RHO], 1.0 if FOLLOWING else 0.5)
-            number += weight * g * space * (us_n - (1.0 - other) * evening)
-            receding += weight * g * space * du_n * (0.5 + other * (zb * by_n - 0.5))
-            if FOLLOWING:
-                q, away = r / h, weight * (du_n + other * (2.0 * us_n - du_n))
-                number -= 0.5 * g * away
-                own_number -= scale(1.0 / h) * slope(q) * away
-                widening += weight * scale(1.0 / h) * (DIM * shape(q) + q * slope(q))
-    conclude(rows, i, out, totals(a), totals(l), times(0.5, totals(moment)), total(power), largest(mu),
-             (total(number), total(receding), total(own_number), total(widening)),
-             (totals(made), times(0.5, totals(across_bodies))), total(slip), total(fullness))  # fmt: skip
+
+        # Force and power.
+        if ANGULAR_MOMENTUM:
+            pair_torque = plus(pair_torque, times(area, torque(dx, ts)))
+        power += energy_area * dot(ts, us)
+        if ANGULAR_MOMENTUM and not CONTACT_ONLY:
+            own, its = spin_tractions(spin, axial(b, SPIN_STRESS, DIM), times(half, e))
+            power += area * dot(own, jump)
+            ts = plus(ts, plus(own, its))
+        if CORRECTED_VARIANT:
+            power += conducted_power(
+                energy_area * (1.0 - other), rows[i, RHO] + b[RHO], stiffening, b[ENERGY] - rows[i, ENERGY]
+            )
+        if AXISYMMETRIC:
+            fullness += (0.5 * weight) * area * radial(e) * radial(dx)
+            ts, image_power, dashpot_power = axisymmetric_traction(
+                ts, area, e, u, jump, left, zt, b[ZT], other, mean, real
+            )
+            power -= image_power
+            power += dashpot_power
+        force = plus(force, times(area, ts))
+
+        # Velocity gradient, moment matrix and rates of density.
+        gradient_area = times(weight * area, e)
+        l = plus(l, outer(us, gradient_area))
+        if CORRECTED_VARIANT or AXISYMMETRIC:
+            moment = plus(moment, symmetric_outer(lever, gradient_area))
+        if CORRECTED_VARIANT:
+            ratio = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if VARIABLE_RESOLUTION else 1.0
+            if AXISYMMETRIC and DENSITY_CORRECTION:
+                ratio *= b[REST_AREA] * inverse_rest
+            lost = exchange_correction(us_n, du_n, t_n, inverse_n, rows[i, RHO] + b[RHO], 1.0 if GRAD_H else 0.5)
+            number += weight * g * ratio * (us_n - (1.0 - other) * lost)
+            number_rate += weight * g * ratio * du_n * (0.5 + other * (zb * inverse_n - 0.5))
+            if GRAD_H:
+                moving, own_kernel, change = grad_h_sums(h, r, weight, du_n, us_n, other)
+                number -= 0.5 * g * moving
+                own_number -= own_kernel
+                grad_h += change
+    conclude(rows, i, out, totals(force), totals(l), times(0.5, totals(moment)), total(power), largest(closing),
+             (total(number), total(number_rate), total(own_number), total(grad_h)),
+             (totals(pair_torque), times(0.5, totals(contact_moment))), total(slip), total(fullness))  # fmt: skip
 
 
-def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, turning, slip, full):
-    """Write the rates of particle `i`, from what its pairs sum to: a part of `accumulate`."""
-    h, volume, inverse_density = rows[i, H], rows[i, V], rows[i, V] / rows[i, M]
-    if CONSISTENT:
-        number, receding, own_number, widening = numbers
+def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, torques, slip, fullness):
+    """Write the rates of particle `i` from the sums over its pairs: a part of `accumulate`."""
+    volume, inverse_density = rows[i, V], rows[i, V] / rows[i, M]
+    if CORRECTED_VARIANT:
+        number, number_rate, own_number, grad_h = numbers
         rate = volume * number
-        if FOLLOWING:
-            widened = widening + scale(1.0 / h) * DIM * shape(0.0)
-            rate = (rate + volume * own_number) / (1.0 - rows[i, GROWS] * volume * h / DIM * widened)
-        calm = max(1.0 - closing * rows[i, RHO] / (FRONT * rows[i, ZN]), 0.0)
-        leaves = calm * rows[i, LEAVES] if LEADS else 0.0
-        if LEADS:
-            out[i, R_LEAD] = rows[i, COUNTS] * receding - rate - calm * rows[i, FADES]
-        gradient_u, rate = at_edges(gradient_u, rate, matrix(moment), calm, rows[i, BEAR])
-        out[i, R_DENSITY] = divergence(gradient_u) - (rate + leaves)
-    if REVOLVED:
-        if not (CONSISTENT or ONLY_OTHER):
+        if GRAD_H:
+            rate = grad_h_rate(rows[i, H], volume, rate, own_number, grad_h, rows[i, FREE_LENGTH])
+        smooth = max(1.0 - closing * rows[i, RHO] / (FRONT * rows[i, ZN]), 0.0)
+        relaxation = smooth * rows[i, DENSITY_RELAXATION] if DENSITY_CORRECTION else 0.0
+        if DENSITY_CORRECTION:
+            decay = smooth * rows[i, CORRECTION_DECAY]
+            out[i, R_CORRECTION] = rows[i, INV_NUMBER_DENSITY] * number_rate - rate - decay
+        gradient_u, rate = free_surface_correction(gradient_u, rate, matrix(moment), smooth, rows[i, TENSION_LIMIT])
+        out[i, R_DENSITY] = divergence(gradient_u) - (rate + relaxation)
+    if AXISYMMETRIC:
+        if not (CORRECTED_VARIANT or CONTACT_ONLY):
             gradient_u = product(gradient_u, sound_inverse(matrix(moment))[0])
-        own, inverse_ring, radial_u = 0.0 if ONLY_OTHER else 1.0, 1.0 / rows[i, RING], rows[i, U + 1]
-        taken = hoop_share(full) * inverse_ring
-        hoop = (own - full) * radial(own_symmetric(rows, i, T, DIM)) - own * rows[i, HOOP]
-        hoop = hoop * (inverse_ring if ONLY_OTHER else taken)
+        own, inverse_radius, radial_u = 0.0 if CONTACT_ONLY else 1.0, 1.0 / rows[i, RING], rows[i, U + 1]
+        hoop_rate = hoop_share(fullness) * inverse_radius
+        hoop = (own - fullness) * radial(own_symmetric(rows, i, T, DIM)) - own * rows[i, HOOP]
+        hoop = hoop * (inverse_radius if CONTACT_ONLY else hoop_rate)
         force, work = plus_radial(force, hoop), work - hoop * radial_u
-        out[i, R_HOOP] = radial_u * taken
+        out[i, R_HOOP] = radial_u * hoop_rate
     write_rates(out, i, times(inverse_density, force), inverse_density * work, closing, gradient_u)
-    if SPINS:
-        made, across_bodies = turning
-        spin = times(-0.5, made)
-        if not ONLY_OTHER:
-            w = own_axial(rows, i, TWIST, DIM)
-            given = on_rows(inertia(minus(moment, across_bodies)), w)
-            spin = minus(spin, given) if correctable(matrix(moment)) else times(-2.0, w)
-        put(out, i, R_SPIN, times(inverse_density, spin))
-    if PARTED:
+    if ANGULAR_MOMENTUM:
+        pair_torque, contact_moment = torques
+        residual = times(-0.5, pair_torque)
+        if not CONTACT_ONLY:
+            residual = torque_residual(residual, moment, contact_moment, own_axial(rows, i, SPIN_STRESS, DIM))
+        put(out, i, R_SPIN, times(inverse_density, residual))
+    if SEPARATING:
         out[i, R_SLIP] = inverse_density * slip
+
+
+# Templates that the law calls, bound to the same names.
+PARTS = (grad_h_sums, grad_h_rate, conclude, is_other_body, contact_geometry)

@@ -30,8 +30,8 @@ from hvisph.compiler.tensors import (
     vector,
 )
 from hvisph.compiler.vector.api import LANES, neighbours
-from hvisph.sph.contact.contact_normal import of_other, smooth
-from hvisph.sph.contact.variable_resolution import ENTRIES, depth, facing
+from hvisph.sph.contact.contact_normal import is_other_body, smooth_normals
+from hvisph.sph.contact.variable_resolution import ENTRIES, depth, unequal_normals
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.neighbours.pairs import Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout, those
@@ -40,7 +40,7 @@ from hvisph.sph.terms.shape_matrix import sound_inverse
 # Where in the constants the tables of depths begin.
 DEPTH_TABLE = 2
 # Options of the pass, off unless bound.
-RECONSTRUCTION = CONSISTENT = PARTED = UNLIKE = 0
+RECONSTRUCTION = CORRECTED_VARIANT = SEPARATING = VARIABLE_RESOLUTION = 0
 
 
 def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bool = False,
@@ -48,38 +48,41 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
                faces: bool = False, spins: bool = False, leads: bool = False) -> RowLayout:  # fmt: skip
     """Return what a particle shows its neighbours; T is the stress, GU, GT are the gradients of U, T.
 
-    BEAR and SHEAR are the tractions it bears, HEAT its energy, ORDER o, TWIST w, ROUGH, FILLS and
-    ENDS N, F and O of its body, FACE O as it was before, DEPTH how deep it lies in it, RING and HOOP radius and hoop
-    stress of a ring, REST the area of its section at rest over h^2, COUNTS 1 over the number of particles, FADES and
-    LEAVES at what rates lead and density go.
+    TENSION_LIMIT and SHEAR_LIMIT are the tractions it bears, ENERGY its energy, LATTICE_ORDER o, SPIN_STRESS w,
+    N_RAW, N_OTHER and
+    N_SURFACE N, F and O of its body, N_PREVIOUS O as it was before, DEPTH how deep it lies in it, RING and HOOP
+    radius and hoop
+    stress of a ring, REST_AREA the area of its section at rest over h^2, INV_NUMBER_DENSITY 1 over the number of
+    particles, CORRECTION_DECAY and DENSITY_RELAXATION at what rates lead and density go.
     """
     return RowLayout(dim, those(
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
-        parted and ("body", "scalar"), faces and ("face", "vector"), ("zn", "scalar"), ("zt", "scalar"),
-        consistent and ("rho", "scalar"), consistent and ("shear", "scalar"), spins and ("twist", "axial"),
-        consistent and ("heat", "scalar"), consistent and ("order", "scalar"), revolved and ("ring", "radius"),
-        revolved and leads and ("rest", "scalar"),
-        consistent and ("bear", "scalar"), ("m", "scalar"),  # pairs read neither m nor what follows
-        following and ("grows", "scalar"), revolved and ("hoop", "scalar"),
-        leads and ("counts", "scalar"), leads and ("fades", "scalar"), leads and ("leaves", "scalar"),
+        parted and ("body", "scalar"), faces and ("n_previous", "vector"), ("zn", "scalar"), ("zt", "scalar"),
+        consistent and ("rho", "scalar"), consistent and ("shear_limit", "scalar"), spins and ("spin_stress", "axial"),
+        consistent and ("energy", "scalar"), consistent and ("lattice_order", "scalar"), revolved and ("ring",
+        "radius"), revolved and leads and ("rest_area", "scalar"),
+        consistent and ("tension_limit", "scalar"), ("m", "scalar"),  # pairs read neither m nor what follows
+        following and ("free_length", "scalar"), revolved and ("hoop", "scalar"),
+        leads and ("inv_number_density", "scalar"), leads and ("correction_decay", "scalar"), leads and
+        ("density_relaxation", "scalar"),
     ), those(
         reconstruct and ("gu", "gradient"), reconstruct and ("gt", "symmetric_gradient"),
-        parted and ("rough", "vector"), parted and ("fills", "vector"), parted and ("ends", "vector"),
+        parted and ("n_raw", "vector"), parted and ("n_other", "vector"), parted and ("n_surface", "vector"),
         unlike and ("depth", "scalar"),
     ))  # fmt: skip
 
 
-def read_by_all(layout: RowLayout) -> RowLayout:
+def pair_layout(layout: RowLayout) -> RowLayout:
     """Return the first part of the row: the rest is read where bodies meet."""
     return RowLayout(layout.dim, layout.fields, tuple(field for field in layout.made if field[0] in ("gu", "gt")))
 
 
-def of_those_that_meet(layout: RowLayout, kernel: Kernel, unlike: bool, faces: bool = False) -> list[Pass]:
+def contact_passes(layout: RowLayout, kernel: Kernel, unlike: bool, faces: bool = False) -> list[Pass]:
     """Return the passes behind `gradients` over what is near another body: its normals."""
-    ways, parts = {"FACES": int(faces)}, (of_other,)
-    first = [Pass(facing, layout, ways, parts, only="ROUGH", into_rows=True)] if unlike else []
+    ways, parts = {"SELF_CONTACT": int(faces)}, (is_other_body,)
+    first = [Pass(unequal_normals, layout, ways, parts, only="N_RAW", into_rows=True)] if unlike else []
     reach = {"REACH2": kernel.reach**2}
-    return [*first, Pass(smooth, layout, ways | reach, parts, only="ROUGH", into_rows=True)]
+    return [*first, Pass(smooth_normals, layout, ways | reach, parts, only="N_RAW", into_rows=True)]
 
 
 def gradients(near, n, rows, i, constants, out):
@@ -94,8 +97,8 @@ def gradients(near, n, rows, i, constants, out):
         r = np.sqrt(dot(dx, dx))
         ih = 2.0 / (h + b[H])
         g = times(-b[V] * scale(ih) * slope(r * ih) / r, dx)
-        if PARTED:
-            other = of_other(rows, i, b, dx)
+        if SEPARATING:
+            other = is_other_body(rows, i, b, dx)
             fills = plus(fills, times(other, g))
             g = times(1.0 - other, g)
             ends = minus(ends, g)
@@ -103,16 +106,16 @@ def gradients(near, n, rows, i, constants, out):
             moment = plus(moment, symmetric_outer(dx, g))
             of_u = plus(of_u, outer(minus(vector(b, U, DIM), u), g))
             of_s = plus(of_s, outer(minus(symmetric(b, T, DIM), s), g))
-    if PARTED:
+    if SEPARATING:
         lacking = totals(ends)
-        put(out, i, ENDS, lacking)
-        if UNLIKE:
+        put(out, i, N_SURFACE, lacking)
+        if VARIABLE_RESOLUTION:
             out[i, DEPTH] = depth(lacking, h, constants[DEPTH_TABLE + (DIM - 1) * ENTRIES :])
-        put(out, i, ROUGH, totals(fills))
-        put(out, i, FILLS, no_vector(DIM))
+        put(out, i, N_RAW, totals(fills))
+        put(out, i, N_OTHER, no_vector(DIM))
     if RECONSTRUCTION:
         inverse, _ = sound_inverse(matrix(totals(moment)))
-        if CONSISTENT and rows[i, ORDER] < 0.0:  # what has failed
+        if CORRECTED_VARIANT and rows[i, LATTICE_ORDER] < 0.0:  # what has failed
             inverse = times(0.0, inverse)
         put(out, i, GU, product(totals(of_u), inverse))
         put(out, i, GT, product(totals(of_s), inverse))

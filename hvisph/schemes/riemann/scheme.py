@@ -24,15 +24,13 @@ from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 from hvisph.sph.neighbours.pairs import Pairs, Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
 from hvisph.sph.neighbours.symmetry_planes import Plane
+from hvisph.sph.terms.density_correction import relaxation_rates
 from hvisph.sph.terms.limiters import LIMITERS, Limiter
-from hvisph.sph.terms.riemann_solver import HARD
+from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN, SHOCK_SLOPE
 
 from . import law as riemann
 from . import row as riemann_row
-from .law import SLIPPERY
 
-# What is pressed hard gives its lead up within this times h over c, see `schemes.riemann.law`.
-PASSING = 10.0
 # Share of its density at rest below which the section of a ring at rest counts as so much of that which it fills.
 THIN = 0.5
 
@@ -107,7 +105,7 @@ class Riemann:
     @property
     def viscous_factor(self) -> float:
         """Factor of the largest closing speed in the signal speed."""
-        return riemann.SHOCK_SLOPE / self.kernel.width
+        return SHOCK_SLOPE / self.kernel.width
 
     @property
     def slips(self) -> bool:
@@ -127,26 +125,33 @@ class Riemann:
         """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
         ways = {
             "RECONSTRUCTION": int(self.reconstruction.acts),
-            "CONSISTENT": int(self.consistent),
-            "PARTED": int(self.parted),
-            "UNLIKE": int(self.meets_unlike),
-            "FACES": int(self.faces),
+            "CORRECTED_VARIANT": int(self.consistent),
+            "SEPARATING": int(self.parted),
+            "VARIABLE_RESOLUTION": int(self.meets_unlike),
+            "SELF_CONTACT": int(self.faces),
         }
         row = self.layout(dim)
-        flux = Pass(riemann.accumulate, riemann_row.read_by_all(row), ways | {
+        flux = Pass(riemann.accumulate, riemann_row.pair_layout(row), ways | {
             "share": self.reconstruction.share,
-            "HELD": int(self.consistent and self.held), "FOLLOWING": int(self.follows),
-            "REVOLVED": int(self.revolved), "SPINS": int(self.spins), "LEADS": int(self.leads),
-        }, (riemann.conclude, contact_normal.of_other), density_rate=self.consistent, leads=self.leads,
+            "TENSION_STABILIZED": int(self.consistent and self.held), "GRAD_H": int(self.follows),
+            "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM": int(self.spins), "DENSITY_CORRECTION":
+            int(self.leads),
+        }, riemann.PARTS, density_rate=self.consistent, leads=self.leads,
         slips=self.parted,
             rings=self.revolved, spins=self.spins, own_reach=self.follows)  # fmt: skip
         if not (self.reconstruction.acts or self.parted):
             return [flux]
         first = [
-            Pass(riemann_row.gradients, riemann_row.read_by_all(row), ways, (contact_normal.of_other,), into_rows=True)
+            Pass(
+                riemann_row.gradients,
+                riemann_row.pair_layout(row),
+                ways,
+                (contact_normal.is_other_body,),
+                into_rows=True,
+            )
         ]
         if self.parted:
-            first += riemann_row.of_those_that_meet(row, self.kernel, self.unlike, self.faces)
+            first += riemann_row.contact_passes(row, self.kernel, self.unlike, self.faces)
         return [*first, flux]
 
     def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact:
@@ -157,11 +162,11 @@ class Riemann:
         """Keep the normals of this evaluation's faces in the rows, where the next one finds them."""
         if self.faces:
             at, count, dim = pairs.slots, len(lengths), pairs.layout.dim
-            lacking = pairs.sorted[pairs.place[:count], at["ENDS"] : at["ENDS"] + dim]
+            lacking = pairs.sorted[pairs.place[:count], at["N_SURFACE"] : at["N_SURFACE"] + dim]
             size = (
-                lengths / variable_resolution.lacking(self.kernel, self.h_over_dx, dim)[0]
+                lengths / variable_resolution.kernel_deficit(self.kernel, self.h_over_dx, dim)[0]
             )  # 1 in the layer under a flat face
-            pairs.rows[:, at["FACE"] : at["FACE"] + dim] = lacking * size[:, None]
+            pairs.rows[:, at["N_PREVIOUS"] : at["N_PREVIOUS"] + dim] = lacking * size[:, None]
 
     def layout(self, dim: int) -> RowLayout:
         """Return the row of the contact law."""
@@ -174,8 +179,9 @@ class Riemann:
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
-        return _pack, {"PARTED": int(self.parted), "REVOLVED": int(self.revolved), "SPINS": int(self.spins),
-                       "CONSISTENT": int(self.consistent), "LEADS": int(self.leads)}  # fmt: skip
+        return _pack, {"SEPARATING": int(self.parted), "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM":
+        int(self.spins),
+                       "CORRECTED_VARIANT": int(self.consistent), "DENSITY_CORRECTION": int(self.leads)}  # fmt: skip
 
     def sparsest(self, dim: int) -> float:
         """Return the least rho h^dim/m: that of a particle alone, W(0), where density is the number of particles."""
@@ -183,7 +189,7 @@ class Riemann:
 
     def limits(self) -> tuple[Any, dict[str, Any]] | None:
         """Return the function that packs what a particle bears, and what it is bound to; none in the printed form."""
-        ways = {"FOLLOWING": self.smoothing.variable, "REVOLVED": self.revolved, "LEADS": self.leads}
+        ways = {"GRAD_H": self.smoothing.variable, "AXISYMMETRIC": self.revolved, "DENSITY_CORRECTION": self.leads}
         return (_show_limits, {name: int(way) for name, way in ways.items()}) if self.consistent else None
 
 
@@ -197,37 +203,37 @@ def _pack(rows, s, coefficients, one):
     rows[s, V] = one.mass / one.rho
     rows[s, ZN] = one.rho * one.c_l
     # A liquid slips: a shear impedance of next to nothing, for with none at all u* of the pair is 0/0.
-    rows[s, ZT] = one.rho * max(one.c_t, SLIPPERY * one.c_l)
+    rows[s, ZT] = one.rho * max(one.c_t, SHEAR_IMPEDANCE_MIN * one.c_l)
     put(rows, s, T, in_plane(plus_identity(one.s, -one.p), DIM))
-    if PARTED:
+    if SEPARATING:
         rows[s, BODY] = one.body
-    if REVOLVED:
+    if AXISYMMETRIC:
         rows[s, RING] = one.ring
         rows[s, HOOP] = one.s[2] - one.p
-    if SPINS:
-        put(rows, s, TWIST, times(0.5 * one.rho, one.spin))
-    if CONSISTENT:
-        rows[s, HEAT] = one.e
-    if LEADS:
-        rows[s, COUNTS] = rows[s, V] * grown(one.lead)
-        pressing = min(0.5 * HARD * max(one.p, 0.0) / (one.rho * one.c_l * one.c_l), 1.0)
-        rows[s, FADES] = one.lead * one.c_l / (PASSING * one.h)
-        rows[s, LEAVES] = rows[s, FADES] * pressing * pressing
+    if ANGULAR_MOMENTUM:
+        put(rows, s, SPIN_STRESS, times(0.5 * one.rho, one.spin))
+    if CORRECTED_VARIANT:
+        rows[s, ENERGY] = one.e
+    if DENSITY_CORRECTION:
+        rows[s, INV_NUMBER_DENSITY] = rows[s, V] * grown(one.lead)
+        rows[s, CORRECTION_DECAY], rows[s, DENSITY_RELAXATION] = relaxation_rates(
+            one.lead, one.p, one.rho, one.c_l, one.h
+        )
     return coefficients[0] * one.c_l
 
 
 def _show_limits(rows, s, coefficients, signal, rho, c, limits):
     """Write what a particle bears, and make a failed one a liquid; return the speed of signals."""
     rows[s, RHO] = rho
-    rows[s, BEAR] = limits.tension
-    rows[s, SHEAR] = limits.shear
-    rows[s, ORDER] = -1.0 if limits.failed else limits.order
-    if FOLLOWING:
-        rows[s, GROWS] = limits.free
-    if REVOLVED and LEADS:
-        rows[s, REST] = rows[s, V] * max(rho / limits.at_rest, THIN) / (rows[s, H] * rows[s, H])
+    rows[s, TENSION_LIMIT] = limits.tension
+    rows[s, SHEAR_LIMIT] = limits.shear
+    rows[s, LATTICE_ORDER] = -1.0 if limits.failed else limits.order
+    if GRAD_H:
+        rows[s, FREE_LENGTH] = limits.free
+    if AXISYMMETRIC and DENSITY_CORRECTION:
+        rows[s, REST_AREA] = rows[s, V] * max(rho / limits.at_rest, THIN) / (rows[s, H] * rows[s, H])
     if limits.failed:
         rows[s, ZN] = rho * c
-        rows[s, ZT] = SLIPPERY * rho * c
+        rows[s, ZT] = SHEAR_IMPEDANCE_MIN * rho * c
         return coefficients[0] * c
     return signal

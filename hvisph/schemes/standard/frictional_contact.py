@@ -1,7 +1,7 @@
 """Contact of bodies that press on each other, slide and part, beside a formulation of the kernel sums.
 
 The pairs of different bodies, which its own pair law leaves out, meet as those of `riemann` do (`schemes.riemann.law`,
-PARTED): only particles near another body, and their neighbours, are packed and visited.
+SEPARATING): only particles near another body, and their neighbours, are packed and visited.
 """
 
 from __future__ import annotations
@@ -71,14 +71,14 @@ class SeparatingContact:
                  h_over_dx: float = 1.4, spins: bool = False):  # fmt: skip
         dim = positions.shape[1]
         layout = riemann_row.row_layout(dim, reconstruct=False, parted=True, revolved=revolved, unlike=unlike)
-        ways = {"RECONSTRUCTION": 0, "PARTED": 1, "UNLIKE": int(unlike)}
-        seen = riemann_row.read_by_all(layout)
+        ways = {"RECONSTRUCTION": 0, "SEPARATING": 1, "VARIABLE_RESOLUTION": int(unlike)}
+        seen = riemann_row.pair_layout(layout)
         passes = [
-            Pass(riemann_row.gradients, seen, ways, (contact_normal.of_other,), into_rows=True),
-            *riemann_row.of_those_that_meet(layout, kernel, unlike),
-            Pass(riemann.accumulate, seen, ways | {"share": NO_RECONSTRUCTION.share, "ONLY_OTHER": 1,
-                                                   "REVOLVED": int(revolved), "SPINS": int(spins)},
-                 (riemann.conclude, contact_normal.of_other), slips=True, rings=revolved, spins=spins),
+            Pass(riemann_row.gradients, seen, ways, (contact_normal.is_other_body,), into_rows=True),
+            *riemann_row.contact_passes(layout, kernel, unlike),
+            Pass(riemann.accumulate, seen, ways | {"share": NO_RECONSTRUCTION.share, "CONTACT_ONLY": 1,
+                                                   "AXISYMMETRIC": int(revolved), "ANGULAR_MOMENTUM": int(spins)},
+                 riemann.PARTS, slips=True, rings=revolved, spins=spins),
         ]  # fmt: skip
         further = unlike_spacings.depths(kernel, h_over_dx) if unlike else ()
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
@@ -138,7 +138,7 @@ class SeparatingContact:
         same = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
         named = {"OF_RHO": slots["RHO"], "OF_M": slots["M"], "STRESSES": self._stress}
         pack = each(bind(frictional_passes.contact_rows, named, to))
-        ways = {"DIM": dim, "SPINS": self._spins}
+        ways = {"DIM": dim, "ANGULAR_MOMENTUM": self._spins}
         add = each(bind(frictional_passes.add_contact, ways, sums_of_pairs.slots(dim)))
         taken = np.array(same, np.uint64).T.copy()
         return pack, add, (taken[0], taken[1])

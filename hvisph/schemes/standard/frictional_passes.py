@@ -32,14 +32,14 @@ def add_contact(k, pushed, place, chosen, of_standard, rates):
     """Add the rates of contact, `pushed`, to those of standard SPH: a template.
 
     All of them add up but the largest |mu|, of which the larger stays, and the heat of slip, which is that of contact.
-    Behind them stand SPINS numbers of the spin. `place` and `of_standard` say where the rates of the chosen particles,
-    and those of all, stand.
+    Behind them stand ANGULAR_MOMENTUM numbers of the spin. `place` and `of_standard` say where the rates of the
+    chosen particles, and those of all, stand.
     """
     mine, at = np.uint64(of_standard[np.uint64(chosen[k])]), np.uint64(place[k])
     before, closing = rates[mine, R_APPROACH], pushed[at, R_APPROACH]
     for f in range(np.uint64(R_GRADIENT + DIM * DIM)):
         rates[mine, f] += pushed[at, f]
-    for f in range(np.uint64(R_SPIN), np.uint64(R_SPIN + SPINS)):
+    for f in range(np.uint64(R_SPIN), np.uint64(R_SPIN + ANGULAR_MOMENTUM)):
         rates[mine, f] += pushed[at, f]
     # what is no number stays seen
     rates[mine, R_APPROACH] = before if before > closing or before != before else closing

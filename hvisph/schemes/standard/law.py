@@ -33,14 +33,15 @@ long as the plain one, or has less than 1/C_f of it along the pair; that refuses
 `room_by_component`, tests each component instead, and so depends on the frame; components along which the two stand
 side by side are not tested there: the plain gradient has none. Fall-backs are counted.
 
-Angular momentum (SPINS): a particle's stress makes some where it does not share the axes of its neighbourhood,
+Angular momentum (ANGULAR_MOMENTUM): a particle's stress makes some where it does not share the axes of its
+neighbourhood,
 B = sum_b V_b |dW/dr| r e (x) e. Each counts what its own side of the pairs makes, s_a for each mass, and adds to its
 stress the antisymmetric one, w_a x g, that takes it back in the next step dt: w_a = rho_a s_a/(2 dt). What is left at
 any time is one step's worth. The work of w_a is no strain's: in turn, the turning W of the neighbourhood (by least
 squares) is given to L as it is, L + W (1 - B), and strains nothing.
 
 Beside Total Lagrangian particles pairs have shares (`sph.contact.coupling`). Rings of solids of revolution
-(REVOLVED) add what `sph.terms.axisymmetric` says, and their velocity gradient in the plane is renormalised.
+(AXISYMMETRIC) add what `sph.terms.axisymmetric` says, and their velocity gradient in the plane is renormalised.
 """
 
 from __future__ import annotations
@@ -87,14 +88,14 @@ from hvisph.compiler.tensors import (
 )
 from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
 from hvisph.sph.neighbours.particle_layout import RowLayout, those
-from hvisph.sph.terms.axisymmetric import hoop_share, pair_of_rings, ring_weight, unlike_at_axis
+from hvisph.sph.terms.axisymmetric import axis_regularization, axisymmetric_pair, hoop_share, mirror_weight
 from hvisph.sph.terms.shape_matrix import sound_inverse
 from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
 
 # Options of the law, off unless bound: the product form, the mass form, density dissipation, shares of the
 # viscosity, corrected gradients, pairs beside Total Lagrangian particles, rings, rings beside Total Lagrangian ones,
 # angular momentum kept; exponent n of f.
-PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = COUPLED = REVOLVED = HYBRID = SPINS = 0
+PRODUCT = MASS_FORM = DISSIPATION = SWITCHED = CORRECTED = COUPLED = AXISYMMETRIC = HYBRID = ANGULAR_MOMENTUM = 0
 EXPONENT = 4
 
 # A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
@@ -174,10 +175,10 @@ def accumulate(near, n, rows, i, constants, out):
     if DISSIPATION:
         p = rows[i, P]
         twice_alpha = 2.0 * constants[4]  # for c_a + c_b in place of their mean
-    inverse_ring = 1.0 / rows[i, RING] if REVOLVED else 0.0
+    inverse_ring = 1.0 / rows[i, RING] if AXISYMMETRIC else 0.0
     a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
-    if SPINS:
-        made, whole = spread(no_axial(DIM)), plus(matrix(t), turning(own_axial(rows, i, TWIST, DIM)))
+    if ANGULAR_MOMENTUM:
+        made, whole = spread(no_axial(DIM)), plus(matrix(t), turning(own_axial(rows, i, SPIN_STRESS, DIM)))
     density_rate = power = mu_max = plain = all_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
@@ -221,8 +222,8 @@ def accumulate(near, n, rows, i, constants, out):
             g, o = plus(times(kept, own_g), times(left, g)), plus(times(kept, others), times(left, g))
             mean = times(0.5, plus(g, o))
         own, other = on(t, g), on(symmetric(b, T, DIM), o)
-        if SPINS:
-            own, other = on_rows(whole, g), plus(other, about(axial(b, TWIST, DIM), o))
+        if ANGULAR_MOMENTUM:
+            own, other = on_rows(whole, g), plus(other, about(axial(b, SPIN_STRESS, DIM), o))
         if PRODUCT:
             own, other = times(rho * inverse_rho_b, own), times(rho_b * inverse_rho, other)
         pair = times(-pi, mean)
@@ -246,19 +247,19 @@ def accumulate(near, n, rows, i, constants, out):
             density_rate += flow
             power -= 0.5 * inverse_rho * flow * (p * inverse_rho + p_b * inverse_rho_b)
         force, apart = plus(plus(own, pair), other), du
-        if SPINS:
+        if ANGULAR_MOMENTUM:
             made = plus(made, times(m, torque(dx, plus(own, times(0.5, pair)) if ARTIFICIAL_STRESS else own)))
-        if REVOLVED:
-            weight, real = ring_weight(b[RING], inverse_ring)
-            force, apart, closing = pair_of_rings(force, pair, du, radial(u), b[U + 1], weight, real)
+        if AXISYMMETRIC:
+            weight, real = mirror_weight(b[RING], inverse_ring)
+            force, apart, closing = axisymmetric_pair(force, pair, du, radial(u), b[U + 1], weight, real)
             power += (0.5 * m) * (closing * radial(pair))
-        if SPINS or REVOLVED:
+        if ANGULAR_MOMENTUM or AXISYMMETRIC:
             moment = minus(moment, symmetric_outer(times(vf * f, dx), dx))
         a = plus(a, times(m, force))
         power += m * dot(apart, plus(own, times(0.5, pair)))
         l = minus(l, outer(times(vf, du), g))
     force, work, gradient_u = totals(a), total(power), totals(l)
-    if REVOLVED:
+    if AXISYMMETRIC:
         fullness = totals(moment)
         gradient_u = product(gradient_u, sound_inverse(matrix(fullness))[0])
         taken = hoop_share(radial(fullness)) * inverse_ring
@@ -267,10 +268,10 @@ def accumulate(near, n, rows, i, constants, out):
             hoop = hoop * (1.0 - rows[i, KIND])
         force, work = plus_radial(force, hoop), work + hoop * radial(u)
         around = radial(u) * taken
-        unlike = unlike_at_axis(gradient_u[-1], around, rows[i, RING], h)
+        unlike = axis_regularization(gradient_u[-1], around, rows[i, RING], h)
         gradient_u = plus_last(gradient_u, unlike)
         out[i, R_HOOP] = around - unlike
-    if SPINS:
+    if ANGULAR_MOMENTUM:
         gradient_u = turning_kept(gradient_u, totals(moment))
         put(out, i, R_SPIN, totals(made))
     write_rates(out, i, force, -work, largest(mu_max), gradient_u)

@@ -19,7 +19,6 @@ from hvisph.compiler.tensors import plus_identity, put, times
 from hvisph.compiler.tensors3d import in_plane
 from hvisph.core.particles import Particles
 from hvisph.schemes.formulation import Smoothing
-from hvisph.schemes.riemann.law import SLIPPERY
 from hvisph.schemes.stepper import Stepper
 from hvisph.sph.contact import coupling
 from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
@@ -27,6 +26,7 @@ from hvisph.sph.neighbours.pairs import Pairs, Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout
 from hvisph.sph.neighbours.symmetry_planes import Plane
 from hvisph.sph.terms import artificial_stress, kernel_correction
+from hvisph.sph.terms.riemann_solver import SHEAR_IMPEDANCE_MIN
 
 from . import law as standard
 from .frictional_contact import NoContact, SeparatingContact
@@ -143,8 +143,8 @@ class Eulerian:
             "DISSIPATION": int(self.dissipation.acts),
             "SWITCHED": int(self.viscosity.switched),
             "EXPONENT": self.artificial_stress.exponent,
-            "REVOLVED": int(self.revolved),
-            "SPINS": int(self.spins),
+            "AXISYMMETRIC": int(self.revolved),
+            "ANGULAR_MOMENTUM": int(self.spins),
         }  # fmt: skip
         apart: dict[str, Any] = {}
         if self.parted:  # pairs of different bodies are left to the contact between them
@@ -181,7 +181,7 @@ class Eulerian:
         if self.parted:
             more = (*more, ("body", "scalar"), ("zn", "scalar"), ("zt", "scalar"))
         if self.spins:
-            more = (*more, ("twist", "axial"))
+            more = (*more, ("spin_stress", "axial"))
         if self.revolved:
             more = (*more, ("ring", "radius"), ("hoop", "scalar"))
         return standard.row_layout(dim, self.artificial_stress.acts, more)
@@ -201,9 +201,9 @@ class Eulerian:
         return _pack, {
             "ARTIFICIAL_STRESS": int(self.artificial_stress.acts),
             "DISSIPATION": int(self.dissipation.acts),
-            "PARTED": int(self.parted),
-            "REVOLVED": int(self.revolved),
-            "SPINS": int(self.spins),
+            "SEPARATING": int(self.parted),
+            "AXISYMMETRIC": int(self.revolved),
+            "ANGULAR_MOMENTUM": int(self.spins),
             "tensile_part": artificial_stress.tensile_part(dim),
         }
 
@@ -234,15 +234,15 @@ def _pack(rows, s, coefficients, one):
     put(rows, s, T, times(inverse2, stress))
     if ARTIFICIAL_STRESS:
         put(rows, s, R, times(-coefficients[3] * inverse2, tensile_part(stress)))
-    if PARTED:
+    if SEPARATING:
         rows[s, BODY] = one.body
         rows[s, ZN] = one.rho * one.c_l
-        rows[s, ZT] = one.rho * max(one.c_t, SLIPPERY * one.c_l)
-    if REVOLVED:
+        rows[s, ZT] = one.rho * max(one.c_t, SHEAR_IMPEDANCE_MIN * one.c_l)
+    if AXISYMMETRIC:
         rows[s, RING] = one.ring
         rows[s, HOOP] = (one.s[2] - one.p) * inverse2
-    if SPINS:
-        put(rows, s, TWIST, times(0.5 * one.rho * inverse2, one.spin))
+    if ANGULAR_MOMENTUM:
+        put(rows, s, SPIN_STRESS, times(0.5 * one.rho * inverse2, one.spin))
     if DISSIPATION:
         rows[s, P] = one.p
         return one.c_l + 1.2 * (coefficients[0] + coefficients[4]) * one.c

@@ -9,7 +9,7 @@ eq. 13); density and velocity gradient are their own. Row i is written by i alon
 chi is 1 until neighbours leave a list. What is left is fitted by another linear map: chi takes the ratio of both
 determinants, so that volume, density and pressure go on without a jump (P, power and strain follow F as it is).
 
-Rings of solids of revolution (REVOLVED, `sph.terms.axisymmetric`) have F_tt = r/r0 beside F, and are held round the
+Rings of solids of revolution (AXISYMMETRIC, `sph.terms.axisymmetric`) have F_tt = r/r0 beside F, and are held round the
 axis:
 
     J = chi det F F_tt,   P_tt = J sigma_tt / F_tt,   a_r += [F0_rr P_rR - P_tt] / (rho0 r0),   de -= the power of it
@@ -150,7 +150,7 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
     f, rate = mapped(sums, i, i, corrections)
     of_list = determinant(f)
     section = swellings[i] * of_list
-    stretch = rows[i, RING] / rows[i, RING0] if REVOLVED else 1.0
+    stretch = rows[i, RING] / rows[i, RING0] if AXISYMMETRIC else 1.0
     j = section * stretch
     inverse = times(1.0 / of_list, adjugate(f))
     strain = equivalent_strain(f, stretch)
@@ -161,12 +161,12 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
         rows[i, EM] = secant_modulus(moduli[m, 0], moduli[m, 1], state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE])
     if tied:
         if RENEWS:
-            before_it = before[i, DIM * DIM] if REVOLVED else 1.0
+            before_it = before[i, DIM * DIM] if AXISYMMETRIC else 1.0
             strains[i] = equivalent_strain(product(f, own_gradient(before, i, 0, DIM)), stretch * before_it)
         l = product(rate, inverse)
         put(rates, i, R_GRADIENT, l)
         full, swelling = full_gradient(l), divergence(l)
-        if REVOLVED:
+        if AXISYMMETRIC:
             hoop = rows[i, U + 1] / rows[i, RING]
             rates[i, R_HOOP] = hoop
             full, swelling = with_zz(full, hoop), swelling + hoop
@@ -185,7 +185,7 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
     sigma = plus_identity(own_symmetric(rows, i, S, DIM), -pressure)
     stress = times(j, product(matrix(sigma), transposed(inverse)))
     show(rows, i, stress, f, j, inverse, corrections)
-    if REVOLVED:
+    if AXISYMMETRIC:
         if tied:
             around = section * (-rows[i, S] - rows[i, S + 1] - pressure)
             left = corrections[2][i, DIM * DIM - 1]  # 1 - kappa
@@ -200,7 +200,8 @@ def deform(chunk, count, rows, motions, active, eulerian, particles, lists, corr
            rates):  # fmt: skip
     """Compute the deformation of those of a chunk of particles that are `active`: the template.
 
-    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, REVOLVED, MOTIONS, slots of the row, columns of
+    Bound names: DIM, MIXED, PRINTED, HOURGLASS, SECANT, SHEARS, RENEWS, AXISYMMETRIC, MOTIONS, slots of the row,
+    columns of
     the rates (R_...), S_DENSITY, S_PLASTIC_STRAIN, S_DAMAGE, the templates above, and functions of `hvisph.materials`.
 
     Parameters

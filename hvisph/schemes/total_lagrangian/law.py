@@ -14,7 +14,7 @@ or the printed form of Young 2021 eqs. 2 and 9 in reference gradients. Hourglass
 Ganzenmueller 2015: f_ab = - alpha V0_a V0_b W0 / (2 R^2) (E_a delta_a + E_b delta_b) x_ab / r with
 delta_a = (F_a X_ab - x_ab) . x_ab / r, in his sign convention x_ab = x_b - x_a.
 
-Rings of solids of revolution (REVOLVED) have the weights of `sph.terms.axisymmetric`: at the radii of the reference
+Rings of solids of revolution (AXISYMMETRIC) have the weights of `sph.terms.axisymmetric`: at the radii of the reference
 for what is
 summed in its gradients, at the present ones for the viscosity, which presses over the axis as across a mirror. The work
 of a particle's own stress is summed by pairs, as its force is, so that energy is kept to round-off.
@@ -44,7 +44,7 @@ from hvisph.compiler.tensors import (
 from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
 from hvisph.compiler.vector.prefetch import fetch_rows
 from hvisph.sph.neighbours.particle_layout import RowLayout, those
-from hvisph.sph.terms.axisymmetric import between_rings, ring_weight
+from hvisph.sph.terms.axisymmetric import axisymmetric_jump, mirror_weight
 from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
 
 # The rows of neighbours are asked for so many entries before they are needed.
@@ -98,7 +98,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
         own_ef, own_modulus = own_gradient(rows, i, EF, DIM), rows[i, EM]
     # All of the reference density of its neighbours: they are of one body.
     inverse_rho0 = volume[i] / rows[i, M]
-    if REVOLVED:
+    if AXISYMMETRIC:
         inverse_rho0 *= rows[i, RING0] / rows[i, RING]
         inverse_ring, inverse_ring0 = 1.0 / rows[i, RING], 1.0 / rows[i, RING0]
     factor = scale(ih)
@@ -132,15 +132,15 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
             gradient_r = factor * slope(r * ih) * (inverse * soft * densities)
             pair = times(-pi * b[M] * gradient_r / inverse_rho0, dx)
         apart = du
-        if REVOLVED:
-            weight, real = ring_weight(b[RING0], inverse_ring0)
+        if AXISYMMETRIC:
+            weight, real = mirror_weight(b[RING0], inverse_ring0)
             other = times(weight, other)
             # of an image over the axis: the radial work of the two real rings
-            apart = between_rings(du, radial(u), b[U + 1], real)
+            apart = axisymmetric_jump(du, radial(u), b[U + 1], real)
             if PRINTED:
                 pair = times(weight, pair)
             else:  # of the viscosity that of a mirror
-                now = ring_weight(b[RING], inverse_ring)[0]
+                now = mirror_weight(b[RING], inverse_ring)[0]
                 pair = times(now + (1.0 - real) * (1.0 - 2.0 * now), pair)
                 closing = (1.0 - real) * (radial(du) - radial(apart))
                 mirrored = 0.5 * closing * radial(pair)
@@ -152,7 +152,7 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
             error = dot(minus(predicted, times(own_modulus + b[EM], dx)), dx)
             # the far row's infinite distance meets a zero in w
             strength = 0.5 * hourglass * w * error / (dot(from_b, from_b) * r2)
-            if REVOLVED:
+            if AXISYMMETRIC:
                 strength = strength * weight
             pair = plus(pair, times(strength, dx))
         if BY_PAIRS:
@@ -160,19 +160,19 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
             own = on_rows(q, g)
             if MIXED:
                 own = plus(own, times(w, qw))
-            if REVOLVED:
+            if AXISYMMETRIC:
                 own = times(weight, own)
             force = plus(plus(own, other), pair)
-            if REVOLVED:
+            if AXISYMMETRIC:
                 force = scaled_apart(force, real, 1.0)
             a = plus(a, times(share, force))
             power += share * dot(apart, plus(own, times(0.5, pair)))
-            if REVOLVED and not PRINTED:
+            if AXISYMMETRIC and not PRINTED:
                 power += share * mirrored
         else:
             a = plus(a, plus(other, pair))
             power += dot(du, pair)
-    if REVOLVED:
+    if AXISYMMETRIC:
         put(rates, i, R_ACCELERATION, plus(own_vector(rates, i, R_ACCELERATION, DIM), totals(a)))
         rates[i, R_POWER] -= total(power)
     elif BY_PAIRS:

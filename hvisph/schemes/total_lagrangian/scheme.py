@@ -174,7 +174,7 @@ class TotalLagrangian:
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
         """Return the packing function and what it is bound to."""
-        return _pack, {"REVOLVED": int(self.revolved)}
+        return _pack, {"AXISYMMETRIC": int(self.revolved)}
 
     def sparsest(self, dim: int) -> float:
         """Return W(0) h^dim, that of a particle alone, where failed particles turn and fly; else 0."""
@@ -195,6 +195,6 @@ def _pack(rows, s, coefficients, one):
     rows[s, H] = one.h
     rows[s, E] = one.e
     put(rows, s, S, in_plane(one.s, DIM))
-    if REVOLVED:
+    if AXISYMMETRIC:
         rows[s, RING] = one.ring
     return one.c_l + 1.2 * coefficients[0] * one.c

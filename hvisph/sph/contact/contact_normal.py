@@ -16,7 +16,8 @@ A smeared gap carries nothing: the gate opens with phi from 0.93 to 0.94, a gap 
 lattices touch with phi from 0.92 to 1.05, and all their pairs are to carry; while a gate opens it is a dashpot, so that
 it opens at once. Where the line of centres is no way across the interface, the bodies being mixed up, it is the normal.
 
-Faces of one body (FACES) are told by what each particle remembers of the evaluation before, m = O over that of the
+Faces of one body (SELF_CONTACT) are told by what each particle remembers of the evaluation before, m = O over that
+of the
 outermost layer under a flat face: a and b lie across from one another where m_a . e, - m_b . e or both together are
 above 0.5. Such pairs count as of other bodies, so that O goes on without them, and faces that have met are faces still.
 """
@@ -31,44 +32,44 @@ from hvisph.compiler.vector.api import LANES, neighbours
 from hvisph.sph.terms.limiters import TINY
 
 # Share of the free part of the kernel sum that the other body fills: none, and all of the traction.
-OPEN, SHUT = 0.93, 0.94
+OPEN, CLOSED = 0.93, 0.94
 # Below this cosine between line of centres and normal the bodies are mixed up.
-MIXED_UP = 0.1
+NORMAL_COSINE_MIN = 0.1
 # Option of `of_other`, off unless bound: faces of one body that look at each other.
-FACES = 0
+SELF_CONTACT = 0
 # Least cosine of what lies in front of a face.
-LOOKS = 0.5
+FACING_COSINE = 0.5
 
 
-def of_other(rows, i, b, dx):
+def is_other_body(rows, i, b, dx):
     """Return 1 of the lanes `b` that row `i` meets, those of other bodies and of faces across from its own, else 0.
 
-    A template: bound are DIM, BODY, FACES and, with that, FACE. `dx` is x_b - x_a.
+    A template: bound are DIM, BODY, SELF_CONTACT and, with that, N_PREVIOUS. `dx` is x_b - x_a.
     """
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
-    if FACES:
-        other = max(other, looking(own_vector(rows, i, FACE, DIM), vector(b, FACE, DIM), dx))
+    if SELF_CONTACT:
+        other = max(other, faces_each_other(own_vector(rows, i, N_PREVIOUS, DIM), vector(b, N_PREVIOUS, DIM), dx))
     return other
 
 
-def smooth(near, n, rows, i, constants, out):
+def smooth_normals(near, n, rows, i, constants, out):
     """Write F of particle `i` into its row: the law of a pass over those that meet another body."""
-    x, h, rough = own_vector(rows, i, 0, DIM), rows[i, H], own_vector(rows, i, ROUGH, DIM)
+    x, h, rough = own_vector(rows, i, 0, DIM), rows[i, H], own_vector(rows, i, N_RAW, DIM)
     mean = spread(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx, ih = minus(vector(b, 0, DIM), x), 2.0 / (h + b[H])
-        its = times(1.0 - 2.0 * of_other(rows, i, b, dx), vector(b, ROUGH, DIM))
+        its = times(1.0 - 2.0 * is_other_body(rows, i, b, dx), vector(b, N_RAW, DIM))
         alike = max(dot(rough, its), 0.0)
         alike = alike * alike / (dot(rough, rough) * dot(its, its) + TINY)
         flat = scale(ih) / ih * max(1.0 - dot(dx, dx) * ih * ih / REACH2, 0.0)
         mean = plus(mean, times(b[V] * flat * alike, its))
     along = plus(totals(mean), times(rows[i, V] * scale(1.0 / h) * h, rough))
-    put(out, i, FILLS, times(dot(rough, along) / dot(along, along), along))
+    put(out, i, N_OTHER, times(dot(rough, along) / dot(along, along), along))
 
 
 @compiled
-def across(e, other, fills_a, fills_b, ends_a, ends_b):
+def contact_frame(e, other, fills_a, fills_b, ends_a, ends_b):
     """Return the pair's normal, the cosine that scales its kernel slope, and its gate.
 
     Parameters
@@ -83,14 +84,14 @@ def across(e, other, fills_a, fills_b, ends_a, ends_b):
     fills = minus(fills_a, fills_b)
     size = np.sqrt(dot(fills, fills)) + TINY
     n = times(1.0 / size, fills)
-    gate = (size / (max(dot(minus(ends_a, ends_b), n), 0.0) + TINY) - OPEN) * (1.0 / (SHUT - OPEN))
+    gate = (size / (max(dot(minus(ends_a, ends_b), n), 0.0) + TINY) - OPEN) * (1.0 / (CLOSED - OPEN))
     cosine = dot(n, e)
-    turned = other * max(np.copysign(1.0, cosine - MIXED_UP), 0.0)
+    turned = other * max(np.copysign(1.0, cosine - NORMAL_COSINE_MIN), 0.0)
     return plus(e, times(turned, minus(n, e))), 1.0 + turned * (cosine - 1.0), min(max(gate, 0.0), 1.0)
 
 
 @compiled
-def looking(face_a, face_b, dx):
+def faces_each_other(face_a, face_b, dx):
     """Return 1 where one of two particles of a body lies in front of the other's face, else 0.
 
     Parameters
@@ -102,4 +103,4 @@ def looking(face_a, face_b, dx):
     """
     of_a, of_b = dot(face_a, dx), -dot(face_b, dx)
     most = max(max(of_a, of_b), of_a + of_b)
-    return max(np.copysign(1.0, most - LOOKS * np.sqrt(dot(dx, dx))), 0.0)
+    return max(np.copysign(1.0, most - FACING_COSINE * np.sqrt(dot(dx, dx))), 0.0)

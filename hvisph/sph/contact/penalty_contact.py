@@ -23,7 +23,8 @@ A bound of the second derivatives of E, row by row, gives the frequency omega^2 
 
     omega^2 = 2 V_a/m_a (K_a g_a^2 + sum_b V_b K_b |W'_ab| g_b + sum_b V_b (K_a p_a + K_b p_b) 3 W(0)/h^2)
 
-with g = sum V_b |W'_ab|, of those that press. Rings of solids of revolution (REVOLVED) meet all round: of the volume V
+with g = sum V_b |W'_ab|, of those that press. Rings of solids of revolution (AXISYMMETRIC) meet all round: of the
+volume V
 of a whole ring its section A = V/(2 pi r) fills the plane, and E = sum V_a K_a p_a^2/2 has what radii change in A, too,
 
     F_ab = - 2 pi A_a A_b (r_a K_a p_a + r_b K_b p_b) grad_a W_ab,    F_a,r += 2 pi A_a/r_a sum A_b r_b K_b p_b W_ab
@@ -61,7 +62,7 @@ from hvisph.sph.neighbours.particle_layout import RowLayout, those
 from hvisph.sph.terms.limiters import TINY
 
 # Options of the laws, off unless bound: rings about an axis; faces of one body that meet; friction.
-REVOLVED = OWN_FACES = FRICTION = 0
+AXISYMMETRIC = OWN_FACES = FRICTION = 0
 # A contact carries so many times the pressure that is expected: lattices that do not face each other particle by
 # particle carry less than those that do.
 RESERVE = 2.5
@@ -126,7 +127,7 @@ class Pressing:
     def passes(self, dim: int, revolved: bool) -> list[Pass]:
         """Return the passes: how bodies fill each other's room, then forces."""
         layout = self.row_layout(dim, revolved)
-        ways = {"OWN_FACES": int(self.own_faces), "FRICTION": int(self.friction > 0.0), "REVOLVED": int(revolved)}
+        ways = {"OWN_FACES": int(self.own_faces), "FRICTION": int(self.friction > 0.0), "AXISYMMETRIC": int(revolved)}
         return [Pass(fill, layout, ways, (against,), into_rows=True),
                 Pass(accumulate, layout, ways, (against,), slips=True)]  # fmt: skip
 
@@ -139,7 +140,7 @@ class Pressing:
         return RowLayout(dim, those(
             ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
             ("k", "scalar"), ("p", "scalar"), ("g", "scalar"), self.own_faces and ("d", "vector"),
-            self.own_faces and ("tied", "scalar"), self.friction > 0.0 and ("fills", "vector"),
+            self.own_faces and ("tied", "scalar"), self.friction > 0.0 and ("n_other", "vector"),
             revolved and ("ring", "radius"), ("start", "scalar"),
         ))  # fmt: skip
 
@@ -173,7 +174,7 @@ def against(rows, i, b, dx, reach2):
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
     if OWN_FACES:
         own_face = rows[i, TIED] * b[TIED] * beyond(dx, own_vector(rows, i, D, DIM), vector(b, D, DIM), reach2)
-        if REVOLVED:  # an image over the axis has a radius below zero
+        if AXISYMMETRIC:  # an image over the axis has a radius below zero
             own_face = own_face * max(np.copysign(1.0, b[RING]), 0.0)
         other = max(other, own_face)
     return other
@@ -200,7 +201,7 @@ def fill(near, n, rows, i, constants, out):
     out[i, START] = phi
     out[i, P], out[i, G] = pressed, total(steep) if pressed > 0.0 else 0.0
     if FRICTION:
-        put(out, i, FILLS, totals(fills))
+        put(out, i, N_OTHER, totals(fills))
 
 
 def accumulate(near, n, rows, i, constants, out):
@@ -212,7 +213,7 @@ def accumulate(near, n, rows, i, constants, out):
     own_k, own_m, scale_own = constants[0] * rows[i, K], rows[i, M], rows[i, V] / rows[i, M]
     own_p, own_g = own_k * rows[i, P], rows[i, G]
     if FRICTION:
-        fills = own_vector(rows, i, FILLS, DIM)
+        fills = own_vector(rows, i, N_OTHER, DIM)
     a = spread(no_vector(DIM))
     power = omega2 = rubbed = widened = all_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
@@ -224,7 +225,7 @@ def accumulate(near, n, rows, i, constants, out):
         its_k = constants[0] * b[K]
         volume = other * b[V] * scale(ih)
         steep = volume * abs(slope(r * ih))
-        if REVOLVED:
+        if AXISYMMETRIC:
             its_k = its_k * (abs(b[RING]) / rows[i, RING])
             widened += its_k * b[P] * volume * shape(r * ih) / ih
         push = own_p + its_k * b[P]
@@ -233,7 +234,7 @@ def accumulate(near, n, rows, i, constants, out):
         stiff = its_k * b[G] * steep + push * volume * constants[1] * ih
         omega2 += stiff
         if FRICTION:
-            n_ab = minus(vector(b, FILLS, DIM), fills)
+            n_ab = minus(vector(b, N_OTHER, DIM), fills)
             n_ab = times(1.0 / (np.sqrt(dot(n_ab, n_ab)) + TINY), n_ab)
             du = minus(du, times(dot(du, n_ab), n_ab))
             slip = np.sqrt(dot(du, du)) + TINY
@@ -244,7 +245,7 @@ def accumulate(near, n, rows, i, constants, out):
             rubbed += held * slip
         a = plus(a, force)
     acceleration, work = times(scale_own, totals(a)), -0.5 * scale_own * total(power)
-    if REVOLVED:  # what widens has less of a section, and fills less
+    if AXISYMMETRIC:  # what widens has less of a section, and fills less
         outwards = scale_own * total(widened) / rows[i, RING]
         acceleration, work = plus_radial(acceleration, outwards), work - outwards * radial(u)
     curvature = own_k * own_g * own_g + total(omega2)

@@ -14,7 +14,7 @@ of a pair against approach,
 
 gives the frequency omega^2 = 2 sum_b k_ab / m_a and the limit 2/omega of the step.
 
-Rings of solids of revolution (REVOLVED) meet all round: V are areas of their sections, and
+Rings of solids of revolution (AXISYMMETRIC) meet all round: V are areas of their sections, and
 
     E    = 2 pi sum over pairs V_a V_b K w^n (r_a + r_b)/2
 
@@ -47,10 +47,10 @@ from hvisph.compiler.vector.api import LANES, all_lanes, neighbours, total
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.neighbours.pairs import Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout, those
-from hvisph.sph.terms.axisymmetric import ring_weight
+from hvisph.sph.terms.axisymmetric import mirror_weight
 
 # Option of the law, off unless bound: rings about an axis.
-REVOLVED = 0
+AXISYMMETRIC = 0
 # Pressure that a plane contact of stiffness K carries, over K dx^d: measured, see Young 2021 sec. 2.4.
 CARRIED = {1: 10.0, 2: 20.0, 3: 40.0}
 
@@ -111,7 +111,7 @@ class Contact:
 
     def passes(self, dim: int, revolved: bool) -> list[Pass]:
         """Return the pass of the contact."""
-        ways = {"EXPONENT": self.exponent, "REVOLVED": int(revolved)}
+        ways = {"EXPONENT": self.exponent, "AXISYMMETRIC": int(revolved)}
         return [Pass(accumulate, self.row_layout(dim, revolved), ways)]
 
     def row_layout(self, dim: int, revolved: bool) -> RowLayout:
@@ -136,7 +136,7 @@ def accumulate(near, n, rows, i, constants, out):
     x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
     h, body, stiffness = rows[i, H], rows[i, BODY], rows[i, K]
     scale_own = rows[i, V] / rows[i, M]
-    if REVOLVED:
+    if AXISYMMETRIC:
         inverse_ring = 1.0 / rows[i, RING]
     a = spread(no_vector(DIM))
     power = omega2 = all_lanes(0.0)
@@ -156,11 +156,11 @@ def accumulate(near, n, rows, i, constants, out):
             lower = all_lanes(1.0)  # w^(n-2)
         power_of_w = lower * ratio
         both = other * b[V] * min(stiffness, b[K]) * float(EXPONENT)
-        if REVOLVED:
-            both = both * ring_weight(b[RING], inverse_ring)[0]
+        if AXISYMMETRIC:
+            both = both * mirror_weight(b[RING], inverse_ring)[0]
         force = times(-both * power_of_w * slope_ratio / r, dx)
         power += dot(force, minus(u, vector(b, U, DIM)))
-        if REVOLVED:
+        if AXISYMMETRIC:
             share = other * b[V] * min(stiffness, b[K]) * (power_of_w * ratio * (-0.5 * inverse_ring))
             force = plus_radial(force, share)
             power += (2.0 * radial(u)) * share  # all of it its own, not half

@@ -41,7 +41,7 @@ def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
     """
     dx, tables = 1.0 / h_over_dx, []
     for dim in (1, 2, 3):
-        lacks = lacking(kernel, h_over_dx, dim)
+        lacks = kernel_deficit(kernel, h_over_dx, dim)
         at_face = _at_face(kernel, dim)
         faint = np.sqrt(2.0 * np.maximum(-np.log(lacks / at_face + TINY), 0.0))
         known = np.minimum(faint, FAINTEST)
@@ -53,7 +53,7 @@ def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
     return np.concatenate(tables)
 
 
-def lacking(kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
+def kernel_deficit(kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
     """Return what the layers under a flat face lack of their kernel's sum, |O| h, the outermost first."""
     dx = 1.0 / h_over_dx
     layers, aside = kernel.layers(h_over_dx, dim, dx)
@@ -82,31 +82,31 @@ def depth(ends, h, table):
 
 
 @compiled
-def along_normal(depth_a, h_a, depth_b, h_b):
+def normal_inverse_length(depth_a, h_a, depth_b, h_b):
     """Return k [1/m], the inverse length along the normal."""
     return (depth_a / h_a + depth_b / h_b) / (depth_a + depth_b)
 
 
 @compiled
-def stretched(dx, n, inverse_length, inverse_mean):
+def stretched_distance(dx, n, inverse_length, inverse_mean):
     """Return q, s [m] and the vector t [m] of a pair."""
     s = dot(dx, n)
     t = minus(dx, times(s, n))
     return np.sqrt(s * s * inverse_length * inverse_length + dot(t, t) * inverse_mean * inverse_mean), s, t
 
 
-def facing(near, n, rows, i, constants, out):
+def unequal_normals(near, n, rows, i, constants, out):
     """Write N, how the other bodies fill what particle `i` lacks, into its row: the law of a pass over what meets."""
-    x, h, under, ends = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, DEPTH], own_vector(rows, i, ENDS, DIM)
+    x, h, under, ends = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, DEPTH], own_vector(rows, i, N_SURFACE, DIM)
     fills = spread(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
         dx = minus(vector(b, 0, DIM), x)
-        other = of_other(rows, i, b, dx)
-        towards = minus(ends, vector(b, ENDS, DIM))
+        other = is_other_body(rows, i, b, dx)
+        towards = minus(ends, vector(b, N_SURFACE, DIM))
         towards = times(1.0 / (np.sqrt(dot(towards, towards)) + TINY), towards)
-        ik, im = along_normal(under, h, b[DEPTH], b[H]), 2.0 / (h + b[H])
-        q, s, t = stretched(dx, towards, ik, im)
+        ik, im = normal_inverse_length(under, h, b[DEPTH], b[H]), 2.0 / (h + b[H])
+        q, s, t = stretched_distance(dx, towards, ik, im)
         factor = -other * b[V] * scale(im) / (im * im * h * b[H]) * slope(q) / (q + TINY)
         fills = plus(fills, plus(times(factor * s * ik, towards), times(factor * im * im / ik, t)))
-    put(out, i, ROUGH, totals(fills))
+    put(out, i, N_RAW, totals(fills))

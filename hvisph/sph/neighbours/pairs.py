@@ -38,7 +38,7 @@ class Pass:
     parts
         Templates that the law calls by name, bound to the same.
     only
-        Name of a vector of the rows, such as `ROUGH`: those where it is zero are left out; none unless given.
+        Name of a vector of the rows, such as `N_RAW`: those where it is zero are left out; none unless given.
     own_reach
         Whether it sums over its own kernel, too, which reaches farther than that of a pair with what is shorter.
     into_rows

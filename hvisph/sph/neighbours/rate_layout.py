@@ -25,7 +25,7 @@ def slots(dim: int) -> dict[str, int]:
     """Return where each rate stands, as constants for compiled loops."""
     end = width(dim)
     return {"R_ACCELERATION": 0, "R_POWER": dim, "R_APPROACH": dim + 1, "R_GRADIENT": dim + 2, "R_DENSITY": end,
-            "R_LEAD": end + 1, "R_SLIP": end + 2, "R_HOOP": end + 3, "R_SPIN": end + 3}  # fmt: skip
+            "R_CORRECTION": end + 1, "R_SLIP": end + 2, "R_HOOP": end + 3, "R_SPIN": end + 3}  # fmt: skip
 
 
 def _write(out, i, a, power, mu, l):

@@ -47,7 +47,7 @@ EDGES = 4.0  # 1 over the fullness of an edge
 
 
 @compiled
-def ring_weight(ring, inverse_ring):
+def mirror_weight(ring, inverse_ring):
     """Return w, and 1 for a ring or 0 for an image over the axis.
 
     Parameters
@@ -61,7 +61,7 @@ def ring_weight(ring, inverse_ring):
 
 
 @compiled
-def between_rings(du, own, its, real):
+def axisymmetric_jump(du, own, its, real):
     """Return the difference `du` of two velocities; of an image over the axis the radial one of its ring.
 
     `own` and `its` are both radial velocities, that of the image its own.
@@ -70,7 +70,7 @@ def between_rings(du, own, its, real):
 
 
 @compiled
-def pair_of_rings(force, dissipating, du, own, its, weight, real):
+def axisymmetric_pair(force, dissipating, du, own, its, weight, real):
     """Return force and difference of velocities of a pair, and over the axis what its dissipation closes by, doubled.
 
     Parameters
@@ -82,7 +82,7 @@ def pair_of_rings(force, dissipating, du, own, its, weight, real):
     weight, real
         See `ring_weight`.
     """
-    apart = times(weight, between_rings(du, own, its, real))
+    apart = times(weight, axisymmetric_jump(du, own, its, real))
     mirrored = (1.0 - real) * (1.0 - weight)
     force = scaled_apart(force, weight * real, weight)
     force = plus_radial(force, (mirrored - (1.0 - real) * weight) * radial(dissipating))
@@ -90,13 +90,34 @@ def pair_of_rings(force, dissipating, du, own, its, weight, real):
 
 
 @compiled
-def brake(e, apart, zt_a, zt_b, weight, real):
+def axis_dashpot(e, apart, zt_a, zt_b, weight, real):
     """Return the radial traction [Pa] by which shear impedances brake what closes, at `apart` [m/s], over the axis."""
     return (1.0 - real) * (1.0 - weight) * radial(e) * min(apart, 0.0) * (zt_a * zt_b / (zt_a + zt_b + TINY))
 
 
 @compiled
-def unlike_at_axis(radial_rate, hoop_rate, ring, h):
+def axisymmetric_traction(t, area, e, u, jump, left, zt_a, zt_b, other, weight, real):
+    """Return the traction of a pair in the half-plane, the power of an image over the axis, and that of its dashpot.
+
+    Parameters
+    ----------
+    t, area
+        Traction of the plane [Pa]; interaction area of the pair over the own volume.
+    e, u, jump, left
+        Line of centres; own velocity, its jump, and the normal jump that reconstruction leaves [m/s].
+    zt_a, zt_b, other
+        Shear impedances; 1 for a pair of different bodies, else 0.
+    weight, real
+        See `mirror_weight`.
+    """
+    image_power = area * weight * (1.0 - real) * (0.5 * radial(t)) * (2.0 * radial(u) + radial(jump))
+    dashpot = (1.0 - other) * axis_dashpot(e, left, zt_a, zt_b, weight, real)
+    traction = plus_radial(scaled_apart(t, weight * real, weight), dashpot)
+    return traction, image_power, (0.5 * area) * dashpot * radial(jump)
+
+
+@compiled
+def axis_regularization(radial_rate, hoop_rate, ring, h):
     """Return what the rate of the radius [1/s] gains, and that of the hoop loses, near the axis."""
     return 0.5 * max(1.0 - ring / h, 0.0) * (hoop_rate - radial_rate)
 

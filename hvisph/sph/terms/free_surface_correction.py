@@ -39,7 +39,7 @@ def correctable(moment):
 
 
 @compiled
-def at_edges(l, rate, moment, calm, bear):
+def free_surface_correction(l, rate, moment, calm, bear):
     """Return the velocity gradient and the rate of volume, corrected as the neighbourhood is open.
 
     Parameters

@@ -1,7 +1,15 @@
-"""What the contact law (`schemes.riemann.law`) makes of the two sides of a pair, before and after its Riemann problem.
+"""Acoustic Riemann problem of a pair of particles, with reconstructed states.
 
-Slopes move the sides to each other, limits of the material cut the tractions, and where bodies meet, pressing and
-sliding take the place of what a welded pair would do.
+Along the line of centres e, with the impedances Z of both sides (normal: rho c_l, tangential: rho c_t),
+
+    u* = (Z_a u_a + Z_b u_b + t_b - t_a) / (Z_a + Z_b)
+    t* = (Z_b t_a + Z_a t_b + Z_a Z_b (u_b - u_a)) / (Z_a + Z_b),        t = sigma e
+
+The normal impedance grows with the jump of velocity that reconstruction leaves, as the speed of a shock does:
+
+    Z_n = rho (c_l + 1.2 max(u_an - u_bn, 0))
+
+Source: Parshikov & Medin 2002; the slope of the shock speed after Dukowicz 1985. Verification: `hugoniot`, `plate`.
 """
 
 from __future__ import annotations
@@ -9,62 +17,43 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.compiler.jit import compiled
-from hvisph.compiler.tensors import dot, minus, plus, times, to_dimensions
+from hvisph.compiler.tensors import dot, minus, plus, times
 from hvisph.compiler.vector.api import anywhere
 
 from .limiters import TINY
 
-# How soon tension leaves pairs closer than their volumes allow.
-HOLDING = 12.0
-# Root of the share of its exchange that a pair loses, over p/(2 rho c^2): half of it at 0.07 rho c^2.
-HARD = 20.0
-# What has less than this is taken to bear none.
-NO_SHEAR = 1e-4
+# Slope of the shock speed over the jump of velocity; metals have 1.2 to 1.5.
+SHOCK_SLOPE = 1.2
+# Shear impedance over the normal one of a material without shear strength.
+SHEAR_IMPEDANCE_MIN = 1e-8
 
 
 @compiled
-def inverses(a, b):
-    """Return 1/a and 1/b, which take a single division."""
+def reciprocals(a, b):
+    """Return 1/a and 1/b with a single division."""
     both = 1.0 / (a * b)
     return b * both, a * both
 
 
 @compiled
-def drawn(u, of_u, t, of_t, shared, least):
-    """Return by which shares of half their difference both sides move to each other, of velocities and of tractions.
-
-    Parameters
-    ----------
-    u, t
-        Square of the difference d.
-    of_u, of_t
-        Its products with both sides' slopes.
-    shared
-        The limiter.
-    least
-        The least share that the limiter is to return.
-    """
-    n1, d1 = shared(u, 2.0 * of_u[0] - u)
-    n2, d2 = shared(u, 2.0 * of_u[1] - u)
-    n3, d3 = shared(t, 2.0 * of_t[0] - t)
-    n4, d4 = shared(t, 2.0 * of_t[1] - t)
-    by_u, by_t = inverses(d1 * d2, d3 * d4)
-    return ((max(n1 * d2 * by_u, least), max(n2 * d1 * by_u, least)),
-            (max(n3 * d4 * by_t, least), max(n4 * d3 * by_t, least)))  # fmt: skip
+def shock_stiffening(jump):
+    """Return the increase of the wave speed [m/s] for a normal velocity `jump` [m/s], negative in compression."""
+    return -SHOCK_SLOPE * min(jump, 0.0)
 
 
 @compiled
-def met(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
-    """Return the contact velocity less the own one, and the traction, of a pair's normal Riemann problem.
+def riemann_normal(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
+    """Return contact velocity relative to the own one, and traction, of the normal Riemann problem.
 
     Parameters
     ----------
     inverse, za, zb
-        1 over the sum of both impedances; impedances.
+        1 over the sum of both impedances; impedances [kg/(m^2 s)].
     du, t_a, dt
-        The neighbour's velocity less the own one; the own traction, and the neighbour's less that.
+        Jump of velocity to the neighbour [m/s]; own traction and jump of traction [Pa].
     shares_u, shares_t, half
-        Shares of half of them by which both sides move to each other, see `drawn`; 1/2 or, of pairs that go without, 0.
+        Shares of half of the jumps by which reconstruction moves both states (`sph.terms.reconstruction`);
+        1/2, or 0 of pairs without reconstruction.
     """
     half_u, half_t = half * du, half * dt
     left_u, left_t = du - (shares_u[0] + shares_u[1]) * half_u, dt - (shares_t[0] + shares_t[1]) * half_t
@@ -73,8 +62,8 @@ def met(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
 
 
 @compiled
-def met_beside(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
-    """Return the same of the tangential problem, of vectors."""
+def riemann_tangential(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
+    """Return the same of the tangential Riemann problem, as vectors."""
     half_u, half_t = times(half, du), times(half, dt)
     left_u = minus(du, times(shares_u[0] + shares_u[1], half_u))
     left_t = minus(dt, times(shares_t[0] + shares_t[1], half_t))
@@ -83,73 +72,17 @@ def met_beside(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
 
 
 @compiled
-def counted(us, du, t, inverse, densities, most):
-    """Return what of the exchange, `us` less the mean velocity, density goes without: `most` where a pair presses hard.
-
-    Parameters
-    ----------
-    us, du, t
-        Contact velocity and the neighbour's, both less the own one; normal traction.
-    inverse, densities
-        1 over the sum of both impedances, and the sum of both densities.
-    most
-        Largest share.
-    """
-    pressing = HARD * densities * inverse * inverse * min(t, 0.0)
-    return min(pressing * pressing, most) * (us - 0.5 * du)
-
-
-@compiled
-def at_most(most, t):
-    """Return the vector `t`, no longer than `most`."""
+def clip_norm(limit, t):
+    """Return the vector `t`, shortened to the length `limit` where it is longer."""
     t2 = dot(t, t)
-    if anywhere(t2 - most * most):
-        t = times(min(most / (np.sqrt(t2) + TINY), 1.0), t)
+    if anywhere(t2 - limit * limit):
+        t = times(min(limit / (np.sqrt(t2) + TINY), 1.0), t)
     return t
 
 
 @compiled
-def let_go(t_n, volumes, dx, inverse_r, order):
-    """Return the normal traction, of which tension leaves a pair that is closer than its `volumes` allow."""
-    leaves = min(HOLDING * max(volumes * to_dimensions(inverse_r * inverse_r, dx) - 1.0, 0.0), 1.0)
-    return t_n - max(t_n, 0.0) * (order * leaves)
-
-
-@compiled
-def yielding(zt, zn):
-    """Return 1/Z_t, but 0 of what bears no shear: there is nothing but rounding to divide by next to nothing."""
-    least = NO_SHEAR * zn
-    return zt / (zt * zt + least * least + TINY)
-
-
-@compiled
-def pressed(t, us, d, t_a, step, za, zb, other, gate):
-    """Return normal traction and contact velocity where bodies meet, and half the velocity between both sides' own.
-
-    Parameters
-    ----------
-    t, us
-        Traction, and contact velocity less the own one, of bodies that are welded.
-    d, t_a, step
-        The neighbour's velocity less the own one; the own traction, and the neighbour's less that.
-    za, zb
-        Impedances.
-    other, gate
-        1 for a pair of different bodies, else 0; gate of the contact.
-    """
-    t += other * (gate * min(t, 0.0) - t)
-    own, its = (t - t_a) / za, d - (t - t_a - step) / (zb + TINY)
-    return t, us + other * (own - us), (0.5 * other) * (its - own)
-
-
-@compiled
-def slid(t, us, d, t_a, step, side_a, side_b, most, other):
-    """Return tangential traction and contact velocity where bodies meet, and the heat of slip over the pair's weight.
-
-    Vectors as in `pressed`; `side_a` and `side_b` are both impedances of each side, `most` is what friction bears.
-    """
-    t = at_most(most, t)
-    beyond = minus(t, t_a)
-    own = times(yielding(*side_a), beyond)
-    its = minus(d, times(yielding(*side_b), minus(beyond, step)))
-    return t, plus(us, times(other, minus(own, us))), (0.5 * other) * dot(t, minus(its, own))
+def clip_shear(limit, t):
+    """Return the tangential traction `t`, one number in the plane or a vector in space, limited to `limit` [Pa]."""
+    if len(t) == 1:
+        return (max(min(t[0], limit), -limit),)
+    return clip_norm(limit, t)

@@ -1,0 +1,88 @@
+"""Contact of bodies by Riemann problems: compression along the normal, Coulomb friction along the interface.
+
+With the normal n and the gate of `sph.contact.contact_normal`, without reconstruction,
+
+    t*_n = gate min(t*_n, 0),     |t*_t| <= friction |t*_n|
+    u*_a = u_a + (t* - t_a)/Z_a,  u*_b = u_b - (t* - t_b)/Z_b   one a side, equal where t* is not limited
+    D    = F . (u*_b - u*_a)/2 >= 0                              heat of slip and of the gate, on each side
+
+Verification: `friction`, `separation`, `bars`.
+"""
+
+from __future__ import annotations
+
+from hvisph.compiler.jit import compiled
+from hvisph.compiler.tensors import dot, minus, plus, times, vector
+from hvisph.compiler.vector.api import neighbours
+from hvisph.sph.terms.limiters import TINY
+from hvisph.sph.terms.riemann_solver import clip_norm
+
+from .contact_normal import contact_frame
+from .variable_resolution import normal_inverse_length, stretched_distance
+
+# Shear impedance over the normal one below which a material counts as one without shear strength.
+NO_SHEAR = 1e-4
+# Stands for no limit of a traction [Pa].
+UNLIMITED = 1e300
+# Option of `contact_geometry`, off unless bound: bodies of unequal spacings.
+VARIABLE_RESOLUTION = 0
+
+
+def contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface):
+    """Return normal, kernel slope, weight in the velocity gradient, and gate of a vector of pairs in contact.
+
+    A template: bound are DIM, WHOLE, the slots of the row, `scale` and `slope`. `other` is 1 for a pair of
+    different bodies, else 0: nothing changes for it then.
+    """
+    full = neighbours(rows, near, k, WHOLE)
+    e, cosine, gate = contact_frame(
+        e, other, n_other, vector(full, N_OTHER, DIM), n_surface, vector(full, N_SURFACE, DIM)
+    )
+    g, weight = g * cosine, 1.0 + other * (gate - 1.0)
+    if VARIABLE_RESOLUTION:
+        ik = normal_inverse_length(rows[i, DEPTH], rows[i, H], full[DEPTH], b[H])
+        q, s_n, _ = stretched_distance(dx, e, ik, ih)
+        unequal = -2.0 * scale(ih) / (ih * ih * rows[i, H] * b[H]) * slope(q) * s_n * ik / (q + TINY)
+        g, weight = g + other * (unequal - g), weight * (1.0 + other * (ik * rows[i, H] - 1.0))
+    return e, g, weight, gate
+
+
+@compiled
+def shear_compliance(zt, zn):
+    """Return 1/Z_t, or 0 for a material without shear strength, whose quotient would be rounding alone."""
+    least = NO_SHEAR * zn
+    return zt / (zt * zt + least * least + TINY)
+
+
+@compiled
+def compressive_contact(t, us, d, t_a, step, za, zb, other, gate):
+    """Return normal traction, contact velocity, and half the difference of both sides' contact velocities.
+
+    Parameters
+    ----------
+    t, us
+        Traction [Pa], and contact velocity relative to the own one [m/s], of a bonded pair.
+    d, t_a, step
+        Jump of velocity [m/s]; own traction and jump of traction [Pa].
+    za, zb
+        Impedances.
+    other, gate
+        1 for a pair of different bodies, else 0; gate of the contact.
+    """
+    t += other * (gate * min(t, 0.0) - t)
+    own, its = (t - t_a) / za, d - (t - t_a - step) / (zb + TINY)
+    return t, us + other * (own - us), (0.5 * other) * (its - own)
+
+
+@compiled
+def coulomb_slip(t, us, d, t_a, step, side_a, side_b, friction, t_n, other):
+    """Return tangential traction and contact velocity, and the heat of slip over the weight of the pair.
+
+    Vectors as in `compressive_contact`; `side_a` and `side_b` are the shear and normal impedances of each side,
+    `friction` is Coulomb's coefficient, `t_n` the normal traction.
+    """
+    t = clip_norm(max(UNLIMITED * (1.0 - other), -friction * t_n), t)
+    beyond = minus(t, t_a)
+    own = times(shear_compliance(*side_a), beyond)
+    its = minus(d, times(shear_compliance(*side_b), minus(beyond, step)))
+    return t, plus(us, times(other, minus(own, us))), (0.5 * other) * dot(t, minus(its, own))
