@@ -1,0 +1,120 @@
+"""Sensitivity of the default scheme to each of its constants: changes of results when one is raised or lowered.
+
+    python benchmarks/sensitivity.py [NAME ...] [--factor 1.3 --factor 0.7]
+
+Every constant is changed in a process of its own, before the loops are compiled. Results are those of the Al-Al impact
+at 0.25 mm, of a copper plate impact at 3.1 km/s and of aluminium plates at 600 m/s in 1D, and of the verification
+problem that the constant acts in. A line of JSON for each run.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+
+import hvisph
+from hvisph.integrators import particle_steps, particle_update
+from hvisph.materials import traction_limits
+from hvisph.schemes.riemann import law as riemann
+from hvisph.schemes.riemann import scheme as formulation
+from hvisph.simulation import clock
+from hvisph.sph.contact import contact_normal
+from hvisph.sph.contact import variable_resolution as unlike_law
+from hvisph.sph.terms import axisymmetric, free_surface_correction, riemann_solver, shape_matrix
+from hvisph.verification.problem import Options
+from hvisph.verification.problems import PROBLEMS
+from hvisph.verification.runner import verdicts
+
+# Constants by name: module and further verification problem, or the setting of a case and its default.
+CONSTANTS = {
+    "h_over_dx": ("formulation.h_over_dx", 1.2),
+    "cfl": ("time.cfl", 0.42),
+    "SHOCK_SLOPE": (riemann, "noh"),
+    "CONDUCTION": (riemann, "noh"),
+    "MAX_EXCHANGE_CUT": (riemann, None),
+    "HARD": (riemann_solver, "noh"),
+    "PASSING": (formulation, None),
+    "AFAR": (particle_update, None),
+    "EASED": (riemann, "cantilever"),
+    "ORDERLY": (riemann, "cantilever"),
+    "CALM": (riemann, "cantilever"),
+    "HOLDING": (riemann_solver, "tension"),
+    "DISORDER": (traction_limits, "tension"),
+    "WHOLE": (free_surface_correction, "cantilever"),
+    "RANGE": (free_surface_correction, "cantilever"),
+    "SOUND": (free_surface_correction, "cantilever"),
+    "SOUND_MEAN": (free_surface_correction, "cantilever"),
+    "FRONT": (free_surface_correction, "noh"),
+    "SINGULAR": (shape_matrix, "cantilever"),
+    "OPEN": (contact_normal, "bars"),
+    "SHUT": (contact_normal, "bars"),
+    "MIXED_UP": (contact_normal, "bars"),
+    "NO_SHEAR": (riemann_solver, "parting"),
+    "SLIPPERY": (riemann, "parting"),
+    "LEAST": (unlike_law, "spacings"),
+    "GROWTH": (clock, None),
+    "THIN": (formulation, "axisymmetric"),
+    "EDGES": (axisymmetric, "axisymmetric"),
+    "ON_AXIS": (particle_steps, "axisymmetric"),
+    "STEEPNESS": (particle_steps, "axisymmetric"),
+    "NEAR": (particle_steps, "axisymmetric"),
+}
+# Constants near 1 whose difference from 1 is what counts.
+FROM_ONE = ("OPEN", "SHUT", "WHOLE", "GROWTH")
+MEASURES = ("crater_diameter", "extension", "penetration", "centre_pressure_peak")
+
+
+def changed(name: str, factor: float) -> list[str]:
+    """Change a constant wherever the package has imported it; return the settings of cases that do so instead."""
+    place, value = CONSTANTS[name]
+    if isinstance(place, str):
+        return [f"{place}={factor * value}"]
+    value = getattr(place, name)
+    new = 1.0 + factor * (value - 1.0) if name in FROM_ONE else factor * value
+    for module in [one for key, one in sys.modules.items() if key.startswith("hvisph.")]:
+        if vars(module).get(name) is value:
+            setattr(module, name, new)
+    return []
+
+
+def measured(name: str, factor: float) -> dict[str, float]:
+    """Return the results of all problems with a constant changed."""
+    settings = changed(name, factor)
+    with tempfile.TemporaryDirectory() as folder:
+        case = hvisph.load_case("quickstart", settings)
+        summary = hvisph.run(case, f"{folder}/run", threads=1).summary
+    found = {key: summary["measures"][key]["value"] for key in MEASURES} | {
+        "energy": summary["conservation"]["energy_drift"]
+    }
+    problems = [("hugoniot", Options(), "copper on copper 3.1"), ("plate", Options(quick=True), "")]
+    if CONSTANTS[name][1] in PROBLEMS:
+        problems.append((CONSTANTS[name][1], Options(quick=True), ""))
+    for problem, options, only in problems:
+        for one in verdicts(PROBLEMS[problem], ["riemann"], options, settings, only=only, threads=1):
+            found |= {f"{problem}: {one.trial}: {figure.name}": figure.found for figure in one.figures}
+            if one.status != "done":
+                found[f"{problem}: {one.trial}: {one.message}"] = float("nan")
+    return found
+
+
+def main() -> None:
+    """Print the results of each constant and factor."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", default=list(CONSTANTS), help="constants; all unless given")
+    parser.add_argument("--factor", type=float, action="append", help="1.3 and 0.7 unless given")
+    options = parser.parse_args()
+    factors = options.factor or [1.3, 0.7]
+    if len(options.names) == len(factors) == 1:
+        (name,), (factor,) = options.names, factors
+        print(json.dumps({"constant": name, "factor": factor, "results": measured(name, factor)}))
+        return
+    for name in options.names:
+        for factor in factors:
+            subprocess.run([sys.executable, __file__, name, "--factor", str(factor)], check=True)
+
+
+if __name__ == "__main__":
+    main()
