@@ -76,7 +76,7 @@ from hvisph.sph.contact.riemann_contact import compressive_contact, contact_geom
 from hvisph.sph.terms.angular_momentum import spin_tractions, torque_residual
 from hvisph.sph.terms.axisymmetric import axisymmetric_traction, hoop_share, mirror_weight
 from hvisph.sph.terms.conduction import conducted_power
-from hvisph.sph.terms.density_correction import exchange_correction
+from hvisph.sph.terms.density_correction import EXCHANGE_CUTOFF_MAX, exchange_correction
 from hvisph.sph.terms.free_surface_correction import FRONT, free_surface_correction
 from hvisph.sph.terms.grad_h import grad_h_rate, grad_h_sums
 from hvisph.sph.terms.limiters import TINY
@@ -226,7 +226,9 @@ def accumulate(near, n, rows, i, constants, out):
             ratio = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if VARIABLE_RESOLUTION else 1.0
             if AXISYMMETRIC and DENSITY_CORRECTION:
                 ratio *= b[REST_AREA] * inverse_rest
-            lost = exchange_correction(us_n, du_n, t_n, inverse_n, rows[i, RHO] + b[RHO], 1.0 if GRAD_H else 0.5)
+            lost = exchange_correction(
+                us_n, du_n, t_n, inverse_n, rows[i, RHO] + b[RHO], 1.0 if GRAD_H else EXCHANGE_CUTOFF_MAX
+            )
             number += weight * g * ratio * (us_n - (1.0 - other) * lost)
             number_rate += weight * g * ratio * du_n * (0.5 + other * (zb * inverse_n - 0.5))
             if GRAD_H:

@@ -11,6 +11,9 @@ from __future__ import annotations
 
 from hvisph.compiler.jit import compiled
 
+# Conductivity over the sum of densities times the increase of the wave speed: a Prandtl number of one.
+CONDUCTIVITY = 0.25
+
 
 @compiled
 def conducted_power(weight, densities, stiffening, energy_jump):
@@ -25,4 +28,4 @@ def conducted_power(weight, densities, stiffening, energy_jump):
     stiffening
         Increase of the wave speed in the front [m/s] (`sph.terms.riemann_solver`).
     """
-    return weight * (0.25 * densities) * stiffening * energy_jump
+    return weight * (CONDUCTIVITY * densities) * stiffening * energy_jump

@@ -19,6 +19,8 @@ from hvisph.compiler.jit import compiled
 
 # Root of the share of the exchange that a pair loses, over p/(2 rho c^2): half of it at 0.07 rho c^2.
 EXCHANGE_CUTOFF = 20.0
+# Largest share of the exchange that a pair loses where h is constant.
+EXCHANGE_CUTOFF_MAX = 0.5
 # Relaxation time over h/c_l.
 RELAXATION_TIME = 10.0
 
