@@ -1,4 +1,4 @@
-"""The reference manual of the case file, in Markdown, made from the models."""
+"""Reference manual of the case file in Markdown, one page per section, made from the models."""
 
 from __future__ import annotations
 
@@ -15,73 +15,146 @@ from .field_text import default_text, value_text
 from .material_library import library
 from .model_fields import Spot, spot_of
 
+# Page, title and paths of the case whose blocks it describes; what no page names stands on the last one.
+PAGES = {
+    "bodies": ("Bodies", ("bodies",)),
+    "shapes": ("Shapes", ("bodies.shape",)),
+    "materials": ("Materials", ("bodies.material",)),
+    "formulation": ("Formulation", ("formulation",)),
+    "output": ("Time, gauges and output", ("time", "gauges", "output", "witness")),
+    "conditions": ("Symmetry, supports and limits", ()),
+}
+# Blocks whose models are described elsewhere: equations of state, strength, damage.
+ELSEWHERE = {
+    "bodies.material.eos": "eos",
+    "bodies.material.strength": "strength",
+    "bodies.material.damage": "damage",
+    "bodies.material.temperature": "thermal",
+    "bodies.material.melting": "thermal",
+    "bodies.material.porosity": "thermal",
+}
+MANY = 6  # alternatives that a table does not list
+
 _HEAD = """\
 # The case file
 
 Made from the models by `python -m hvisph.casefile.schema --write`; do not edit.
 
-A case is one YAML file. Unknown keys are errors. Numbers are plain SI or carry a unit, such as
-`0.1 mm`, `3.1 km/s` or `27.6 GPa`; the dimension is checked. With `units: none` the case is
-non-dimensional and only plain numbers are allowed. The first line
-`# yaml-language-server: $schema=../schemas/case.schema.json` gives editors completion and checks.
+A case is one YAML file. Unknown keys are errors. Numbers are plain SI or carry a unit, such as `0.1 mm`,
+`3.1 km/s` or `27.6 GPa`; the dimension is checked. With `units: none` the case is non-dimensional and only
+plain numbers are allowed. The first line `# yaml-language-server: $schema=../schemas/case.schema.json` gives
+editors completion and checks. `hvisph help PATH` prints the same texts.
 
-Any field can be set from the command line: `--set time.end=2us`,
-`--set bodies.projectile.velocity.0='4 km/s'`,
-`--set bodies.target.material.strength.yield_stress='0.4 GPa'`. A file may start from another one
-with `base: other.yaml` and hold only what differs. In both, mappings merge key by key, anything
-else is replaced, null takes a key away, and another `type` replaces the whole block.
+Any field can be set from the command line: `--set time.end=2us`, `--set bodies.projectile.velocity.0='4 km/s'`.
+A file may start from another one with `base: other.yaml` and contain only the differences. In both, mappings
+merge key by key, anything else is replaced, null removes a key, and another `type` replaces the whole block.
 """
+_NOTE = "Part of [the case file](README.md).\n"
 
 
-def case_manual() -> str:
-    """Return the manual as Markdown text."""
-    parts = [_HEAD, *_units(), "## Case", *_model(Case)]
-    for name, info in Case.model_fields.items():
-        if name != "expected":
-            parts += _block(f"`{name}`", spot_of(info.annotation, info), 2)
-    parts += [*_measures(), *_materials()]
-    return "\n".join(parts).rstrip() + "\n"
+def case_manual() -> dict[str, str]:
+    """Return the pages of the manual as Markdown, by the names of their files."""
+    parts = {"README.md": [_HEAD, *_index(), "## Top-level keys\n", *_model(Case), *_units()]}
+    named = [path for _, paths in PAGES.values() for path in paths]
+    for page, (title, paths) in PAGES.items():
+        blocks = paths or tuple(name for name in Case.model_fields if name not in (*named, "measures", "expected"))
+        sections = _Sections()
+        parts[f"{page}.md"] = [f"# {title}\n", _NOTE, *(text for path in blocks for text in sections.of(path))]
+    parts["materials.md"] += _library()
+    parts["measures.md"] = ["# Measures and expectations\n", _NOTE, *_measures()]
+    return {name: "\n".join(text).rstrip() + "\n" for name, text in parts.items()}
 
 
-def _block(title: str, spot: Spot, level: int, above: tuple[dict[str, type[BaseModel]], ...] = ()) -> Iterator[str]:
-    """Yield the sections of what stands at `spot`, and of all that stands below it but not within itself."""
-    while spot.item is not None and not spot.models:
-        spot = spot_of(spot.item)
-    if not spot.models or spot.models in above:
-        return
-    heading = "#" * min(level, 5)
-    yield f"{heading} {title}\n"
-    for tag, model in spot.models.items():
-        if tag:
-            yield f"{heading}# {title} `{{type: {tag}}}`\n"
-        yield from _model(model)
-    yield from _below(title, spot, level, (*above, spot.models))
+def _index() -> Iterator[str]:
+    yield "| page | keys |"
+    yield "| --- | --- |"
+    for page, (title, paths) in PAGES.items():
+        yield f"| [{title}]({page}.md) | {', '.join(f'`{path}`' for path in paths) or 'all other blocks'} |"
+    yield "| [Measures and expectations](measures.md) | `measures`, `expected` |\n"
 
 
-def _below(title: str, spot: Spot, level: int, above: tuple[dict[str, type[BaseModel]], ...]) -> Iterator[str]:
-    """Yield the sections of the fields below, each once however many alternatives have it."""
-    seen: set[str] = set()
-    for model in spot.models.values():
-        for name, info in model.model_fields.items():
-            if name not in seen:
-                seen.add(name)
-                yield from _block(f"{title[:-1]}.{name}`", spot_of(info.annotation, info), level + 1, above)
+class _Sections:
+    """Sections of a page: blocks of the case and the blocks below them, each model once."""
+
+    def __init__(self) -> None:
+        self.described: dict[tuple[type[BaseModel], ...], str] = {}
+
+    def of(self, path: str, spot: Spot | None = None, *, first: bool = True) -> Iterator[str]:
+        """Yield the sections of the block at a path as Markdown."""
+        spot = spot or _spot(path)
+        while spot.item is not None and not spot.models:
+            spot = spot_of(spot.item)
+        if not spot.models or (not first and any(path in paths for _, paths in PAGES.values())):
+            return
+        models = tuple(spot.models.values())
+        if models in self.described:
+            if not path.startswith(f"{self.described[models]}."):
+                yield f"`{path}`: as `{self.described[models]}`.\n"
+            return
+        self.described[models] = path
+        yield f"## `{path}`\n"
+        if path in ELSEWHERE:
+            yield _elsewhere(path, spot)
+            return
+        yield from _alternatives(spot) if spot.tagged else _model(models[0])
+        fields = {name: info for model in reversed(models) for name, info in model.model_fields.items()}
+        for name in dict.fromkeys(name for model in models for name in model.model_fields):
+            yield from self.of(f"{path}.{name}", spot_of(fields[name].annotation, fields[name]), first=False)
+
+
+def _spot(path: str) -> Spot:
+    """Return what the models expect at a path without names of bodies."""
+    spot = Spot({"": Case})
+    for key in path.split("."):
+        while spot.item is not None and not spot.models:
+            spot = spot_of(spot.item)
+        info = next(model.model_fields[key] for model in spot.models.values() if key in model.model_fields)
+        spot = spot_of(info.annotation, info)
+    return spot
+
+
+def _elsewhere(path: str, spot: Spot) -> str:
+    names = ", ".join(f"`{tag}`" for tag in spot.models if tag)
+    return f"{names or 'Keys'}: see [the models](../models/{ELSEWHERE[path]}.md).\n"
 
 
 def _model(model: type[BaseModel]) -> Iterator[str]:
+    """Yield the description and the table of a single block."""
     yield cleandoc(model.__doc__ or "") + "\n"
-    rows = [
-        f"| `{name}` | {value_text(spot_of(info.annotation, info))} | {default_text(name, info)} | {info.description} |"
-        for name, info in model.model_fields.items()
-        if name != "type"
-    ]
+    rows = [f"| {' | '.join(row)} |" for row in _rows(model)]
     if rows:
         yield "\n".join(["| key | value | default | meaning |", "| --- | --- | --- | --- |", *rows]) + "\n"
 
 
+def _alternatives(spot: Spot) -> Iterator[str]:
+    """Yield the table of a block whose `type` chooses among models; equal keys are described once."""
+    lines = ["| type | key | value | default | meaning |", "| --- | --- | --- | --- | --- |"]
+    described: dict[tuple[str, ...], str] = {}
+    for tag, model in spot.models.items():
+        lines.append(f"| **`{tag}`** | | | | {' '.join((model.__doc__ or '').split())} |")
+        as_above: dict[str, list[str]] = {}
+        for row in _rows(model):
+            if row in described:
+                as_above.setdefault(described[row], []).append(row[0])
+            else:
+                described[row] = tag
+                lines.append(f"| | {' | '.join(row)} |")
+        lines += [f"| | {', '.join(keys)} | | | as in `{tag}` |" for tag, keys in as_above.items()]
+    yield "\n".join(lines) + "\n"
+
+
+def _rows(model: type[BaseModel]) -> Iterator[tuple[str, ...]]:
+    """Yield key, value, default and meaning of every field."""
+    for name, info in model.model_fields.items():
+        if name != "type":
+            spot = spot_of(info.annotation, info)
+            value = "block with a `type`" if spot.tagged and len(spot.models) > MANY else value_text(spot)
+            yield f"`{name}`", value, default_text(name, info), info.description or ""
+
+
 def _units() -> Iterator[str]:
     yield "## Units\n"
-    yield "Any unit that [pint](https://pint.readthedocs.io) knows is understood; these are the usual ones.\n"
+    yield "Any unit known to [pint](https://pint.readthedocs.io) can be used; these are the usual ones.\n"
     rows = ["| quantity | plain numbers are in | usual units |", "| --- | --- | --- |"]
     for dimension in DIMENSIONS:
         if dimension is not NUMBER:
@@ -91,11 +164,10 @@ def _units() -> Iterator[str]:
 
 
 def _measures() -> Iterator[str]:
-    yield "## `measures` and `expected`\n"
     yield (
-        "`measures` lists names of this table. `expected` gives values: "
-        "`crater_diameter: {value: 2.0 cm, tolerance: 0.2 cm, source: who says so}`; a tolerance may be a "
-        "percentage of the value, `12 %`. A run that misses an expectation exits with code 1.\n"
+        "`measures` lists names of this table. `expected` gives values, such as `crater_diameter: {value: 2.0 cm,\n"
+        "tolerance: 0.2 cm, source: AUTHOR YEAR}`; a tolerance may be a percentage, `12 %`. A run that misses an\n"
+        "expectation exits with code 1. Definitions: [measures](../measuring.md).\n"
     )
     rows = ["| name | meaning | dimensions |", "| --- | --- | --- |"]
     for name, measure in CATALOGUE.items():
@@ -103,13 +175,12 @@ def _measures() -> Iterator[str]:
     yield "\n".join(rows) + "\n"
 
 
-def _materials() -> Iterator[str]:
+def _library() -> Iterator[str]:
     yield "## Material library\n"
-    rows = ["| name | density [kg/m^3] | equation of state | strength | damage | source |"]
-    rows.append("| --- | --- | --- | --- | --- | --- |")
+    yield "`hvisph materials NAME` prints numbers and sources. See [materials](../materials.md).\n"
+    rows = ["| name | density [kg/m^3] | equation of state | strength | damage |"]
+    rows.append("| --- | --- | --- | --- | --- |")
     for name, material in library().items():
-        rows.append(
-            f"| `{name}` | {material.density:g} | `{material.eos.type}` | `{material.strength.type}` "
-            f"| `{material.damage.type}` | {material.source} |"
-        )
+        kinds = (f"`{part.type}`" for part in (material.eos, material.strength, material.damage))
+        rows.append(f"| `{name}` | {material.density:g} | {' | '.join(kinds)} |")
     yield "\n".join(rows) + "\n"

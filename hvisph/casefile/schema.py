@@ -1,7 +1,7 @@
 """The JSON schema of the case file, for editors; and the command that writes it and the manual.
 
 `python -m hvisph.casefile.schema --write` brings `schemas/case.schema.json` and
-`docs/case-file.md` of a source tree up to date; without `--write` it prints the schema.
+`docs/case-file/` of a source tree up to date; without `--write` it prints the schema.
 """
 
 from __future__ import annotations
@@ -64,8 +64,7 @@ def generated_files(root: Path) -> dict[Path, str]:
     return {
         root / "schemas/case.schema.json": schema_text(),
         root / "schemas/sweep.schema.json": json.dumps(sweep_schema(), indent=1, ensure_ascii=False) + "\n",
-        root / "docs/case-file.md": case_manual(),
-    }
+    } | {root / "docs/case-file" / name: text for name, text in case_manual().items()}
 
 
 def main(arguments: list[str]) -> int:

@@ -1,9 +1,9 @@
-"""Write docs/models: a page for each model of a material, made from the models themselves.
+"""Write docs/models: a page for each kind of material model, a section for each model.
 
-    python docs/models.py --write [--pictures]
+    python tools/models.py --write [--pictures]
 
-Formula, limits and source are the docstring of the model's module, the keys those of its case model, the example a case
-that runs; `--pictures` draws what changes.
+Formula, limits and source are the docstring of the model's module; keys are those of its case model; every example
+runs. `--pictures` draws the pictures again.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from hvisph.materials.damage import REGISTRY as DAMAGES
 from hvisph.materials.eos import MODULES
 from hvisph.materials.strength import REGISTRY as STRENGTHS
 
-FOLDER = Path(__file__).with_name("models")
+FOLDER = Path(__file__).parents[1] / "docs" / "models"
 TABLE = "tillotson-aluminium.csv"
 METAL = "aluminium-6061-t6"
 STEEL = "{type: mie_gruneisen, sound_speed: 4570 m/s, s1: 1.49, gamma: 1.93}"
@@ -74,11 +74,25 @@ MATERIALS = {
     "melting": f"{{base: {METAL}, melting: {{type: lindemann, temperature: 925 K, gamma: 1.97, a: 1.5}}}}",
     "temperature": METAL,
 }  # fmt: skip
+INTRODUCTION = """
+Every section names an example material for the case below, a plate impact in one dimension. Save the case as
+`plate.yaml` and run `hvisph run plate.yaml`; `hvisph point MATERIAL --path shear` integrates a material alone.
+"""
 SPEEDS = {"ideal_gas": "400 m/s", "linear": "100 m/s", "grady_kipp": "60 m/s", "rock": "200 m/s"}
 
 
-def pages() -> Iterator[tuple[str, str, str, str, list[Any]]]:
-    """Yield of each page its file's name, kind, title, module's docstring and case models."""
+# Title and introduction of every page.
+PAGES = {
+    "eos": ("Equations of state", "An equation of state gives the pressure from density and specific energy."),
+    "strength": ("Strength models", "A strength model gives the yield stress that limits the deviatoric stress."),
+    "damage": ("Damage models", "A damage model decides where a material fails, and what it carries afterwards."),
+    "thermal": ("Porosity, melting, temperature", "These blocks of a material complement its equation of state."),
+}
+NAMED = 8  # materials of the library that a section lists at most
+
+
+def models() -> Iterator[tuple[str, str, str, str, list[Any]]]:
+    """Yield of every model its name, kind, heading, module's docstring and case models."""
     for kind, union in (("eos", Eos), ("strength", Strength), ("damage", Damage)):
         for model in get_args(get_args(union)[0]):
             name = model.model_fields["type"].default
@@ -88,11 +102,28 @@ def pages() -> Iterator[tuple[str, str, str, str, list[Any]]]:
                 module = MODULES[name]
             else:
                 module = sys.modules[(STRENGTHS if kind == "strength" else DAMAGES)[name].__module__]
-            yield f"{kind}-{name.replace('_', '-')}", kind, f"{kind}: {{type: {name}}}", module.__doc__ or "", [model]
-    yield "porosity", "porosity", "porosity", porosity.__doc__ or "", [Porosity]
-    yield "melting", "melting", "melting", melting.__doc__ or "", list(get_args(get_args(Melting)[0]))
+            yield f"{kind}-{name.replace('_', '-')}", kind, name, module.__doc__ or "", [model]
+    yield "porosity", "porosity", "Porosity", porosity.__doc__ or "", [Porosity]
+    yield "melting", "melting", "Melting", melting.__doc__ or "", list(get_args(get_args(Melting)[0]))
     temperatures = list(get_args(get_args(Temperature)[0]))
-    yield "temperature", "temperature", "temperature", isentrope.__doc__ or "", temperatures
+    yield "temperature", "temperature", "Temperature", isentrope.__doc__ or "", temperatures
+
+
+def pages() -> dict[str, str]:
+    """Return the pages by name."""
+    parts: dict[str, list[str]] = {}
+    described: dict[str, dict[tuple[str, str, str], str]] = {}
+    for name, kind, heading, doc, case_models in models():
+        page = kind if kind in PAGES else "thermal"
+        if page not in parts:
+            title, about = PAGES[page]
+            parts[page] = [f"# {title}\n", "Made by `tools/models.py`; do not edit.\n", _wrapped(about)]
+            if page == "eos":
+                parts[page] += [_wrapped(INTRODUCTION), f"```yaml\n{case_text('eos-mie-gruneisen', 'eos')}\n```\n"]
+            else:
+                parts[page] += ["Examples are materials for [this case](eos.md).\n"]
+        parts[page].append(section(name, kind, heading, doc, case_models, described.setdefault(page, {})))
+    return {page: "\n".join(text).replace("\n\n\n", "\n\n") for page, text in parts.items()}
 
 
 def material_text(name: str, kind: str) -> str:
@@ -115,7 +146,7 @@ def case_text(name: str, kind: str) -> str:
     lines = [
         line
         for part in (body,)
-        for line in textwrap.wrap(part, 118, subsequent_indent="      ", break_on_hyphens=False)
+        for line in textwrap.wrap(part, 100, subsequent_indent="      ", break_on_hyphens=False)
     ]
     heat = ["    internal_energy: 0.2 MJ/kg"] if plain == "ideal_gas" else []
     if plain == "jwl":
@@ -130,25 +161,42 @@ def case_text(name: str, kind: str) -> str:
                       "gauges: {rear: {type: free_surface, at: [3.9 mm], every: 1}}", "time: {end: 2 us}"])  # fmt: skip
 
 
-def text(name: str, kind: str, title: str, doc: str, models: list[Any]) -> str:
-    """Return a page."""
+def section(
+    name: str, kind: str, heading: str, doc: str, case_models: list[Any], described: dict[tuple[str, str, str], str]
+) -> str:
+    """Return the section of a model."""
     first, _, rest = textwrap.dedent(doc).strip().partition("\n")
-    parts = [f"# {title}\n", first + "\n", _prose(rest), f"![{title}]({name}.png)\n"]
-    for model in models:
-        fields = {key: field for key, field in model.model_fields.items() if key != "type"}
-        if len(models) > 1:
-            parts.append(f"## type: {model.model_fields['type'].default}\n")
-            parts.append(" ".join((model.__doc__ or "").split()) + "\n")
-        rows = [f"| `{key}` | {'needed' if field.is_required() else _default(field.default)} | {field.description} |"
-                for key, field in fields.items()]  # fmt: skip
-        parts.append("\n".join(["| key | unless given | |", "| --- | --- | --- |", *rows]) + "\n")
-    using = _using(kind, models)
+    parts = [f"## {heading}\n", _wrapped(first), _prose(rest), f"![{heading}]({name}.png)\n"]
+    for model in case_models:
+        if len(case_models) > 1:
+            parts.append(_wrapped(f"`type: {model.model_fields['type'].default}`: {' '.join(model.__doc__.split())}"))
+        parts.append(_table(model, heading, described))
+    using = _using(kind, case_models)
     if using:
-        parts.append(f"In the library: {', '.join(f'`{one}`' for one in using)}.\n")
-    parts.append(f"A case that runs, `{name}.yaml`:\n\n```yaml\n{case_text(name, kind)}\n```\n")
-    if kind in ("strength", "damage") and not material_text(name, kind).startswith("{"):
-        parts.append(f"The model alone: `hvisph point {material_text(name, kind)} --path shear --plot point.png`.\n")
-    return "\n".join(parts).replace("\n\n\n", "\n\n")
+        more = f" and {len(using) - NAMED} more" if len(using) > NAMED else ""
+        parts.append(_wrapped(f"In the library: {', '.join(f'`{one}`' for one in using[:NAMED])}{more}."))
+    example = material_text(name, kind)
+    if example.startswith("{"):
+        parts.append(f"```yaml\n{_folded(f'material: {example}')}\n```\n")
+    elif f"`{example}`" not in parts[-1]:
+        parts.append(f"Example: `material: {example}`.\n")
+    return "\n".join(parts)
+
+
+def _table(model: Any, heading: str, described: dict[tuple[str, str, str], str]) -> str:
+    """Return the table of a model's keys; those that an earlier section describes are only named."""
+    rows, as_above = [], {}
+    for key, field in model.model_fields.items():
+        if key == "type":
+            continue
+        default = "required" if field.is_required() else _default(field.default)
+        row = (f"`{key}`", default, field.description)
+        if described.setdefault(row, heading) == heading:
+            rows.append(f"| {' | '.join(row)} |")
+        else:
+            as_above.setdefault(described[row], []).append(row[0])
+    rows += [f"| {', '.join(keys)} | | as in [{where}](#{where.lower()}) |" for where, keys in as_above.items()]
+    return "\n".join(["| key | default | meaning |", "| --- | --- | --- |", *rows]) + "\n"
 
 
 def _prose(rest: str) -> str:
@@ -157,10 +205,22 @@ def _prose(rest: str) -> str:
     for part in rest.strip("\n").split("\n\n"):
         lines = part.split("\n")
         if all(line.startswith("    ") or not line.strip() for line in lines):
-            parts.append("```text\n" + textwrap.dedent(part).strip("\n") + "\n```")
+            parts.append("```text\n" + textwrap.dedent(part).strip("\n") + "\n```\n")
+        elif any(line.startswith(("    ", "- ")) for line in lines):
+            parts.append("\n".join(lines) + "\n")
         else:
-            parts.append("\n".join(lines))
-    return "\n\n".join(parts) + "\n"
+            parts.append(_wrapped(" ".join(lines)))
+    return "\n".join(parts)
+
+
+def _wrapped(text: str) -> str:
+    """Return a paragraph in lines of the documentation's width."""
+    return textwrap.fill(text, 100, break_on_hyphens=False, break_long_words=False) + "\n"
+
+
+def _folded(text: str) -> str:
+    """Return a line of YAML as several, indented after the first."""
+    return "\n".join(textwrap.wrap(text, 100, subsequent_indent="  ", break_on_hyphens=False))
 
 
 def _default(value: Any) -> str:
@@ -212,19 +272,20 @@ def write_table() -> None:
 
 
 def main() -> None:
-    """Write all pages."""
+    """Print or write all pages."""
     FOLDER.mkdir(exist_ok=True)
     if "--write" in sys.argv:
         write_table()
-    for page in pages():
-        if "--write" not in sys.argv:
-            sys.stdout.write(text(*page))
-            continue
-        (FOLDER / f"{page[0]}.md").write_text(text(*page), encoding="utf-8")
-        if "--pictures" in sys.argv:
-            import model_pictures
+    for page, text in pages().items():
+        if "--write" in sys.argv:
+            (FOLDER / f"{page}.md").write_text(text, encoding="utf-8")
+        else:
+            sys.stdout.write(text)
+    if "--pictures" in sys.argv:
+        import model_pictures
 
-            model_pictures.draw(material_of_page(page[0], page[1]), page[1], FOLDER / f"{page[0]}.png")
+        for name, kind, *_ in models():
+            model_pictures.draw(material_of_page(name, kind), kind, FOLDER / f"{name}.png")
 
 
 if __name__ == "__main__":
