@@ -7,9 +7,10 @@ from importlib import import_module
 from typing import Any
 
 __version__ = "0.1.0"
-__all__ = ["load_case", "measure", "open_run", "report", "resume", "run", "sweep"]
+__all__ = ["compare", "load_case", "measure", "open_run", "report", "resume", "run", "sweep"]
 
 _LAZY = {
+    "compare": ("hvisph.measures.compare", "compare"),
     "load_case": ("hvisph.casefile.loader", "load_case"),
     "run": ("hvisph.simulation.run", "run"),
     "resume": ("hvisph.simulation.resume", "resume"),

@@ -1,4 +1,4 @@
-"""Write docs/commands.md, and the index of all pages that `hvisph help` searches: `python docs/commands.py --write`."""
+"""Write docs/commands.md and the index of all pages for `hvisph help`: `python tools/commands.py --write`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import typer
 
-PAGE = Path(__file__).with_name("commands.md")
+PAGE = Path(__file__).parents[1] / "docs" / "commands.md"
 INDEX = PAGE.parents[1] / "hvisph" / "casefile" / "pages.json"
 
 

@@ -1,6 +1,6 @@
 """Make the pages of results: run what has not been run, measure, draw and write.
 
-    python docs/generate.py [PAGE ...] [--resolution 0.4mm] [--threads 2] [--runs runs] [--out docs/results]
+    python tools/generate.py [PAGE ...] [--resolution 0.4mm] [--threads 2] [--runs runs] [--out docs/results]
 
 At the own resolution of the cases all rows take about half an hour on two cores; a trial at 0.4mm
 first fills the cache of compiled loops, which would count as cost otherwise. Runs that are there are
@@ -24,7 +24,7 @@ def main() -> None:
     parser.add_argument("--resolution", help="spacing in place of the cases' own, for a trial")
     parser.add_argument("--threads", type=int)
     parser.add_argument("--runs", type=Path, default=Path("runs"))
-    parser.add_argument("--out", type=Path, default=Path(__file__).parent / "results")
+    parser.add_argument("--out", type=Path, default=Path(__file__).parents[1] / "docs/results")
     options = parser.parse_args()
     unknown = [page for page in options.pages if page not in PAGES]
     if unknown:

@@ -1,6 +1,6 @@
 """The table of measured shocks in docs/materials.md: every material of the library beside points or fits that it has.
 
-`python docs/hugoniots.py --write` writes it into the page.
+`python tools/hugoniots.py --write` writes it into the page.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from pathlib import Path
 from hvisph.casefile.material_library import Notes, library_of, material_names
 from hvisph.postprocessing.material_sheet import beside_measured, binned
 
-PAGE = Path(__file__).parent / "materials.md"
-BEGIN, END = "<!-- made by docs/hugoniots.py -->", "<!-- end -->"
+PAGE = Path(__file__).parents[1] / "docs" / "materials.md"
+BEGIN, END = "<!-- made by tools/hugoniots.py -->", "<!-- end -->"
 HEAD = """| material | beside | up [km/s] | rms, worst [%] | worst bin; scatter [%] | without strength | to 2 % |
 | --- | --- | --- | --- | --- | --- | --- |"""
 MET = 2.0  # [%]

@@ -1,6 +1,6 @@
 """The plot of the page on performance, from the table on it.
 
-python docs/performance_plot.py
+python tools/performance_plot.py
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from pathlib import Path
 
 import matplotlib.pyplot as plt
 
-HERE = Path(__file__).parent
+DOCS = Path(__file__).parents[1] / "docs"
 HEADER = "| code | 2D | 3D |"
 
 
@@ -25,7 +25,7 @@ def rows(text: str) -> list[tuple[str, float, float]]:
 
 def main() -> None:
     """Draw it."""
-    table = rows((HERE / "performance.md").read_text())[::-1]
+    table = rows((DOCS / "performance.md").read_text())[::-1]
     figure, axes = plt.subplots(figsize=(7.0, 3.2), layout="constrained")
     for shift, column, colour in ((0.2, 1, "#1f5f8b"), (-0.2, 2, "#d98032")):
         values = [row[column] for row in table]
@@ -37,7 +37,7 @@ def main() -> None:
     axes.set_xlabel("microseconds of a particle-step, one core")
     axes.legend(frameon=False, loc="lower right")
     axes.spines[["top", "right"]].set_visible(False)
-    figure.savefig(HERE / "images" / "particle_step.png", dpi=130)
+    figure.savefig(DOCS / "images" / "particle_step.png", dpi=130)
 
 
 if __name__ == "__main__":

@@ -82,7 +82,7 @@ def write(out: Path, runs: Path, resolution: str | None, threads: int | None) ->
 
 
 def _head(resolution: str | None) -> list[str]:
-    again = "python docs/generate.py published" + (f" --resolution {resolution}" if resolution else "")
+    again = "python tools/generate.py published" + (f" --resolution {resolution}" if resolution else "")
     spacing = resolution or "0.1 mm"
     return [
         "# The published impacts, computed",

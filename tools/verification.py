@@ -1,6 +1,6 @@
 """Run the verification suite and write docs/verification.md, its pictures and its results.
 
-    python docs/verification.py [NAME ...] [--formulation TYPE ...] [--spacing DX] [--jobs 2] [--page]
+    python tools/verification.py [NAME ...] [--formulation TYPE ...] [--spacing DX] [--jobs 2] [--page]
 
 Runs all problems in their full form by all formulations, or those named, and puts what was found into
 docs/verification/results.json in place of what stood there of the same problem and formulation; `--page` only
@@ -27,8 +27,8 @@ from hvisph.verification.problems import PROBLEMS
 from hvisph.verification.runner import Verdict, default_formulation, verdicts
 from hvisph.visualization.curves import Curve, curves_picture
 
-HERE = Path(__file__).parent
-FOLDER, RESULTS, PAGE = HERE / "verification", HERE / "verification/results.json", HERE / "verification.md"
+DOCS = Path(__file__).parents[1] / "docs"
+FOLDER, RESULTS, PAGE = DOCS / "verification", DOCS / "verification/results.json", DOCS / "verification.md"
 # The trials whose pictures the page shows.
 SHOWN = {
     "hugoniot": "steel on aluminium 6 km/s 1D",
@@ -49,7 +49,7 @@ MOST_ROWS = 60  # of a table; a problem with more has one row a trial
 TEXT = """\
 # Verification
 
-Made by `python docs/verification.py`; do not edit.
+Made by `python tools/verification.py`; do not edit.
 
 `hvisph verify` lists problems with an exact solution; `hvisph verify NAME...` runs them by every formulation that can
 and prints computed, exact, how far off, what is asked, and pass or FAIL. It ends with 0 when all is as asked, with 1

@@ -39,7 +39,7 @@ SYNONYMS = {
     "bumper": "whipple",
 }
 MOST = 40
-# Titles and headings of the documentation, made by `python docs/commands.py --write`.
+# Titles and headings of the documentation, made by `python tools/commands.py --write`.
 PAGES = Path(__file__).with_name("pages.json")
 # What alloys of aluminium are called for short: Al2024, AA6061-T6.
 ALLOY = re.compile(r"(?:al|aa)_?(\d{4}.*)")
