@@ -1,5 +1,6 @@
 """The documentation: pages made from the code are up to date, examples load and run, links lead somewhere."""
 
+import importlib
 import importlib.util
 import re
 from pathlib import Path
@@ -83,6 +84,24 @@ def test_theory_has_a_word_on_every_model():
         if not any(form in text for form in (f"`{tag}`", f"type: {tag}", f"## {tag}\n"))
     }
     assert not unsaid
+
+
+def test_constants_of_the_default_scheme_are_those_of_the_code():
+    page = (DOCS / "theory" / "default-scheme.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `([A-Z_]+)` \| `([a-z_.]+)` \| ([^ |]+) \|", page, re.MULTILINE)
+    assert len(rows) > 30
+    for name, module, value in rows:
+        assert getattr(importlib.import_module(f"hvisph.{module}"), name) == float(value), name
+
+
+def test_theory_uses_the_terms_of_the_glossary():
+    table = (DOCS / "glossary.md").read_text(encoding="utf-8").split("## Replaced words")[1]
+    phrases = re.findall(r"^\| ([a-z ]+) \| (?!preferred)", table, re.MULTILINE)
+    assert len(phrases) > 20
+    for page in PAGES:
+        if page.startswith(("theory/", "formulations/")):
+            text = " ".join((DOCS / page).read_text(encoding="utf-8").lower().split())
+            assert not [phrase for phrase in phrases if re.search(rf"\b{phrase}", text)], page
 
 
 def examples():

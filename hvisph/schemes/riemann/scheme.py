@@ -1,4 +1,4 @@
-"""CON, contact (Riemann) SPH: no viscosity and no artificial stress to tune.
+"""Contact SPH (CON): the scheme without artificial viscosity and artificial stress.
 
 Passes: with reconstruction, gradients of velocity and stress into each row; then the
 Riemann problem of every pair (`schemes.riemann.law`).
