@@ -248,7 +248,7 @@ def test_the_live_display_shows_what_it_must():
     assert "An impact" in screen.getvalue()
     assert "1234 particles to t = 8 us" in screen.getvalue()
     drawn = io.StringIO()
-    Console(file=drawn, width=80).print(live.drawn(PROGRESS))
+    Console(file=drawn, width=80).print(live.drawing_dimensions(PROGRESS))
     lines = drawn.getvalue().splitlines()
     assert len(lines) == 2
     for words in (

@@ -9,7 +9,7 @@ import pytest
 from hvisph.geometry.filling import fill
 from hvisph.geometry.graded import Grading, fill_graded
 from hvisph.geometry.overlap import Standing, overlaps
-from hvisph.geometry.placement import rotated, rotation_matrix, row
+from hvisph.geometry.placement import rotate, rotation_matrix, row
 from hvisph.geometry.section import Section, fill_section
 from hvisph.geometry.shapes import (
     Annulus,
@@ -32,7 +32,7 @@ TURN = {2: rotation_matrix(2, 0.6), 3: rotation_matrix(3, 0.9, (1.0, 2.0, -0.5))
 
 def standing(shape, filling, place, turn=None, surface=True):
     """A body of `filling`, turned and moved to `place`; a fill of its own if it is told the name of an arrangement."""
-    filling = rotated(filling, turn) if turn is not None else filling
+    filling = rotate(filling, turn) if turn is not None else filling
     breadth = filling.volumes ** (1.0 / shape.dim)
     spacing = filling.finest, float(np.max(filling.spacing))
     return Standing(filling.positions + place, breadth, spacing, Placed(shape, place, turn) if surface else None)

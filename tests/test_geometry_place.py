@@ -7,7 +7,7 @@ import pytest
 
 from hvisph.core.errors import CaseError
 from hvisph.geometry.filling import fill
-from hvisph.geometry.placement import rotated, rotation_matrix, row
+from hvisph.geometry.placement import rotate, rotation_matrix, row
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval
 
 DX = 0.1
@@ -59,7 +59,7 @@ def test_rotations():
     assert np.linalg.det(matrix) == pytest.approx(1.0)
     assert matrix @ [1.0, 2.0, -0.5] == pytest.approx([1.0, 2.0, -0.5])
     rod = fill(Cylinder(1.0, 2.0, "x"), None, 0.25)
-    turned = rotated(rod, rotation_matrix(3, math.pi / 2))
+    turned = rotate(rod, rotation_matrix(3, math.pi / 2))
     assert np.ptp(turned.positions, axis=0) == pytest.approx(np.ptp(rod.positions, axis=0)[[1, 0, 2]])
     for bad in [(1, 0.1, (0, 0, 1)), (3, 0.1, (0.0, 0.0, 0.0)), (3, 0.1, (math.nan, 0, 1))]:
         with pytest.raises(CaseError):
@@ -68,6 +68,6 @@ def test_rotations():
 
 def test_a_rotated_body_still_touches():
     plate = fill(Box([0.4, 3.0]), None, DX)
-    oblique = rotated(plate, rotation_matrix(2, 0.4))
+    oblique = rotate(plate, rotation_matrix(2, 0.4))
     a, b = placed([fill(Disc(1.0), None, DX, exact=False), oblique], [0.0, 0.0], [None, None])
     assert b[:, 0].min() - a[:, 0].max() == pytest.approx(DX)

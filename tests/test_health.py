@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hvisph.casefile.loader import load_case
-from hvisph.core.kinematics import strained
+from hvisph.core.kinematics import unstrained_kinematics
 from hvisph.diagnostics.budgets import turning
 from hvisph.diagnostics.mass_fractions import shares
 from hvisph.diagnostics.sanity_checks import UNNOTICED, Watch
@@ -72,7 +72,7 @@ def test_angular_momentum_is_the_sum_of_cross_products(dim):
         pass
 
     few = Few(position=random.normal(size=(7, dim)), velocity=random.normal(size=(7, dim)), mass=random.random(7))
-    few.dim, few.kinematics = dim, strained(dim)
+    few.dim, few.kinematics = dim, unstrained_kinematics(dim)
     x, v = (np.pad(few[name], ((0, 0), (0, 3 - dim))) for name in ("position", "velocity"))
     whole = (few["mass"][:, None] * np.cross(x, v)).sum(axis=0)
     np.testing.assert_allclose(turning(few).sum(axis=0), {1: [], 2: whole[2:], 3: whole}[dim], rtol=1e-12)

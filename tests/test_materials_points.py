@@ -28,7 +28,7 @@ from hvisph.materials.eos import (
 from hvisph.materials.material_table import Material
 from hvisph.materials.porosity import Porosity
 from hvisph.output.eos_table import read_eos_table
-from hvisph.postprocessing.material_sheet import beside_measured, binned
+from hvisph.postprocessing.material_sheet import compare_hugoniot, worst_bin
 from hvisph.setup.materials import material_of
 
 POINT = 1e-6  # what two routes in double precision agree to, printed with eight digits
@@ -414,7 +414,7 @@ def test_measured_shocks_are_met_where_a_material_says_so():
         points = [(up, us) for up, us in notes.hugoniot if low <= up <= high]
         if len(points) < 5:
             continue
-        bins = binned(beside_measured(library.load(name), points))
+        bins = worst_bin(compare_hugoniot(library.load(name), points))
         assert bins is None or abs(bins[0]) < 2.0, name
         judged.append(name)
     assert {"iron-armco", "iron-high-pressure", "copper-tillotson"} <= set(judged)
@@ -427,7 +427,7 @@ def test_measured_lines_are_met_by_the_last_wave(name):
     """From 0.25 to 4 km/s within 2 %, behind an elastic precursor where there is strength."""
     library = library_of()
     for line in library.notes(name).lines:
-        for _, measured, ours in beside_measured(library.load(name), line.points[::3]):
+        for _, measured, ours in compare_hugoniot(library.load(name), line.points[::3]):
             assert ours == pytest.approx(measured, rel=0.0205)
 
 
@@ -435,7 +435,7 @@ def test_iron_meets_measured_shocks_across_its_change_of_phase():
     """Single points within 1.5 %, the first of them the second of two waves; alpha iron alone is 13 % off at 1 km/s."""
     library = library_of()
     iron, points = library.load("iron-armco"), library.notes("iron-armco").hugoniot
-    for _, measured, ours in beside_measured(iron, points):
+    for _, measured, ours in compare_hugoniot(iron, points):
         assert ours == pytest.approx(measured, rel=0.015)
     alpha, split = (np.array(last_waves(material_of(iron), [up]))[0] for up in (315.0, 340.0))
     assert alpha == pytest.approx(5039.0, rel=0.01)
@@ -483,8 +483,8 @@ def test_a_shock_outside_of_what_a_material_meets_is_warned_of():
 def test_measured_hugoniots(name):
     """Shock speeds of the library beside Marsh's shots: within 2 %, of whose scatter 1 % is theirs."""
     library = library_of()
-    beside = beside_measured(library.load(name), library.notes(name).hugoniot)
-    off, _, scatter = binned(beside)
+    beside = compare_hugoniot(library.load(name), library.notes(name).hugoniot)
+    off, _, scatter = worst_bin(beside)
     _, measured, ours = np.array(beside).T
     assert abs(off) < 2.0
     assert np.sqrt(np.mean((ours / measured - 1.0) ** 2)) < 0.02
@@ -495,13 +495,13 @@ def test_basalt_meets_measured_shocks_with_its_strength():
     """35 points that scatter by 3 % about a cubic of their own; beside them Tillotson's has no change of phase."""
     library = library_of()
     points = library.notes("basalt-mie-gruneisen").hugoniot
-    up, measured, ours = np.array(beside_measured(library.load("basalt-mie-gruneisen"), points)).T
+    up, measured, ours = np.array(compare_hugoniot(library.load("basalt-mie-gruneisen"), points)).T
     apart, own = ours / measured - 1.0, np.polyval(np.polyfit(up, measured, 3), up) / measured - 1.0
     assert len(up) == len(points)
     assert abs(apart.mean()) < 0.005
     assert np.sqrt((apart**2).mean()) < 1.2 * np.sqrt((own**2).mean())
-    assert abs(binned(beside_measured(library.load("basalt-mie-gruneisen"), points))[0]) < 2.0
-    others = np.array(beside_measured(library.load("basalt"), points))
+    assert abs(worst_bin(compare_hugoniot(library.load("basalt-mie-gruneisen"), points))[0]) < 2.0
+    others = np.array(compare_hugoniot(library.load("basalt"), points))
     assert np.sqrt(((others[:, 2] / measured - 1.0) ** 2).mean()) > 2.0 * np.sqrt((apart**2).mean())
 
 
@@ -511,7 +511,7 @@ def test_shocks_in_water_meet_ihed():
     Its points are on the fit; the chords of so bent a line stay within 0.5 %.
     """
     points = [(1e3 * u, 1e3 * (1.336 + 1.3385 * u + 1.236 * u * np.exp(-0.354 * u))) for u in np.linspace(0.5, 6.0, 12)]
-    for _, measured, ours in beside_measured(library_of().load("water"), points):
+    for _, measured, ours in compare_hugoniot(library_of().load("water"), points):
         assert ours == pytest.approx(measured, rel=0.005)
 
 
@@ -519,7 +519,7 @@ def test_shocks_in_water_meet_ihed():
 def test_materials_fitted_to_a_published_line_meet_it_with_their_strength(name):
     library = library_of()
     (line, *_) = library.notes(name).lines
-    found = beside_measured(library.load(name), line.points[::3])
+    found = compare_hugoniot(library.load(name), line.points[::3])
     assert len(found) == 6
     for up, measured, ours in found:
         assert measured == pytest.approx(line.c0 + line.s * up + line.q * up * up)
@@ -530,7 +530,7 @@ def test_weak_shocks_in_steinbergs_pmma_are_between_or_near_published_fits():
     """Kinslow's line and IHED's curve differ by 5 % below 1 km/s; with its strength it is within 1.5 % of them."""
     for u in (500.0, 750.0, 1000.0, 1500.0, 2000.0):
         kinslow, ihed = 2572.0 + 1.536 * u, 2817.0 + 1.389 * u - 4.8e-6 * u * u
-        ((_, _, ours),) = beside_measured(library_of().load("pmma-steinberg"), [(u, ihed)])
+        ((_, _, ours),) = compare_hugoniot(library_of().load("pmma-steinberg"), [(u, ihed)])
         assert 0.985 * min(kinslow, ihed) < ours < 1.015 * max(kinslow, ihed)
 
 
@@ -538,11 +538,11 @@ def test_strength_makes_a_shock_faster_by_what_it_bears():
     """Perfect plasticity: U^2 = (p + 2/3 Y)/(rho0 eta); without strength the two are one."""
     aluminium = library_of().load("aluminium-6061-t6")
     points = [(500.0, 6000.0), (1000.0, 6700.0)]
-    plain_, firm = (np.array(beside_measured(aluminium, points, firm))[:, 2] for firm in (False, True))
+    plain_, firm = (np.array(compare_hugoniot(aluminium, points, firm))[:, 2] for firm in (False, True))
     assert (firm > plain_).all()
     assert firm[1] - plain_[1] < firm[0] - plain_[0]
     fluid = library_of().load("teflon")
-    for up, _, ours in beside_measured(fluid, points):
+    for up, _, ours in compare_hugoniot(fluid, points):
         assert ours == pytest.approx(shock(material_of(fluid), up).shock_speed, rel=1e-4)
 
 
@@ -572,5 +572,5 @@ def test_hugoniots_beside_fits_to_measurements(name, fit, reach):
     c, s, q = fit
     speeds = np.linspace(0.5, reach, 8)
     points = [(1e3 * u, 1e3 * (c + s * u + q * u * u)) for u in speeds]
-    for _, measured, ours in beside_measured(library_of().load(name), points):
+    for _, measured, ours in compare_hugoniot(library_of().load(name), points):
         assert ours == pytest.approx(measured, rel=0.02)

@@ -8,7 +8,7 @@ from hvisph.casefile.loader import load_case
 from hvisph.cli.main import app
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.run import run
-from hvisph.visualization.camera import copies, revolved, seen, turned
+from hvisph.visualization.camera import copies, revolve, rotate_view, visible_discs
 
 
 def brute(place, radius, extent, width):
@@ -32,14 +32,14 @@ def brute(place, radius, extent, width):
 def test_the_nearest_disc_is_seen_at_every_pixel(radius):
     place = np.random.default_rng(4).random((60, 3))
     extent = (-0.1, 1.1, -0.1, 1.0)
-    assert np.array_equal(seen(place, radius, extent, 48).index, brute(place, radius, extent, 48))
+    assert np.array_equal(visible_discs(place, radius, extent, 48).index, brute(place, radius, extent, 48))
 
 
 def test_turning_keeps_lengths_and_looks_where_it_says():
     x = np.random.default_rng(5).random((20, 3))
-    assert np.allclose(np.linalg.norm(turned(x, 37.0, 20.0), axis=1), np.linalg.norm(x, axis=1), rtol=1e-13)
-    assert np.allclose(turned(x, 0.0, 0.0), x)
-    front = turned(np.eye(3), -90.0, 0.0)  # along the shot: x comes towards the eye, z goes to the left
+    assert np.allclose(np.linalg.norm(rotate_view(x, 37.0, 20.0), axis=1), np.linalg.norm(x, axis=1), rtol=1e-13)
+    assert np.allclose(rotate_view(x, 0.0, 0.0), x)
+    front = rotate_view(np.eye(3), -90.0, 0.0)  # along the shot: x comes towards the eye, z goes to the left
     assert np.allclose(front, [[0, 0, 1], [0, 1, 0], [-1, 0, 0]], atol=1e-15)
 
 
@@ -50,7 +50,7 @@ def test_copies_and_rings_stand_for_the_whole():
     assert np.allclose(np.abs(place), np.abs(x[owner]))
     assert np.allclose(place[:, 1:].sum(axis=0), 0.0, atol=1e-13)
     rings = np.column_stack([np.linspace(0.0, 1.0, 8), np.linspace(0.0, 2.0, 8)])
-    place, owner = revolved(rings, 0.05)
+    place, owner = revolve(rings, 0.05)
     assert np.allclose(np.hypot(place[:, 1], place[:, 2]), rings[owner, 1], rtol=1e-13)
     assert np.allclose(np.bincount(owner), np.maximum((2.0 * np.pi * rings[:, 1] / 0.05).astype(int), 1))
 
@@ -78,11 +78,11 @@ def test_a_picture_shows_the_extent_of_what_there_is():
 
 def shows_it_all(shot, planes):
     """At least 95 % of the extent of all particles is in the picture, seen from the side, the front or turned."""
-    from hvisph.visualization.particles import Look, Moment, _projected, extent_of
+    from hvisph.visualization.particles import Look, Moment, _project, extent_of
 
     for view in ("side", "front", "3d"):
         moments, look = [Moment(shot, planes)], Look(view=view)
-        projected = [_projected(moment, look) for moment in moments]
+        projected = [_project(moment, look) for moment in moments]
         left, right, bottom, top = extent_of(projected, moments, look)
         low, high = projected[0][0].min(axis=0), projected[0][0].max(axis=0)
         assert min(right, high[0]) - max(left, low[0]) >= 0.95 * (high[0] - low[0])
@@ -137,7 +137,7 @@ def test_what_cannot_be_drawn_is_said(folder, options, said, tmp_path):
 @pytest.mark.parametrize("turn", [0.0, 2.0, 30.0, -45.0, 70.0, -70.0])
 def test_an_oblique_plate_is_seen_from_where_it_is_struck(turn):
     """The eye stands before the struck face of a half of the model; a plate across the shot shows what flies behind it."""
-    from hvisph.visualization.camera import facing_the_struck_side, turned
+    from hvisph.visualization.camera import facing_the_struck_side, rotate_view
 
     grid = np.stack(np.meshgrid([0.0, 1.0], np.arange(-14.0, 15.0), np.arange(10.0), indexing="ij"), -1).reshape(-1, 3)
     c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
@@ -149,5 +149,5 @@ def test_an_oblique_plate_is_seen_from_where_it_is_struck(turn):
     if abs(turn) < 5.0:
         assert seen_from is None
         return
-    assert turned(np.array([[-c, -s, 0.0]]), *seen_from)[0, 2] > 0.2
+    assert rotate_view(np.array([[-c, -s, 0.0]]), *seen_from)[0, 2] > 0.2
     assert facing_the_struck_side(position, 0.0 * velocity, np.ones(len(position)), (2,)) is None

@@ -14,7 +14,7 @@ from hvisph.core.errors import CaseError
 from hvisph.setup.build import build
 from hvisph.simulation.fragmentation import tell_pieces
 from hvisph.simulation.run import run
-from hvisph.sph.neighbours.connected_components import connected, parted
+from hvisph.sph.neighbours.connected_components import connect_components, label_components
 
 BAR = {"type": "box", "size": [4e-3, 3e-3]}
 
@@ -39,7 +39,7 @@ def test_connected_is_what_all_pairs_say(dim):
         position[:100] = 0.4 * random.integers(0, 10, (100, dim)) + 1e-3 * random.normal(size=(100, dim))  # a lump
         labels = random.integers(0, 3, 300).astype(np.uint32)
         for link in (0.3, 1.0):
-            found, right = connected(position, labels, link), brute(position, labels, link)
+            found, right = connect_components(position, labels, link), brute(position, labels, link)
             assert np.array_equal(np.unique(found, return_inverse=True)[1], np.unique(right, return_inverse=True)[1])
 
 
@@ -54,17 +54,17 @@ def test_the_largest_keeps_the_number_and_dust_stays_of_its_body():
     position = np.concatenate(parts)
     body = np.repeat([0, 0, 0, 0, 1], [len(part) for part in parts])
     numbers = np.random.default_rng(0).permutation(len(position))
-    first = parted(position, np.ones(len(position)), 3.0, body, body, numbers)
+    first = label_components(position, np.ones(len(position)), 3.0, body, body, numbers)
     sizes = [first[body == 0][np.cumsum([0, 16, 25, 9])[k]] for k in range(4)]
     assert sizes[1] == sizes[3] == 0  # the largest, and four particles
     assert {sizes[0], sizes[2]} == {2, 3}
     assert set(first[body == 1]) == {1}
     order = np.random.default_rng(1).permutation(len(position))
-    again = parted(position[order], np.ones(len(order)), 3.0, body[order], body[order], numbers[order])
+    again = label_components(position[order], np.ones(len(order)), 3.0, body[order], body[order], numbers[order])
     assert np.array_equal(again, first[order])  # whatever the order of the particles
-    assert np.array_equal(parted(position, np.ones(len(position)), 3.0, body, first, numbers), first)
+    assert np.array_equal(label_components(position, np.ones(len(position)), 3.0, body, first, numbers), first)
     position[first == sizes[0]] = square(15.5, 0)  # they meet again: two pieces they stay
-    assert np.array_equal(parted(position, np.ones(len(position)), 3.0, body, first, numbers), first)
+    assert np.array_equal(label_components(position, np.ones(len(position)), 3.0, body, first, numbers), first)
 
 
 def halves(formulation, gap=2e-3, shape=None, **contact):

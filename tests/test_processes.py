@@ -17,7 +17,7 @@ import hvisph
 from hvisph.casefile.loader import dump_case, load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import read_snapshot
-from hvisph.parallel.mpi_launch import launched
+from hvisph.parallel.mpi_launch import launched_rank
 from hvisph.parallel.partition import Parts
 from hvisph.simulation.run import run
 
@@ -292,14 +292,14 @@ def test_a_signal_stops_all_after_the_same_step(tmp_path):
 def test_launchers_are_noticed_by_the_environment(monkeypatch):
     for name in ("PMI_RANK", "PMI_SIZE", "OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "SLURM_NTASKS"):
         monkeypatch.delenv(name, raising=False)
-    assert launched() == (0, 1)
+    assert launched_rank() == (0, 1)
     monkeypatch.setenv("SLURM_NTASKS", "4")  # of an allocation, outside srun
-    assert launched() == (0, 1)
+    assert launched_rank() == (0, 1)
     monkeypatch.setenv("PMIX_RANK", "2")
-    assert launched() == (2, 4)
+    assert launched_rank() == (2, 4)
     monkeypatch.setenv("PMI_RANK", "1")
     monkeypatch.setenv("PMI_SIZE", "3")
-    assert launched() == (1, 3)
+    assert launched_rank() == (1, 3)
 
 
 def test_several_processes_without_mpi_do_not_fight_for_one_folder(monkeypatch, tmp_path):

@@ -19,7 +19,7 @@ from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.run import run
 from hvisph.visualization.html.build import report
 from hvisph.visualization.html.frames import NOWHERE, STEPS, frames
-from hvisph.visualization.html.setup_section import _sized
+from hvisph.visualization.html.setup_section import _describe_shape
 
 BROWSER = shutil.which("chromium") and shutil.which("chromedriver")
 
@@ -48,7 +48,7 @@ def solid(tmp_path_factory):
 ])  # fmt: skip
 def test_shapes_are_told_in_words(shape, words):
     case = load_case("quickstart", [f"bodies.target.shape={json.dumps(shape)}"])
-    assert _sized(case.bodies["target"].shape, False) == words
+    assert _describe_shape(case.bodies["target"].shape, False) == words
 
 
 def packed(page):

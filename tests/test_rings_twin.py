@@ -126,10 +126,7 @@ def test_rings_about_a_hole_that_opens_keep_their_density():
     cloud = random_cloud(2)
     n, rho, c = len(r), 2700.0, 5000.0
     alike = {name: np.full(n, value) for name, value in {"rho": rho, "c": c, "c_l": c, "c_t": 0.6 * c}.items()}
-    nothing = {
-        name: np.zeros(n)
-        for name in ("order", "grows", "heat", "leaves", "fades")
-    }
+    nothing = {name: np.zeros(n) for name in ("order", "grows", "heat", "leaves", "fades")}
     borne = {name: np.full(n, 1e9) for name in ("bear", "shear")}
     area = dx**2 * start / r
     cloud = replace(

@@ -7,7 +7,7 @@ import pytest
 from small_runs import METAL, row_of
 
 from hvisph.core.errors import OutputError
-from hvisph.core.lazy_arrays import Derived, changed
+from hvisph.core.lazy_arrays import Derived, transform_arrays
 from hvisph.core.particles import reorder
 from hvisph.measures.measure import measure
 from hvisph.output import hdf5
@@ -108,14 +108,14 @@ def test_arrays_change_now_or_when_asked_for():
         asked.append(name)
         return np.ones(2)
 
-    lazy = changed(Derived("ab", make), lambda _, values: 2.0 * values, ["b"])
+    lazy = transform_arrays(Derived("ab", make), lambda _, values: 2.0 * values, ["b"])
     assert (list(lazy), asked) == (["b"], [])
     assert (lazy["b"] == 2.0).all()
     assert asked == ["b"]
     with pytest.raises(KeyError):
         lazy["a"]
     with pytest.raises(KeyError):
-        changed({"a": np.ones(1)}, lambda _, values: values, ["c"])
+        transform_arrays({"a": np.ones(1)}, lambda _, values: values, ["c"])
 
 
 def test_what_is_let_go_is_empty_and_settings_stay():

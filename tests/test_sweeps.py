@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from hvisph.core.errors import CaseError
-from hvisph.core.yaml_inline import told_apart, written
+from hvisph.core.yaml_inline import format_differences, format_value
 from hvisph.measures.convergence import convergence
 from hvisph.measures.threshold import Bracket, bracket, lambert_jonas, next_values
 from hvisph.output.reader import list_snapshots, read_snapshot
@@ -141,9 +141,9 @@ def test_pictures_draw_what_is_recorded():
 
 def test_mappings_are_written_as_in_a_case_and_pictures_tell_two_settings_apart():
     shapes = [{"type": "disc", "diameter": "10 mm"}, {"type": "disc", "diameter": "8 mm"}]
-    assert told_apart(shapes) == ["{diameter: 10 mm}", "{diameter: 8 mm}"]
-    assert told_apart([shapes[0], "x"]) == ["{type: disc, diameter: 10 mm}", "x"]
-    assert written({"a": [1, None, True]}) == "{a: [1, null, true]}"
+    assert format_differences(shapes) == ["{diameter: 10 mm}", "{diameter: 8 mm}"]
+    assert format_differences([shapes[0], "x"]) == ["{type: disc, diameter: 10 mm}", "x"]
+    assert format_value({"a": [1, None, True]}) == "{a: [1, null, true]}"
     measured = {"penetration": {"value": 1.0, "unit": "m"}}
     rows = [{"number": k, "values": {"body": shape, SPEED: speed}, "status": "done", "message": "", "measures": measured,
              "energy_drift": 0.0, "wall_seconds": 1.0, "folder": ""}

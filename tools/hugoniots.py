@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from hvisph.casefile.material_library import Notes, library_of, material_names
-from hvisph.postprocessing.material_sheet import beside_measured, binned
+from hvisph.postprocessing.material_sheet import compare_hugoniot, worst_bin
 
 PAGE = Path(__file__).parents[1] / "docs" / "materials.md"
 BEGIN, END = "<!-- made by tools/hugoniots.py -->", "<!-- end -->"
@@ -34,9 +34,9 @@ def row(name: str, whose: str, points: Sequence[tuple[float, float]], notes: Not
     """Return a material's row beside some points."""
     model = library_of().load(name)
     low, high = (end(up for up, _ in points) / 1e3 for end in (min, max))
-    beside = beside_measured(model, points)
-    bare = "none" if model.strength.type == "none" else apart(beside_measured(model, points, strength=False))
-    bins = None if fit else binned(beside)
+    beside = compare_hugoniot(model, points)
+    bare = "none" if model.strength.type == "none" else apart(compare_hugoniot(model, points, strength=False))
+    bins = None if fit else worst_bin(beside)
     worst = max(abs(100.0 * (ours / measured - 1.0)) for _, measured, ours in beside)
     words, judged = "", worst
     if bins is not None:

@@ -10,7 +10,7 @@ import numpy as np
 from hvisph.compiler.jit import plain
 from hvisph.materials.melting import melt_temperature
 from hvisph.materials.slots import values
-from hvisph.postprocessing.material_sheet import hugoniot, pressed
+from hvisph.postprocessing.material_sheet import flow_stress_curves, hugoniot
 from hvisph.setup.material_point import drive, flow_at, knows_heat
 from hvisph.setup.materials import material_of
 from hvisph.visualization.panels import Panel, panels_picture
@@ -53,7 +53,7 @@ def _strength(model: Any) -> list[Panel]:
         strains.curves.append((f"{rate:g} 1/s", -record.strain, record["von_mises_stress"] * 1e-6))
     if model.strength.type == "elastic":
         return [strains]
-    if curves := pressed(material):
+    if curves := flow_stress_curves(material):
         return [strains, Panel("pressure [GPa]", "yield stress [MPa]", curves)]
     if knows_heat(material):
         warm = Panel("temperature [K]", "yield stress at a strain of 0.05 [MPa]")

@@ -100,9 +100,9 @@ class Case(StrictModel):
         return KINEMATICS[self.kinematics].dim
 
     @property
-    def drawn(self) -> int:
+    def drawing_dimensions(self) -> int:
         """Number of dimensions in which bodies are drawn."""
-        return KINEMATICS[self.kinematics].drawn
+        return KINEMATICS[self.kinematics].drawing_dimensions
 
     @property
     def snapshot_interval(self) -> float:
@@ -181,6 +181,6 @@ def _with_materials(bodies: Any, context: Any) -> Any:
 
 def _body_defaults(shape: Any, kinematics: Kinematics) -> dict[str, Any]:
     defaults: dict[str, Any] = {"velocity": (0.0,) * kinematics.dim}
-    if isinstance(shape, str) and shape in SHAPES[kinematics.drawn]:
+    if isinstance(shape, str) and shape in SHAPES[kinematics.drawing_dimensions]:
         defaults["arrangement"] = arrangements_of(kinematics.dim, shape)[0]
     return defaults

@@ -27,7 +27,7 @@ class Surroundings(Protocol):
         """Number of space dimensions."""
 
     @property
-    def drawn(self) -> int:
+    def drawing_dimensions(self) -> int:
         """Number of dimensions in which bodies are drawn."""
 
     @property

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.core.errors import nearest
+from hvisph.core.errors import suggest_nearest
 from hvisph.core.fields import component_names, recordable
 
 from .bodies import Position
@@ -67,7 +67,7 @@ def gauge_problems(gauges: Mapping[str, Gauge], dim: int) -> Iterator[Problem]:
         allowed = recordable(dim)
         for number, field in enumerate(gauge.fields):
             if field not in allowed:
-                yield Problem((*path, "fields", number), f"unknown field '{field}'{nearest(field, allowed)}")
+                yield Problem((*path, "fields", number), f"unknown field '{field}'{suggest_nearest(field, allowed)}")
         columns = [c for field in gauge.fields if field in allowed for c in component_names(field, dim)]
         if len(set(columns)) < len(columns):
             yield Problem((*path, "fields"), "names a field twice")

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from hvisph.core.errors import nearest
+from hvisph.core.errors import suggest_nearest
 
 from .bodies import Axis
 from .model import SCALAR_AS_LIST, Path, Problem, StrictModel
@@ -64,7 +64,7 @@ def region_problems(region: Region, path: Path, dim: int, bodies: Collection[str
     """Yield what is wrong with a region of a case in `dim` dimensions with these `bodies`."""
     for number, name in enumerate(region.bodies):
         if name not in bodies:
-            yield Problem((*path, "bodies", number), f"unknown body '{name[:64]}'{nearest(name, list(bodies))}")
+            yield Problem((*path, "bodies", number), f"unknown body '{name[:64]}'{suggest_nearest(name, list(bodies))}")
     yield from box_problems(region.box, (*path, "box"), dim)
 
 

@@ -17,7 +17,7 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from hvisph.core.errors import nearest
+from hvisph.core.errors import suggest_nearest
 
 from .dimensions import (
     ACCELERATION,
@@ -81,7 +81,7 @@ def parse_quantity(text: str, dimension: Dimension) -> float:
 
 def _parse_with_pint(number: float, unit: str, text: str, dimension: Dimension) -> float:
     """Convert by pint's registry what the short table of units lacks."""
-    unknown = f"{_quoted(text)}: unknown unit {_quoted(unit)}{nearest(unit, spellings(dimension))}"
+    unknown = f"{_quoted(text)}: unknown unit {_quoted(unit)}{suggest_nearest(unit, spellings(dimension))}"
     if _UNIT.fullmatch(unit) is None:
         raise ValueError(unknown)
     if dimension is NUMBER:

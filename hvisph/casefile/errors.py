@@ -11,8 +11,8 @@ from pydantic import BaseModel, ValidationError
 
 from hvisph.case.model import PROBLEMS, Path
 from hvisph.case.units import kind_of
-from hvisph.core.errors import CaseError, nearest
-from hvisph.core.yaml_inline import written
+from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.core.yaml_inline import format_value
 
 from .model_fields import Spot, keys_of, places, walk
 from .yaml_text import Place
@@ -157,7 +157,10 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
         if key in allowed:
             return path, f"unknown key; give '{key}'{remark}"
         unlike = _of_others(parent, at(data, path[:-1]), str(path[-1]), allowed) if parent else ""
-        return path, f"unknown key{unlike or _elsewhere(root, path, allowed) or nearest(str(path[-1]), allowed)}"
+        return (
+            path,
+            f"unknown key{unlike or _elsewhere(root, path, allowed) or suggest_nearest(str(path[-1]), allowed)}",
+        )
     spot = walk(root, path, data)
     if kind == "missing":
         about = spot.info.description if spot and spot.info and spot.info.description else ""
@@ -171,11 +174,11 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
         ours = OTHER_TYPES.get(tag.lower().replace("-", "_"), "")
         if spot and ours in spot.models:
             return (*path, "type"), f"unknown '{_short(tag)}'; here it is '{ours}'"
-        return (*path, "type"), f"unknown '{_short(tag)}'{nearest(tag, list(spot.models) if spot else [])}"
+        return (*path, "type"), f"unknown '{_short(tag)}'{suggest_nearest(tag, list(spot.models) if spot else [])}"
     if kind == "literal_error" and path[-1] == "kinematics" and (other := OTHER_VALUES.get(str(value).lower())):
         return path, f"unknown {_shown(value)}; write {other}"
     if kind == "literal_error":
-        return path, f"unknown {_shown(value)}{nearest(str(value), spot.choices if spot else ())}"
+        return path, f"unknown {_shown(value)}{suggest_nearest(str(value), spot.choices if spot else ())}"
     if kind == "value_error":
         return path, str(detail["ctx"]["error"])
     if kind == "model_attributes_type" and spot and spot.tagged:
@@ -263,7 +266,7 @@ def at(data: Any, path: Path) -> Any:
 
 
 def _shown(value: Any) -> str:
-    return f"'{_short(value)}'" if isinstance(value, str) else f"{_short(written(value))}"
+    return f"'{_short(value)}'" if isinstance(value, str) else f"{_short(format_value(value))}"
 
 
 def _short(text: str, most: int = 64) -> str:

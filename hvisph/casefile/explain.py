@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import BaseModel
 
 from hvisph.case.case import Case
-from hvisph.core.errors import CaseError, nearest
+from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import CATALOGUE
 
 from .field_text import default_text, value_text
@@ -35,7 +35,7 @@ def explain(path: str) -> str:
                 rest = keys[depth + 1 :]
                 return explain(".".join([*keys[:depth], *rest])) if rest else _of_type(keys, above.models[key])
             allowed = keys_of(above) if above else []
-            raise CaseError(f"unknown key{nearest(key, allowed)}", where=".".join(keys[: depth + 1]))
+            raise CaseError(f"unknown key{suggest_nearest(key, allowed)}", where=".".join(keys[: depth + 1]))
     spot = walk(Case, keys)
     lines = [".".join(keys) or "case", *_about(keys[-1] if keys else "", spot)] if spot else []
     if len(keys) == 2 and keys[0] == "measures" and keys[1] in CATALOGUE:

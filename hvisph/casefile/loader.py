@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from hvisph.case.case import Case
 from hvisph.case.model import Path
-from hvisph.core.errors import CaseError, nearest
+from hvisph.core.errors import CaseError, suggest_nearest
 
 from .errors import raise_all, translate
 from .mapping import plain_document
@@ -139,7 +139,7 @@ def find_case(source: str | os.PathLike[str]) -> pathlib.Path:
         return cases[name]
     shown = name if len(name) <= 200 else f"{name[:200]}..."
     names = [short for short in cases if "/" not in short]
-    raise CaseError(f"there is no case file and no bundled case '{shown}'{nearest(name[:200], names)}")
+    raise CaseError(f"there is no case file and no bundled case '{shown}'{suggest_nearest(name[:200], names)}")
 
 
 def case_document(source: Source) -> Document:

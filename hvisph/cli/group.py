@@ -23,11 +23,11 @@ class Group(TyperGroup):
         """Return the command that the arguments begin with, or say which was probably meant."""
         name = args[0] if args else ""
         if name and not name.startswith("-") and self.get_command(ctx, name) is None:
-            from hvisph.core.errors import nearest
+            from hvisph.core.errors import suggest_nearest
 
             commands = self.list_commands(ctx)
             meant = MEANT.get(name.lower())
-            hint = f"; did you mean '{meant}'?" if meant in commands else nearest(name[:64], commands)
+            hint = f"; did you mean '{meant}'?" if meant in commands else suggest_nearest(name[:64], commands)
             typer.secho(f"error: there is no command '{name[:64]}'{hint}", err=True)
             raise typer.Exit(2)
         return super().resolve_command(ctx, args)

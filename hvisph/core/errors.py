@@ -67,7 +67,7 @@ def computable() -> Iterator[None]:
         ) from error
 
 
-def nearest(word: str, allowed: list[str] | tuple[str, ...]) -> str:
+def suggest_nearest(word: str, allowed: list[str] | tuple[str, ...]) -> str:
     """Return ``"; did you mean 'x'?"`` for the closest of `allowed`; the list of them if short or none is close."""
     close = get_close_matches(str(word), list(allowed), n=1, cutoff=0.5)
     if close:

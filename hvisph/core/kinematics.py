@@ -33,7 +33,7 @@ class Kinematics:
     fields: tuple[str, ...] = ()
 
     @property
-    def drawn(self) -> int:
+    def drawing_dimensions(self) -> int:
         """Number of dimensions in which bodies are drawn: solids of revolution are solids."""
         return 3 if self.revolved else self.dim
 
@@ -51,6 +51,6 @@ KINEMATICS: dict[str, Kinematics] = {
 }
 
 
-def strained(dim: int) -> Kinematics:
+def unstrained_kinematics(dim: int) -> Kinematics:
     """Return the kinematics in `dim` dimensions without strain in the others."""
     return next(kinematics for kinematics in KINEMATICS.values() if kinematics.dim == dim)

@@ -36,7 +36,7 @@ class Derived(Mapping[str, np.ndarray]):
         return len(self._names)
 
 
-def changed(arrays: Mapping[str, np.ndarray], change: Callable[[str, np.ndarray], np.ndarray],
+def transform_arrays(arrays: Mapping[str, np.ndarray], change: Callable[[str, np.ndarray], np.ndarray],
             names: Iterable[str] | None = None) -> Mapping[str, np.ndarray]:  # fmt: skip
     """Return the arrays of some names, or all, as `change(name, array)` makes them.
 

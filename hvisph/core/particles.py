@@ -8,7 +8,7 @@ from math import prod
 import numpy as np
 
 from .fields import CATALOGUE
-from .kinematics import Kinematics, strained
+from .kinematics import Kinematics, unstrained_kinematics
 
 BASE_FIELDS = (
     "position",
@@ -55,7 +55,7 @@ class Particles:
 
     def __init__(self, dim: int, count: int, extra: Sequence[str] = (), kinematics: Kinematics | None = None):
         self.dim, self.extra = dim, tuple(extra)
-        self.kinematics = kinematics or strained(dim)
+        self.kinematics = kinematics or unstrained_kinematics(dim)
         self.names = (*BASE_FIELDS, *self.extra, *self.kinematics.fields)
         self.offsets: dict[str, int] = {}
         width = 0
@@ -132,12 +132,12 @@ def reorder(values: np.ndarray, order: np.ndarray, room: np.ndarray | None = Non
     values, order
         The rows (n, ...), and the former row of each (n,).
     room
-        See `taken`.
+        See `take_rows`.
     """
-    values[...] = taken(values, order, room)
+    values[...] = take_rows(values, order, room)
 
 
-def taken(values: np.ndarray, order: np.ndarray, room: np.ndarray | None = None) -> np.ndarray:
+def take_rows(values: np.ndarray, order: np.ndarray, room: np.ndarray | None = None) -> np.ndarray:
     """Return rows in an order: row k is row order[k] of `values` (n, ...).
 
     Parameters
@@ -152,8 +152,8 @@ def taken(values: np.ndarray, order: np.ndarray, room: np.ndarray | None = None)
     return np.take(values, order, axis=0, out=copy, mode="clip")  # other modes allocate
 
 
-def copied(values: np.ndarray, room: np.ndarray | None) -> np.ndarray:
-    """Return a copy, in `room` as for `taken`."""
+def copy_rows(values: np.ndarray, room: np.ndarray | None) -> np.ndarray:
+    """Return a copy, in `room` as for `take_rows`."""
     copy = _in_room(values.shape, values.dtype, room)
     copy[...] = values
     return copy

@@ -16,9 +16,9 @@ def harmless(text: object) -> str:
     plain = str(text)
     if plain.isascii() and plain.isprintable():
         return plain
-    return "".join(_spelled(c) if unicodedata.category(c) in _SPELLED and c not in _KEPT else c for c in plain)
+    return "".join(_escape_character(c) if unicodedata.category(c) in _SPELLED and c not in _KEPT else c for c in plain)
 
 
-def _spelled(character: str) -> str:
+def _escape_character(character: str) -> str:
     number = ord(character)
     return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}" if number < 0x10000 else f"\\U{number:08x}"

@@ -35,7 +35,7 @@ def shares(now: Snapshot, start: Snapshot, materials: Sequence[Material]) -> dic
     if damage is not None:
         breaks = np.isin(now.body, [k for k, one in enumerate(materials) if one.damage.tag != 0])
         parts["failed"] = float(mass[breaks & (damage >= 1.0)].sum()) / whole if breaks.any() else None
-    parts["above_melting"] = _melted(now, materials, mass)
+    parts["above_melting"] = _melted_mass(now, materials, mass)
     energy = now.fields.get("internal_energy")
     if energy is not None:
         density, temperature, beyond = now.fields["density"], now.fields.get("temperature"), 0.0
@@ -57,7 +57,7 @@ def _mean_energy(start: Snapshot) -> float:
     return float((mass * (0.5 * squared + np.abs(start.fields["internal_energy"]))).sum() / mass.sum())
 
 
-def _melted(now: Snapshot, materials: Sequence[Material], mass: np.ndarray) -> float | None:
+def _melted_mass(now: Snapshot, materials: Sequence[Material], mass: np.ndarray) -> float | None:
     temperature = now.fields.get("temperature")
     if temperature is None:
         return None

@@ -43,7 +43,9 @@ def last_waves(material: Material, velocities: Sequence[float], strength: bool =
     -------
     Speeds in the laboratory; not a number beyond where the material's models end.
     """
-    ups, speeds = _along(_stress(material, strength and material.shear_modulus > 0.0), material, max(velocities))
+    ups, speeds = _integrate_wave(
+        _stress(material, strength and material.shear_modulus > 0.0), material, max(velocities)
+    )
     return [float(np.interp(up, ups, speeds, right=np.nan)) for up in velocities]
 
 
@@ -63,7 +65,7 @@ def _stress(material: Material, strength: bool) -> Callable[[float, float], floa
     return stress
 
 
-def _along(
+def _integrate_wave(
     stress: Callable[[float, float], float], material: Material, highest: float
 ) -> tuple[list[float], list[float]]:
     """Return particle velocity and speed of the last wave [m/s] up to `highest`."""
@@ -76,7 +78,7 @@ def _along(
         v = v0 * (1.0 - eta)
         while True:
             ahead = corners[-1]
-            sigma = _behind(stress, v, ahead)
+            sigma = _stress_behind_shock(stress, v, ahead)
             slope = (sigma - ahead[1]) / (ahead[0] - v)
             if len(corners) == 1 or slope < _slope(corners[-2], ahead):
                 break
@@ -100,7 +102,7 @@ def _slope(ahead: tuple[float, ...], behind: tuple[float, ...]) -> float:
     return (behind[1] - ahead[1]) / (ahead[0] - behind[0])
 
 
-def _behind(stress: Callable[[float, float], float], v: float, ahead: tuple[float, ...]) -> float:
+def _stress_behind_shock(stress: Callable[[float, float], float], v: float, ahead: tuple[float, ...]) -> float:
     """Return the stress [Pa] behind a shock from the state `ahead` to the volume `v`, by secants."""
 
     def excess(sigma: float) -> float:

@@ -72,7 +72,7 @@ class LinearLaw:
         self.speed = sqrt(bulk_modulus / density)
 
     @classmethod
-    def of(cls, material: Material) -> LinearLaw:
+    def from_material(cls, material: Material) -> LinearLaw:
         """Return the law of a material with the `linear` or the `elastic` equation of state."""
         return cls(material.density, material.density * material.bulk_sound_speed**2)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from hvisph.core.errors import CaseError, nearest
+from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.shapes import arrangements_of
 from hvisph.geometry.lattices.concentric_rings import fill_rings
 from hvisph.geometry.lattices.cubic import fill_lattice
@@ -79,7 +79,7 @@ def fill(
     allowed = allowed_arrangements(shape)
     name = allowed[0] if arrangement is None else arrangement
     if name not in FUNCTIONS:
-        raise CaseError(f"unknown arrangement '{name}'{nearest(name, allowed)}", where="arrangement")
+        raise CaseError(f"unknown arrangement '{name}'{suggest_nearest(name, allowed)}", where="arrangement")
     if name not in allowed:
         raise CaseError(
             f"arrangement '{name}' has no meaning for a {shape.kind} in {shape.dim}D; allowed: {', '.join(allowed)}",

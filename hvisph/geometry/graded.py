@@ -95,7 +95,7 @@ def fill_graded(shape: Shape, dx: float, grading: Grading, even: tuple[int, ...]
 def _from_face(length: float, fine: float | None, dx: float, grading: Grading) -> np.ndarray:
     """Return the edges of the layers, fine from 0 on."""
     count = count_across(min(fine or dx, length), dx)
-    grown = _grown(length - count * dx, dx, grading) if fine is not None else None
+    grown = _layer_thicknesses(length - count * dx, dx, grading) if fine is not None else None
     if grown is None:
         return np.linspace(0.0, length, count_across(length, dx) + 1)
     edges = np.concatenate([np.arange(count + 1) * dx, count * dx + np.cumsum(grown)])
@@ -107,7 +107,7 @@ def _from_middle(length: float, fine: float | None, dx: float, grading: Grading,
     """Return the edges of the layers, symmetric about 0."""
     middle = count_across(min(fine or dx, length), dx, even=even)
     half = middle * dx / 2
-    grown = _grown(length / 2 - half, dx, grading) if fine is not None else None
+    grown = _layer_thicknesses(length / 2 - half, dx, grading) if fine is not None else None
     if grown is None:
         return np.linspace(-0.5, 0.5, count_across(length, dx, even=even) + 1) * length
     outer = half + np.cumsum(grown)
@@ -116,7 +116,7 @@ def _from_middle(length: float, fine: float | None, dx: float, grading: Grading,
     return edges
 
 
-def _grown(rest: float, dx: float, grading: Grading) -> np.ndarray | None:
+def _layer_thicknesses(rest: float, dx: float, grading: Grading) -> np.ndarray | None:
     """Return the thicknesses of as few layers as fill `rest` [m], each at most the ratio times the one before it.
 
     None where there is no room to grow: where as many layers of `dx` are thicker than `rest`.

@@ -66,7 +66,7 @@ def count_across(length: float, spacing: float, what: str = "body", even: bool =
     return 2 * max(1, math.floor(length / spacing / 2 + 0.5 + ROUND_OFF)) if even else count
 
 
-def filled(positions: np.ndarray, dx: float, size: tuple[float, ...], asked: tuple[float, ...]) -> Filling:
+def make_filling(positions: np.ndarray, dx: float, size: tuple[float, ...], asked: tuple[float, ...]) -> Filling:
     """Return the `Filling` of `positions` of volume dx^dim each, noting a size that had to give way.
 
     Raises
@@ -82,14 +82,14 @@ def filled(positions: np.ndarray, dx: float, size: tuple[float, ...], asked: tup
     return Filling(np.ascontiguousarray(positions), volumes, size, dx, note)
 
 
-def centred(count: int, spacing: float) -> np.ndarray:
+def centre_coordinates(count: int, spacing: float) -> np.ndarray:
     """Return `count` coordinates at `spacing` [m], symmetric about 0 to the last bit."""
     return (np.arange(count) - (count - 1) / 2) * spacing
 
 
 def cover(low: float, high: float, spacing: float, even: bool = False) -> np.ndarray:
     """Return coordinates at `spacing` [m] centred between `low` and `high`, as many as come nearest to fill it."""
-    return (low + high) / 2 + centred(count_across(high - low, spacing, even=even), spacing)
+    return (low + high) / 2 + centre_coordinates(count_across(high - low, spacing, even=even), spacing)
 
 
 def _sizes(size: tuple[float, ...]) -> str:

@@ -40,7 +40,7 @@ def fill_exactly(shape: Shape, dx: float, arrange: Callable[[Shape, float], Fill
     arrange
         The arrangement: a function of shape and spacing.
     """
-    best, cost = _fitted(shape, dx, arrange), 0.0
+    best, cost = _stretch_to_mass(shape, dx, arrange), 0.0
     if len(shape.flat_axes) < shape.dim:
         cost = DEAR * abs(math.log(_share(shape, best)))
         nodes = math.prod(side / dx for side in shape.extent())
@@ -51,7 +51,7 @@ def fill_exactly(shape: Shape, dx: float, arrange: Callable[[Shape, float], Fill
             if change >= cost:
                 continue
             try:
-                other = _fitted(shape, dx * (1 + k / steps * farthest), arrange)
+                other = _stretch_to_mass(shape, dx * (1 + k / steps * farthest), arrange)
             except CaseError:
                 continue
             worth = change + DEAR * abs(math.log(_share(shape, other)))
@@ -68,7 +68,7 @@ def _share(shape: Shape, filling: Filling) -> float:
     return shape.volume / float(filling.volumes.sum())
 
 
-def _fitted(shape: Shape, dx: float, arrange: Callable[[Shape, float], Filling]) -> Filling:
+def _stretch_to_mass(shape: Shape, dx: float, arrange: Callable[[Shape, float], Filling]) -> Filling:
     """Return the nominal filling, stretched between the shape's flat faces."""
     filling = arrange(shape, dx)
     stretch = np.ones(shape.dim)

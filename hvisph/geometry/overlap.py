@@ -113,10 +113,10 @@ def overlaps(bodies: Sequence[Standing]) -> list[Overlap]:
 def _overlap(one: Standing, other: Standing) -> tuple[np.ndarray, float] | None:
     """Return where two bodies stand in each other, and how deep."""
     dx = min(one.spacing[0], other.spacing[0])
-    if one.even and other.even and _apart(one.bounds(), other.bounds(), 1e-6 * dx):
+    if one.even and other.even and _boxes_are_separate(one.bounds(), other.bounds(), 1e-6 * dx):
         return None
     if one.surface is not None and other.surface is not None:
-        shapes_apart = _apart(one.surface.bounds(), other.surface.bounds(), SLACK * dx)
+        shapes_apart = _boxes_are_separate(one.surface.bounds(), other.surface.bounds(), SLACK * dx)
         for a, b in () if shapes_apart else ((one, other), (other, one)):
             place, depth = _deepest(a, b, dx)
             if depth >= DEEPEST * dx:
@@ -130,7 +130,7 @@ def _overlap(one: Standing, other: Standing) -> tuple[np.ndarray, float] | None:
     return _twice_filled(one, other) or _same_place(one, other, SAME_PLACE * dx)
 
 
-def _apart(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray], slack: float) -> bool:
+def _boxes_are_separate(one: tuple[np.ndarray, np.ndarray], other: tuple[np.ndarray, np.ndarray], slack: float) -> bool:
     """Whether along some axis one box ends before the other begins, or no more than `slack` [m] later."""
     return bool((one[0] - other[1] >= -slack).any() or (other[0] - one[1] >= -slack).any())
 
@@ -151,7 +151,7 @@ def _deepest(one: Standing, other: Standing, dx: float) -> tuple[np.ndarray, flo
             break
         if step:
             points = points - step * one.spacing[1] * solid_of(other.surface).outward(points, SLOPE * dx)
-            points = _kept(one, points, dx)
+            points = _project_on_surface(one, points, dx)
         depth = np.where(one.distance(points) <= SLACK * dx, -other.distance(points), -math.inf)
         if depth.max() > best:
             best, place = float(depth.max()), points[depth.argmax()]
@@ -160,7 +160,7 @@ def _deepest(one: Standing, other: Standing, dx: float) -> tuple[np.ndarray, flo
     return place, best
 
 
-def _kept(one: Standing, points: np.ndarray, dx: float) -> np.ndarray:
+def _project_on_surface(one: Standing, points: np.ndarray, dx: float) -> np.ndarray:
     """Return `points` with those that have left the body put back on its surface."""
     for _ in range(3):
         d = one.distance(points)

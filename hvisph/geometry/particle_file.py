@@ -130,7 +130,7 @@ def read_columns(path: str | Path, names: tuple[str, ...]) -> list[np.ndarray]:
     return columns
 
 
-def interpolated(points: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
+def interpolate(points: np.ndarray, values: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Return `values` (n, k) given at `points` (n, dim) at other points (m, dim): linear, outside the nearest's."""
     from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator
 

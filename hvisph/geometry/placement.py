@@ -74,7 +74,7 @@ def needed_turn(shape: Shape, matrix: np.ndarray) -> np.ndarray | None:
     return None if along > 0.0 else rotation_matrix(3, math.pi, tuple(np.roll(own, 1)))
 
 
-def rotated(filling: Filling, matrix: np.ndarray) -> Filling:
+def rotate(filling: Filling, matrix: np.ndarray) -> Filling:
     """Return `filling` turned about its centre by `matrix` (dim, dim); its `size` stays that of the shape."""
     return replace(filling, positions=np.ascontiguousarray(filling.positions @ matrix.T))
 

@@ -34,7 +34,7 @@ STEEPNESS, NEAR = 0.63, 0.8
 WHOLE, BALSARA, MORRIS_MONAGHAN = 0, 1, 2
 
 
-def loaded(state, i):
+def load_state(state, i):
     """Return particle `i` of the state."""
     return State(own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM), state[i, S_DENSITY],
                  state[i, S_INTERNAL_ENERGY], state[i, S_SMOOTHING_LENGTH],
@@ -59,7 +59,7 @@ def store(state, i, now):
         state[i, S_STRAIN_RATE] = now.memory[4]
 
 
-def measured(rates, k):
+def load_rates(rates, k):
     """Return row `k` of the rates."""
     return Rates(own_vector(rates, k, R_ACCELERATION, DIM), rates[k, R_POWER], own_gradient(rates, k, R_GRADIENT, DIM),
                  rates[k, R_DENSITY] if DENSITY_RATE else 0.0, rates[k, R_HOOP] if AXISYMMETRIC else 0.0)  # fmt: skip
@@ -77,7 +77,7 @@ def remember(state, i, u, rate):
         state[i, S_PREVIOUS_HOOP_RATE] = rate.hoop
 
 
-def moved(state, i, now, rate, free, u, dt):
+def move(state, i, now, rate, free, u, dt):
     """Carry position, velocity and energy over a step: return them in a state, and gradient, swelling, hoop's rate.
 
     `u` is the velocity of the evaluation, with which power and gradient were found. The step's rates are those of
@@ -113,7 +113,7 @@ def sparsest(mass, ring, h, thickness):
     return least / (2.0 * pi * ring) if AXISYMMETRIC else least
 
 
-def strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
+def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
     """Strain a particle over `dt` at the velocity gradient `l` in the plane and its rate of volume `swelling` there.
 
     A ring's circumference grows at the rate `hoop`; its smoothing length follows its area. Density stays above `least`.
@@ -176,4 +176,4 @@ def viscous_share(share, l, c, h, dt, coefficients):
     return balsara_share(l, c, h)
 
 
-PARTS = (loaded, store, measured, remember, moved, sparsest, strained, works, viscous_share)
+PARTS = (load_state, store, load_rates, remember, move, sparsest, strain, works, viscous_share)

@@ -36,7 +36,7 @@ AT_AXIS = 0.5
 AFAR = 0.5
 
 
-def carried(particles, here, alike, materials, coefficients, times_ahead, h_limits, rows, limits, counted, most,
+def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, h_limits, rows, limits, counted, most,
             rounders):  # fmt: skip
     """Carry LANES particles on, of one material and all held or all free.
 
@@ -166,8 +166,8 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, tim
     ANGULAR_MOMENTUM (1 where
     pairs take back the angular momentum that they made), AHEAD (share of the step that the stage is ahead),
     REMEMBERS (1 where particles have a memory), NOTHING (else), columns of the state (S_...) and of the rates (R_...),
-    slots of the row (U, C, SHARE), `carried` and the templates of `parts`, and functions of `hvisph.materials` and
-    `pack`.
+    slots of the row (U, C, SHARE), `advance_lanes` and the templates of `parts`, and functions of `hvisph.materials`
+    and `pack`.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, tim
                 fetch_row(state, s, 0, state.shape[1])
                 fetch_row(rows, s, 0, rows.shape[1])
                 fetch_row(rates, np.uint64(placed[later]), 0, rates.shape[1])
-            most = carried(
+            most = advance_lanes(
                 (many(state, near, k), many(tags, near, k), many(rates, placed, k)),
                 first_lanes(n - k), (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)),
                 materials, coefficients, times_ahead, h_limits, many(rows, near, k),

@@ -58,7 +58,7 @@ def _limits(chunk, count, lengths, signals, rates, place, viscous, least):
     least[chunk, 0], least[chunk, 1], least[chunk, 2] = by_signal, by_acceleration, whole
 
 
-def _which(lengths, signals, rates, place, viscous, numbers, chunk, criterion, value):
+def _limiting_particle(lengths, signals, rates, place, viscous, numbers, chunk, criterion, value):
     """Return which particle of a chunk it is, that of the smallest number of several: of `value`, or not finite."""
     chosen = np.uint64(NOBODY)
     first = np.uint64(chunk) * np.uint64(CHUNK)
@@ -90,7 +90,7 @@ class Criteria:
         self.cfl, self.viscous = cfl, viscous
         limits_of = specialise(_limits_of, DIM=dim)
         self._loop = shared(specialise(_limits, limits_of=limits_of), CHUNK)
-        self._which = specialise(_which, parallel=False, limits_of=limits_of)
+        self._which = specialise(_limiting_particle, parallel=False, limits_of=limits_of)
         self.hold(count)
 
     def hold(self, count: int) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
-from hvisph.core.errors import CaseError, nearest
+from hvisph.core.errors import CaseError, suggest_nearest
 
 from .result import Result
 
@@ -42,7 +42,7 @@ def compare(results: Mapping[str, Result | float | None], expected: Expectations
     rows = []
     for name, entry in expected.items():
         if name not in results:
-            raise CaseError(f"unknown measure '{name}'{nearest(name, list(results))}", where=f"expected.{name}")
+            raise CaseError(f"unknown measure '{name}'{suggest_nearest(name, list(results))}", where=f"expected.{name}")
         result = results[name]
         value = result.value if isinstance(result, Result) else result
         target, tolerance = float(_get(entry, "value")), float(_get(entry, "tolerance"))

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.fields import CATALOGUE, SYMMETRIC_LENGTH
-from hvisph.core.lazy_arrays import changed
+from hvisph.core.lazy_arrays import transform_arrays
 from hvisph.core.terminal_escape import harmless
 
 from .snapshot import Snapshot
@@ -35,13 +35,13 @@ def to_vtk(name: str, values: np.ndarray, dim: int) -> np.ndarray:
     """Return field `name` in `dim` dimensions as ParaView expects it; unknown names stay as they are."""
     rank = _rank(name)
     if rank == "vector":
-        return _padded(values, 3, range(dim))
+        return _pad_columns(values, 3, range(dim))
     if rank == "axial":
-        return _padded(values, 3, _AXIAL_COLUMNS[dim])
+        return _pad_columns(values, 3, _AXIAL_COLUMNS[dim])
     if rank == "symmetric":
-        return _padded(values, 6, VTK_SYMMETRIC[: SYMMETRIC_LENGTH[dim]])
+        return _pad_columns(values, 6, VTK_SYMMETRIC[: SYMMETRIC_LENGTH[dim]])
     if rank == "gradient":
-        return _padded(values, 9, _gradient_columns(dim))
+        return _pad_columns(values, 9, _gradient_columns(dim))
     return values
 
 
@@ -100,7 +100,7 @@ def snapshot_from(header: dict[str, Any], arrays: Mapping[str, np.ndarray]) -> S
         if not fits or (len(values) and not (values.min() >= 0 and values.max() < most)):
             raise ValueError(f"'{name}' is no index for each particle")
     _check_metadata(header["metadata"], dim)
-    fields = changed(arrays, lambda name, values: _field(name, values, dim, len(number)), header["fields"])
+    fields = transform_arrays(arrays, lambda name, values: _field(name, values, dim, len(number)), header["fields"])
     if "position" not in fields:
         raise ValueError("its particles have no positions")
     return Snapshot(
@@ -154,7 +154,7 @@ def _rank(name: str) -> str:
     return CATALOGUE[name].rank if name in CATALOGUE else "scalar"
 
 
-def _padded(values: np.ndarray, width: int, columns: Any) -> np.ndarray:
+def _pad_columns(values: np.ndarray, width: int, columns: Any) -> np.ndarray:
     out = np.zeros((len(values), width), dtype=values.dtype)
     out[:, list(columns)] = values
     return out

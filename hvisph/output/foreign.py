@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from hvisph.core.errors import OutputError, nearest
+from hvisph.core.errors import OutputError, suggest_nearest
 from hvisph.core.terminal_escape import harmless
 
 from .foreign_names import BODY, ID, MATERIAL, SCALARS, SI, VELOCITY, Convention, bare
@@ -99,7 +99,7 @@ def _dimensions(points: np.ndarray) -> int:
 def _refuse_missing(convention: Convention, arrays: Mapping[str, object], there: list[str]) -> None:
     for quantity, name in convention.names.items():
         if bare(name) not in arrays:
-            raise OutputError(f"it has no array '{name}' for the {quantity}{harmless(nearest(name, there))}")
+            raise OutputError(f"it has no array '{name}' for the {quantity}{harmless(suggest_nearest(name, there))}")
 
 
 def _velocity(

@@ -26,7 +26,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hvisph.core.errors import OutputError, nearest
+from hvisph.core.errors import OutputError, suggest_nearest
 
 SCALARS = {
     "mass": ("mass", "m"),
@@ -83,7 +83,7 @@ class Convention:
     def __post_init__(self) -> None:
         for quantity in self.names:
             if quantity not in KNOWN:
-                raise OutputError(f"'{quantity}' is no quantity that measures know{nearest(quantity, KNOWN)}")
+                raise OutputError(f"'{quantity}' is no quantity that measures know{suggest_nearest(quantity, KNOWN)}")
 
     def aliases(self, quantity: str, usual: tuple[str, ...]) -> tuple[str, ...]:
         """Return the names of a quantity, bare: the one that was given, or the usual ones."""

@@ -55,7 +55,7 @@ class RunFolder:
             if not looks_like_a_run(folder) and any(folder.iterdir()):
                 raise CaseError(f"{folder} is not empty and not a run of hvisph; nothing was changed", where="--out")
             refuse_links(folder)
-            lock = _locked(folder)
+            lock = _lock_folder(folder)
             try:
                 if _content(folder):
                     if not force:
@@ -87,7 +87,7 @@ class RunFolder:
         if not folder.is_dir() or not looks_like_a_run(folder):
             raise CaseError(f"{folder} is not the folder of a run")
         refuse_links(folder)
-        lock = _locked(folder)
+        lock = _lock_folder(folder)
         try:
             for name in file_names.MADE:
                 (folder / name).mkdir(exist_ok=True)
@@ -208,7 +208,7 @@ def _plain_or_absent(path: Path, plain: Callable[[Path], bool]) -> bool:
     return plain(path) or not (path.is_symlink() or path.exists())
 
 
-def _locked(folder: Path) -> FileLock:
+def _lock_folder(folder: Path) -> FileLock:
     try:
         return FileLock(folder / file_names.LOCK)
     except BlockingIOError as error:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.lazy_arrays import changed
+from hvisph.core.lazy_arrays import transform_arrays
 
 
 @dataclass
@@ -62,5 +62,5 @@ class Snapshot:
 
     def part(self, chosen: np.ndarray) -> Snapshot:
         """Return the particles with the indices `chosen` alone."""
-        fields = changed(self.fields, lambda _, values: values[chosen])
+        fields = transform_arrays(self.fields, lambda _, values: values[chosen])
         return replace(self, fields=fields, body=self.body[chosen], material=self.material[chosen], id=self.id[chosen])

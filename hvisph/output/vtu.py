@@ -84,7 +84,7 @@ def read_vtu(path: str | Path, convention: Convention = SI) -> Snapshot:
             sealed = has_seal(file)
             if sealed:
                 verify_seal(file)
-            mesh = _parsed(path, meshio)
+            mesh = _parse_xml(path, meshio)
             if HEADER not in mesh.field_data:
                 return snapshot_of_another_code(mesh.points, mesh.point_data or {}, mesh.field_data, convention)
             convention.refuse_own()
@@ -125,7 +125,7 @@ def write_pvd(path: str | Path, entries: Sequence[tuple[float, str]]) -> None:
     write_text(path, head + body + "\n")
 
 
-def _parsed(path: str | Path, meshio: Any) -> Any:
+def _parse_xml(path: str | Path, meshio: Any) -> Any:
     try:
         return meshio.vtu.read(path)
     except OSError:

@@ -8,7 +8,7 @@ import os
 _VARIABLES = (("PMI_RANK", "PMI_SIZE"), ("OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORLD_SIZE"), ("PMIX_RANK", "SLURM_NTASKS"))
 
 
-def launched() -> tuple[int, int]:
+def launched_rank() -> tuple[int, int]:
     """Return the number of this process and how many there are: 0 and 1 where none of several was started."""
     for rank, size in _VARIABLES:
         here, all_ = os.environ.get(rank, ""), os.environ.get(size, "")
@@ -19,4 +19,4 @@ def launched() -> tuple[int, int]:
 
 def is_first() -> bool:
     """Whether this process is the one that speaks: the first of several, or alone."""
-    return launched()[0] == 0
+    return launched_rank()[0] == 0

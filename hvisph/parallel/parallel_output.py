@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.lazy_arrays import changed
+from hvisph.core.lazy_arrays import transform_arrays
 from hvisph.output.snapshot import Snapshot
 
 from .world import Alone
@@ -167,12 +167,12 @@ class Moment:
             yield self.snapshot
 
 
-def fetched(snapshot: Snapshot, keep: bool = False) -> Snapshot:
+def load_arrays(snapshot: Snapshot, keep: bool = False) -> Snapshot:
     """Return a snapshot whose arrays are in memory: its fields when they are asked for, or all for good."""
 
     def array(values: np.ndarray) -> np.ndarray:
         return np.asarray(values)
 
     body, material, number = map(array, (snapshot.body, snapshot.material, snapshot.id))
-    fields = changed(snapshot.fields, lambda _, values: array(values))
+    fields = transform_arrays(snapshot.fields, lambda _, values: array(values))
     return replace(snapshot, fields=dict(fields) if keep else fields, body=body, material=material, id=number)

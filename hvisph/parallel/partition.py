@@ -64,7 +64,7 @@ class Parts:
         k = int(np.searchsorted(cumulated, cumulated[-1] * lower / count))
         first_above = order[min(max(k, 1), len(order) - 1)]
         cut = Cut(first, count, axis, float(at[first_above, axis]), int(numbers[first_above]))
-        self._sides(place, cut, (at, numbers, weights), _below(at, numbers, cut), lower)
+        self._sides(place, cut, (at, numbers, weights), _lies_below(at, numbers, cut), lower)
 
     def _sides(self, place: int, cut: Cut, held: tuple[np.ndarray, np.ndarray, np.ndarray], below: np.ndarray,
                lower: int) -> None:  # fmt: skip
@@ -85,12 +85,12 @@ class Parts:
             if cut.count == 1:
                 owners[chosen] = cut.first
                 continue
-            below = _below(positions[chosen], numbers[chosen], cut)
+            below = _lies_below(positions[chosen], numbers[chosen], cut)
             stack += [(place + 1, chosen[below]), (cut.upper, chosen[~below])]
         return owners
 
 
-def _below(positions: np.ndarray, numbers: np.ndarray, cut: Cut) -> np.ndarray:
+def _lies_below(positions: np.ndarray, numbers: np.ndarray, cut: Cut) -> np.ndarray:
     x = positions[:, cut.axis]
     below: np.ndarray = (x < cut.at) | ((x == cut.at) & (numbers < cut.number))
     return below

@@ -17,7 +17,7 @@ import numpy as np
 from hvisph.compiler.build_id import kind_of_machine
 from hvisph.core.errors import CaseError, HvisphError
 
-from .mpi_launch import launched
+from .mpi_launch import launched_rank
 
 T = TypeVar("T")
 MESSAGE = 1 << 28  # bytes at most; what counts them may be of 32 bits
@@ -261,7 +261,7 @@ def world_here() -> Alone:
     CaseError
         When mpi4py is missing, or is that of another MPI than the launcher's, or the processes are not alike.
     """
-    _, size = launched()
+    _, size = launched_rank()
     if size == 1:
         return Alone()
     try:

@@ -69,7 +69,7 @@ def overlay(folders: Mapping[str, Path], exact: bool = True) -> Overlay:
         panels = gauge_panels(folder, beside, prefix=f"{name} " if len(folders) > 1 else "")
         for column, curves in panels.items():
             drawn = made.panels.setdefault(column, [])
-            drawn += [curve for curve in curves if not _drawn(curve, drawn)]
+            drawn += [curve for curve in curves if not _is_drawn_already(curve, drawn)]
     return made
 
 
@@ -93,7 +93,7 @@ def _exact(name: str, folder: Path, case: Case, made: Overlay) -> dict[str, tupl
     return beside
 
 
-def _drawn(curve: Curve, others: list[Curve]) -> bool:
+def _is_drawn_already(curve: Curve, others: list[Curve]) -> bool:
     """Whether an exact curve is there already, of another run of the same impact."""
     return curve.exact and any(
         other.exact and np.array_equal(other.x, curve.x) and np.array_equal(other.y, curve.y) for other in others

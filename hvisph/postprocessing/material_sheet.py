@@ -27,7 +27,7 @@ RATES = (1.0, 1e3, 1e6)  # [1/s]
 IN_BIN, LEAST_IN_BIN = 5, 4  # measured points
 
 
-def derived(model: Any) -> dict[str, tuple[float, str]]:
+def derive_properties(model: Any) -> dict[str, tuple[float, str]]:
     """Return what follows from a case's material: name to value and SI unit."""
     material = material_of(model)
     rho, c, g = material.density, material.bulk_sound_speed, material.shear_modulus
@@ -80,7 +80,7 @@ def hugoniot(model: Any, velocities: Sequence[float] = SHOCKS) -> list[tuple[flo
     return rows
 
 
-def beside_measured(model: Any, points: Sequence[tuple[float, float]], strength: bool = True
+def compare_hugoniot(model: Any, points: Sequence[tuple[float, float]], strength: bool = True
                     ) -> list[tuple[float, float, float]]:  # fmt: skip
     """Return particle velocity, measured and model's shock speed [m/s] of points [up, Us], as far as the model goes.
 
@@ -95,7 +95,7 @@ def beside_measured(model: Any, points: Sequence[tuple[float, float]], strength:
     return [(up, us, ours) for (up, us), ours in zip(points, speeds, strict=True) if np.isfinite(ours)]
 
 
-def binned(beside: Sequence[tuple[float, float, float]]) -> tuple[float, float, float] | None:
+def worst_bin(beside: Sequence[tuple[float, float, float]]) -> tuple[float, float, float] | None:
     """Return how far off the worst bin of measured points is in its mean [%], where [m/s], and the points' own scatter.
 
     Bins hold some five points next to each other. The scatter is the standard deviation of single points
@@ -141,14 +141,14 @@ def picture(models: Sequence[Any], path: str | os.PathLike[str], notes: Any = No
             pressures.curves.append((label, u, rows[:, 2] * 1e-9))
             if np.isfinite(rows[:, 4]).all():
                 heats.curves.append((label, u, rows[:, 4]))
-            releases.curves += _released(label, model, rows)
+            releases.curves += _release_curves(label, model, rows)
         if material.strength.name not in ("none", "elastic"):
             for rate in RATES:
                 record = drive(material, "uniaxial_stress", rate, 0.2, 60)
                 strains.curves.append((f"{label}, {rate:g} 1/s", record.strain, record["von_mises_stress"] * 1e-6))
             if knows_heat(material):
-                warm.curves += _softened(label, material)
-            squeezed.curves += [(f"{label}, {words}", p, y) for words, p, y in pressed(material)]
+                warm.curves += _thermal_softening_curves(label, material)
+            squeezed.curves += [(f"{label}, {words}", p, y) for words, p, y in flow_stress_curves(material)]
     for line in notes.lines if notes else ():
         u, measured = np.array(line.points).T * 1e-3
         speeds.curves.append(("fit to measured points", u, measured))
@@ -158,7 +158,7 @@ def picture(models: Sequence[Any], path: str | os.PathLike[str], notes: Any = No
     return panels_picture(panels, path, title=", ".join(model.name for model in models))
 
 
-def pressed(material: Material) -> list[tuple[str, np.ndarray, np.ndarray]]:
+def flow_stress_curves(material: Material) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return the flow stress [MPa] over the pressure [GPa], whole and broken, of a strength that knows pressure."""
     kind = material.strength.name
     if kind not in ("rock", "johnson_holmquist", "steinberg_guinan", "steinberg_lund"):
@@ -173,7 +173,7 @@ def pressed(material: Material) -> list[tuple[str, np.ndarray, np.ndarray]]:
     return curves
 
 
-def _released(label: str, model: Any, rows: np.ndarray) -> list[tuple[str, np.ndarray, np.ndarray]]:
+def _release_curves(label: str, model: Any, rows: np.ndarray) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return the Hugoniot and three release isentropes, pressure [GPa] over density."""
     pressure = material_of(model).pressure_function()
     curves = [(f"{label}, Hugoniot", rows[:, 3], rows[:, 2] * 1e-9)]
@@ -193,7 +193,7 @@ def _released(label: str, model: Any, rows: np.ndarray) -> list[tuple[str, np.nd
     return curves
 
 
-def _softened(label: str, material: Any) -> list[tuple[str, np.ndarray, np.ndarray]]:
+def _thermal_softening_curves(label: str, material: Any) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return the flow stress [MPa] over the temperature at two rates."""
     curves = []
     temperatures = np.linspace(200.0, 1600.0, 29)

@@ -65,7 +65,7 @@ def _thin_walls(case: Case) -> Iterator[str]:
             from hvisph.setup.shapes import shape_of
 
             try:
-                shape, dx = shape_of(body.shape, case.drawn), body.resolution or case.resolution
+                shape, dx = shape_of(body.shape, case.drawing_dimensions), body.resolution or case.resolution
             except CaseError as error:
                 raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
             wall = getattr(shape, "thickness", math.inf)

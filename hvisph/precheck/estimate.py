@@ -234,8 +234,8 @@ def _rough(body: Any, case: Case) -> float:
 
 def _filled_shape(body: Any, case: Case) -> Shape:
     """Return what particles fill: of a solid of revolution its section."""
-    shape = shape_of(body.shape, case.drawn)
-    return shape if case.drawn == case.dim else Section(shape)
+    shape = shape_of(body.shape, case.drawing_dimensions)
+    return shape if case.drawing_dimensions == case.dim else Section(shape)
 
 
 def estimated_steps(case: Case) -> int:
@@ -263,7 +263,7 @@ def _signal_speed(case: Case) -> float:
 def _counted(body: PlacedBody, case: Case) -> BodyEstimate:
     size, dim, ends = body.filling.size, len(body.filling.size), body.positions[:, 0]
     width = size[min(1, dim - 1)]
-    if case.drawn != case.dim:  # of rings the section on one side of the axis was filled
+    if case.drawing_dimensions != case.dim:  # of rings the section on one side of the axis was filled
         outer = float((body.positions[:, 1] + 0.5 * body.spacing).max())
         inner = float((body.positions[:, 1] - 0.5 * body.spacing).min())
         width = 2.0 * outer if inner < 0.5 * body.filling.finest else outer - inner
@@ -294,9 +294,9 @@ def _density(name: str, model: Any) -> float:
 def _uncounted(case: Case) -> list[BodyEstimate]:
     parts = []
     for name, body in case.bodies.items():
-        shape, dx = shape_of(body.shape, case.drawn), body.resolution or case.resolution
+        shape, dx = shape_of(body.shape, case.drawing_dimensions), body.resolution or case.resolution
         kept, across = _rough(body, case), shape.extent()[min(1, case.dim - 1)] / dx
-        volume = kept * dx**case.dim if case.drawn == case.dim else shape.volume
+        volume = kept * dx**case.dim if case.drawing_dimensions == case.dim else shape.volume
         parts.append(BodyEstimate(name, round(kept), round(across), _density(name, body) * volume, volume))
     return parts
 

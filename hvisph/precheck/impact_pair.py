@@ -45,7 +45,7 @@ def meeting(case: Case) -> Meeting | None:
     names, bodies, (boxes, shifts) = list(case.bodies), list(case.bodies.values()), _boxes(case)
     velocities = [_velocity(body, box) for body, box in zip(bodies, boxes, strict=True)]
     impedance = [_impedance(body) for body in bodies]
-    turns = [None if case.drawn != case.dim else _turn(body, case) for body in bodies]
+    turns = [None if case.drawing_dimensions != case.dim else _turn(body, case) for body in bodies]
     found: list[tuple[float, float, int, int, float]] = []
     for count, (a, b) in enumerate(combinations(range(len(names)), 2)):
         if count >= MOST_PAIRS:
@@ -131,7 +131,11 @@ def _length(box: Box) -> float:
 def _turn(body: Any, case: Case) -> np.ndarray | None:
     from hvisph.geometry.placement import rotation_matrix
 
-    return None if body.rotation is None else rotation_matrix(case.drawn, body.rotation.radians, body.rotation.axis)
+    return (
+        None
+        if body.rotation is None
+        else rotation_matrix(case.drawing_dimensions, body.rotation.radians, body.rotation.axis)
+    )
 
 
 def _box(body: Any, case: Case, shift: float = 0.0, axes: np.ndarray | None = None) -> Box:
@@ -143,7 +147,7 @@ def _box(body: Any, case: Case, shift: float = 0.0, axes: np.ndarray | None = No
     from hvisph.geometry.shapes import Placed
     from hvisph.setup.shapes import shape_of
 
-    centre, turn = np.zeros(case.drawn), _turn(body, case)
+    centre, turn = np.zeros(case.drawing_dimensions), _turn(body, case)
     if body.position is not None:
         centre[: case.dim] = body.position
     centre[0] += shift
@@ -152,9 +156,9 @@ def _box(body: Any, case: Case, shift: float = 0.0, axes: np.ndarray | None = No
     if body.shape.type in BALLS:  # as wide however it is turned
         turn = None
     try:
-        low, high = Placed(shape_of(body.shape, case.drawn), centre, turn).bounds()
+        low, high = Placed(shape_of(body.shape, case.drawing_dimensions), centre, turn).bounds()
     except (CaseError, ValueError):  # particles of a file: a point in the row, as wide as what it meets
-        low, high = np.full(case.drawn, -np.inf), np.full(case.drawn, np.inf)
+        low, high = np.full(case.drawing_dimensions, -np.inf), np.full(case.drawing_dimensions, np.inf)
         low[0] = high[0] = centre[0]
     return np.array(low[: case.dim], dtype=float), np.array(high[: case.dim], dtype=float)
 

@@ -10,7 +10,7 @@ import numpy as np
 from hvisph.compiler.template_binding import bind
 from hvisph.compiler.threads.parallel_for import shared
 from hvisph.core.fields import CATALOGUE
-from hvisph.core.particles import Particles, reorder, taken
+from hvisph.core.particles import Particles, reorder, take_rows
 from hvisph.integrators import particle_steps as carrying
 from hvisph.integrators import particle_update as single
 from hvisph.integrators import sums as column
@@ -145,7 +145,7 @@ class Stepper:
             "LIMITED": int(limits is not None),
             "show_limits": bind(*limits, offered) if limits else pack,
         }  # never called without
-        return shared(bind(single.update, shown, offered, parts=(*carrying.PARTS, single.carried)), single.CHUNK)
+        return shared(bind(single.update, shown, offered, parts=(*carrying.PARTS, single.advance_lanes)), single.CHUNK)
 
     @property
     def rows(self) -> np.ndarray:
@@ -259,7 +259,7 @@ class Stepper:
         It holds until the next evaluation.
         """
         pieces = {} if self.pieces is None else {"pieces": self.pieces}
-        rates = taken(self.rates, self.place, self.pairs.room)
+        rates = take_rows(self.rates, self.place, self.pairs.room)
         return {"rows": self.rows, "rates": rates, "lengths": self.lengths, "signals": self.signals,
                 "pressures": self.pressures, **pieces}  # fmt: skip
 
@@ -293,7 +293,7 @@ class Stepper:
     def fit_grid(self) -> None:
         """Make the grid of cells anew, around the particles that there are now."""
         if self.particles.count:
-            self.pairs.grid = Grid.around(self.particles["position"], self.pairs.grid.edge)
+            self.pairs.grid = Grid.from_positions(self.particles["position"], self.pairs.grid.edge)
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
         """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""

@@ -17,7 +17,7 @@ from hvisph.geometry.lattice_count import Filling
 from hvisph.geometry.mirror import Mirror, crosses, cut
 from hvisph.geometry.overlap import Standing, overlaps
 from hvisph.geometry.particle_file import read_particles
-from hvisph.geometry.placement import needed_turn, rotated, rotation_matrix, row
+from hvisph.geometry.placement import needed_turn, rotate, rotation_matrix, row
 from hvisph.geometry.section import Section, fill_section
 from hvisph.geometry.shapes import Box, Cylinder, Disc, Interval, Placed, Shape, Sphere
 
@@ -111,10 +111,10 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         try:
             if turn is not None and mirrors and model.shape.type not in ("particles", "mesh"):
                 turn = needed_turn(shape_of(model.shape, dim), turn)
-            shape, filling = _filled(case, model, turn, mirrors)
+            shape, filling = _fill_body(case, model, turn, mirrors)
         except CaseError as error:
             raise CaseError(error.message, where=f"bodies.{name}.{error.where or 'shape'}") from error
-        fillings.append(filling if turn is None else rotated(filling, turn))
+        fillings.append(filling if turn is None else rotate(filling, turn))
         shapes.append(None if shape is None else Placed(shape, np.zeros(dim), turn))
         faced.append(turn is None and isinstance(_solid(shape), FACED))
     models = list(case.bodies.values())
@@ -134,7 +134,7 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
         _refuse_distance(name, positions, float(spacing.min()), case.units)
         surface = None if shape is None else Placed(shape.shape, centre, shape.matrix)
         middle = centre + filling.volumes @ filling.positions / filling.volumes.sum()
-        if case.drawn != case.dim:
+        if case.drawing_dimensions != case.dim:
             middle[1] = 0.0
         for mirror in mirrors:
             if len(positions) < filling.count and abs(middle[mirror.axis] - mirror.at) < spacing.min():
@@ -150,7 +150,9 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
     return bodies
 
 
-def _filled(case: Case, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mirror]) -> tuple[Shape | None, Filling]:
+def _fill_body(
+    case: Case, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mirror]
+) -> tuple[Shape | None, Filling]:
     """Return a body's shape and its particles about its origin."""
     dx = model.resolution or case.resolution
     if model.shape.type == "particles":
@@ -160,8 +162,8 @@ def _filled(case: Case, model: Any, turn: np.ndarray | None, mirrors: Sequence[M
             raise CaseError(error.message, where="temperature") from error
         return None, read_particles(model.shape.file, case.dim, density, model.shape.unit)
     exact = model.mass == "exact"
-    revolved = case.drawn != case.dim
-    solid = shape_of(model.shape, case.drawn)
+    revolved = case.drawing_dimensions != case.dim
+    solid = shape_of(model.shape, case.drawing_dimensions)
     shape = Section(solid) if revolved else solid
     refuse_sparse(shape, dx)
     even = _split_by(shape, turn, model.position, mirrors, dx) if exact else ()

@@ -208,10 +208,10 @@ def placed_gauges(models: dict[str, Gauge], bodies: list[PlacedBody], dx: float)
     positions = np.concatenate([body.positions for body in bodies])
     owner = np.repeat(np.arange(len(bodies)), [len(body.positions) for body in bodies])
     spacing = np.maximum(np.concatenate([body.spacing for body in bodies]), dx)
-    return {name: _placed(name, model, positions, owner, spacing) for name, model in models.items()}
+    return {name: _place_gauge(name, model, positions, owner, spacing) for name, model in models.items()}
 
 
-def _placed(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, spacing: np.ndarray) -> PlacedGauge:
+def _place_gauge(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, spacing: np.ndarray) -> PlacedGauge:
     """Return a gauge in its place."""
     dim = positions.shape[1]
     at = np.array(model.at, dtype=float)

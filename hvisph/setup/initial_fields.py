@@ -42,7 +42,7 @@ def with_cracks(material: Material, volume: float) -> Material:
     return replace(material, damage=damage)
 
 
-def remembered(body: PlacedBody, material: Material, dim: int, drawn: int, dx: float) -> np.ndarray:
+def initial_history(body: PlacedBody, material: Material, dim: int, drawn: int, dx: float) -> np.ndarray:
     """Return the memory that the particles of a body start with, of shape (count, 5)."""
     memory = np.tile(np.array(NOTHING), (len(body.positions), 1))
     memory[:, 0] = 0.0 if material.porosity is None else material.porosity.distension

@@ -22,7 +22,7 @@ from .bodies import PlacedBody, placed_bodies
 from .formulations import formulation_of
 from .gauges import PlacedGauge, placed_gauges
 from .impact_pressure import stiff_enough
-from .initial_fields import MEMORY, body_material, remembered
+from .initial_fields import MEMORY, body_material, initial_history
 from .materials import start_of
 from .particle_types import filled_region, refuse_outside, set_kernel_types
 
@@ -92,7 +92,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     """
     placed = bodies or placed_bodies(case)
     formulation = formulation_of(case)
-    made = [body_material(body, case.drawn, case.resolution) for body in placed]
+    made = [body_material(body, case.drawing_dimensions, case.resolution) for body in placed]
     particles, materials = _state(case, formulation.fields, placed, made)
     lengths = np.full(particles.count, formulation.h_over_dx * case.resolution)
     if isinstance(formulation, Riemann | Eulerian):  # the others have one smoothing length for all
@@ -113,7 +113,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
     planes = tuple(Plane("xyz".index(plane.axis), plane.at, sides[plane.keep]) for plane in case.symmetry)
     if particles.kinematics.revolved:
         planes = (*planes, AXIS)
-    unit = {1: " kg/m^2", 2: " kg/m", 3: " kg"}[case.drawn] if case.units == "si" else ""
+    unit = {1: " kg/m^2", 2: " kg/m", 3: " kg"}[case.drawing_dimensions] if case.units == "si" else ""
     notes = tuple(
         f"{body.name}: mass {particles['mass'][particles.body == number].sum():.6g}{unit}; {body.filling.note}"
         for number, body in enumerate(placed)
@@ -159,7 +159,9 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
         particles["density"][part] = density
         particles["internal_energy"][part] = energy
         if material.remembers:
-            for name, values in zip(MEMORY, remembered(body, material, dim, case.drawn, dx).T, strict=True):
+            for name, values in zip(
+                MEMORY, initial_history(body, material, dim, case.drawing_dimensions, dx).T, strict=True
+            ):
                 particles[name][part] = values
         particles.tags[part, BODY] = number
         particles.tags[part, MATERIAL] = materials.index(material)

@@ -71,7 +71,7 @@ def shape_of(model: Any, dim: int) -> Shape:
             return Ring(shape_of(model.section, 2), model.radius, model.axis)
         case "mesh":
             return _mesh(model.file, model.unit)
-    return _combined(model, dim)
+    return _combine(model, dim)
 
 
 def _profile(model: Any) -> Profile:
@@ -87,7 +87,7 @@ def _profile(model: Any) -> Profile:
     return RoundedCylinder(model.diameter, model.length, model.edge_radius, model.ends)
 
 
-def _combined(model: Any, dim: int) -> Shape:
+def _combine(model: Any, dim: int) -> Shape:
     match model.type:
         case "union":
             return Union(tuple(_part(part, dim) for part in model.parts))

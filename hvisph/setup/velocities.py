@@ -93,9 +93,9 @@ def _table(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
     if dim == 1:
         order = np.argsort(points[:, 0])
         return np.interp(positions[:, 0], points[order, 0], values[order, 0])[:, None]
-    from hvisph.geometry.particle_file import interpolated
+    from hvisph.geometry.particle_file import interpolate
 
-    return interpolated(points, values, positions)
+    return interpolate(points, values, positions)
 
 
 _FIELDS = {"uniform": _uniform, "spin": _spin, "radial": _radial, "linear": _linear, "table": _table}

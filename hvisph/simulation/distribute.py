@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 FEW = 16
 
 
-def handed_out(world: Alone, make: Callable[[], Beginning], spacing: float) -> tuple[Beginning, Parts | None]:
+def distribute(world: Alone, make: Callable[[], Beginning], spacing: float) -> tuple[Beginning, Parts | None]:
     """Return what this process begins with, and the parts of the space where there are several processes.
 
     Parameters

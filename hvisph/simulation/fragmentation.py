@@ -6,7 +6,7 @@ import numpy as np
 
 from hvisph.schemes.stepper import Stepper
 from hvisph.setup.build import Setup
-from hvisph.sph.neighbours.connected_components import parted
+from hvisph.sph.neighbours.connected_components import label_components
 
 # Steps between two looks, a multiple of those between two sortings of the state.
 LOOK_EVERY = 64
@@ -28,12 +28,12 @@ def tell_pieces(setup: Setup, steps: int) -> None:
     position = share.gathered(particles["position"])
     reach = stepper.formulation.kernel.reach
     if share.world.size == 1:
-        told_apart = parted(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
+        told_apart = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
     else:
         whole = None
         if share.world.first:
             whole = np.zeros(len(tags), np.uint32)
-            whole[tags[:, 0]] = parted(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
+            whole[tags[:, 0]] = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
         told_apart = share.dealt(whole)
     if share.most(float((told_apart != pieces).any()))[0]:
         stepper.part(told_apart)

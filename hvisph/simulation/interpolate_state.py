@@ -15,7 +15,7 @@ import numpy as np
 from hvisph.core.particles import Particles
 
 
-def between(before: np.ndarray, particles: Particles, share: float, dt: float) -> Particles:
+def interpolate_state(before: np.ndarray, particles: Particles, share: float, dt: float) -> Particles:
     """Return the state at a share of the last step.
 
     Parameters

@@ -17,7 +17,7 @@ from hvisph.case.case import Case
 from hvisph.case.checks.consistency import warnings_of
 from hvisph.casefile.loader import dump_case
 from hvisph.core.errors import RunError
-from hvisph.core.particles import copied
+from hvisph.core.particles import copy_rows
 from hvisph.diagnostics.budgets import Budget, Observer
 from hvisph.diagnostics.sanity_checks import Failure, Watch
 from hvisph.integrators.time_step import Limit
@@ -39,7 +39,7 @@ from .domain_box import Domain
 from .finalize import Outcome, exit_code_of, sum_up
 from .fragmentation import tell_pieces
 from .free_memory import let_go
-from .interpolate_state import between
+from .interpolate_state import interpolate_state
 from .listener import Listener, Reporter
 from .run_files import RunFiles
 from .signals import StopRequests
@@ -244,7 +244,7 @@ class Run:
         stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
         self.done, self.time_step = self.time_step, following
         started, moments = clock.time, clock.passed(self.done)
-        before = copied(particles.data, stepper.room) if moments else particles.data
+        before = copy_rows(particles.data, stepper.room) if moments else particles.data
         stepper.complete(self.done.length, following.length)
         reached = clock.complete(self.done)
         self.budget.record(stepper.sums, self.done.length, stepper.pressures)
@@ -260,7 +260,7 @@ class Run:
         """Return a moment of the step just done from the state before it, which the last such moment may have."""
         share, state = (time - started) / self.done.length, before if last else before.copy()
         return self.writer.snapshot(
-            time, self.clock.steps, between(state, self.setup.particles, share, self.done.length)
+            time, self.clock.steps, interpolate_state(state, self.setup.particles, share, self.done.length)
         )
 
     def _checkpoint(self) -> None:

@@ -23,7 +23,7 @@ from .distribute import compile_for_all
 from .finalize import Outcome
 from .listener import Listener
 from .loop import Run
-from .run import begun, folder_of, with_threads
+from .run import folder_of, prepare_process, with_threads
 
 
 def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_steps: int | None = None,
@@ -57,7 +57,7 @@ def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_s
     return resume_run(run, resume_case(run, end, max_steps), threads=threads, listener=listener)
 
 
-def ended(run: str | os.PathLike[str]) -> bool:
+def has_ended(run: str | os.PathLike[str]) -> bool:
     """Tell whether a run has reached its end."""
     try:
         return bool(read_summary(Path(run))["status"] == "done")
@@ -95,7 +95,7 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
             found.append(checkpoint)
             return begin(case)
 
-        start, parts = begun(case, world, make)
+        start, parts = prepare_process(case, world, make)
         checkpoint = found[0] if found else None
         header = world.from_first(lambda: checkpoint and replace(checkpoint, arrays={}))
         with heard_compiling(listener.compiling):

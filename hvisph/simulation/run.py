@@ -24,7 +24,7 @@ from hvisph.precheck.estimate import refuse_impossible
 from hvisph.setup.build import set_up
 from hvisph.setup.initial_state import Beginning, begin
 
-from .distribute import compile_for_all, handed_out
+from .distribute import compile_for_all, distribute
 from .finalize import Outcome
 from .listener import Listener
 from .loop import Run
@@ -61,7 +61,7 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
         case = load_case(case)
     world, path = world_here(), Path("runs") / name if out is None else Path(out)
     listener = listener if listener and world.first else Listener()
-    start, parts = begun(case, world, lambda: begin(case))
+    start, parts = prepare_process(case, world, lambda: begin(case))
     with world.alike():
         start = with_threads(case, start, threads, world)
         with heard_compiling(listener.compiling), computable():
@@ -76,12 +76,12 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
         return Run(case, setup, folder, listener).go()
 
 
-def begun(case: Case, world: Alone, make: Callable[[], Beginning]) -> tuple[Beginning, Parts | None]:
+def prepare_process(case: Case, world: Alone, make: Callable[[], Beginning]) -> tuple[Beginning, Parts | None]:
     """Return what this process begins with of what `make` makes, and the parts of all, if memory allows."""
     with computable():
         with world.alike():
             refuse_impossible(case, processes=world.size, beside=world.beside, begins=world.first and world.size > 1)
-        return handed_out(world, make, case.resolution)
+        return distribute(world, make, case.resolution)
 
 
 def folder_of(world: Alone, path: Path, make: Callable[[], RunFolder]) -> RunFolder:

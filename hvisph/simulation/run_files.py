@@ -16,7 +16,7 @@ from hvisph.output.history import HistoryWriter, NoHistory
 from hvisph.output.reader import read_snapshot
 from hvisph.output.run_folder import RunFolder, SilentFolder
 from hvisph.output.snapshot import Snapshot
-from hvisph.parallel.parallel_output import Moment, fetched
+from hvisph.parallel.parallel_output import Moment, load_arrays
 
 from .checkpoint import Cadence, Files, Keeper
 from .clock import Clock, TimeStep
@@ -126,7 +126,7 @@ class RunFiles:
                 self.writer.write(now, number)
             self.writer.write_series()
             if not self.writer.exact:
-                kept = fetched(now, keep=True)
+                kept = load_arrays(now, keep=True)
                 return lambda: kept
         path = self.writer.path(number)
         return lambda: read_snapshot(path, lazily=True)

@@ -13,7 +13,7 @@ from hvisph import __version__
 from hvisph.case.output import ALWAYS, Output, OutputRegion
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import OF_STATE
-from hvisph.core.lazy_arrays import Derived, changed
+from hvisph.core.lazy_arrays import Derived, transform_arrays
 from hvisph.core.particles import FLAGS, RETIRED, Particles
 from hvisph.diagnostics.peaks import Followed, Peaks
 from hvisph.measures.frame.measurement_frame import reference
@@ -25,7 +25,7 @@ from hvisph.output.run_folder import RunFolder
 from hvisph.output.snapshot import Snapshot
 from hvisph.output.time_series import write_time_series
 from hvisph.output.vtu import write_pvd, write_vtu
-from hvisph.parallel.parallel_output import SLAB, Moment, Slabs, fetched
+from hvisph.parallel.parallel_output import SLAB, Moment, Slabs, load_arrays
 from hvisph.schemes.derived_fields import diagnose
 from hvisph.setup.build import Setup
 from hvisph.setup.particle_types import in_box
@@ -140,7 +140,7 @@ class SnapshotWriter:
         with moment.open() as start:
             if start is not None:
                 self._count = start.count
-                self.metadata.update(self._reference(fetched(start)))
+                self.metadata.update(self._reference(load_arrays(start)))
                 start.metadata.update(self.metadata)
         return moment
 
@@ -190,7 +190,7 @@ class SnapshotWriter:
             self._write_regions(snapshot, number)
             if not whole and number % output.whole_every:
                 return
-        shown = _reduced(snapshot, output)
+        shown = _reduce_fields(snapshot, output)
         if "hdf5" in output.formats or not numbered:
             first = self.folder.snapshot_path(0).name
             known = numbered and number != 0 and snapshot.count == self._count  # particles leave, and none comes
@@ -210,7 +210,7 @@ class SnapshotWriter:
 
     def _write_regions(self, snapshot: Snapshot, number: int) -> None:
         for name, region in self.output.regions.items():
-            part = _reduced(snapshot.part(_in_region(snapshot, region)), self.output)
+            part = _reduce_fields(snapshot.part(_in_region(snapshot, region)), self.output)
             path = _with_folder(self.folder.region_path(name, number))
             write_hdf5(path, part, Form(self.output.compress == "gzip"))
 
@@ -237,7 +237,7 @@ def _in_region(snapshot: Snapshot, region: OutputRegion) -> np.ndarray:
     return np.concatenate(chosen)
 
 
-def _reduced(snapshot: Snapshot, output: Output) -> Snapshot:
+def _reduce_fields(snapshot: Snapshot, output: Output) -> Snapshot:
     """Return a snapshot with the fields that a case asks for, in its precision."""
 
     def stored(name: str, values: np.ndarray) -> np.ndarray:
@@ -245,7 +245,7 @@ def _reduced(snapshot: Snapshot, output: Output) -> Snapshot:
         return values.astype(np.float32) if single else values
 
     asked = [one for one in snapshot.fields if output.fields is None or one in output.fields or one in ALWAYS]
-    return replace(snapshot, fields=changed(snapshot.fields, stored, asked))
+    return replace(snapshot, fields=transform_arrays(snapshot.fields, stored, asked))
 
 
 def _impedance(start: Snapshot, number: int) -> float:

@@ -18,7 +18,7 @@ from hvisph.casefile.overrides import overridden
 from hvisph.casefile.sweep_file import load_sweep
 from hvisph.casefile.yaml_text import Document, Place
 from hvisph.core.errors import CaseError
-from hvisph.core.yaml_inline import written
+from hvisph.core.yaml_inline import format_value
 from hvisph.precheck.estimate import estimated_steps, rough_count
 
 from .design import points
@@ -95,7 +95,7 @@ class Plan:
                     document = setting(document, path, value)
             return validated(document)
         except CaseError as error:
-            shown = ", ".join(f"{path} = {written(value)}" for path, value in values.items())
+            shown = ", ".join(f"{path} = {format_value(value)}" for path, value in values.items())
             raise located(("vary",), f"case {number} ({shown}): {error}", self.places) from None
 
     def _blamed(self, path: tuple[str, ...], call: Any) -> Any:

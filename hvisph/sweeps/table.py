@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from hvisph.core.yaml_inline import written
+from hvisph.core.yaml_inline import format_value
 from hvisph.output import atomic_write
 from hvisph.output.file_lock import FileLock
 
@@ -55,7 +55,7 @@ def table_text(shown: Sequence[Row], record: Sequence[str] | None) -> str:
     for one in shown:
         measures = [one["measures"].get(name, {}) for name in chosen]
         cells = [measure.get(key) for measure in measures for key in ("value", "uncertainty")]
-        values = (written(one["values"][path]) if path in one["values"] else "" for path in paths)
+        values = (format_value(one["values"][path]) if path in one["values"] else "" for path in paths)
         writer.writerow([one["number"], *values, one["status"], *cells,
                          one["energy_drift"], one["wall_seconds"], one["folder"], one["message"]])  # fmt: skip
     return text.getvalue()

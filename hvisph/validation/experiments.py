@@ -10,7 +10,7 @@ from typing import Any, Literal
 from hvisph.case.experiments import ExperimentSet
 from hvisph.casefile.experiments import bundled_sets, load_set, read_table
 from hvisph.casefile.loader import case_document
-from hvisph.core.errors import CaseError, nearest
+from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.sweeps.parameters import EXPERIMENT, Values, plain, split
 
 Form = Literal["full", "second", "coarse"]
@@ -75,7 +75,7 @@ class Experiments:
     def __init__(self, name: str):
         known = bundled_sets()
         if name not in known:
-            raise CaseError(f"there is no set '{name[:200]}'{nearest(name[:200], list(known))}", where="NAME")
+            raise CaseError(f"there is no set '{name[:200]}'{suggest_nearest(name[:200], list(known))}", where="NAME")
         self.name, self.folder = name, known[name]
         self.model: ExperimentSet = load_set(self.folder)
 

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.errors import CaseError, nearest
+from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.output.atomic_write import replacing
 
-from .particles import Look, Moment, _projected, draw, extent_of, scale_of
+from .particles import Look, Moment, _project, draw, extent_of, scale_of
 
 FORMATS = (".gif", ".mp4")
 
@@ -40,12 +40,14 @@ def animate(moments: Sequence[Moment], path: str | os.PathLike[str], look: Look,
     """
     target = Path(path)
     if target.suffix.lower() not in FORMATS:
-        raise CaseError(f"{target}: an animation is no '{target.suffix}'{nearest(target.suffix, FORMATS)}", where="-o")
+        raise CaseError(
+            f"{target}: an animation is no '{target.suffix}'{suggest_nearest(target.suffix, FORMATS)}", where="-o"
+        )
     if target.suffix.lower() == ".mp4" and shutil.which("ffmpeg") is None:
         raise CaseError("an MP4 needs ffmpeg, which is not installed; write a .gif", where="-o")
     ends = scale_of(moments, look)
-    extent = extent_of([_projected(moment, look) for moment in moments], moments, look)
-    pictures = [_drawn(moment, look, ends, extent) for moment in moments]
+    extent = extent_of([_project(moment, look) for moment in moments], moments, look)
+    pictures = [_draw_frame(moment, look, ends, extent) for moment in moments]
     pace = max(seconds / len(pictures), 0.04)
     if target.suffix.lower() == ".gif":
         images = [picture.quantize(128) for picture in pictures]
@@ -56,7 +58,7 @@ def animate(moments: Sequence[Moment], path: str | os.PathLike[str], look: Look,
     return _film(pictures, target, pace)
 
 
-def _drawn(moment: Moment, look: Look, ends: tuple[float, float], extent: Any) -> Any:
+def _draw_frame(moment: Moment, look: Look, ends: tuple[float, float], extent: Any) -> Any:
     from PIL import Image
 
     figure = draw([moment], look, ends, extent)

@@ -40,7 +40,7 @@ class Picture:
     extent: tuple[float, float, float, float]
 
 
-def turned(position: np.ndarray, yaw: float, pitch: float) -> np.ndarray:
+def rotate_view(position: np.ndarray, yaw: float, pitch: float) -> np.ndarray:
     """Return right, up and towards the eye for positions (n, dim) and two angles [degrees], shape (n, 3)."""
     x = np.zeros((len(position), 3))
     x[:, : position.shape[1]] = position
@@ -74,7 +74,7 @@ def facing_the_struck_side(position: np.ndarray, velocity: np.ndarray, mass: np.
         return None
     yaw, pitch = VIEWS["3d"]
     return max(((sy * yaw, sp * pitch) for sy in (1.0, -1.0) for sp in (1.0, -1.0)),
-               key=lambda angles: float(turned(normal[None], *angles)[0, 2]) + 1e-9 * angles[1])  # fmt: skip
+               key=lambda angles: float(rotate_view(normal[None], *angles)[0, 2]) + 1e-9 * angles[1])  # fmt: skip
 
 
 def copies(position: np.ndarray, planes: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -95,7 +95,7 @@ def copies(position: np.ndarray, planes: Sequence[int]) -> tuple[np.ndarray, np.
     return np.concatenate(parts), np.tile(np.arange(len(position)), len(parts))
 
 
-def revolved(position: np.ndarray, spacing: float, angle: float = 360.0) -> tuple[np.ndarray, np.ndarray]:
+def revolve(position: np.ndarray, spacing: float, angle: float = 360.0) -> tuple[np.ndarray, np.ndarray]:
     """Return rings (x, r) as particles of the solid that they stand for, and the ring that each is of.
 
     Parameters
@@ -117,7 +117,7 @@ def revolved(position: np.ndarray, spacing: float, angle: float = 360.0) -> tupl
     return np.column_stack([position[ring, 0], radius[ring] * np.sin(phi), radius[ring] * np.cos(phi)]), ring
 
 
-def seen(place: np.ndarray, radius: float, extent: tuple[float, float, float, float], width: int) -> Picture:
+def visible_discs(place: np.ndarray, radius: float, extent: tuple[float, float, float, float], width: int) -> Picture:
     """Return what a camera sees of discs.
 
     Parameters

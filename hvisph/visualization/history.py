@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from hvisph.core.errors import CaseError, nearest
+from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import axis_unit, told_time
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.output.atomic_write import replacing
@@ -125,7 +125,7 @@ def draw_particles(
         discs.set_clim(low, high)
         axes.add_collection(discs)
         if not bare:
-            open_ends = beyond(values[shown], low, high)
+            open_ends = colour_bar_extension(values[shown], low, high)
             axes.figure.colorbar(discs, ax=axes, label=label, shrink=0.85, pad=0.03, extend=open_ends)
     marks = [] if bare else body_marks(snapshot, body)
     place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "borderaxespad": 0.2}
@@ -175,7 +175,7 @@ def store(figure: Figure, path: str | os.PathLike[str]) -> Path:
     ending = target.suffix.lstrip(".").lower() or "png"
     allowed = sorted(figure.canvas.get_supported_filetypes())
     if ending not in allowed:
-        raise CaseError(f"{target}: pictures cannot be stored as '{ending}'{nearest(ending, allowed)}")
+        raise CaseError(f"{target}: pictures cannot be stored as '{ending}'{suggest_nearest(ending, allowed)}")
     with replacing(target) as file:
         figure.savefig(file, format=ending, bbox_inches="tight", pad_inches=0.12)
     return target
@@ -205,7 +205,7 @@ def field_values(snapshot: Snapshot, field: str) -> tuple[np.ndarray, str, str, 
     """Return a field in the unit of pictures (n,), label, colour map, and whether zero is its middle."""
     if field not in snapshot.fields:
         allowed = ["body", *snapshot.fields]
-        raise CaseError(f"the snapshot has no field '{field}'{nearest(field, allowed)}", where="field")
+        raise CaseError(f"the snapshot has no field '{field}'{suggest_nearest(field, allowed)}", where="field")
     values = snapshot.fields[field].reshape(snapshot.count, -1)
     magnitude = np.sqrt((values**2).sum(axis=1)) if values.shape[1] > 1 else values[:, 0]
     label, factor, colours, symmetric = appearance(snapshot, field)
@@ -224,7 +224,7 @@ def field_range(values: np.ndarray, symmetric: bool, outside: float = OUTSIDE) -
     return (low, high) if high > low else (low - 0.5, low + 0.5)
 
 
-def beyond(values: np.ndarray, low: float, high: float) -> Literal["neither", "min", "max", "both"]:
+def colour_bar_extension(values: np.ndarray, low: float, high: float) -> Literal["neither", "min", "max", "both"]:
     """Which ends of a colour bar are open: those that values lie beyond."""
     under, over = bool((values < low).any()), bool((values > high).any())
     return "both" if under and over else "min" if under else "max" if over else "neither"

@@ -59,10 +59,10 @@ def chart(time: np.ndarray, lines: Mapping[str, np.ndarray], unit: str, caption:
         axes.grid(alpha=0.3)
         if len(lines) > 1 or bands:
             axes.legend(fontsize=7, frameon=False)
-    return {"svg": embedded(figure, caption), "caption": caption}
+    return {"svg": embed_figure(figure, caption), "caption": caption}
 
 
-def embedded(figure: Figure, caption: str) -> str:
+def embed_figure(figure: Figure, caption: str) -> str:
     """Return a figure as an element of a page: SVG without prologue and metadata, with a name for readers."""
     from matplotlib import rc_context
 

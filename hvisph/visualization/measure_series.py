@@ -36,13 +36,13 @@ def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
     time = np.array([moment.time for moment in shown])
     panels: dict[str, list[Curve]] = {kind: [] for kind in KINDS}
     for name, column in columns(measured).items():
-        if np.isfinite(column.values).any() and _drawn(name):
+        if np.isfinite(column.values).any() and _is_drawn(name):
             panels[_kind(name, column.unit)].append(Curve(_legend(name), time, column.values, marked=True))
     panels = {kind: curves for kind, curves in panels.items() if curves}
     return curves_picture(panels, path, title=measured.title, unitless=measured.unitless, units=KINDS, legends="beside")
 
 
-def _drawn(name: str) -> bool:
+def _is_drawn(name: str) -> bool:
     """Whether a column is drawn: not what another column shows, or what few look for."""
     if not name.startswith("fragments."):
         return True

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hvisph.core.errors import CaseError, nearest
+from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.fields import CATALOGUE, component_names
 from hvisph.output.snapshot import Snapshot
 
-from .camera import RADIUS, SHADES, VIEWS, copies, facing_the_struck_side, revolved, seen, turned
+from .camera import RADIUS, SHADES, VIEWS, copies, facing_the_struck_side, revolve, rotate_view, visible_discs
 from .history import BODY_COLOURS, appearance, field_range, lengths, store
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def draw(moments: Sequence[Moment], look: Look, ends: tuple[float, float] | None
     """Return the figure of moments; `ends` and `extent` keep scales of other figures."""
     from matplotlib.figure import Figure
 
-    projected = [_projected(moment, look) for moment in moments]
+    projected = [_project(moment, look) for moment in moments]
     ends = ends or scale_of(moments, look)
     extent = extent or extent_of(projected, moments, look)
     width, height = extent[1] - extent[0], extent[3] - extent[2]
@@ -128,7 +128,7 @@ def draw(moments: Sequence[Moment], look: Look, ends: tuple[float, float] | None
 
 def thumbnail(moment: Moment, look: Look, ends: tuple[float, float], width: int) -> np.ndarray:
     """Return a small picture of a moment without axes: RGB from 0 to 1, shape (height, width, 3), the top row first."""
-    projected = _projected(moment, look)
+    projected = _project(moment, look)
     return _image(moment.snapshot, *projected, look, ends, extent_of([projected], [moment], look), width)[::-1]
 
 
@@ -175,7 +175,7 @@ def field_of(snapshot: Snapshot, field: str) -> np.ndarray:
         if whole in CATALOGUE and name in (columns := component_names(whole, snapshot.dimensions)):
             return snapshot.fields[whole].reshape(snapshot.count, -1)[:, columns.index(name)]
     allowed = ["speed", *SHARES, *snapshot.fields]
-    raise CaseError(f"the snapshot has no field '{field}'{nearest(field, allowed)}", where="--field")
+    raise CaseError(f"the snapshot has no field '{field}'{suggest_nearest(field, allowed)}", where="--field")
 
 
 def _appearance(snapshot: Snapshot, field: str) -> tuple[str, float, str, bool]:
@@ -188,17 +188,17 @@ def _appearance(snapshot: Snapshot, field: str) -> tuple[str, float, str, bool]:
     return appearance(snapshot, field)
 
 
-def _projected(moment: Moment, look: Look) -> tuple[np.ndarray, np.ndarray]:
+def _project(moment: Moment, look: Look) -> tuple[np.ndarray, np.ndarray]:
     """Return places (m, 3) of all discs, and the particle that each is of."""
     position = moment.snapshot.fields["position"].reshape(moment.snapshot.count, -1)
     yaw, pitch = VIEWS[look.view] if isinstance(look.view, str) else look.view
     rings = moment.snapshot.revolved
     if rings and look.view != "side":
-        place, owner = revolved(position, _spacing(moment.snapshot), 270.0 if look.mirrored else 180.0)
+        place, owner = revolve(position, _spacing(moment.snapshot), 270.0 if look.mirrored else 180.0)
     else:
         planes = (1,) if rings else moment.planes
         place, owner = copies(position, planes if look.mirrored else ())
-    return turned(place, yaw, pitch), owner
+    return rotate_view(place, yaw, pitch), owner
 
 
 def _panel(axes: Axes, moment: Moment, place: np.ndarray, owner: np.ndarray, look: Look,
@@ -217,7 +217,7 @@ def _panel(axes: Axes, moment: Moment, place: np.ndarray, owner: np.ndarray, loo
 def _image(snapshot: Snapshot, place: np.ndarray, owner: np.ndarray, look: Look, ends: tuple[float, float],
            extent: tuple[float, float, float, float], width: int) -> np.ndarray:  # fmt: skip
     """Return what is seen, RGB from 0 to 1, `width` pixels across, the lowest row first."""
-    sight = seen(place, RADIUS * _spacing(snapshot), extent, width)
+    sight = visible_discs(place, RADIUS * _spacing(snapshot), extent, width)
     colours = _colours(snapshot, look, ends)[owner]
     image = np.ones((*sight.index.shape, 3))
     there = sight.index >= 0

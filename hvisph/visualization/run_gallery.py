@@ -15,7 +15,16 @@ from hvisph.core.errors import CaseError
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.output.snapshot import Snapshot
 
-from .history import beyond, body_marks, draw_particles, draw_profile, field_range, field_values, lengths, store
+from .history import (
+    body_marks,
+    colour_bar_extension,
+    draw_particles,
+    draw_profile,
+    field_range,
+    field_values,
+    lengths,
+    store,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -103,7 +112,7 @@ def _panels(figure: Figure, scenes: Mapping[str, Scene], field: str) -> None:
     marks = body_marks(first, first.body)
     figure.legend(handles=marks, loc="outside upper center", ncols=len(marks), fontsize=8, frameon=False)
     if discs is not None:
-        ends = beyond(values, *discs.get_clim())
+        ends = colour_bar_extension(values, *discs.get_clim())
         label = field_values(first, field)[1]
         figure.colorbar(discs, ax=grid, label=label, shrink=min(1.0, 0.9 / rows + 0.2), pad=0.01, extend=ends)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from hvisph.core.measure_catalogue import axis_unit
 
-from .camera import revolved
+from .camera import revolve
 from .history import BODY_COLOURS, DISC, store
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ class Setup:
     gauges: Mapping[str, Sequence[float]] = field(default_factory=dict)
     notes: Sequence[str] = ()
     si: bool = True
-    revolved: bool = False
+    revolve: bool = False
 
     @property
     def solid(self) -> bool:
@@ -222,7 +222,7 @@ def _view(axes: Axes, setup: Setup) -> None:
 
     bodies = [(body.positions, body.spacing) for body in setup.bodies]
     if setup.revolved:
-        turned = [(revolved(x, float(spacing.mean()), 270.0), spacing) for x, spacing in bodies]
+        turned = [(revolve(x, float(spacing.mean()), 270.0), spacing) for x, spacing in bodies]
         # the open quarter towards the eye, which is where z is small
         bodies = [(places * (1.0, 1.0, -1.0), spacing[ring]) for (places, ring), spacing in turned]
     positions = np.concatenate([places for places, _ in bodies]) * setup.factor

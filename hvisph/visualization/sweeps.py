@@ -12,7 +12,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import look_of
-from hvisph.core.yaml_inline import told_apart
+from hvisph.core.yaml_inline import format_differences
 
 from .history import store
 
@@ -61,11 +61,11 @@ def sweep_figure(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]],
         return _panels(said["experiment"], _against)
     for kind, draw in (("converge", _convergence), ("sample", _tornado)):
         if kind in said:
-            return _panels({name: said[kind][name] for name in _chosen(said[kind], record)}, draw)
+            return _panels({name: said[kind][name] for name in _choose_names(said[kind], record)}, draw)
     return _measures(rows, record)
 
 
-def _chosen(names: Iterable[str], record: Sequence[str] | None) -> list[str]:
+def _choose_names(names: Iterable[str], record: Sequence[str] | None) -> list[str]:
     """Return the names to draw: those that are recorded, or all."""
     return [*names] if record is None else [name for name in record if name in names]
 
@@ -180,11 +180,11 @@ def _measures(rows: Sequence[Mapping[str, Any]], record: Sequence[str] | None) -
     done = [row for row in rows if row["status"] == "done"]
     found = dict.fromkeys(name for row in done for name, one in row["measures"].items()
                           if isinstance(one["value"], int | float))  # fmt: skip
-    names = _chosen(found, record)[:MOST_PANELS]
+    names = _choose_names(found, record)[:MOST_PANELS]
     if not names:
         raise CaseError("no case is done: there is nothing to draw")
     paths = list(done[0]["values"])
-    told = list(zip(*(told_apart([row["values"].get(path) for row in done]) for path in paths), strict=True))
+    told = list(zip(*(format_differences([row["values"].get(path) for row in done]) for path in paths), strict=True))
     varied = [k for k, cells in enumerate(zip(*told, strict=True)) if len(set(cells)) > 1] or [0]
     first, *others = varied
     groups: dict[str, list[int]] = {}

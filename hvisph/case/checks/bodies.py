@@ -27,7 +27,7 @@ def body_problems(case: Surroundings) -> Iterator[Problem]:
     """Yield what is wrong with the bodies of `case`."""
     for index, (name, body) in enumerate(case.bodies.items()):
         path: Path = ("bodies", name)
-        wrong = shape_problems(body.shape, case.drawn, (*path, "shape"))
+        wrong = shape_problems(body.shape, case.drawing_dimensions, (*path, "shape"))
         yield from (Problem(*one) for one in wrong)
         if not wrong:
             yield from _arrangement(case, body, path)
@@ -69,7 +69,7 @@ def _length(path: Path, dim: int, given: int, what: str) -> Problem:
 
 def _arrangement(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
     allowed = arrangements_of(case.dim, body.shape.type)
-    if case.drawn != case.dim:
+    if case.drawing_dimensions != case.dim:
         allowed = SECTION_ARRANGEMENTS
     if body.arrangement not in allowed:
         yield Problem(
@@ -109,7 +109,7 @@ def _spacing(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
     grading = body.grading
     if grading is None:
         return
-    if case.drawn != case.dim:
+    if case.drawing_dimensions != case.dim:
         if not _is_washer(body.shape):
             yield Problem(
                 (*path, "grading"),

@@ -23,12 +23,12 @@ def cases(
 ) -> None:
     """List the bundled cases, print one, or copy them."""
     from hvisph.casefile.paths import bundled_cases
-    from hvisph.core.errors import CaseError, nearest
+    from hvisph.core.errors import CaseError, suggest_nearest
 
     files = bundled_cases()
     if name is not None:
         if name not in files:
-            raise CaseError(f"there is no bundled case '{name[:200]}'{nearest(name[:200], list(files))}")
+            raise CaseError(f"there is no bundled case '{name[:200]}'{suggest_nearest(name[:200], list(files))}")
         files = {name: files[name]}
     if copy is not None:
         _copy(files, copy)

@@ -168,10 +168,10 @@ def _fitted(case: Case, number: Any, unit: str) -> list[tuple[str, str]]:
 def _filling(body: Any, case: Case, number: Any) -> str:
     """Return place, mass and volume of a body, and what was adjusted to make them exact."""
     if case.units == "si":
-        depth = {1: "/m^2", 2: "/m", 3: ""}[case.drawn]
-        millimetres = {1: "mm", 2: "mm^2", 3: "mm^3"}[case.drawn]
-        metres = "m" if case.drawn == 1 else f"m^{case.drawn}"
-        small = 1e3**case.drawn * body.volume
+        depth = {1: "/m^2", 2: "/m", 3: ""}[case.drawing_dimensions]
+        millimetres = {1: "mm", 2: "mm^2", 3: "mm^3"}[case.drawing_dimensions]
+        metres = "m" if case.drawing_dimensions == 1 else f"m^{case.drawing_dimensions}"
+        small = 1e3**case.drawing_dimensions * body.volume
         volume = f"{small:.5g} {millimetres}" if small < LARGE else f"{body.volume:.5g} {metres}"
         weight = f"{1e3 * body.mass:.5g} g" if 1e3 * body.mass < LARGE else f"{body.mass:.5g} kg"
         words = f"mass {weight}{depth}, volume of the shape {volume}"

@@ -113,21 +113,23 @@ def compare(
 
 def _refuse_picture(picture: Path, field: str | None) -> None:
     """Refuse before anything runs what would fail after it all."""
-    from hvisph.core.errors import CaseError, nearest
+    from hvisph.core.errors import CaseError, suggest_nearest
     from hvisph.core.fields import CATALOGUE
 
     refuse_format(picture, "--picture")
     if field not in (None, "body", *CATALOGUE):
-        raise CaseError(f"there is no field '{field}'{nearest(str(field), ['body', *CATALOGUE])}", where="--field")
+        raise CaseError(
+            f"there is no field '{field}'{suggest_nearest(str(field), ['body', *CATALOGUE])}", where="--field"
+        )
 
 
 def refuse_format(picture: Path, option: str) -> None:
     """Refuse a picture that cannot be stored; raises `CaseError` that names the option."""
-    from hvisph.core.errors import CaseError, nearest
+    from hvisph.core.errors import CaseError, suggest_nearest
 
     if picture.suffix.lower() not in PICTURES:
         raise CaseError(
-            f"{picture}: pictures cannot be stored as '{picture.suffix}'{nearest(picture.suffix, PICTURES)}",
+            f"{picture}: pictures cannot be stored as '{picture.suffix}'{suggest_nearest(picture.suffix, PICTURES)}",
             where=option,
         )
 

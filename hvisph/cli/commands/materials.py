@@ -65,7 +65,7 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     from hvisph.casefile.material_library import CONFIDENCE
     from hvisph.casefile.yaml_text import dump
     from hvisph.cli.text.formatting import paragraph, quantity, table
-    from hvisph.postprocessing.material_sheet import beside_measured, binned, derived, hugoniot
+    from hvisph.postprocessing.material_sheet import compare_hugoniot, derive_properties, hugoniot, worst_bin
 
     notes = known.notes(name)
     left = {"name", "source"} if notes.sources else {"name"}  # those of the numbers are listed below
@@ -81,7 +81,7 @@ def _sheet(known: Any, name: str, model: Any) -> str:
             text = f"{', '.join(source.of)}: {source.text}{f' [{doubt}]' if doubt else ''}"
             lines.append(paragraph(text, indent=2, hanging=4))
     lines += ["", "what follows from them"]
-    lines.append(table([(key, quantity(value, unit)) for key, (value, unit) in derived(model).items()]))
+    lines.append(table([(key, quantity(value, unit)) for key, (value, unit) in derive_properties(model).items()]))
     rows = hugoniot(model)
     if rows:
         lines += ["", "behind shocks, without strength"]
@@ -91,13 +91,13 @@ def _sheet(known: Any, name: str, model: Any) -> str:
             shown.append((f"{u:g} m/s", f"{speed:.0f} m/s", quantity(pressure, "Pa"), f"{density:.0f} kg/m^3", kelvin))
         lines.append(table(shown))
     for points, whose in notes.measured:
-        beside = beside_measured(model, points)
+        beside = compare_hugoniot(model, points)
         if beside:
             words = (f"beside {whose} from {beside[0][0]:g} to {beside[-1][0]:g} m/s the speed of its last wave is "
                      f"{_apart(beside)}")  # fmt: skip
             if model.strength.type != "none":
-                words += f"; without what its strength bears {_apart(beside_measured(model, points, strength=False))}"
-            bins = binned(beside) if points == notes.hugoniot else None
+                words += f"; without what its strength bears {_apart(compare_hugoniot(model, points, strength=False))}"
+            bins = worst_bin(beside) if points == notes.hugoniot else None
             if bins is not None:
                 off, where, scatter = bins
                 words += (f". In bins of five points it is {off:+.1f} % off at most, at {where:.0f} m/s; single "
@@ -128,9 +128,9 @@ def _apart(beside: Sequence[tuple[float, float, float]]) -> str:
 def _beside(models: list[Any]) -> str:
     """Return materials in columns: models, then what follows from their numbers."""
     from hvisph.cli.text.formatting import quantity, table
-    from hvisph.postprocessing.material_sheet import derived
+    from hvisph.postprocessing.material_sheet import derive_properties
 
-    columns = [derived(model) for model in models]
+    columns = [derive_properties(model) for model in models]
     rows = [("", *(model.name for model in models))]
     rows.append(("density", *(f"{model.density:g} kg/m^3" for model in models)))
     rows += [(part, *(getattr(model, part).type for model in models)) for part in ("eos", "strength", "damage")]

@@ -103,7 +103,7 @@ def _times(at: str | None) -> list[float] | str | None:
 
 def _look(field: str, ends: str | None, log: bool, view: str | None, mirror: bool, zoom: str | None,
           moments: list[Any]) -> Any:  # fmt: skip
-    from hvisph.core.errors import CaseError, nearest
+    from hvisph.core.errors import CaseError, suggest_nearest
     from hvisph.visualization.camera import VIEWS
     from hvisph.visualization.particles import Look, usual_view
 
@@ -111,7 +111,7 @@ def _look(field: str, ends: str | None, log: bool, view: str | None, mirror: boo
     if view and view not in VIEWS:
         numbers = _numbers(turned, "--view") if turned[:1] in "-+.0123456789" else ()
         if len(numbers) != 2:
-            raise CaseError(f"'{turned}' is no view{nearest(turned, list(VIEWS))}", where="--view")
+            raise CaseError(f"'{turned}' is no view{suggest_nearest(turned, list(VIEWS))}", where="--view")
         turned = numbers
     limits = _numbers(ends, "--range") if ends else None
     if limits is not None and (len(limits) != 2 or not limits[0] < limits[1]):

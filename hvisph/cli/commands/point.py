@@ -52,7 +52,7 @@ def _material(subject: str, body: str | None) -> Any:
     """Return the material of a name, or of a body of a case."""
     from hvisph.casefile.loader import load_case
     from hvisph.casefile.material_library import library_of
-    from hvisph.core.errors import CaseError, nearest
+    from hvisph.core.errors import CaseError, suggest_nearest
 
     try:
         return library_of().load(subject)
@@ -65,5 +65,5 @@ def _material(subject: str, body: str | None) -> Any:
             raise CaseError(error.message) from None
     name = body or next(iter(case.bodies))
     if name not in case.bodies:
-        raise CaseError(f"unknown body '{name[:64]}'{nearest(name, list(case.bodies))}", where="--body")
+        raise CaseError(f"unknown body '{name[:64]}'{suggest_nearest(name, list(case.bodies))}", where="--body")
     return case.bodies[name].material

@@ -28,10 +28,10 @@ def resume(
     as_json: JsonOption = False,
 ) -> None:
     """Go on with a run from its newest checkpoint."""
-    from hvisph.simulation.resume import ended, resume_case, resume_run
+    from hvisph.simulation.resume import has_ended, resume_case, resume_run
 
     case = resume_case(folder, end, max_steps)
-    if end is None and max_steps is None and ended(folder) and not (quiet or as_json) and is_first():
+    if end is None and max_steps is None and has_ended(folder) and not (quiet or as_json) and is_first():
         typer.echo("the run has ended: this only sums it up anew; --end TIME goes on", err=True)
     listener = listener_for(case, quiet or as_json)
     listener.opening()

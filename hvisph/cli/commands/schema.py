@@ -23,10 +23,10 @@ def schema(
 ) -> None:
     """Print a JSON schema, or write them into a folder."""
     from hvisph.casefile.paths import data_folder
-    from hvisph.core.errors import CaseError, OutputError, nearest
+    from hvisph.core.errors import CaseError, OutputError, suggest_nearest
 
     if name is not None and name not in NAMES:
-        raise CaseError(f"unknown schema '{name[:64]}'{nearest(name[:64], NAMES)}")
+        raise CaseError(f"unknown schema '{name[:64]}'{suggest_nearest(name[:64], NAMES)}")
     chosen = [f"{each}.schema.json" for each in (NAMES if name is None and write else (name or "case",))]
     texts = {file: (data_folder("schemas") / file).read_text(encoding="utf-8") for file in chosen}
     if write is None:

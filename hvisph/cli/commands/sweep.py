@@ -162,7 +162,7 @@ def _work(source: str, threads: int | None, chosen: Any, wanted: Path | None) ->
 
 def _list(source: str, as_json: bool) -> None:
     from hvisph.cli.text.formatting import echo_json, table
-    from hvisph.core.yaml_inline import told_apart
+    from hvisph.core.yaml_inline import format_differences
     from hvisph.sweeps.plan import load_plan
 
     members = load_plan(source).first()
@@ -170,7 +170,7 @@ def _list(source: str, as_json: bool) -> None:
         echo_json([{"number": m.number, "hash": m.digest, "cost": m.cost, "values": m.values} for m in members])
         return
     paths = list(dict.fromkeys(path for member in members for path in member.values))
-    values = [told_apart([member.values.get(path) for member in members]) for path in paths]
+    values = [format_differences([member.values.get(path) for member in members]) for path in paths]
     rows = [["", *paths], *([str(m.number), *own] for m, *own in zip(members, *values, strict=True))]
     say(table(rows))
     say(f"\n{len(members)} cases, {sum(m.cost for m in members):.2g} particle-steps in all")

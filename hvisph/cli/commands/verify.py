@@ -92,10 +92,10 @@ def verify(
 
 
 def _known(name: str, known: list[str], what: str, where: str) -> None:
-    from hvisph.core.errors import CaseError, nearest
+    from hvisph.core.errors import CaseError, suggest_nearest
 
     if name not in known:
-        raise CaseError(f"there is no {what} '{name[:200]}'{nearest(name[:200], known)}", where=where)
+        raise CaseError(f"there is no {what} '{name[:200]}'{suggest_nearest(name[:200], known)}", where=where)
 
 
 def _formulations(asked: list[str] | None) -> list[str]:

@@ -78,9 +78,9 @@ class Live(Lines):
     def progress(self, progress: Progress) -> None:
         """Draw where the run is."""
         raise_noted()
-        self._display.update(self.drawn(progress))
+        self._display.update(self.drawing_dimensions(progress))
 
-    def drawn(self, progress: Progress) -> Group:
+    def drawing_dimensions(self, progress: Progress) -> Group:
         """Return the bar and its line."""
         unit, left = self._unit, time_left(progress)
         bar = Table.grid(padding=(0, 1))

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from hvisph.core.yaml_inline import told_apart, written
+from hvisph.core.yaml_inline import format_differences, format_value
 
 from .echo import say
 from .formatting import duration, table, tables
@@ -53,7 +53,7 @@ class Teller:
             return
         paths = _shortest([*row["values"]])
         values = row["values"].get(SHOT) or ", ".join(
-            f"{path} {written(value)}" for path, value in zip(paths, row["values"].values(), strict=True)
+            f"{path} {format_value(value)}" for path, value in zip(paths, row["values"].values(), strict=True)
         )
         said = row["message"] or _measured(row, _main(self.driver.sweep.record, [row])[:3])
         left = self._left()
@@ -127,7 +127,7 @@ def _rows(rows: Sequence[dict[str, Any]], record: Sequence[str] | None) -> str:
     head = ["", *_shortest(paths), "", *(looks[name].short for name in names)]
     units = ["", *("" for _ in paths), "", *(looks[name].unit for name in names)]
     lines = [head, units]
-    values = [told_apart([row["values"].get(path) for row in rows]) for path in paths]
+    values = [format_differences([row["values"].get(path) for row in rows]) for path in paths]
     for row, *own in zip(rows[:SHOWN_ROWS], *values, strict=False):
         cells = [_cell(name, row["measures"].get(name, {}).get("value"), looks[name]) for name in names]
         lines.append([str(row["number"]), *own, row["status"], *cells])
@@ -176,7 +176,7 @@ def _converge(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
 
 def _limit(verdict: dict[str, Any]) -> str:
     unit = f" {verdict['unit']}" if verdict["unit"] else ""
-    where = "".join(f"{path} = {written(value)}: " for path, value in verdict["for"].items())
+    where = "".join(f"{path} = {format_value(value)}: " for path, value in verdict["for"].items())
     if verdict["open"]:
         return f"{where}no limit: {verdict['open']}"
     if verdict["mixed"]:

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from hvisph.geometry.lattice_count import Filling, count_across, filled
+from hvisph.geometry.lattice_count import Filling, count_across, make_filling
 from hvisph.geometry.shapes import Disc
 
 
@@ -26,7 +26,7 @@ def fill_rings(shape: Disc, dx: float) -> Filling:
     last = count_across(shape.diameter / 2, dx, "disc's radius")
     rings = [ring(k * dx, round(2 * math.pi * k)) for k in range(1, last + 1)]
     points = np.concatenate([np.zeros((1, 2)), *rings])
-    return filled(points, dx, (2 * last * dx,) * 2, shape.extent())
+    return make_filling(points, dx, (2 * last * dx,) * 2, shape.extent())
 
 
 def ring(radius: float, count: int) -> np.ndarray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.geometry.lattice_count import Filling, centred, count_across, cover, filled
+from hvisph.geometry.lattice_count import Filling, centre_coordinates, count_across, cover, make_filling
 from hvisph.geometry.shapes import Box, Interval, Shape
 from hvisph.geometry.shapes.shape import grid
 
@@ -41,8 +41,8 @@ def fill_lattice(shape: Shape, dx: float, even: tuple[int, ...] = ()) -> Filling
     ]
     size = tuple(len(axis) * dx for axis in axes)
     if isinstance(shape, Box | Interval):
-        return filled(grid([centred(len(axis), dx) for axis in axes]), dx, size, shape.extent())
+        return make_filling(grid([centre_coordinates(len(axis), dx) for axis in axes]), dx, size, shape.extent())
     step = max(1, AT_ONCE // max(1, int(np.prod([len(axis) for axis in axes[1:]]))))
     slabs = [[axes[0][k : k + step], *axes[1:]] for k in range(0, len(axes[0]), step)]
     points = np.concatenate([grid(slab)[shape.contains_grid(slab)] for slab in slabs])
-    return filled(points, dx, size, shape.extent())
+    return make_filling(points, dx, size, shape.extent())

@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from hvisph.geometry.lattice_count import Filling, count_across, filled
+from hvisph.geometry.lattice_count import Filling, count_across, make_filling
 from hvisph.geometry.shapes import Box, Cylinder, Shape
 
 NODE_DISTANCE = 2 ** (1 / 6)  # a / dx [-]
@@ -34,17 +34,17 @@ def fill_hcp(shape: Shape, dx: float) -> Filling:
         points[:, 0] -= (layers - 1) / 2 * steps[0]
         points = np.roll(points, shape.along, axis=1)
         size = tuple(layers * steps[0] if axis == shape.along else shape.diameter for axis in range(3))
-        return filled(points[shape.contains(points)], dx, size, shape.extent())
+        return make_filling(points[shape.contains(points)], dx, size, shape.extent())
     if not isinstance(shape, Box):
         low, high = shape.bounds()
         sides = zip((high - low) / 2, steps, strict=True)
         half = [count_across(max(float(side), step), step, f"{shape.kind}'s half width") + 1 for side, step in sides]
         points = _nodes([np.arange(-h, h + 1) for h in half]) * steps + (low + high) / 2
-        return filled(points[shape.contains(points)], dx, shape.extent(), shape.extent())
+        return make_filling(points[shape.contains(points)], dx, shape.extent(), shape.extent())
     counts = [count_across(side, step) for side, step in zip(shape.extent(), steps, strict=True)]
     points = _nodes([np.arange(count) for count in counts]) * steps
     points -= (points.min(axis=0) + points.max(axis=0)) / 2
-    return filled(points, dx, tuple(n * step for n, step in zip(counts, steps, strict=True)), shape.extent())
+    return make_filling(points, dx, tuple(n * step for n, step in zip(counts, steps, strict=True)), shape.extent())
 
 
 def _nodes(indices: list[np.ndarray]) -> np.ndarray:

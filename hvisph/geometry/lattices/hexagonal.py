@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from hvisph.geometry.lattice_count import Filling, centred, count_across, filled
+from hvisph.geometry.lattice_count import Filling, centre_coordinates, count_across, make_filling
 from hvisph.geometry.shapes import Box, Shape
 
 NODE_DISTANCE = (4 / 3) ** 0.25  # a / dx [-]
@@ -33,16 +33,18 @@ def fill_hexagonal(shape: Shape, dx: float) -> Filling:
         across, up = ((high - low) / 2).tolist()
         half = count_across(across, between, f"{shape.kind}'s half width") + 1
         nodes = 2 * (count_across(max(up, a), a) + 1) + 1
-        columns = [_column(k * between, centred(nodes + k % 2, a)) for k in range(-half, half + 1)]
+        columns = [_column(k * between, centre_coordinates(nodes + k % 2, a)) for k in range(-half, half + 1)]
         points = np.concatenate(columns) + (low + high) / 2
-        return filled(points[shape.contains(points)], dx, shape.extent(), shape.extent())
+        return make_filling(points[shape.contains(points)], dx, shape.extent(), shape.extent())
     width, height = shape.extent()
     count = count_across(width, between)
     count_across(height, a)
     short = max(1, math.floor(height / a))
-    columns = [_column(x, centred(short + (k + 1) % 2, a)) for k, x in enumerate(centred(count, between))]
+    columns = [
+        _column(x, centre_coordinates(short + (k + 1) % 2, a)) for k, x in enumerate(centre_coordinates(count, between))
+    ]
     mean = short + sum((k + 1) % 2 for k in range(count)) / count
-    return filled(np.concatenate(columns), dx, (count * between, mean * a), shape.extent())
+    return make_filling(np.concatenate(columns), dx, (count * between, mean * a), shape.extent())
 
 
 def _column(x: float, y: np.ndarray) -> np.ndarray:

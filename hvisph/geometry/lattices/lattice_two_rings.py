@@ -13,7 +13,7 @@ import math
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.lattice_count import Filling, count_across, filled
+from hvisph.geometry.lattice_count import Filling, count_across, make_filling
 from hvisph.geometry.shapes import Disc
 
 from .concentric_rings import ring
@@ -41,4 +41,4 @@ def fill_lattice_two_rings(shape: Disc, dx: float) -> Filling:
     lattice = np.stack([i[inside], j[inside]], axis=1) * dx
     inner = ring((last - 1) * dx, math.floor(2 * math.pi * (last - 1)))
     outer = ring(last * dx, round(2 * math.pi * last))
-    return filled(np.concatenate([lattice, inner, outer]), dx, (2 * last * dx,) * 2, shape.extent())
+    return make_filling(np.concatenate([lattice, inner, outer]), dx, (2 * last * dx,) * 2, shape.extent())

@@ -15,7 +15,7 @@ from contextlib import suppress
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.geometry.lattice_count import Filling, filled
+from hvisph.geometry.lattice_count import Filling, make_filling
 from hvisph.geometry.shapes import Intersection, Shape
 
 from .hcp import NODE_DISTANCE as CLOSE_3D
@@ -47,18 +47,18 @@ def fill_relaxed(shape: Shape, dx: float, even: tuple[int, ...] = ()) -> Filling
         When the shape holds no particle.
     """
     middle = np.add(*shape.bounds()) / 2
-    part = _above(shape, middle, even) if even else shape
+    part = _clip_to_octant(shape, middle, even) if even else shape
     share = 0.5 ** len(even)
     count = max(1, round(shape.volume * share / dx**shape.dim))
-    points = _relaxed(part, _start(part, dx, count), dx)
+    points = _relax(part, _start(part, dx, count), dx)
     for axis in even:
         mirrored = points.copy()
         mirrored[:, axis] = 2 * middle[axis] - mirrored[:, axis]
         points = np.concatenate([points, mirrored])
-    return filled(points, dx, shape.extent(), shape.extent())
+    return make_filling(points, dx, shape.extent(), shape.extent())
 
 
-def _above(shape: Shape, middle: np.ndarray, even: tuple[int, ...]) -> Shape:
+def _clip_to_octant(shape: Shape, middle: np.ndarray, even: tuple[int, ...]) -> Shape:
     """Return the part of the shape above its middle planes."""
     from hvisph.geometry.shapes import Box, Placed
 
@@ -84,7 +84,7 @@ def _start(shape: Shape, dx: float, count: int) -> np.ndarray:
     return np.asarray(points[np.sort(deepest)])
 
 
-def _relaxed(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
+def _relax(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
     """Return `points` moved apart until they are evenly spread."""
     from scipy.spatial import cKDTree
 
@@ -109,11 +109,11 @@ def _relaxed(shape: Shape, points: np.ndarray, dx: float) -> np.ndarray:
         ], axis=1)  # fmt: skip
         size = np.sqrt((move**2).sum(axis=1)).max()
         points = points + move * (length / max(size, 0.2))
-        points[outer] = _pulled_in(shape, points[outer], DEPTH * dx)
+        points[outer] = _project_inside(shape, points[outer], DEPTH * dx)
     return points
 
 
-def _pulled_in(shape: Shape, points: np.ndarray, depth: float) -> np.ndarray:
+def _project_inside(shape: Shape, points: np.ndarray, depth: float) -> np.ndarray:
     """Return `points` with those closer to the surface than `depth` put back to it."""
     left = np.arange(len(points))
     for _ in range(3):  # a point that is deep enough stays where it is

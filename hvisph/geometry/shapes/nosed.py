@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from hvisph.core.errors import CaseError, nearest
+from hvisph.core.errors import CaseError, suggest_nearest
 
 from .shape import AXES, Centred, box_distance, line_distance, require_sizes
 
@@ -274,7 +274,7 @@ class Nosed(Centred):
 
     def __post_init__(self) -> None:
         if self.axis not in AXES[: self.dim]:
-            raise CaseError(f"unknown axis '{self.axis}'{nearest(self.axis, AXES[: self.dim])}", where="axis")
+            raise CaseError(f"unknown axis '{self.axis}'{suggest_nearest(self.axis, AXES[: self.dim])}", where="axis")
 
     @property
     def kind(self) -> str:

@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from hvisph.core.errors import CaseError, nearest
+from hvisph.core.errors import CaseError, suggest_nearest
 
 # Relative margin within which a point counts as lying on the surface, hence outside: wide against
 # round-off, narrow against the steps of a lattice of 10^4 nodes across.
@@ -114,7 +114,7 @@ class Axial(Shape):
 
     def __post_init__(self) -> None:
         if self.axis not in AXES:
-            raise CaseError(f"unknown axis '{self.axis}'{nearest(self.axis, AXES)}", where="axis")
+            raise CaseError(f"unknown axis '{self.axis}'{suggest_nearest(self.axis, AXES)}", where="axis")
 
     @property
     def along(self) -> int:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import OutputError
-from hvisph.core.lazy_arrays import changed
+from hvisph.core.lazy_arrays import transform_arrays
 from hvisph.measures.debris.groups import ALIKE
 from hvisph.measures.target.perforation_path import with_openings
 from hvisph.output.snapshot import Snapshot
@@ -248,7 +248,7 @@ def _turned(snapshot: Snapshot, frame: np.ndarray) -> Snapshot:
     def turned(name: str, values: np.ndarray) -> np.ndarray:
         return values.reshape(snapshot.count, -1) @ frame.T if name in ("position", "velocity") else values
 
-    return replace(snapshot, fields=changed(snapshot.fields, turned))
+    return replace(snapshot, fields=transform_arrays(snapshot.fields, turned))
 
 
 def _drift(start: Snapshot, roles: tuple[str, ...]) -> tuple[float, ...]:
@@ -272,7 +272,7 @@ def _left_behind(snapshot: Snapshot, drift: tuple[float, ...]) -> Snapshot:
     def left(name: str, values: np.ndarray) -> np.ndarray:
         return values - gone[name] if name in gone else values
 
-    return replace(snapshot, fields=changed(snapshot.fields, left))
+    return replace(snapshot, fields=transform_arrays(snapshot.fields, left))
 
 
 def _impact(seen: Snapshot, roles: tuple[str, ...]) -> tuple[float | None, float | None]:

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.lazy_arrays import changed
+from hvisph.core.lazy_arrays import transform_arrays
 from hvisph.output.snapshot import Snapshot
 
 TOUCH = 0.75  # [dx]; the first layer of particles is half a spacing from its plane
@@ -94,7 +94,7 @@ class Whole:
             tiled = np.tile(values, (images, *[1] * (values.ndim - 1)))
             return tiled / images if self.revolution and name == "mass" else tiled
 
-        fields = changed(snapshot.fields, imaged, [name for name in snapshot.fields if name not in SKIPPED])
+        fields = transform_arrays(snapshot.fields, imaged, [name for name in snapshot.fields if name not in SKIPPED])
         number = (snapshot.id[None] * images + np.arange(images)[:, None]).ravel()
         return replace(snapshot, fields=fields, body=np.tile(snapshot.body, images),
                        material=np.tile(snapshot.material, images), id=number)  # fmt: skip

@@ -78,11 +78,11 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
 
 def loops(formulation: Any, offered: dict[str, Any]) -> Loops:
     """Return the loops over reference neighbours, compiled with what is `offered`."""
-    collect, mapped = deformation_gradient.collect, deformation_gradient.mapped
+    collect, mapped = deformation_gradient.collect, deformation_gradient.load_deformation
     return Loops(
         each(bind(deformation_gradient.move, {}, offered)),
         shared(bind(deformation_gradient.deform, {}, offered,
-                    parts=(collect, mapped, deformation_gradient.show, deformation_gradient.deformed)),
+                    parts=(collect, mapped, deformation_gradient.show, deformation_gradient.deform_lanes)),
                     deformation_gradient.CHUNK),
         each(bind(deformation_gradient.map_particles, {}, offered, parts=(collect, mapped))),
         tuple(

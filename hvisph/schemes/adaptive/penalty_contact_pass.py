@@ -81,7 +81,7 @@ class BodyContact:
         coefficients = self.law.coefficients(kernel, formulation.h_over_dx, dim)
         passes = self.law.passes(dim, self._revolved)
         self.pairs = Pairs(self.law.row_layout(dim, self._revolved), kernel, passes, coefficients, at, h, planes)
-        layout, constants, look = penalty_contact.around(dim, kernel)
+        layout, constants, look = penalty_contact.contact_search(dim, kernel)
         self._looking = Pairs(layout, kernel, [look], constants, at, h, planes)
         self._touching = self.law.touching(kernel, formulation.h_over_dx, dim) * (1.0 + 1e-12)
         self._slip, self._slips = rate_slots.slots(dim)["R_SLIP"], formulation.slips
@@ -273,7 +273,7 @@ class BodyContact:
     def fit_grid(self) -> None:
         """Make the grids of cells anew, around the particles that there are now."""
         for pairs in (self.pairs, self._looking):
-            pairs.grid = Grid.around(self.particles["position"], pairs.grid.edge)
+            pairs.grid = Grid.from_positions(self.particles["position"], pairs.grid.edge)
 
     @property
     def pieces(self) -> np.ndarray:

@@ -79,7 +79,7 @@ class SpatialPass:
         own = len(numbers)
         if self._seen is not None:
             dim = self.pairs.layout.dim
-            shown = np.zeros((own, _seen_of(dim).used))
+            shown = np.zeros((own, _selection_layout(dim).used))
             shown[:, :dim], shown[:, dim], shown[:, dim + 1] = rows[:own, :dim], bodies, eulerian
             # a cell is chosen by what is up to two cells away
             rows, _ = self._seen.append(shown, numbers, 3.0 * self._selection.grid.edge)
@@ -117,7 +117,7 @@ class SpatialPass:
 
     def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
-        self._seen = halo_for(_seen_of(self.pairs.layout.dim))
+        self._seen = halo_for(_selection_layout(self.pairs.layout.dim))
         self.pairs.halo = halo_for(self.pairs.layout)
 
     def fit_grid(self, positions: np.ndarray) -> None:
@@ -125,6 +125,6 @@ class SpatialPass:
         self._selection.fit(positions)
 
 
-def _seen_of(dim: int) -> RowLayout:
+def _selection_layout(dim: int) -> RowLayout:
     """Return the layout of what decides who is near another body, or near an Eulerian particle."""
     return RowLayout(dim, (("x", "vector"), ("body", "scalar"), ("eulerian", "scalar")))

@@ -34,7 +34,7 @@ from hvisph.sph.contact.contact_normal import is_other_body, smooth_normals
 from hvisph.sph.contact.variable_resolution import ENTRIES, depth, unequal_normals
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.neighbours.pairs import Pass
-from hvisph.sph.neighbours.particle_layout import RowLayout, those
+from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.shape_matrix import sound_inverse
 
 # Where in the constants the tables of depths begin.
@@ -55,7 +55,7 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
     stress of a ring, REST_AREA the area of its section at rest over h^2, INV_NUMBER_DENSITY 1 over the number of
     particles, CORRECTION_DECAY and DENSITY_RELAXATION at what rates lead and density go.
     """
-    return RowLayout(dim, those(
+    return RowLayout(dim, select_fields(
         ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar"), ("t", "symmetric"),
         parted and ("body", "scalar"), faces and ("n_previous", "vector"), ("zn", "scalar"), ("zt", "scalar"),
         consistent and ("rho", "scalar"), consistent and ("shear_limit", "scalar"), spins and ("spin_stress", "axial"),
@@ -65,7 +65,7 @@ def row_layout(dim: int, reconstruct: bool, consistent: bool = False, parted: bo
         following and ("free_length", "scalar"), revolved and ("hoop", "scalar"),
         leads and ("inv_number_density", "scalar"), leads and ("correction_decay", "scalar"), leads and
         ("density_relaxation", "scalar"),
-    ), those(
+    ), select_fields(
         reconstruct and ("gu", "gradient"), reconstruct and ("gt", "symmetric_gradient"),
         parted and ("n_raw", "vector"), parted and ("n_other", "vector"), parted and ("n_surface", "vector"),
         unlike and ("depth", "scalar"),

@@ -87,7 +87,7 @@ from hvisph.compiler.tensors import (
     whirl,
 )
 from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
-from hvisph.sph.neighbours.particle_layout import RowLayout, those
+from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.axisymmetric import axis_regularization, axisymmetric_pair, hoop_share, mirror_weight
 from hvisph.sph.terms.shape_matrix import sound_inverse
 from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
@@ -105,7 +105,8 @@ HUGE = 1e300
 
 def row_layout(dim: int, artificial_stress: bool, more: tuple[tuple[str, str], ...] = ()) -> RowLayout:
     """Return what a particle shows its neighbours; T is sigma/rho^2, R the artificial stress."""
-    return RowLayout(dim, those(("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("rho", "scalar"),
+    return RowLayout(dim, select_fields(("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("rho",
+    "scalar"),
                                 ("c", "scalar"), ("t", "symmetric"), artificial_stress and ("r", "symmetric"),
                                 *more))  # fmt: skip
 

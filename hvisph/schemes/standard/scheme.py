@@ -148,7 +148,7 @@ class Eulerian:
         }  # fmt: skip
         apart: dict[str, Any] = {}
         if self.parted:  # pairs of different bodies are left to the contact between them
-            apart = {"COUPLED": 1, "shares": bind(coupling.apart, {}, plain.slots())}
+            apart = {"COUPLED": 1, "shares": bind(coupling.separate_shares, {}, plain.slots())}
         if not self.correction.acts:
             ways |= apart
             return [Pass(standard.accumulate, plain, ways, density_rate=self.density_rate, slips=self.parted,

@@ -88,7 +88,7 @@ def move(i, rows, motions):
 
 
 def collect(motions, i, lists, sums, k):
-    """Write what the list of particle `i` sums to into row `k` of `sums`, for `mapped`: a template.
+    """Write what the list of particle `i` sums to into row `k` of `sums`, for `load_deformation`: a template.
 
     Displacement and velocity of a neighbour are lanes of a vector, which a component of its slope multiplies.
     """
@@ -103,7 +103,7 @@ def collect(motions, i, lists, sums, k):
     put_row_lanes(sums, np.uint64(k), of_slope + of_shape)
 
 
-def mapped(sums, k, i, corrections):
+def load_deformation(sums, k, i, corrections):
     """Return the deformation gradient of particle `i`, and its rate, from row `k` of what `collect` wrote."""
     turned, shift = transposed(own_gradient(corrections[0], i, 0, DIM)), own_vector(corrections[1], i, 0, DIM)
     f = product(own_columns(sums, k, 0, STRIDE, DIM), turned)
@@ -127,7 +127,7 @@ def show(rows, i, stress, f, j, inverse, corrections):
         put(rows, i, EF, times(rows[i, EM], f))
 
 
-def deformed(rows, particles, alike, sums, corrections, materials, ahead, results, rates):
+def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, results, rates):
     """Deform LANES particles of one material, all Total Lagrangian or all Eulerian: a template.
 
     Parameters
@@ -147,7 +147,7 @@ def deformed(rows, particles, alike, sums, corrections, materials, ahead, result
     stage, signal_alpha, courant = ahead
     jacobians, strains, latest, pressures, signals = results
     i = np.uint64(0)  # arrays stand for all of the particles: any row will do
-    f, rate = mapped(sums, i, i, corrections)
+    f, rate = load_deformation(sums, i, i, corrections)
     of_list = determinant(f)
     section = swellings[i] * of_list
     stretch = rows[i, RING] / rows[i, RING0] if AXISYMMETRIC else 1.0
@@ -261,7 +261,7 @@ def deform(chunk, count, rows, motions, active, eulerian, particles, lists, corr
                     fetch_row(b, own, 0, DIM)
                     fetch(state, own, np.uint64(S_DENSITY))
                     collect(motions, own, lists, sums, lane)
-            deformed(
+            deform_lanes(
                 many(rows, found, k),
                 (many(state, found, k), many(volume, found, k), many(loads, found, k), many(swellings, found, k),
                  many(before, found, k)),
@@ -276,4 +276,4 @@ def map_particles(k, chosen, motions, lists, corrections, maps):
     """Write F of the particle chosen[k] by its list as it is now into row `k` of `maps`: a template."""
     i, sums = np.uint64(chosen[k]), np.empty((1, SUMS))
     collect(motions, i, lists, sums, np.uint64(0))
-    put(maps, k, 0, mapped(sums, np.uint64(0), i, corrections)[0])
+    put(maps, k, 0, load_deformation(sums, np.uint64(0), i, corrections)[0])

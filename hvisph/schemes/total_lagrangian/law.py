@@ -43,7 +43,7 @@ from hvisph.compiler.tensors import (
 )
 from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
 from hvisph.compiler.vector.prefetch import fetch_rows
-from hvisph.sph.neighbours.particle_layout import RowLayout, those
+from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.axisymmetric import axisymmetric_jump, mirror_weight
 from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
 
@@ -61,14 +61,14 @@ def row_layout(
     and EF = EM F to hourglass control, RING and RING0, the radius now and in the reference, to rings. Those after them
     are the particle's own.
     """
-    read = those(
+    read = select_fields(
         ("x", "vector"), ("u", "vector"), hourglass and ("x0", "vector"), ("m", "scalar"), ("rho", "scalar"),
         ("c", "scalar"), ("q", "gradient"), mixed and ("qw", "vector"),
         printed_viscosity and ("n", "gradient"), printed_viscosity and ("nw", "vector"),
         printed_viscosity and ("ij", "scalar"), hourglass and ("ef", "gradient"), hourglass and ("em", "scalar"),
         revolved and ("ring", "radius"), revolved and ("ring0", "radius"), ("kind", "scalar"),
     )  # fmt: skip
-    own = those(("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), not hourglass and ("x0", "vector"))
+    own = select_fields(("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), not hourglass and ("x0", "vector"))
     return RowLayout(dim, (*read, *own)), RowLayout(dim, read).used
 
 

@@ -35,7 +35,7 @@ def shares(rows, i, b, dx, reach2):
     return force, gradient, stress
 
 
-def apart(rows, i, b, dx, reach2):
+def separate_shares(rows, i, b, dx, reach2):
     """Return the three shares where bodies are parted and no particle is Total Lagrangian: a template, as `shares`."""
     same = 1.0 - min(abs(rows[i, BODY] - b[BODY]), 1.0)
     return same, same, 1.0

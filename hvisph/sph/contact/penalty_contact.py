@@ -58,7 +58,7 @@ from hvisph.compiler.tensors import (
 from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.neighbours.pairs import Pass
-from hvisph.sph.neighbours.particle_layout import RowLayout, those
+from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.limiters import TINY
 
 # Options of the laws, off unless bound: rings about an axis; faces of one body that meet; friction.
@@ -137,7 +137,7 @@ class Pressing:
         K is its stiffness [Pa], START its phi0, D its displacement from the reference, TIED whether reference kernels
         hold it in its body; P, G, the gradient of phi, and in START's place phi are written by the first pass.
         """
-        return RowLayout(dim, those(
+        return RowLayout(dim, select_fields(
             ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
             ("k", "scalar"), ("p", "scalar"), ("g", "scalar"), self.own_faces and ("d", "vector"),
             self.own_faces and ("tied", "scalar"), self.friction > 0.0 and ("n_other", "vector"),
@@ -160,7 +160,7 @@ def _facing(kernel: Kernel, h_over_dx: float, dim: int) -> tuple[np.ndarray, np.
 
 
 @compiled
-def beyond(dx, d_a, d_b, reach2):
+def was_outside_reach(dx, d_a, d_b, reach2):
     """Return 1 where a pair, `dx` apart now with displacements `d_a`, `d_b`, was beyond `reach2` in the reference."""
     then = minus(dx, minus(d_a, d_b))
     return max(np.copysign(1.0, dot(then, then) - reach2), 0.0)
@@ -173,7 +173,9 @@ def against(rows, i, b, dx, reach2):
     """
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
     if OWN_FACES:
-        own_face = rows[i, TIED] * b[TIED] * beyond(dx, own_vector(rows, i, D, DIM), vector(b, D, DIM), reach2)
+        own_face = (
+            rows[i, TIED] * b[TIED] * was_outside_reach(dx, own_vector(rows, i, D, DIM), vector(b, D, DIM), reach2)
+        )
         if AXISYMMETRIC:  # an image over the axis has a radius below zero
             own_face = own_face * max(np.copysign(1.0, b[RING]), 0.0)
         other = max(other, own_face)
@@ -253,7 +255,7 @@ def accumulate(near, n, rows, i, constants, out):
     out[i, R_SLIP] = 0.5 * scale_own * total(rubbed)
 
 
-def around(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, Pass]:
+def contact_search(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, Pass]:
     """Return layout, constants and pass of the law `look`."""
     layout = RowLayout(dim, (("x", "vector"), ("h", "scalar"), ("v", "scalar"), ("body", "scalar"), ("d", "vector")))
     return layout, np.array([kernel.reach**2]), Pass(look, layout, {})
@@ -269,5 +271,5 @@ def look(near, n, rows, i, constants, out):
         other = min(abs(body - b[BODY]), 1.0)
         filled += other * b[V] * scale(ih) / ih * shape(np.sqrt(dot(dx, dx)) * ih)
         there = min(b[V] * 1e300, 1.0)  # no padding
-        folded = larger_lanes(folded, there * (1.0 - other) * beyond(dx, d, vector(b, D, DIM), reach2))
+        folded = larger_lanes(folded, there * (1.0 - other) * was_outside_reach(dx, d, vector(b, D, DIM), reach2))
     write_rates(out, i, no_vector(DIM), total(filled), largest(folded), no_gradient(DIM))

@@ -46,7 +46,7 @@ from hvisph.compiler.tensors import (
 from hvisph.compiler.vector.api import LANES, all_lanes, neighbours, total
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.neighbours.pairs import Pass
-from hvisph.sph.neighbours.particle_layout import RowLayout, those
+from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.axisymmetric import mirror_weight
 
 # Option of the law, off unless bound: rings about an axis.
@@ -116,7 +116,7 @@ class Contact:
 
     def row_layout(self, dim: int, revolved: bool) -> RowLayout:
         """Return what a particle shows its neighbours; K is its stiffness [Pa/m^d]."""
-        return RowLayout(dim, those(
+        return RowLayout(dim, select_fields(
             ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
             ("k", "scalar"), revolved and ("ring", "radius"),
         ))  # fmt: skip

@@ -42,7 +42,7 @@ class Grid:
         self.sizes = np.uint64(nx), np.uint64(ny), np.uint64(nz)
 
     @classmethod
-    def around(cls, positions: np.ndarray, edge: float, each: int = 1) -> Grid:
+    def from_positions(cls, positions: np.ndarray, edge: float, each: int = 1) -> Grid:
         """Return a grid for particles at `positions` (n, dim) [m], with room for them to spread.
 
         It has no more than `each` cells a particle.
@@ -56,7 +56,7 @@ class Grid:
 
 
 @compiled
-def wrapped(x, inverse_edge, count):
+def wrap_cell(x, inverse_edge, count):
     """Return the cell coordinate of `x` along an axis with `count` cells (a power of two)."""
     return np.uint64(np.int64(np.floor(x * inverse_edge))) & (count - np.uint64(1))
 
@@ -64,9 +64,9 @@ def wrapped(x, inverse_edge, count):
 @compiled
 def cell_at(x, inverse_edge, nx, ny, nz):
     """Return the coordinates of the cell of the place `x`, a vector, along all axes: 0 where there is but one."""
-    cx = wrapped(x[0], inverse_edge, nx)
-    cy = wrapped(x[1], inverse_edge, ny) if len(x) > 1 else np.uint64(0)
-    cz = wrapped(x[2], inverse_edge, nz) if len(x) > 2 else np.uint64(0)
+    cx = wrap_cell(x[0], inverse_edge, nx)
+    cy = wrap_cell(x[1], inverse_edge, ny) if len(x) > 1 else np.uint64(0)
+    cz = wrap_cell(x[2], inverse_edge, nz) if len(x) > 2 else np.uint64(0)
     return cx, cy, cz
 
 
@@ -84,7 +84,7 @@ def place_of(cell, nx, ny):
 
 
 @compiled
-def beside(place, shift, nx, ny, nz):
+def adjacent_cell(place, shift, nx, ny, nz):
     """Return the number of one of the 3, 9 or 27 cells around the one at `place`, itself in their middle.
 
     They are counted along x, then y, then z: `shift` is 0 to 3**dim - 1.

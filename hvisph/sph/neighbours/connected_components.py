@@ -19,13 +19,13 @@ from hvisph.compiler.jit import compiled, specialise
 from hvisph.compiler.tensors import dot, minus, own_vector
 from hvisph.compiler.threads.parallel_for import each
 
-from .cells import Grid, beside, count_and_place, find_cells, place_of
+from .cells import Grid, adjacent_cell, count_and_place, find_cells, place_of
 
 # Particles of the smallest piece that is a body: three a side, of which one may be inside.
 SMALLEST = {1: 3, 2: 9, 3: 27}
 
 
-def parted(position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.ndarray, pieces: np.ndarray,
+def label_components(position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.ndarray, pieces: np.ndarray,
            numbers: np.ndarray) -> np.ndarray:  # fmt: skip
     """Return the number of the piece that each particle belongs to (n,), those that have come apart told from another.
 
@@ -45,7 +45,7 @@ def parted(position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.n
     for body in np.unique(bodies):
         rows = np.flatnonzero(bodies == body)
         link = reach * float(lengths[rows].max())
-        roots = connected(np.ascontiguousarray(position[rows]), pieces[rows].astype(np.uint32), link)
+        roots = connect_components(np.ascontiguousarray(position[rows]), pieces[rows].astype(np.uint32), link)
         _, first, group = np.unique(roots, return_index=True, return_inverse=True)
         if len(first) == len(np.unique(pieces[rows])):
             continue
@@ -64,7 +64,7 @@ def parted(position: np.ndarray, lengths: np.ndarray, reach: float, bodies: np.n
     return numbered
 
 
-def connected(position: np.ndarray, labels: np.ndarray, link: float) -> np.ndarray:
+def connect_components(position: np.ndarray, labels: np.ndarray, link: float) -> np.ndarray:
     """Return of each particle one that stands for all that it is connected with (n,).
 
     Parameters
@@ -108,7 +108,7 @@ def root_of(parent, i):
 
 
 @compiled
-def joined(parent, i, j):
+def merge_roots(parent, i, j):
     """Connect `i` and `j`; the smaller of their roots stands for both."""
     a, b = root_of(parent, i), root_of(parent, j)
     parent[max(a, b)] = min(a, b)
@@ -121,13 +121,13 @@ def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent
         x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, ny)
         for side in range(DIM + 1):
             shift = (3**DIM - 1) // 2 + (3 ** (side - 1) if side > 0 else 0)
-            cell = beside(place, np.uint64(shift), nx, ny, nz)
+            cell = adjacent_cell(place, np.uint64(shift), nx, ny, nz)
             for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
                 j = np.int64(order[k])
                 if j != i and labels[j] == labels[i]:
                     apart = minus(x, own_vector(position, j, 0, DIM))
                     if dot(apart, apart) < link2:
-                        joined(parent, i, j)
+                        merge_roots(parent, i, j)
                         break
 
 
@@ -139,14 +139,14 @@ def _search(position, labels, cells, starts, order, nx, ny, nz, link2, left, par
         own = root_of(parent, i)
         x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, ny)
         for shift in range(np.uint64(3**DIM)):
-            cell = beside(place, shift, nx, ny, nz)
+            cell = adjacent_cell(place, shift, nx, ny, nz)
             for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
                 j = np.int64(order[k])
                 if labels[j] != labels[i] or root_of(parent, j) == own:
                     continue
                 apart = minus(x, own_vector(position, j, 0, DIM))
                 if dot(apart, apart) < link2:
-                    own = joined(parent, i, j)
+                    own = merge_roots(parent, i, j)
 
 
 def _flatten(parent):

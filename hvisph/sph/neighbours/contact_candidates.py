@@ -15,7 +15,7 @@ from hvisph.compiler.tensors import own_vector
 from hvisph.compiler.threads.parallel_for import each, shared
 from hvisph.compiler.vector.api import fetch, keep_largest, keep_least
 
-from .cells import Grid, beside, cell_at, number_of, place_of
+from .cells import Grid, adjacent_cell, cell_at, number_of, place_of
 
 CHUNK = 1024
 # Rows are asked for so many particles before they are needed.
@@ -64,7 +64,7 @@ def _spread(cell, nx, ny, nz, lowest, highest, spatial, meets, spatial_near):
         return
     low, high, euler, place = lowest[cell], highest[cell], spatial[cell], place_of(cell, nx, ny)
     for shift in range(np.uint64(3**DIM)):
-        at = beside(place, shift, nx, ny, nz)
+        at = adjacent_cell(place, shift, nx, ny, nz)
         low, high, euler = min(low, lowest[at]), max(high, highest[at]), euler | spatial[at]
     meets[cell] = low != high
     spatial_near[cell] = euler
@@ -76,7 +76,7 @@ def _widen(cell, nx, ny, nz, lowest, near, wider):
         return
     beside_one, place = near[cell], place_of(cell, nx, ny)
     for shift in range(np.uint64(3**DIM)):
-        beside_one |= near[beside(place, shift, nx, ny, nz)]
+        beside_one |= near[adjacent_cell(place, shift, nx, ny, nz)]
     wider[cell] = beside_one
 
 
@@ -142,7 +142,7 @@ class Selection:
         self._tell(count, cells, *self._marks, self._meets, near, meets, spatial)
         if self._wraps():
             some = np.flatnonzero(meets | spatial)
-            meets[some], spatial[some] = _unwrapped(
+            meets[some], spatial[some] = _choose_without_wrapping(
                 rows[some, : self._dim], eulerian[some], bodies[some], edge, self._with_neighbours
             )
         return meets, spatial
@@ -182,7 +182,7 @@ class Selection:
         return np.flatnonzero(meets), np.flatnonzero(beside)
 
 
-def _unwrapped(position: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, edge: float,
+def _choose_without_wrapping(position: np.ndarray, eulerian: np.ndarray, bodies: np.ndarray, edge: float,
                with_neighbours: bool) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
     """Return what `Selection.choose` does, of particles at `position` (n, dim) [m], by cells that do not wrap round."""
     dim = position.shape[1]

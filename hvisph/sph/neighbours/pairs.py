@@ -115,7 +115,7 @@ class Pairs:
         self.numbers = np.arange(self.count, dtype=np.uint64)
         self.halo: Halo | None = None
         self.images = ImageCopies(planes, layout) if planes else None
-        self.grid = cells.Grid.around(positions, kernel.reach * h)
+        self.grid = cells.Grid.from_positions(positions, kernel.reach * h)
         self.capacity = 64 * 4 ** (dim - 1)
         self._room = 0
         self._make_room(self.count)

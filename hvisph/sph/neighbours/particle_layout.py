@@ -43,7 +43,7 @@ def aligned_zeros(count: int, width: int) -> np.ndarray:
     return raw[start : start + count * width].reshape(count, width)
 
 
-def those(*fields: tuple[str, str] | bool) -> tuple[tuple[str, str], ...]:
+def select_fields(*fields: tuple[str, str] | bool) -> tuple[tuple[str, str], ...]:
     """Return the fields that there are: `wanted and ("name", "rank")` is one, or none."""
     return tuple(field for field in fields if not isinstance(field, bool))
 

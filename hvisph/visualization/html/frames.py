@@ -72,20 +72,20 @@ def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
     moments = [read_snapshot(path) for path in chosen]
     names = _fields(moments)
     dim = first.dimensions
-    positions = np.stack([_aligned(moment, moment.fields["position"], kept) for moment in moments])
+    positions = np.stack([_align_values(moment, moment.fields["position"], kept) for moment in moments])
     low, high = _box(positions)
     view = _view(positions)
-    parts = [_bytes16(_quantised(positions[..., axis], low[axis], high[axis])) for axis in range(dim)]
+    parts = [_bytes16(_quantise(positions[..., axis], low[axis], high[axis])) for axis in range(dim)]
     headers = []
     for name in names:
         values = [field_values(moment, name)[0] for moment in moments]
         label, _, colours, symmetric = appearance(first, name)
         ends = field_range(np.concatenate(values), symmetric)
-        aligned = np.stack([_aligned(moment, value, kept) for moment, value in zip(moments, values, strict=True)])
+        aligned = np.stack([_align_values(moment, value, kept) for moment, value in zip(moments, values, strict=True)])
         parts.append(_bytes8(aligned, *ends))
         headers.append({"name": name, "label": label.replace("$^3$", "³"), "colours": colours, "ends": ends})
-    body = _aligned(first, first.body.astype(float), kept)
-    body = np.where(np.isnan(body), _aligned(last, last.body.astype(float), kept), body).astype(np.uint8)
+    body = _align_values(first, first.body.astype(float), kept)
+    body = np.where(np.isnan(body), _align_values(last, last.body.astype(float), kept), body).astype(np.uint8)
     content = {
         "title": str(first.metadata.get("title", "")),
         "dimensions": dim,
@@ -102,7 +102,7 @@ def frames(paths: Sequence[Path], planes: Sequence[int] = ()) -> Frames:
             {"name": name, "colour": BODY_COLOURS[k % len(BODY_COLOURS)]} for k, name in enumerate(first.bodies)
         ],
         "planes": list(planes),
-        "data": _packed(b"".join([*parts, body.tobytes()])),
+        "data": _pack(b"".join([*parts, body.tobytes()])),
     }
     return Frames(content, tuple(remarks))
 
@@ -127,7 +127,7 @@ def _fields(moments: Sequence[Snapshot]) -> list[str]:
     return [name for name in there if any(np.any(moment.fields[name]) for moment in moments)][:MOST_FIELDS]
 
 
-def _aligned(moment: Snapshot, values: np.ndarray, kept: np.ndarray) -> np.ndarray:
+def _align_values(moment: Snapshot, values: np.ndarray, kept: np.ndarray) -> np.ndarray:
     """Return the values of the particles `kept`, NaN for those that are not there."""
     out = np.full((len(kept), *values.shape[1:]), np.nan)
     order = np.argsort(moment.id)
@@ -156,7 +156,7 @@ def _view(positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return (near_low, near_high) if np.any(high - low > 1.5 * (near_high - near_low)) else (low, high)
 
 
-def _quantised(x: np.ndarray, low: float, high: float) -> np.ndarray:
+def _quantise(x: np.ndarray, low: float, high: float) -> np.ndarray:
     steps = np.rint((x - low) / (high - low) * STEPS)
     return np.where(np.isfinite(steps), np.clip(steps, 0, STEPS), NOWHERE).astype(np.uint16)
 
@@ -179,5 +179,5 @@ def spacing_of(moment: Snapshot) -> float:
     return float(np.median(volume) ** (1.0 / moment.dimensions))
 
 
-def _packed(data: bytes) -> str:
+def _pack(data: bytes) -> str:
     return base64.b64encode(zlib.compress(data, 9)).decode()

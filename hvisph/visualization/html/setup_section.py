@@ -47,7 +47,7 @@ def picture(told: Run) -> str:
         velocity = first.fields["velocity"].reshape(first.count, -1)[own].mean(axis=0)
         label = f"{name}: {first.materials[int(first.material[own][0])]}"
         if told.case is not None and name in told.case.bodies:
-            label += f", {_sized(told.case.bodies[name].shape, told.unitless)}"
+            label += f", {_describe_shape(told.case.bodies[name].shape, told.unitless)}"
         drawn.append(DrawnBody(name, label, position[own], spacing[own], velocity, np.zeros(own.sum(), bool)))
     planes = [(axis, 0.0) for axis in symmetry_axes(first.metadata.get("case"))]
     gauges = {} if told.case is None else {name: gauge.at for name, gauge in told.case.gauges.items()}
@@ -69,7 +69,7 @@ def facts(told: Run) -> list[tuple[str, str]]:
         for name, body in told.case.bodies.items():
             velocity = ", ".join(f"{part:.4g}" for part in _parts(body.velocity))
             speed = f"velocity ({velocity}){'' if told.unitless else ' m/s'}"
-            rows.append((f"body {name}", f"{_sized(body.shape, told.unitless)}; {speed}"))
+            rows.append((f"body {name}", f"{_describe_shape(body.shape, told.unitless)}; {speed}"))
     for key, label in (("steps", "steps"), ("threads", "threads"), ("wall_seconds", "wall time [s]"),
                        ("code_version", "version of hvisph"), ("case_hash", "hash of the case")):  # fmt: skip
         if key in told.summary:
@@ -115,7 +115,7 @@ def _parts(value: Any) -> Sequence[float]:
     return [float(part) for part in value] if isinstance(value, Sequence) and not isinstance(value, str) else []
 
 
-def _sized(shape: Any, unitless: bool) -> str:
+def _describe_shape(shape: Any, unitless: bool) -> str:
     """Return a shape's kind and sizes in words: of combined ones and of those drawn out, kinds of parts alone."""
     sizes, parts = [], []
     for key, field in type(shape).model_fields.items():
@@ -131,7 +131,7 @@ def _sized(shape: Any, unitless: bool) -> str:
         elif key in ("parts", "removed"):
             parts += [part.shape.type for part in value]
         else:
-            sizes.append(f"{key.replace('_', ' ')} {_shown(value, unitless)}")
+            sizes.append(f"{key.replace('_', ' ')} {_format_value(value, unitless)}")
     inner = [f"{parts.count(kind)} {kind}" if parts.count(kind) > 1 else kind for kind in dict.fromkeys(parts)]
     return " ".join([shape.type, *(["of", ", ".join(inner)] if inner else []), ", ".join(sizes)]).strip()
 
@@ -141,9 +141,9 @@ def _length(value: float) -> str:
     return f"{value * factor:.4g} {unit}"
 
 
-def _shown(value: Any, unitless: bool) -> str:
+def _format_value(value: Any, unitless: bool) -> str:
     if isinstance(value, float):
         return f"{value:.4g}" if unitless else _length(value)
     if isinstance(value, Sequence) and not isinstance(value, str):
-        return " x ".join(_shown(part, unitless) for part in value)
+        return " x ".join(_format_value(part, unitless) for part in value)
     return str(value)

@@ -15,7 +15,7 @@ from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import look_of
 from hvisph.output.atomic_write import write_text
 from hvisph.output.file_names import REPORT
-from hvisph.visualization.inline import embedded
+from hvisph.visualization.inline import embed_figure
 from hvisph.visualization.sweeps import sweep_figure
 
 from .build import report as run_report
@@ -46,7 +46,7 @@ def sweep_report(folder: str | os.PathLike[str], path: str | os.PathLike[str] | 
         for row in rows:
             with suppress(OutputError, CaseError):  # it keeps a summary only, or has not been run
                 run_report([_run(home, row)])
-    said_heads, said_rows = _said(said)
+    said_heads, said_rows = _measures_table(said)
     text = template("sweep.html.j2").render(
         title=title, css=(PAGE / "report.css").read_text(encoding="utf-8"), verdict=_verdict(said),
         failures=said.get("failures", []), said_heads=said_heads, said_rows=said_rows, svg=_picture(said, rows),
@@ -91,7 +91,7 @@ def _verdict(said: Mapping[str, Any]) -> str:
     return text
 
 
-def _said(said: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
+def _measures_table(said: Mapping[str, Any]) -> tuple[list[str], list[list[str]]]:
     """Return the table of what all cases say of each measure."""
     if "converge" in said:
         rows = []
@@ -124,7 +124,7 @@ def _picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, str]]) -> str:
         figure = sweep_figure(said, _plain(rows))
     except CaseError:
         return ""
-    return embedded(figure, "What the sweep says")
+    return embed_figure(figure, "What the sweep says")
 
 
 def _plain(rows: Sequence[Mapping[str, str]]) -> list[dict[str, Any]]:
