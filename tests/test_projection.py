@@ -283,7 +283,7 @@ def test_an_old_list_serves_as_well_as_a_new_one():
 def test_a_restored_run_goes_on_with_the_same_bits():
     particles = block(2)
     made = run(stepper_of(particles), 21, 1e-11)
-    saved = [{name: values.copy() for name, values in one.items()} for one in (made.carried(), made.history())]
+    saved = [{name: values.copy() for name, values in one.items()} for one in (made.get_carried(), made.history())]
     other = Particles(2, particles.count, ("pressure",))
     other.data[...], other.tags[...] = particles.data, particles.tags
     again = stepper_of(block(2))

@@ -119,7 +119,7 @@ def test_arrays_change_now_or_when_asked_for():
 
 
 def test_what_is_let_go_is_empty_and_settings_stay():
-    grid = Grid.around(np.random.default_rng(0).random((50, 2)), 0.1)
+    grid = Grid.from_positions(np.random.default_rng(0).random((50, 2)), 0.1)
 
     @dataclasses.dataclass(frozen=True)
     class Fixed:

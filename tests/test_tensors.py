@@ -130,7 +130,7 @@ def test_what_lies_beside_a_line(dim):
 @DIMS
 def test_ranks_are_as_long_as_rows_say(dim):
     for rank, sizes in t.SIZE.items():
-        assert RowLayout(dim, (("x", rank),)).used == sizes[dim - 1]
+        assert RowLayout(dim, (("x", rank),)).used_width == sizes[dim - 1]
 
 
 def _several(rows, i):

@@ -77,7 +77,7 @@ class Budget:
         self.highest_pressure = float(setup.stepper.pressures.max(initial=0.0))
         self._setup = setup
         # planes and clamps give angular momentum of which no account is kept
-        held = share.most(float((particles.tags[:, FLAGS] & CLAMPED).any()))[0]
+        held = share.get_maxima(float((particles.tags[:, FLAGS] & CLAMPED).any()))[0]
         kept = not setup.planes and not held
         self.angular_momentum = angular_momentum(setup) if kept else np.zeros(0)
         middle = [share.exact_sum(one) / share.count for one in particles["position"].T]
@@ -99,7 +99,7 @@ class Budget:
 
     def highest(self) -> float:
         """Return the highest pressure of any particle of all processes so far [Pa]."""
-        self.highest_pressure = float(self._setup.share.most(self.highest_pressure)[0])
+        self.highest_pressure = float(self._setup.share.get_maxima(self.highest_pressure)[0])
         return self.highest_pressure
 
     def energies(self, sums: np.ndarray) -> dict[str, float | None]:

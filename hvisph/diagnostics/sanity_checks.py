@@ -73,7 +73,7 @@ class Watch:
     def __init__(self, setup: Setup, limits: Any):
         self._setup, self._limits = setup, limits
         fastest = float(setup.stepper.sums[column.FASTEST])
-        signal = float(setup.share.most(setup.stepper.signals.max(initial=0.0))[0])
+        signal = float(setup.share.get_maxima(setup.stepper.signals.max(initial=0.0))[0])
         scale = fastest if fastest > 0.0 else signal
         self.speed_limit = np.inf if limits.speed_over_initial is None else limits.speed_over_initial * scale
         self.first: float | None = None
@@ -113,7 +113,7 @@ class Watch:
         """Judge the state after a step: finite, no runaway, densities, total energy kept but for `drift` of it."""
         sums = self._setup.stepper.sums
         if not all(map(isfinite, sums[: column.FASTEST + 1].tolist())):
-            bad = self._one_of(np.logical_not(np.isfinite(self._setup.particles.data).all(axis=1)))
+            bad = self._first_of(np.logical_not(np.isfinite(self._setup.particles.data).all(axis=1)))
             if bad:
                 raise self._failure("not_finite", bad, time, step, "a value of the state is not finite")
         if not sums[column.FASTEST] <= self.speed_limit:
@@ -173,11 +173,11 @@ class Watch:
         density, share = particles["density"], self._setup.share
         highest, lowest = density.max(initial=0.0), density.min(initial=np.inf)
         fine = lowest > 0.0 and highest < limits.min()
-        if not share.most(float(not fine))[0]:
+        if not share.get_maxima(float(not fine))[0]:
             return
         most = limits[particles.material]
         outside = ~((density > 0.0) & (density < most))
-        worst, count = self._one_of(outside), int(share.total(np.array([outside.sum()]))[0])
+        worst, count = self._first_of(outside), int(share.total(np.array([outside.sum()]))[0])
         if worst:
             material = int(share.at(np.array([worst.number]), particles.tags)[0, MATERIAL])
             raise self._failure(
@@ -188,16 +188,16 @@ class Watch:
                 "without this limit)",
             )  # fmt: skip
 
-    def _one_of(self, chosen: Any) -> Seen | None:
+    def _first_of(self, chosen: Any) -> Seen | None:
         """Return of the `chosen` particles (n,), bool, of all processes that of the smallest number."""
         return self._setup.share.worst(np.where(chosen, 1.0, -np.inf))
 
-    def collapsed(self, error: RunError, time: float, step: int) -> Failure:
+    def describe_collapse(self, error: RunError, time: float, step: int) -> Failure:
         """Return the failure of an evaluation that found too many neighbours, at the most crowded place."""
         position = self._setup.particles["position"]
         edge = self._setup.stepper.support
         finite = np.isfinite(position).all(axis=1) & (np.abs(position) < 1e15 * edge).all(axis=1)
-        lost = self._one_of(~finite)
+        lost = self._first_of(~finite)
         if lost:
             return self._failure("not_finite", lost, time, step, "a position is not finite")
         cells = np.floor(position / edge).astype(np.int64)

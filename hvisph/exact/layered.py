@@ -33,7 +33,7 @@ def barotropic_law(material: Material) -> LinearLaw:
         )
     if material.shear_modulus != 0.0:
         raise CaseError("layered impact is exact for materials without strength", where=material.name)
-    return LinearLaw.of(material)
+    return LinearLaw.from_material(material)
 
 
 def layered_impact(

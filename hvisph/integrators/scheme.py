@@ -49,7 +49,7 @@ class Scheme:
     previous: float
     drift: float = 0.5
 
-    def further(self) -> dict[str, float]:
+    def stepper_options(self) -> dict[str, float]:
         """Return what a stepper must be told beside theta and w."""
         return {} if self.drift == 0.5 else {"drift": self.drift}
 

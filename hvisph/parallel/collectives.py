@@ -87,7 +87,7 @@ class Asked:
         return self.world.size > 1
 
     @property
-    def slabbed(self) -> bool:
+    def uses_slabs(self) -> bool:
         """Whether the whole is too large to be gathered by one process, which writes it slab by slab."""
         return self._asks and self.count > parallel_output.MOST_GATHERED
 
@@ -106,9 +106,9 @@ class Asked:
             return exact_sum(terms)
         return fsum(part for parts in self.world.objects(exact_parts(terms)) for part in parts)
 
-    def most(self, *values: float) -> np.ndarray:
+    def get_maxima(self, *values: float) -> np.ndarray:
         """Return the largest of each value over all processes."""
-        return self.world.most(np.array(values)) if self._asks else np.array(values)
+        return self.world.get_maxima(np.array(values)) if self._asks else np.array(values)
 
     def at(self, numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Return the `values` (n, ...) of particles by their permanent numbers, bit by bit."""
@@ -143,7 +143,7 @@ class Asked:
         places = np.minimum(np.searchsorted(self._ordered, numbers), len(own) - 1)
         return np.where(self._ordered[places] == numbers, self._at[places], -1)
 
-    def moved(self) -> None:
+    def note_reordering(self) -> None:
         """Take note that particles were put into a new order."""
         self._at = None
 
@@ -174,7 +174,7 @@ class Asked:
         return Seen(int(particles.id[row]), int(particles.body[row]), [float(x) for x in particles["position"][row]],
                     float(particles["density"][row]), float(particles["internal_energy"][row]))  # fmt: skip
 
-    def agreed(self, limit: Limit, stop: int, checkpoint: bool) -> Whole:
+    def reduce_limit(self, limit: Limit, stop: int, checkpoint: bool) -> Whole:
         """Return what limits the step of all, from what limits that of this process' particles."""
         particles = self._stepper.particles
         number, body = -1, -1
@@ -196,18 +196,18 @@ class Asked:
         if not self._asks:
             assert rows is not None
             return np.asarray(rows[numbers])
-        all_ = self.world.gathered(numbers)
+        all_ = self.world.gather_rows(numbers)
         ends = np.cumsum(self.world.everybodys(np.array([len(numbers)]))[:, 0])
         return self.world.dealt(rows, np.split(all_, ends[:-1]) if self.world.first else None)
 
-    def gathered(self, values: np.ndarray) -> np.ndarray:
+    def gather_rows(self, values: np.ndarray) -> np.ndarray:
         """Return the rows of all processes, as they come, on the first; none on the others."""
-        return self.world.gathered(values) if self._asks else values
+        return self.world.gather_rows(values) if self._asks else values
 
     def whole(self, particles: Particles, *further: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
         """Return all particles as they come, and `further` rows of them, own ones no copies; None but on the first."""
-        tags, data = self.gathered(particles.tags), self.gathered(particles.data)
-        rows = [self.gathered(one) for one in further]
+        tags, data = self.gather_rows(particles.tags), self.gather_rows(particles.data)
+        rows = [self.gather_rows(one) for one in further]
         if self._asks and not self.world.first:
             return None
         whole = particles.like(0)

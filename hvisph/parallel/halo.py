@@ -72,7 +72,7 @@ class Halo:
         world, dim, own, used = self._world, self._dim, len(rows), min(self._used, rows.shape[1])
         about = np.empty(2 * dim + 1)
         self._find_box(rows, about[:-1])
-        about[-1] = self._beyond(rows, reach)
+        about[-1] = self._distance_beyond_planes(rows, reach)
         boxes = world.everybodys(about)
         reach = reach + 2.0 * float(boxes[:, -1].max())
         if len(self._chosen) < own + 1:
@@ -89,7 +89,7 @@ class Halo:
                 table = np.empty((count, used + 1))
                 self._pack(rows, numbers, chosen, used, table)
                 tables[rank], self._sent[rank] = table, chosen
-        came = world.swapped(tables, used + 1)
+        came = world.exchange_tables(tables, used + 1)
         coming = sum(map(len, came.values()))
         self.evaluations, self.received = self.evaluations + 1, self.received + coming
         whole, all_numbers = self._room(rows, numbers, own + coming)
@@ -100,7 +100,7 @@ class Halo:
             self._came[rank], first = slice(first, last), last
         return whole, all_numbers
 
-    def _beyond(self, rows: np.ndarray, reach: float) -> float:
+    def _distance_beyond_planes(self, rows: np.ndarray, reach: float) -> float:
         """Return how far rows lie beyond planes of symmetry altogether [m]."""
         beyond = 0.0
         for axis, at, side in self._planes:
@@ -129,10 +129,10 @@ class Halo:
             sorted_rows[place[rows], :used] = into[rank]
 
     def stand_for(self, chosen: np.ndarray) -> None:
-        """Take the rows that `append` was given as those `chosen` of more rows, whose values `again` shows."""
+        """Take the rows that `append` was given as those `chosen` of more rows, whose values `exchange_again` shows."""
         self._sent = {rank: chosen[rows] for rank, rows in self._sent.items()}
 
-    def again(self, values: np.ndarray) -> np.ndarray:
+    def exchange_again(self, values: np.ndarray) -> np.ndarray:
         """Return for the rows that the last `append` brought the `values` (n, ...) that others have of them."""
         tables = {rank: np.ascontiguousarray(values[chosen]) for rank, chosen in self._sent.items()}
         coming = sum(rows.stop - rows.start for rows in self._came.values())
@@ -148,9 +148,9 @@ class Halo:
         """Return the sums of whole numbers over all processes."""
         return self._world.total(counts)
 
-    def most(self, values: np.ndarray) -> np.ndarray:
+    def get_maxima(self, values: np.ndarray) -> np.ndarray:
         """Return the largest of each of the floats over all processes."""
-        return self._world.most(values)
+        return self._world.get_maxima(values)
 
     def anywhere(self, here: bool) -> bool:
         """Tell whether something is so on any process: all of them ask at the same place."""

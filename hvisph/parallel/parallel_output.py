@@ -67,7 +67,7 @@ class Slabs:
     def _answer(self, name: str, begin: int, end: int) -> np.ndarray:
         first, last = np.searchsorted(self.places, (begin, end))
         rows = self._own(name)[self._order[first:last]]
-        places, values = self.world.gathered(self.places[first:last]), self.world.gathered(rows)
+        places, values = self.world.gather_rows(self.places[first:last]), self.world.gather_rows(rows)
         out = np.empty_like(values)
         out[places - begin] = values
         return out

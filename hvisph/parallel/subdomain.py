@@ -60,10 +60,10 @@ class Share(Asked):
         planes = [(plane.axis, plane.at, plane.side) for plane in self._planes]
 
         def halo_for(layout: RowLayout) -> Halo:
-            self.halos.append(Halo(world, layout.dim, layout.used, planes))
+            self.halos.append(Halo(world, layout.dim, layout.used_width, planes))
             return self.halos[-1]
 
-        stepper.totals.over, stepper.totals.exact = self._over, self.exact_sum
+        stepper.totals.over, stepper.totals.exact = self._reduce_over, self.exact_sum
         stepper.join(halo_for)
 
     def begin(self) -> None:
@@ -76,8 +76,8 @@ class Share(Asked):
         for halo in self.halos:
             halo.evaluations = halo.received = 0
 
-    def _over(self, wholes: np.ndarray, extremes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        return self.world.total(wholes), self.world.most(extremes)
+    def _reduce_over(self, wholes: np.ndarray, extremes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return self.world.total(wholes), self.world.get_maxima(extremes)
 
     def _hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray], rows: list[np.ndarray]) -> None:
         stepper = self._stepper
@@ -85,7 +85,7 @@ class Share(Asked):
         self._criteria.hold(len(data))
         for (_, write), one in zip(self._rows_of, rows, strict=True):
             write(one)
-        self.moved()
+        self.note_reordering()
 
     def rebalance(self, steps: int) -> None:
         """Give the particles that left this part to whose they are now, between steps; cut the space anew if due."""
@@ -110,15 +110,17 @@ class Share(Asked):
         particles = stepper.particles
         target = self._parts.owner(stepper.homes, particles.id)
         goes = target != world.rank
-        carried = stepper.carried()
+        carried = stepper.get_carried()
         rows = [read() for read, _ in self._rows_of]
         parts = [particles.data, particles.tags.astype(np.float64), *carried.values(), *rows]
         tables = [one.reshape(len(goes), -1) for one in parts]
         widths = [one.shape[1] for one in tables]
         going = np.concatenate([one[goes] for one in tables], axis=1)
         to = target[goes]
-        came = world.swapped({int(rank): going[to == rank] for rank in np.unique(to)}, sum(widths))
-        if not self.most(float(goes.any() or bool(came)))[0]:  # all hold anew or none: who lists anew asks the others
+        came = world.exchange_tables({int(rank): going[to == rank] for rank in np.unique(to)}, sum(widths))
+        if not self.get_maxima(float(goes.any() or bool(came)))[
+            0
+        ]:  # all hold anew or none: who lists anew asks the others
             if cut:
                 stepper.fit_grid()
             return
@@ -164,7 +166,7 @@ class Share(Asked):
         if self.imbalance < most:
             return False
         weight = np.full((particles.count, 1), 1.0 if even else busy / max(particles.count, 1))
-        table = world.gathered(np.concatenate([stepper.homes, particles.id[:, None], weight], axis=1))
+        table = world.gather_rows(np.concatenate([stepper.homes, particles.id[:, None], weight], axis=1))
         self._parts = world.from_first(
             lambda: Parts(world.size, table[:, :dim], table[:, dim].astype(np.int64), table[:, dim + 1])
         )

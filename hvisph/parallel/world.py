@@ -53,7 +53,7 @@ class Alone:
         """Return the sums of whole numbers over all processes."""
         return values
 
-    def most(self, values: np.ndarray) -> np.ndarray:
+    def get_maxima(self, values: np.ndarray) -> np.ndarray:
         """Return the largest of each of the floats over all processes; what is no number counts as infinite."""
         return values
 
@@ -65,7 +65,7 @@ class Alone:
         """Return a small object of every process."""
         return [one]
 
-    def gathered(self, rows: np.ndarray) -> np.ndarray:
+    def gather_rows(self, rows: np.ndarray) -> np.ndarray:
         """Return the rows of all processes one after the other, on the first; none on the others."""
         return rows
 
@@ -79,20 +79,20 @@ class Alone:
         """Return what `make` returns on the first process, or raise what it raises there."""
         return make()
 
-    def swapped(self, tables: dict[int, np.ndarray], width: int) -> dict[int, np.ndarray]:
+    def exchange_tables(self, tables: dict[int, np.ndarray], width: int) -> dict[int, np.ndarray]:
         """Send tables (n, width) to processes by number; return what came, by number."""
         return {}
 
-    def prepared(self, prepare: Callable[[], None]) -> None:
+    def prepare_per_machine(self, prepare: Callable[[], None]) -> None:
         """Have the first process of each machine prepare it, and wait for all: alone there is nothing to prepare."""
 
     @contextmanager
-    def alike(self) -> Iterator[None]:
+    def raise_together(self) -> Iterator[None]:
         """Leave a block, in which processes say nothing, by an error if any process does."""
         yield
 
     @contextmanager
-    def together(self) -> Iterator[None]:
+    def end_together(self) -> Iterator[None]:
         """End all processes if one of them leaves this block by an error that the others do not have."""
         yield
 
@@ -127,7 +127,7 @@ class Ranks(Alone):
         self._waiting(lambda: self._all.Allreduce(np.ascontiguousarray(values), sums, self._mpi.SUM))
         return sums
 
-    def most(self, values: np.ndarray) -> np.ndarray:
+    def get_maxima(self, values: np.ndarray) -> np.ndarray:
         """Return the largest of each of the floats over all processes; what is no number counts as infinite."""
         largest = np.empty(values.shape)
         own = np.where(np.isnan(values), np.inf, values).astype(float)
@@ -144,7 +144,7 @@ class Ranks(Alone):
         """Return a small object of every process."""
         return list(self._waiting(lambda: self._all.allgather(one)))
 
-    def gathered(self, rows: np.ndarray) -> np.ndarray:
+    def gather_rows(self, rows: np.ndarray) -> np.ndarray:
         """Return the rows of all processes one after the other, on the first; none on the others."""
         own = np.ascontiguousarray(rows)
         counts = self.everybodys(np.array([len(own)]))[:, 0]
@@ -188,11 +188,11 @@ class Ranks(Alone):
                 result = (None, error)
         value, failure = self._waiting(lambda: self._all.bcast(result))
         if failure is not None:
-            failure.shared = True  # see `together`
+            failure.shared = True  # see `end_together`
             raise failure
         return cast(T, value)
 
-    def swapped(self, tables: dict[int, np.ndarray], width: int) -> dict[int, np.ndarray]:
+    def exchange_tables(self, tables: dict[int, np.ndarray], width: int) -> dict[int, np.ndarray]:
         """Send tables (n, width) to processes by number; return what came, by number."""
         going, coming = np.zeros(self.size, np.int64), np.empty(self.size, np.int64)
         for rank, table in tables.items():
@@ -210,14 +210,14 @@ class Ranks(Alone):
         self.messages += len(tables)
         self.sent += sum(map(len, tables.values()))
 
-    def prepared(self, prepare: Callable[[], None]) -> None:
+    def prepare_per_machine(self, prepare: Callable[[], None]) -> None:
         """Have the first process of each machine prepare it, and wait for all."""
         if not self._machine.rank:
             prepare()
         self._waiting(self._all.Barrier)
 
     @contextmanager
-    def alike(self) -> Iterator[None]:
+    def raise_together(self) -> Iterator[None]:
         """Leave a block, in which processes say nothing, by an error if any process does."""
         own: Exception | None = None
         try:
@@ -227,11 +227,11 @@ class Ranks(Alone):
         errors: list[Any] = [one for one in self.objects(own) if one is not None]
         if errors:
             failure: Any = own or errors[0]
-            failure.shared = True  # see `together`
+            failure.shared = True  # see `end_together`
             raise failure
 
     @contextmanager
-    def together(self) -> Iterator[None]:
+    def end_together(self) -> Iterator[None]:
         """End all processes if one of them leaves this block by an error that the others do not have."""
         try:
             yield

@@ -98,7 +98,7 @@ class AnyStepper(Protocol):
     def permute(self) -> np.ndarray:
         """Put the state into cell order; return the order taken. Call it between steps only."""
 
-    def carried(self) -> dict[str, np.ndarray]:
+    def get_carried(self) -> dict[str, np.ndarray]:
         """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
 
     def history(self) -> dict[str, np.ndarray]:
@@ -112,13 +112,13 @@ class AnyStepper(Protocol):
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
 
     def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
-        """Have these particles in place of all others, between steps; see `carried`."""
+        """Have these particles in place of all others, between steps; see `get_carried`."""
 
     def fit_grid(self) -> None:
         """Make the grids of cells anew, around the particles that there are now."""
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
+        """Restore the state of `carried` and `history`; the particles must be the same, in the same order."""
 
 
 class AnyFormulation(Protocol):

@@ -173,7 +173,7 @@ class Stepper:
         return self.pairs.place[: self.particles.count]
 
     @property
-    def paired(self) -> np.ndarray:
+    def paired_rows(self) -> np.ndarray:
         """Rows of `pairs`, sorted, of the particles that the last evaluation paired, without images."""
         return self.place
 
@@ -251,7 +251,7 @@ class Stepper:
         self.separating.renumber(self._parties)
         return order
 
-    def carried(self) -> dict[str, np.ndarray]:
+    def get_carried(self) -> dict[str, np.ndarray]:
         """Return all that the next step needs of each particle beside its state, between steps, a row a particle.
 
         The packed rows are among it, though they follow from state and rates: rebuilt by other
@@ -273,7 +273,7 @@ class Stepper:
         self.separating.join(halo_for)
 
     def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
-        """Have these particles in place of all others, between steps; see `carried`."""
+        """Have these particles in place of all others, between steps; see `get_carried`."""
         particles, pairs, count = self.particles, self.pairs, len(data)
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.lengths, self.signals, self.pressures = (
@@ -296,7 +296,7 @@ class Stepper:
             self.pairs.grid = Grid.from_positions(self.particles["position"], self.pairs.grid.edge)
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
+        """Restore the state of `carried` and `history`; the particles must be the same, in the same order."""
         pairs, count = self.pairs, self.particles.count
         for name, own in (("rows", self.rows), ("lengths", self.lengths), ("signals", self.signals),
                           ("pressures", self.pressures)):  # fmt: skip

@@ -49,7 +49,7 @@ class TrailingMean:
         self._parts = self._parts.take(order, axis=1)
         self._full, self._now = self._full[order], self._now[order]
 
-    def carried(self) -> dict[str, np.ndarray]:
+    def get_carried(self) -> dict[str, np.ndarray]:
         """Return what there is of each particle, by name, a row a particle."""
         return {"parts": self._parts.T, "part": self._now}
 
@@ -58,7 +58,7 @@ class TrailingMean:
         return {"part_times": self._times, "part_time": np.array([self._time])}
 
     def hold(self, carried: dict[str, np.ndarray]) -> None:
-        """Take what is `carried` of the particles that there are now."""
+        """Take what is `get_carried` of the particles that there are now."""
         self._parts, self._now = np.ascontiguousarray(carried["parts"].T), np.array(carried["part"])
         self._full = self._parts.sum(axis=0)
 

@@ -85,7 +85,7 @@ class PlacedBody:
         return np.asarray(self.volumes @ self.velocity / self.volumes.sum())
 
     @property
-    def asked(self) -> float:
+    def requested_volume(self) -> float:
         """Volume of the shape, or of its part that symmetry planes keep [m^dim]."""
         whole = float(self.filling.volumes.sum())
         shape = whole if self.surface is None else _solid(self.surface.shape).volume

@@ -80,7 +80,7 @@ def set_up(case: Case, start: Beginning) -> Setup:
     scheme, particles, formulation = SCHEMES[case.time.integrator], start.particles, start.formulation
     stepper = formulation.stepper(
         particles, formulation, start.materials, scheme.stage, scheme.previous, start.longest, start.planes,
-        **scheme.further(),
+        **scheme.stepper_options(),
     )  # fmt: skip
     if isinstance(stepper, Stepper):
         stepper.h_low *= start.spread

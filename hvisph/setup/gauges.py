@@ -130,21 +130,23 @@ class Gauges:
             if not now:
                 record += [float("nan")] * len(gauge.columns)
             elif gauge.point is not None:
-                record += self._interpolated(gauge, share)
+                record += self._interpolate(gauge, share)
             else:
                 assert values is not None
                 record += [values.of(column, row, gauge.normal) for column in gauge.columns]
                 row += 1
         return record
 
-    def _interpolated(self, gauge: PlacedGauge, share: Share) -> list[float]:
+    def _interpolate(self, gauge: PlacedGauge, share: Share) -> list[float]:
         particles = self._stepper.particles
         assert gauge.point is not None
         rows, weights = np.empty(particles.count, np.int64), np.empty(particles.count)
         reach = self._stepper.formulation.kernel.reach
         n = self._weigh(particles.data, gauge.point, reach, rows, weights)
         near = rows[:n]
-        tags, data, weights = (share.gathered(one) for one in (particles.tags[near], particles.data[near], weights[:n]))
+        tags, data, weights = (
+            share.gather_rows(one) for one in (particles.tags[near], particles.data[near], weights[:n])
+        )
         if not len(tags):
             return [float("nan")] * len(gauge.columns)
         order = np.argsort(tags[:, ID])  # a sum that does not depend on where particles are kept

@@ -68,7 +68,7 @@ class _Point:
             self.memory = (self.memory[0], least, exponent, number, 0.0)
         self.p = 0.0
 
-    def tried(self, l: np.ndarray, dt: float) -> tuple:
+    def try_step(self, l: np.ndarray, dt: float) -> tuple:
         """Return what a step at the gradient `l` would make of it."""
         trace = l[0, 0] + l[1, 1] + l[2, 2]
         rho = self.rho * np.exp(-dt * trace)
@@ -84,7 +84,7 @@ class _Point:
 
     def step(self, l: np.ndarray, dt: float) -> None:
         """Advance by a step."""
-        self.rho, self.e, answer = self.tried(l, dt)
+        self.rho, self.e, answer = self.try_step(l, dt)
         self.s, self.plastic_strain, self.damage, self.p, _, self.memory = answer
 
     def record(self) -> list[float]:
@@ -105,7 +105,7 @@ def _sideways(point: _Point, rate: float, dt: float, before: float) -> float:
     """Return the lateral strain rate [1/s] that leaves the sides without stress."""
 
     def stress(sideways: float) -> float:
-        _, _, answer = point.tried(np.diag([rate, sideways, sideways]), dt)
+        _, _, answer = point.try_step(np.diag([rate, sideways, sideways]), dt)
         return float(answer[0][1] - answer[3])
 
     low, high = before, before + 0.05 * abs(rate)

@@ -80,17 +80,17 @@ class Keeper:
     peaks: Peaks
 
     @contextmanager
-    def captured(self, time_step: TimeStep) -> Iterator[Checkpoint | None]:
+    def capture(self, time_step: TimeStep) -> Iterator[Checkpoint | None]:
         """Yield the state between two steps, `time_step` being the next one; None but on the first process."""
         share, rows, header = self.setup.share, self._rows(), self._header(time_step)
         history = {f"{HISTORY}{name}": values for name, values in self.setup.stepper.history().items()}
         arrays: dict[str, Any]
-        if share.slabbed:
+        if share.uses_slabs:
             with Slabs(share.world, rows, self.setup.particles.id.astype(np.int64), share.count).open() as slabs:
                 arrays = {name: slabs.whole(name) for name in rows} if slabs else {}
                 yield Checkpoint(self.clock.steps, header, arrays | history) if slabs else None
             return
-        whole = {name: share.gathered(values) for name, values in rows.items()}
+        whole = {name: share.gather_rows(values) for name, values in rows.items()}
         if not share.world.first:
             yield None
             return
@@ -100,7 +100,7 @@ class Keeper:
 
     def _rows(self) -> dict[str, np.ndarray]:
         """Return what of the particles goes into a checkpoint, by the names that it has there."""
-        particles, carried = self.setup.particles, self.setup.stepper.carried()
+        particles, carried = self.setup.particles, self.setup.stepper.get_carried()
         rows: dict[str, np.ndarray] = {STATE: particles.data, TAGS: particles.tags, PEAKS: self.peaks.highest}
         return rows | {f"{CARRIED}{name}": values for name, values in carried.items()}
 
@@ -145,7 +145,7 @@ class Keeper:
 
         taken = share.world.from_first(whole)
         mine = {name: share.dealt(given.get(name)) for name in rows}
-        with share.world.alike(), _fits(checkpoint):
+        with share.world.raise_together(), _fits(checkpoint):
             renews = header["case"]["formulation"].get("renew_reference") is not None
             refuse_other_particles(mine[STATE], mine[TAGS], particles, renews)
         with _fits(checkpoint):

@@ -84,4 +84,4 @@ def compile_for_all(world: Alone, case: Case, start: Beginning) -> None:
         with suppress(RunError):
             set_up(case, replace(start, particles=sample, sequence=None)).stepper.start()
 
-    world.prepared(evaluate)
+    world.prepare_per_machine(evaluate)

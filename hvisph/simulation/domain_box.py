@@ -48,7 +48,7 @@ class Domain:
                  for axis in range(dim) if np.isfinite(limit[axis])]  # fmt: skip
         self._parking = sides[0] if sides else None
 
-    def _outside(self) -> np.ndarray:
+    def _is_outside(self) -> np.ndarray:
         position = self._setup.particles["position"]
         return np.asarray(np.logical_or(position < self._low, position > self._high).any(axis=1))
 
@@ -66,7 +66,7 @@ class Domain:
             return 0
         setup = self._setup
         particles, stepper = setup.particles, setup.stepper
-        gone = np.flatnonzero(self._outside() & ((particles.tags[:, FLAGS] & (CLAMPED | RETIRED)) == 0))
+        gone = np.flatnonzero(self._is_outside() & ((particles.tags[:, FLAGS] & (CLAMPED | RETIRED)) == 0))
         share = setup.share
         count = int(share.total(np.array([len(gone)]))[0])
         if not count:
@@ -92,13 +92,13 @@ class Domain:
         particles.begin(gone)
         particles["smoothing_length"][gone] = length
         particles["density"][gone] = stepper.table[particles.material[gone], RHO0]
-        particles["position"][gone] = self._parked(particles.id[gone])
+        particles["position"][gone] = self._parking_places(particles.id[gone])
         particles.tags[gone, FLAGS] |= RETIRED
         stepper.rates[stepper.place[gone]] = 0.0
         stepper.predict(following)
         return count
 
-    def _parked(self, number: np.ndarray) -> np.ndarray:
+    def _parking_places(self, number: np.ndarray) -> np.ndarray:
         """Return the parking places (n, dim) [m] of particles by their permanent numbers."""
         assert self._parking is not None
         axis, edge, sign = self._parking

@@ -24,8 +24,8 @@ def tell_pieces(setup: Setup, steps: int) -> None:
         stepper.pieces = particles.body.copy()  # as the particles stand now
     pieces = stepper.pieces
     tags = np.stack([particles.id, particles.body, pieces], axis=1)
-    tags, lengths = share.gathered(tags), share.gathered(particles["smoothing_length"])
-    position = share.gathered(particles["position"])
+    tags, lengths = share.gather_rows(tags), share.gather_rows(particles["smoothing_length"])
+    position = share.gather_rows(particles["position"])
     reach = stepper.formulation.kernel.reach
     if share.world.size == 1:
         told_apart = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
@@ -35,5 +35,5 @@ def tell_pieces(setup: Setup, steps: int) -> None:
             whole = np.zeros(len(tags), np.uint32)
             whole[tags[:, 0]] = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
         told_apart = share.dealt(whole)
-    if share.most(float((told_apart != pieces).any()))[0]:
+    if share.get_maxima(float((told_apart != pieces).any()))[0]:
         stepper.part(told_apart)

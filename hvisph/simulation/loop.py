@@ -155,7 +155,7 @@ class Run:
         if self.checkpoint is not None:
             self.time_step = self.keeper.restore(self.checkpoint)
             self.checkpoint = replace(self.checkpoint, arrays={})
-            self.share.moved()
+            self.share.note_reordering()
             self.share.sort_out()
 
     def _stopping(self) -> bool:
@@ -177,12 +177,12 @@ class Run:
         self.files.record(self.time_step, limit.number, 0.0, self.budget)
 
     def _limit(self, collapsed: RunError | None = None) -> Whole:
-        """Return what limits the next step of all; `collapsed` is what kept this process from finding its forces."""
+        """Return the limit of the next step over all processes; `collapsed` is the error of this process, if any."""
         own = Limit(-1.0, COLLAPSED, -1) if collapsed else self._own_limit()
-        whole = self.share.agreed(own, self.stop.number or 0, self.files.checkpoint_due())
+        whole = self.share.reduce_limit(own, self.stop.number or 0, self.files.checkpoint_due())
         if whole.criterion == COLLAPSED:
             what = self.share.first_of(collapsed)
-            raise self.watch.collapsed(what, self.clock.time, self.clock.steps) from collapsed
+            raise self.watch.describe_collapse(what, self.clock.time, self.clock.steps) from collapsed
         if whole.stop and self.share.world.size > 1:
             self._stopped, self.stop.number = True, self.stop.number or whole.stop
         return whole
@@ -228,7 +228,7 @@ class Run:
             self.files.write_output(due.pop(0)(), number)
         if clock.steps % PERMUTE_EVERY == 0:
             self.writer.permute(stepper.permute())
-            self.share.moved()
+            self.share.note_reordering()
             tell_pieces(self.setup, clock.steps)
             self.domain.retire(self.budget, following.length)
             self.share.rebalance(clock.steps)
@@ -250,13 +250,13 @@ class Run:
         self.budget.record(stepper.sums, self.done.length, stepper.pressures)
         self.writer.peaks.record()
         due: list[Callable[[], Moment]] = [
-            partial(self._within, before, time, started, time == moments[-1]) for time in moments
+            partial(self._interpolated_state, before, time, started, time == moments[-1]) for time in moments
         ]
         if reached:
             due.append(partial(self.writer.snapshot, clock.time, clock.steps))
         return due
 
-    def _within(self, before: np.ndarray, time: float, started: float, last: bool) -> Moment:
+    def _interpolated_state(self, before: np.ndarray, time: float, started: float, last: bool) -> Moment:
         """Return a moment of the step just done from the state before it, which the last such moment may have."""
         share, state = (time - started) / self.done.length, before if last else before.copy()
         return self.writer.snapshot(

@@ -83,7 +83,7 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
     """Go on with a run by a case of `resume_case`; arguments and errors as of `resume`."""
     world, path = world_here(), Path(run)
     listener = listener if listener and world.first else Listener()
-    with world.together(), folder_of(world, path, lambda: RunFolder.open(path)) as folder:
+    with world.end_together(), folder_of(world, path, lambda: RunFolder.open(path)) as folder:
         found: list[Checkpoint | None] = []
 
         def make() -> Beginning:
@@ -99,7 +99,7 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
         checkpoint = found[0] if found else None
         header = world.from_first(lambda: checkpoint and replace(checkpoint, arrays={}))
         with heard_compiling(listener.compiling):
-            with world.alike():
+            with world.raise_together():
                 start = with_threads(case, start, threads, world)
                 setup = set_up(case, start)
             setup.share.join(world, parts)

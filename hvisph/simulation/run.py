@@ -62,14 +62,14 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
     world, path = world_here(), Path("runs") / name if out is None else Path(out)
     listener = listener if listener and world.first else Listener()
     start, parts = prepare_process(case, world, lambda: begin(case))
-    with world.alike():
+    with world.raise_together():
         start = with_threads(case, start, threads, world)
         with heard_compiling(listener.compiling), computable():
             setup = set_up(case, start)
     setup.share.join(world, parts)
     with (
         heard_compiling(listener.compiling),
-        world.together(),
+        world.end_together(),
         folder_of(world, path, lambda: RunFolder.create(path, force)) as folder,
     ):
         compile_for_all(world, case, start)
@@ -79,7 +79,7 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
 def prepare_process(case: Case, world: Alone, make: Callable[[], Beginning]) -> tuple[Beginning, Parts | None]:
     """Return what this process begins with of what `make` makes, and the parts of all, if memory allows."""
     with computable():
-        with world.alike():
+        with world.raise_together():
             refuse_impossible(case, processes=world.size, beside=world.beside, begins=world.first and world.size > 1)
         return distribute(world, make, case.resolution)
 

@@ -140,7 +140,7 @@ class RunFiles:
         started = wall.monotonic()
         self.state.wall_seconds = wall_seconds
         self.history.sync()
-        with keeper.captured(time_step) as checkpoint:
+        with keeper.capture(time_step) as checkpoint:
             if checkpoint is not None:
                 write_checkpoint(self.folder.checkpoint_path, checkpoint)
         self._cadence.done(started)

@@ -74,12 +74,14 @@ class SnapshotWriter:
         Its fields are made when they are asked for, so it holds until the run goes on.
         """
         share, particles = self.setup.share, particles or self.setup.particles
-        if share.slabbed:
-            return self._slabbed(self._seen(time, step, particles, self.peaks.highest, self.begun.rows), particles)
+        if share.uses_slabs:
+            return self._snapshot_in_slabs(
+                self._seen(time, step, particles, self.peaks.highest, self.begun.rows), particles
+            )
         whole = share.whole(particles, self.peaks.highest, self.begun.rows)
         return Moment(None if whole is None else self._seen(time, step, whole[0], *whole[1]))
 
-    def _slabbed(self, own: Snapshot, particles: Particles) -> Moment:
+    def _snapshot_in_slabs(self, own: Snapshot, particles: Particles) -> Moment:
         """Return the whole as a snapshot that is fetched by slabs, of which `own` is this process' part."""
         share = self.setup.share
         retired = np.sort(share.everybodys_numbers(particles.tags[:, FLAGS] & RETIRED > 0))

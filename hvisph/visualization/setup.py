@@ -77,7 +77,7 @@ class Setup:
     gauges: Mapping[str, Sequence[float]] = field(default_factory=dict)
     notes: Sequence[str] = ()
     si: bool = True
-    revolve: bool = False
+    revolved: bool = False
 
     @property
     def solid(self) -> bool:

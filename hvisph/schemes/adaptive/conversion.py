@@ -64,7 +64,7 @@ class Conversion:
     largest: float = 5.0
 
     @property
-    def off(self) -> bool:
+    def is_off(self) -> bool:
         """Whether no particle turns by itself."""
         return self.strain is None and not self.damage
 
@@ -88,7 +88,7 @@ class Conversion:
             turns |= own & (strains >= self.strain)
         if self.damage:
             turns |= own & (damage >= 1.0)
-        guarded = self.guard and (not self.off or beside.anywhere(not lagrangian.all()))
+        guarded = self.guard and (not self.is_off or beside.anywhere(not lagrangian.all()))
         torn = np.zeros_like(turns)
         if guarded:
             turns |= lagrangian & active & (jacobians < self.smallest)

@@ -61,7 +61,7 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
     options = {
         "DIM": dim, "MIXED": int(formulation.correction.shepard), "PRINTED": int(formulation.printed_viscosity),
         "HOURGLASS": int(formulation.hourglass != 0.0), "WIDTH": read, "WEIGHTS": dim + 1,
-        "ROW": formulation.row(dim)[0].used, "MOTIONS": moving // LANES, "STRIDE": moving, "SHAPED": dim * moving,
+        "ROW": formulation.row(dim)[0].used_width, "MOTIONS": moving // LANES, "STRIDE": moving, "SHAPED": dim * moving,
         "RATE_SHAPED": dim * moving + dim, "SUMS": (dim + 1) * moving,
         "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
         "RENEWS": int(formulation.renew_strain is not None), "AXISYMMETRIC": int(formulation.revolved),

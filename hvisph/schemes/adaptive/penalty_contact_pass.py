@@ -105,7 +105,7 @@ class BodyContact:
             pairs.halo = halo_for(pairs.layout)
 
     @property
-    def stored(self) -> float:
+    def stored_energy(self) -> float:
         """Energy [J] that is in no particle."""
         return self.energy if self.law.stores else 0.0
 
@@ -113,7 +113,7 @@ class BodyContact:
         """Take the state of `rows` as the unloaded one."""
         if self.law.stores:
             everyone = np.arange(self.particles.count)
-            phi, _ = self._found(everyone, rows, slots, self._bodies)
+            phi, _ = self._find_overlap(everyone, rows, slots, self._bodies)
             self.starts = np.maximum(self._touching, phi * (1.0 + 1e-12))  # round-off must not load what touches
 
     def leave(self, leaves: np.ndarray) -> None:
@@ -148,7 +148,7 @@ class BodyContact:
             return
         if self.leaving.any() if halo is None else halo.anywhere(bool(self.leaving.any())):
             self._unload(chosen, rows, slots)
-        self.pairs.rows, self.pairs.numbers = self._packed(chosen, rows, slots, loose), self._numbers[chosen]
+        self.pairs.rows, self.pairs.numbers = self._pack_rows(chosen, rows, slots, loose), self._numbers[chosen]
         try:
             self.pairs.evaluate(self.h)
         finally:  # other processes wait for this one's part, also where it has failed
@@ -173,7 +173,7 @@ class BodyContact:
 
     def _look(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
         try:
-            filled, _ = self._found(chosen, rows, slots, self._bodies)
+            filled, _ = self._find_overlap(chosen, rows, slots, self._bodies)
         except RunError:  # the contact's own pass has found the same
             filled = np.zeros(len(chosen))
         inside = chosen[(filled > INSIDE) & self._inner[chosen] & ~loose[chosen]]
@@ -187,22 +187,24 @@ class BodyContact:
     def _look_for_folds(self, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> None:
         tied = np.flatnonzero((rows[: len(loose), slots["KIND"]] == 1.0) & ~loose)
         self.folded[:] = False
-        self.folded[tied] = self._found(tied, rows, slots, self._bodies)[1] > 0.0
+        self.folded[tied] = self._find_overlap(tied, rows, slots, self._bodies)[1] > 0.0
 
     def _unload(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> None:
         """Have particles that leave their bodies press on the rest from where they stand."""
         before = np.where(self.leaving, self._bodies, self._pieces)
-        phi, more = (self._found(chosen, rows, slots, one)[0] for one in (before, self._pieces))
+        phi, more = (self._find_overlap(chosen, rows, slots, one)[0] for one in (before, self._pieces))
         self.starts[chosen] += (more - phi) * (1.0 + 1e-12)
         self.leaving[:] = False
 
-    def _found(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], bodies: np.ndarray) -> np.ndarray:
+    def _find_overlap(
+        self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], bodies: np.ndarray
+    ) -> np.ndarray:
         """Return phi and whether a far part is near (2, k) of the `chosen` particles, of `bodies` (n,)."""
         dim, pairs, to = self.particles.dim, self._looking, self._looking.slots
-        packed = np.zeros((len(chosen), pairs.layout.used))
+        packed = np.zeros((len(chosen), pairs.layout.used_width))
         self._place(chosen, rows, slots, packed, to)
         packed[:, to["BODY"]] = bodies[chosen]
-        packed[:, to["D"] : to["D"] + dim] = self._displaced(chosen, rows, slots)
+        packed[:, to["D"] : to["D"] + dim] = self._get_displacements(chosen, rows, slots)
         pairs.rows, pairs.numbers = packed, self._numbers[chosen]
         pairs.evaluate(self.h)
         return pairs.rates[pairs.place[: len(chosen)], dim : dim + 2].T
@@ -221,14 +223,14 @@ class BodyContact:
         if self._revolved:
             packed[:, to["V"]] /= 2.0 * np.pi * own[:, slots["RING"]]
 
-    def _displaced(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> np.ndarray:
+    def _get_displacements(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> np.ndarray:
         """Return how far the `chosen` particles are from their places in the reference (k, dim) [m]."""
         dim, x0 = self.particles.dim, slots["X0"]
         return np.asarray(rows[chosen, :dim] - rows[chosen, x0 : x0 + dim])
 
-    def _packed(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> np.ndarray:
+    def _pack_rows(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray) -> np.ndarray:
         dim, to = self.particles.dim, self.pairs.slots
-        own, packed = rows[chosen], np.zeros((len(chosen), self.pairs.layout.used))
+        own, packed = rows[chosen], np.zeros((len(chosen), self.pairs.layout.used_width))
         self._place(chosen, rows, slots, packed, to)
         packed[:, to["U"] : to["U"] + dim] = own[:, slots["U"] : slots["U"] + dim]
         packed[:, to["M"]] = own[:, slots["M"]]
@@ -239,7 +241,7 @@ class BodyContact:
         if self.law.stores:
             packed[:, to["START"]] = self.starts[chosen]
         if self.law.own_faces:
-            packed[:, to["D"] : to["D"] + dim] = self._displaced(chosen, rows, slots)
+            packed[:, to["D"] : to["D"] + dim] = self._get_displacements(chosen, rows, slots)
             # only who was found near a far part of its body: who else is among the chosen hangs on the cells
             packed[:, to["TIED"]] = own[:, slots["KIND"]] * (self.folded[chosen] & ~loose[chosen])
         return packed
@@ -253,14 +255,14 @@ class BodyContact:
         """Return what the next step needs of the whole, by name."""
         return {"contact": np.array([self.energy, self._power, self._power_before, float(self._evaluations)])}
 
-    def carried(self) -> dict[str, np.ndarray]:
+    def get_carried(self) -> dict[str, np.ndarray]:
         """Return what the next step needs of each particle, by name."""
         return {"contact_starts": self.starts, "contact_omega": self.omega, "contact_volume": self._volume,
                 "contact_inner": self._inner, "contact_pieces": self._pieces, "contact_folded": self.folded,
                 "contact_leaving": self.leaving}  # fmt: skip
 
     def hold(self, carried: dict[str, np.ndarray]) -> None:
-        """Take what is `carried` of the particles that there are now."""
+        """Take what is `get_carried` of the particles that there are now."""
         self.starts, self.omega, self._volume, self._inner = (
             np.array(carried[f"contact_{name}"]) for name in ("starts", "omega", "volume", "inner")
         )

@@ -61,7 +61,7 @@ class SpatialPass:
         self._chosen = 0
 
     @property
-    def paired(self) -> np.ndarray:
+    def paired_rows(self) -> np.ndarray:
         """Sorted rows of `pairs` of the particles that the last evaluation paired."""
         return self.pairs.place[: self._chosen]
 
@@ -79,7 +79,7 @@ class SpatialPass:
         own = len(numbers)
         if self._seen is not None:
             dim = self.pairs.layout.dim
-            shown = np.zeros((own, _selection_layout(dim).used))
+            shown = np.zeros((own, _selection_layout(dim).used_width))
             shown[:, :dim], shown[:, dim], shown[:, dim + 1] = rows[:own, :dim], bodies, eulerian
             # a cell is chosen by what is up to two cells away
             rows, _ = self._seen.append(shown, numbers, 3.0 * self._selection.grid.edge)
@@ -108,12 +108,12 @@ class SpatialPass:
             Rows of rates in the particles' order.
         """
         pairs = self.pairs
-        packed = np.zeros((len(chosen), pairs.layout.used))
+        packed = np.zeros((len(chosen), pairs.layout.used_width))
         self._pack(len(chosen), rows, chosen, *shown, pairs.coefficients, packed)
         self._chosen = len(chosen)
         pairs.rows, pairs.numbers = packed, numbers[chosen]
         pairs.evaluate(self._h)
-        self._add_rates(len(chosen), pairs.rates, self.paired, chosen, eulerian, rates)
+        self._add_rates(len(chosen), pairs.rates, self.paired_rows, chosen, eulerian, rates)
 
     def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""

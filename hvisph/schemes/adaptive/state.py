@@ -58,12 +58,12 @@ class CompositeState(ReferenceChanges, Stepper):
         self._bodies, self._numbers = body.astype(np.float64), particles.numbers()
         self._undamaged, self._none = np.zeros(count), np.zeros(count, bool)
 
-    def carried(self) -> dict[str, np.ndarray]:
+    def get_carried(self) -> dict[str, np.ndarray]:
         """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
         renewed = {"before": self.before} if self.formulation.renew_strain is not None else {}
         return {name: getattr(self, name) for name in KEPT} | renewed | {
             "rows": self.rows_[: self.particles.count], "rates": self._rates,
-        } | (self.contact.carried() if self.contact is not None else {})  # fmt: skip
+        } | (self.contact.get_carried() if self.contact is not None else {})  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:
         """Return what the next step needs of the whole, between steps, by name."""
@@ -76,7 +76,7 @@ class CompositeState(ReferenceChanges, Stepper):
         self.copies.halo, self._halo_for = halo_for(self.copies.layout), halo_for
 
     def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
-        """Have these particles in place of all others, between steps; see `carried`."""
+        """Have these particles in place of all others, between steps; see `get_carried`."""
         particles, stage = self.particles, self._stage
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.totals.hold(len(data))
@@ -85,12 +85,12 @@ class CompositeState(ReferenceChanges, Stepper):
         self._stage = stage
 
     def _take(self, carried: dict[str, np.ndarray]) -> None:
-        """Take what is `carried` of the particles that there are now, and build what follows from it."""
+        """Take what is `get_carried` of the particles that there are now, and build what follows from it."""
         kept = {name: np.array(carried[name], getattr(self, name).dtype) for name in KEPT}
         self.volume, self.alone, self.sequence = (kept[name] for name in ("volume", "alone", "sequence"))
         self._build_reference()
         if self.anywhere(kept["loose"].any()):
-            self.reference.remove(self.copies.extended(kept["loose"]))
+            self.reference.remove(self.copies.extend_rows(kept["loose"]))
         for name, values in kept.items():
             setattr(self, name, values)
         if "before" in carried:
@@ -111,7 +111,7 @@ class CompositeState(ReferenceChanges, Stepper):
                 self.contact.fit_grid()
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
+        """Restore the state of `carried` and `history`; the particles must be the same, in the same order."""
         self._set_up()
         self._take(carried)
         if self.contact is not None:

@@ -94,7 +94,7 @@ class CompositeStepper(CompositeState):
         particles, formulation = self.particles, self.formulation
         self._moduli = np.array([(one.young_modulus, 1.0 / one.first_yield) for one in self.materials])
         bodies = particles.body.astype(float)
-        lowest, highest = self.most(np.array([(-bodies).max(initial=-np.inf), bodies.max(initial=-np.inf)]))
+        lowest, highest = self.get_maxima(np.array([(-bodies).max(initial=-np.inf), bodies.max(initial=-np.inf)]))
         self._one_body, self._bodies_in_all = bool(highest == -lowest), int(highest) + 1
         self._one_piece = self._one_body
         self._can_fail = any(material.can_fail for material in self.materials)
@@ -114,7 +114,7 @@ class CompositeStepper(CompositeState):
             fullest = np.zeros(self._bodies_in_all)
             np.maximum.at(fullest, particles.body.astype(np.int64), self.reference.zeroth_sums)
             self.contact = BodyContact(particles, formulation, self.materials, self._at_start, self.h, self.planes,
-                                       (self.reference.zeroth_sums, self.most(fullest)),
+                                       (self.reference.zeroth_sums, self.get_maxima(fullest)),
                                        self.totals.units[column.SLIPPING])  # fmt: skip
             if self._halo_for is not None:
                 self.contact.join(self._halo_for)
@@ -139,9 +139,9 @@ class CompositeStepper(CompositeState):
         return self._place
 
     @property
-    def paired(self) -> np.ndarray:
+    def paired_rows(self) -> np.ndarray:
         """Rows of `pairs`, sorted, of the particles of the last spatial pass, without images."""
-        return self.spatial.paired
+        return self.spatial.paired_rows
 
     @property
     def contact_energy(self) -> float:
@@ -151,7 +151,7 @@ class CompositeStepper(CompositeState):
     @property
     def stored_energy(self) -> float:
         """Energy that is in no particle [J]: that of a contact which keeps it."""
-        return self.contact.stored if self.contact is not None else 0.0
+        return self.contact.stored_energy if self.contact is not None else 0.0
 
     @property
     def lagrangian(self) -> np.ndarray:
@@ -161,7 +161,7 @@ class CompositeStepper(CompositeState):
     def _classify(self) -> None:
         """Find which particles need a deformation gradient, and bring the rows' kinds up to date."""
         kinds = self.particles["kernel_type"]
-        self.rows_[:-1, self.slots["KIND"]] = self.copies.extended(kinds)
+        self.rows_[:-1, self.slots["KIND"]] = self.copies.extend_rows(kinds)
         tied = (kinds == 1.0) & ~self.loose
         self._active = (tied | self.neighbours_of(tied)).astype(np.uint8)
         self._lagrangian = kinds == 1.0
@@ -190,7 +190,7 @@ class CompositeStepper(CompositeState):
         if self._any_active:
             self._mirror()
             self._loops.deform(
-                len(self._active), self.rows_, self._moved(), self._active, self._eulerian,
+                len(self._active), self.rows_, self._current_rows(), self._active, self._eulerian,
                 (self.particles.data, self.particles.tags, ref.volume, self.loads, self.swellings, self.before),
                 ref.lists, ref.corrections, (self.table, self.models, self._moduli),
                 (self._stage, 1.2 * formulation.alpha, formulation.courant),
@@ -246,7 +246,7 @@ class CompositeStepper(CompositeState):
     def _turn(self) -> None:
         """Let particles turn Eulerian, or leave the lists."""
         particles, formulation = self.particles, self.formulation
-        quiet = formulation.conversion.off and not self._any_eulerian
+        quiet = formulation.conversion.is_off and not self._any_eulerian
         if not self._any_tied or (quiet and not self._can_fail):
             return
         lagrangian = self._lagrangian & ~self.loose

@@ -51,7 +51,7 @@ class ProjectionRows:
         self.pair = [aligned_zeros(rows, width) for _ in range(2)]
 
     @property
-    def near(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def get_neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """What the pair laws read: neighbours, first and last place of each particle's, kernels of the pairs."""
         return self.list.listed, self.list.first, self.list.last, self._kernels
 
@@ -77,12 +77,14 @@ class ProjectionRows:
             rows[present] = 1.0
             rows[present, : positions.shape[1]] = traversal.FAR
 
-    def shown(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+    def get_pass_rows(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the rows of pass `number`, 0 to 3, with those of other processes and images, and of the next pass."""
         rows, following = self.pair[number % 2], self.pair[1 - number % 2]
         layout, count, listed = self.layouts[number], self._count, self.list
         if listed.halo is not None:
-            rows[count : listed.before_images, : layout.used] = listed.halo.again(rows[:count, : layout.used])
+            rows[count : listed.before_images, : layout.used_width] = listed.halo.exchange_again(
+                rows[:count, : layout.used_width]
+            )
         for images in listed.images:
             last = images.first + len(images.source)
             rows[images.first : last, : layout.width] = mirror(
@@ -94,4 +96,4 @@ class ProjectionRows:
         """Take part in what other processes show each other in the four passes, where this one has failed."""
         if self.list.halo is not None:
             for layout in self.layouts:
-                self.list.halo.again(np.zeros((self._count, layout.used)))
+                self.list.halo.exchange_again(np.zeros((self._count, layout.used_width)))

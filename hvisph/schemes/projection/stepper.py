@@ -38,7 +38,7 @@ class ProjectionNumbers(AnyFormulation, Protocol):
         """How the smoothing length follows the flow."""
 
     @property
-    def printed(self) -> bool:
+    def is_original(self) -> bool:
         """Whether the pressure gradient is the printed one."""
 
     @property
@@ -110,9 +110,9 @@ class ProjectionStepper:
         self.support = formulation.kernel.reach * h
         self._rows = ProjectionRows(formulation.kernel, particles["position"], h, planes)
         self._crossed = np.inf  # most that a particle has moved since the list was made [m]
-        self._loops = self._compiled()
+        self._loops = self._compile_loops()
 
-    def _compiled(self) -> list[Any]:
+    def _compile_loops(self) -> list[Any]:
         """Return the loops of the four passes and of the step's completion."""
         dim, kernel = self.particles.dim, self.formulation.kernel
         named = rate_layout.slots(dim) | self.particles.bindings() | {
@@ -124,7 +124,7 @@ class ProjectionStepper:
         compiled = []
         for number, (law, loop) in enumerate(zip(sums, loops, strict=True)):
             layout = self._rows.layouts[number]
-            summed = bind(law, {"WIDTH": layout.used}, named | layout.slots())
+            summed = bind(law, {"WIDTH": layout.used_width}, named | layout.slots())
             following = self._rows.layouts[(number + 1) % 4].slots()
             compiled.append(each(bind(loop, {law.__name__: summed}, named | following)))
         compiled.append(shared(bind(passes.carry, {}, named | self._rows.layouts[0].slots()), passes.CHUNK))
@@ -156,12 +156,14 @@ class ProjectionStepper:
                 self._rows.show_nothing()
                 raise
         n, data, tags = particles.count, particles.data, particles.tags
-        rows, near, scheme = self._rows, self._rows.near, self.formulation
+        rows, near, scheme = self._rows, self._rows.get_neighbours, self.formulation
         stress, velocity, pressure, acceleration, _ = self._loops
-        stress(n, data, tags, near, *rows.shown(0), self.rates, (self.table, self.models), dt)
-        velocity(n, data, tags, near, *rows.shown(1), self.rates, dt, self._body_force)
-        pressure(n, data, near, *rows.shown(2), dt, self._eta2, self._fullness, scheme.guard, scheme.printed)
-        acceleration(n, data, near, rows.shown(3)[0], self.rates, scheme.printed)
+        stress(n, data, tags, near, *rows.get_pass_rows(0), self.rates, (self.table, self.models), dt)
+        velocity(n, data, tags, near, *rows.get_pass_rows(1), self.rates, dt, self._body_force)
+        pressure(
+            n, data, near, *rows.get_pass_rows(2), dt, self._eta2, self._fullness, scheme.guard, scheme.is_original
+        )
+        acceleration(n, data, near, rows.get_pass_rows(3)[0], self.rates, scheme.is_original)
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s], and announce the step `following`."""
@@ -193,12 +195,12 @@ class ProjectionStepper:
         self._crossed = np.inf
         return order
 
-    def carried(self) -> dict[str, np.ndarray]:
+    def get_carried(self) -> dict[str, np.ndarray]:
         """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
         listed_at = self._rows.listed_at
         listed_at = listed_at if len(listed_at) else np.zeros_like(self.particles["position"])
         return {"rates": self.rates, "rows": self._rows.pair[0][: self.particles.count], "signals": self.signals,
-                "listed_at": listed_at, **self._averaged.carried()}  # fmt: skip
+                "listed_at": listed_at, **self._averaged.get_carried()}  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:
         """Return what the next step needs of the whole, between steps, by name."""
@@ -211,7 +213,7 @@ class ProjectionStepper:
         self._rows.list.halo = halo_for(self._rows.list.layout)
 
     def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
-        """Have these particles in place of all others, between steps; see `carried`."""
+        """Have these particles in place of all others, between steps; see `get_carried`."""
         particles = self.particles
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.totals.hold(len(data))
@@ -223,7 +225,7 @@ class ProjectionStepper:
             self._rows.list.fit_grid(self.particles["position"])
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        """Go back to where `carried` and `history` were taken; the particles must be those of then, in that order."""
+        """Restore the state of `carried` and `history`; the particles must be the same, in the same order."""
         self._step, self._crossed = float(history["step"][0]), float(history["crossed"][0])
         self.totals.restore(history)
         self._sum_up()
@@ -231,7 +233,7 @@ class ProjectionStepper:
         self._take(carried)
 
     def _take(self, carried: dict[str, np.ndarray]) -> None:
-        """Take what is `carried` of the particles that there are now, and list their neighbours as they were."""
+        """Take what is `get_carried` of the particles that there are now, and list their neighbours as they were."""
         particles = self.particles
         count = particles.count
         self.place = np.arange(count, dtype=np.uint32)

@@ -84,7 +84,7 @@ class SeparatingContact:
         self._pairs = Pairs(layout, kernel, passes, np.array([1.0, friction, *further]), positions, h, planes)
         self._selection = Selection(positions, kernel.reach * h)
         self._seen: Halo | None = None
-        self._packed = np.zeros((0, layout.used))  # nothing writes what passes make, which stays zero
+        self._packed = np.zeros((0, layout.used_width))  # nothing writes what passes make, which stays zero
         self.renumber(bodies)
         self._spins = SIZE["axial"][dim - 1] if spins else 0
         self._bound: tuple[Any, Any, tuple[np.ndarray, np.ndarray]] | None = None
@@ -104,7 +104,7 @@ class SeparatingContact:
         if self._seen is None:
             return self._selection.near_other_bodies(rows, self._bodies, reach)
         dim, own = self._pairs.layout.dim, len(rows)
-        places = np.zeros((own, _places(dim).used))
+        places = np.zeros((own, _places(dim).used_width))
         places[:, :dim], places[:, dim] = rows[:, :dim], self._bodies
         # a cell is chosen by what is up to two cells away
         places, _ = self._seen.append(places, numbers, 3.0 * reach)
@@ -119,7 +119,7 @@ class SeparatingContact:
         if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
             return
         if len(self._packed) < len(chosen):
-            self._packed = np.zeros((len(chosen) + len(chosen) // 4, self._pairs.layout.used))
+            self._packed = np.zeros((len(chosen) + len(chosen) // 4, self._pairs.layout.used_width))
         packed = self._packed[: len(chosen)]
         if self._bound is None:
             self._bound = self._bind(standard.slots)

@@ -31,7 +31,7 @@ class MonaghanViscosity:
         return 0.1, 0.2
 
     @property
-    def switched(self) -> bool:
+    def has_switch(self) -> bool:
         """Whether particles take shares of it."""
         return self.switch != WHOLE
 

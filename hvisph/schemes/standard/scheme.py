@@ -141,7 +141,7 @@ class Eulerian:
             "PRODUCT": int(self.product),
             "MASS_FORM": int(self.mass_form),
             "DISSIPATION": int(self.dissipation.acts),
-            "SWITCHED": int(self.viscosity.switched),
+            "SWITCHED": int(self.viscosity.has_switch),
             "EXPONENT": self.artificial_stress.exponent,
             "AXISYMMETRIC": int(self.revolved),
             "ANGULAR_MOMENTUM": int(self.spins),
@@ -176,7 +176,7 @@ class Eulerian:
 
     def _plain_layout(self, dim: int) -> RowLayout:
         more = (("p", "scalar"),) if self.dissipation.acts else ()
-        if self.viscosity.switched:
+        if self.viscosity.has_switch:
             more = (*more, ("share", "scalar"))
         if self.parted:
             more = (*more, ("body", "scalar"), ("zn", "scalar"), ("zt", "scalar"))
@@ -252,4 +252,4 @@ def _pack(rows, s, coefficients, one):
 def fallbacks(stepper: Any) -> int:
     """Return how many gradients, two a pair, were plain in the last evaluation of a corrected `stepper`."""
     pairs = stepper.pairs
-    return round(float(pairs.sorted[stepper.paired, pairs.slots["FALLBACKS"]].sum()))
+    return round(float(pairs.sorted[stepper.paired_rows, pairs.slots["FALLBACKS"]].sum()))

@@ -69,7 +69,7 @@ def row_layout(
         revolved and ("ring", "radius"), revolved and ("ring0", "radius"), ("kind", "scalar"),
     )  # fmt: skip
     own = select_fields(("h", "scalar"), ("s", "symmetric"), ("e", "scalar"), not hourglass and ("x0", "vector"))
-    return RowLayout(dim, (*read, *own)), RowLayout(dim, read).used
+    return RowLayout(dim, (*read, *own)), RowLayout(dim, read).used_width
 
 
 def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass, ih, rates):

@@ -66,13 +66,13 @@ class ReferenceChanges:
         """Tell whether something is so on any process: all of them ask at the same place."""
         return bool(here) if self.copies.halo is None else self.copies.halo.anywhere(bool(here))
 
-    def most(self, values: np.ndarray) -> np.ndarray:
+    def get_maxima(self, values: np.ndarray) -> np.ndarray:
         """Return the largest of each of the floats over all processes."""
-        return values if self.copies.halo is None else self.copies.halo.most(values)
+        return values if self.copies.halo is None else self.copies.halo.get_maxima(values)
 
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
         """Return which particles have one of `chosen` (n,) among their reference neighbours (n,), bool."""
-        return self.reference.neighbours_of(self.copies.extended(chosen))
+        return self.reference.neighbours_of(self.copies.extend_rows(chosen))
 
     def _mirror(self) -> None:
         raise NotImplementedError
@@ -91,11 +91,11 @@ class ReferenceChanges:
         if "RING0" in slots:
             rows[:-1, slots["RING0"]] = np.copysign(self._ring_radius(extended), extended[:, 1])
         if "EM" in slots:
-            rows[:-1, slots["EM"]] = self.copies.extended(self._moduli[particles.material, 0])
+            rows[:-1, slots["EM"]] = self.copies.extend_rows(self._moduli[particles.material, 0])
         self.rows_, self._motions = rows, aligned_zeros(len(rows), motion_width(dim))
         bodies = particles.body.astype(np.int64)
         bodies[self.alone] = self._bodies_in_all + np.flatnonzero(self.alone)
-        volume, bodies = self.copies.extended(self.volume), self.copies.extended(bodies)
+        volume, bodies = self.copies.extend_rows(self.volume), self.copies.extend_rows(bodies)
         ways = formulation.correction.shepard, formulation.correction.gradient
         self.reference = Reference(extended, volume, bodies, numbers, count, kernel, self.h, *ways)
         # neighbours that move against each other under hourglass control, in the mean over directions; cuts soften it
@@ -119,7 +119,7 @@ class ReferenceChanges:
         """Return the radius [m] of rings at `position` (n, dim) [m], as the pass over single particles has it."""
         return np.maximum(np.abs(position[:, 1]), ON_AXIS * self.h)
 
-    def _moved(self) -> np.ndarray:
+    def _current_rows(self) -> np.ndarray:
         """Return displacements and velocities of the rows as they are."""
         self._loops.move(len(self.rows_), self.rows_, self._motions)
         return self._motions
@@ -129,7 +129,12 @@ class ReferenceChanges:
         dim = self.particles.dim
         maps = np.zeros((len(chosen), dim * dim))
         self._loops.map_particles(
-            len(chosen), chosen.astype(np.uint64), self._moved(), self.reference.lists, self.reference.corrections, maps
+            len(chosen),
+            chosen.astype(np.uint64),
+            self._current_rows(),
+            self.reference.lists,
+            self.reference.corrections,
+            maps,
         )
         return maps.reshape(-1, dim, dim)
 
@@ -137,12 +142,12 @@ class ReferenceChanges:
         """Take the particles `leaves` (n,), bool, out of all lists, and those that are left without a list, too."""
         ref = self.reference
         if not self.formulation.keeps_volume:
-            ref.remove(self.copies.extended(leaves))
+            ref.remove(self.copies.extend_rows(leaves))
             self.loose |= leaves
             return
         self._mirror()
         while self.anywhere(leaves.any()):
-            gone = self.copies.extended(leaves)
+            gone = self.copies.extend_rows(leaves)
             beside = np.flatnonzero(ref.neighbours_of(gone) & ~leaves & ~self.loose)
             with_them = np.linalg.det(self._maps(beside))
             ref.remove(gone)

@@ -77,7 +77,7 @@ def connect_components(position: np.ndarray, labels: np.ndarray, link: float) ->
         Distance below which two particles are connected [m].
     """
     count, dim = position.shape
-    grid = Grid.around(position, link / np.sqrt(dim + 3.0))
+    grid = Grid.from_positions(position, link / np.sqrt(dim + 3.0))
     cells, order, parent = np.zeros(count, np.uint32), np.zeros(count, np.uint32), np.arange(count)
     find, place, link_near, search, flatten = _loops(dim)
     find(len(cells), position, 1.0 / grid.edge, *grid.sizes, cells)
@@ -90,7 +90,7 @@ def connect_components(position: np.ndarray, labels: np.ndarray, link: float) ->
     largest[labels[ascending]] = ascending  # of each label the last counts
     left = (parent != largest[labels]).astype(np.uint8)
     if left.any():
-        grid = Grid.around(position, link)
+        grid = Grid.from_positions(position, link)
         find(len(cells), position, 1.0 / grid.edge, *grid.sizes, cells)
         place(cells, grid.starts, order)
         search(position, labels, cells, grid.starts, order, *grid.sizes, link * link, left, parent)

@@ -97,7 +97,7 @@ class Selection:
     def __init__(self, position: np.ndarray, reach: float, with_neighbours: bool = False):
         count, dim = position.shape
         self._dim, self._cells = dim, np.zeros(count, np.uint32)
-        self.grid = Grid.around(position, reach, CELLS)
+        self.grid = Grid.from_positions(position, reach, CELLS)
         self.fit(position)
         self._with_neighbours = with_neighbours
         self._nowhere = np.zeros(count, np.uint8)
@@ -108,7 +108,7 @@ class Selection:
 
     def fit(self, position: np.ndarray) -> None:
         """Make the grid anew around particles at `position` (n, dim) [m]."""
-        self.grid = Grid.around(position, self.grid.edge, CELLS)
+        self.grid = Grid.from_positions(position, self.grid.edge, CELLS)
         size = self.grid.shape[0] * self.grid.shape[1] * self.grid.shape[2]
         self._lowest, self._highest = np.full(size, NO_BODY, np.uint32), np.zeros(size, np.uint32)
         self._spatial = np.zeros(size, np.uint8)

@@ -33,13 +33,13 @@ class Halo(Copies, Protocol):
     def total(self, counts: np.ndarray) -> np.ndarray:
         """Return the sums of whole numbers over all processes."""
 
-    def most(self, values: np.ndarray) -> np.ndarray:
+    def get_maxima(self, values: np.ndarray) -> np.ndarray:
         """Return the largest of each of the floats over all processes."""
 
     def stand_for(self, chosen: np.ndarray) -> None:
-        """Take the rows that `append` was given as those `chosen` of more rows, whose values `again` shows."""
+        """Take the rows that `append` was given as those `chosen` of more rows, whose values `exchange_again` shows."""
 
-    def again(self, values: np.ndarray) -> np.ndarray:
+    def exchange_again(self, values: np.ndarray) -> np.ndarray:
         """Return for the rows that the last `append` brought the `values` (n, ...) that others have of them."""
 
 
@@ -115,16 +115,16 @@ class FixedCopies:
         self._origin = extended[len(position) :, dim].astype(np.int64)
         return extended[:, :dim], image_numbers(numbers, self._images)
 
-    def extended(self, values: np.ndarray) -> np.ndarray:
+    def extend_rows(self, values: np.ndarray) -> np.ndarray:
         """Return the `values` (n, ...) of the own rows followed by those of all copies, as they are, not mirrored."""
         if self.halo is not None:
-            values = np.concatenate([values, self.halo.again(values)])
+            values = np.concatenate([values, self.halo.exchange_again(values)])
         return np.concatenate([values, values[self._origin]]) if len(self._origin) else values
 
     def refresh(self, rows: np.ndarray, layout: RowLayout, slots: slice) -> None:
         """Bring copies among `rows` up to date: of others the `slots`, images as a whole with the place X0."""
         if self.halo is not None:
-            rows[self._others, slots] = self.halo.again(rows[: self._others.start, slots])
+            rows[self._others, slots] = self.halo.exchange_again(rows[: self._others.start, slots])
         at = layout.slots()["X0"]
         for images in self._images:
             made = mirror(rows[images.source], images.plane, layout)

@@ -83,7 +83,7 @@ class NeighbourList:
         self.halo: Halo | None = None
         self.images: list[Images] = []
         self.listed = np.zeros(0, np.uint32)
-        self._grid = cells.Grid.around(positions, self.reach * h)
+        self._grid = cells.Grid.from_positions(positions, self.reach * h)
         self._capacity = 64 * 4 ** (self.dim - 1)
         self._room = 0
         self._made = 0
@@ -99,7 +99,7 @@ class NeighbourList:
 
     def fit_grid(self, positions: np.ndarray) -> None:
         """Make the grid of cells anew, around particles at `positions` (n, dim) [m]."""
-        self._grid = cells.Grid.around(positions, self._grid.edge)
+        self._grid = cells.Grid.from_positions(positions, self._grid.edge)
 
     def _make_room(self, count: int) -> None:
         """Make the work arrays hold `count` rows."""

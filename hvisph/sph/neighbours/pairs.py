@@ -68,7 +68,7 @@ class Pass:
     rings: bool = False
     spins: bool = False
 
-    def further(self, dim: int) -> int:
+    def count_further_rates(self, dim: int) -> int:
         """Return how many rates it writes behind the velocity gradient."""
         if self.spins:
             return 3 + SIZE["axial"][dim - 1]
@@ -108,10 +108,10 @@ class Pairs:
         dim = layout.dim
         self.layout, self.kernel, self.planes = layout, kernel, planes
         self.coefficients = coefficients
-        self._further = max(one.further(dim) for one in passes)
+        self._further = max(one.count_further_rates(dim) for one in passes)
         self.count = len(positions)
         self.slots = layout.slots()
-        self.rows = np.zeros((self.count, layout.packed))  # close together; sorted, each in whole cache lines
+        self.rows = np.zeros((self.count, layout.packed_width))  # close together; sorted, each in whole cache lines
         self.numbers = np.arange(self.count, dtype=np.uint64)
         self.halo: Halo | None = None
         self.images = ImageCopies(planes, layout) if planes else None
@@ -127,7 +127,7 @@ class Pairs:
         }
         self._sweeps = []
         for one in passes:
-            widths = {"WIDTH": one.reads.used, "WHOLE": layout.used}
+            widths = {"WIDTH": one.reads.used_width, "WHOLE": layout.used_width}
             offered = shared | self.slots | rate_layout.slots(dim) | widths
             law = bind(
                 one.law, one.options, offered | {"write_rates": rate_layout.writer(dim, one.slips)}, parts=one.parts

@@ -76,19 +76,19 @@ class RowLayout:
         return slots
 
     @cached_property
-    def packed(self) -> int:
+    def packed_width(self) -> int:
         """Number of slots that a particle packs."""
         return sum(len(_components(rank, self.dim)) for _, rank in self.fields)
 
     @cached_property
-    def used(self) -> int:
+    def used_width(self) -> int:
         """Number of slots in use."""
-        return self.packed + sum(len(_components(rank, self.dim)) for _, rank in self.made)
+        return self.packed_width + sum(len(_components(rank, self.dim)) for _, rank in self.made)
 
     @cached_property
     def width(self) -> int:
-        """Length of a row: `used`, rounded up to whole halves of a cache line."""
-        return -(-self.used // 4) * 4
+        """Length of a row: `used_width`, rounded up to whole halves of a cache line."""
+        return -(-self.used_width // 4) * 4
 
     def mirror_signs(self, axis: int) -> np.ndarray:
         """Return the sign (width,) of each slot under reflection along `axis`."""

@@ -271,7 +271,7 @@ class Reference:
 
 
 class _Numbered:
-    """Up to `most` values that are common, numbered in the order in which they are met; 0 is the first."""
+    """Up to `get_maxima` values that are common, numbered in the order in which they are met; 0 is the first."""
 
     def __init__(self, most: int) -> None:
         self._most, self.met = most, np.zeros(1)
@@ -326,7 +326,7 @@ class _Swept:
         self._rows[n, :dim], self._rows[n, dim] = traversal.FAR, 1.0
         self._columns = np.zeros((dim + 1, n + 8))
         self.order, place, cell = (np.zeros(n, np.uint32) for _ in range(3))
-        self._grid = cells.Grid.around(rows[:, :dim], reach)
+        self._grid = cells.Grid.from_positions(rows[:, :dim], reach)
         cells.sort(self._grid, rows, np.arange(n, dtype=np.uint64), dim, cell, self.order, place, self._rows[:n],
                    self._columns, dim)  # fmt: skip
         self._capacity = 64 * 4 ** (dim - 1)
