@@ -71,7 +71,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
     of_energy, of_momentum, of_force, of_power = rounders
     s = np.uint64(0)  # arrays stand for all of the particles: any row will do
     flowed = dissipated = 0.0
-    mass, now, rate = state[s, S_MASS], loaded(state, s), measured(rates, s)
+    mass, now, rate = state[s, S_MASS], load_state(state, s), load_rates(rates, s)
     acting, free = rate, 0.0 if held else 1.0
     if held:
         resting = rate.a
@@ -84,8 +84,8 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
     least = sparsest(mass, ring, now.h, thickness) if SPARSEST else 0.0
     if complete:
         u, before = own_vector(rows, s, U, DIM), now
-        now, l, swelling, hoop = moved(state, s, now, acting, free, u, dt)
-        now, p, c, l, thicker = strained(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)
+        now, l, swelling, hoop = move(state, s, now, acting, free, u, dt)
+        now, p, c, l, thicker = strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high)
         store(state, s, now)
         flowed, dissipated = works(before, now, l, pressures[s], dt)
         flowed, dissipated = mass * flowed, mass * dissipated
@@ -114,7 +114,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
     ahead = State(x, plus(now.u, times(stage, a)), now.rho, now.e + stage * rate.power, now.h, now.s,
                   now.plastic_strain, now.damage, now.memory)  # fmt: skip
     swelling = divergence(rate.l) - rate.density
-    ahead, p, c, l, thicker = strained(
+    ahead, p, c, l, thicker = strain(
         ahead, stage, rate.l, swelling, rate.hoop, least, table, models, m, h_low, h_high)  # fmt: skip
     pressures[s], lengths[s] = p, ahead.h
     shear = shear_modulus(table, models, m, ahead.rho, ahead.e, p)

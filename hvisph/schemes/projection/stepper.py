@@ -38,7 +38,7 @@ class ProjectionNumbers(AnyFormulation, Protocol):
         """How the smoothing length follows the flow."""
 
     @property
-    def is_original(self) -> bool:
+    def printed(self) -> bool:
         """Whether the pressure gradient is the printed one."""
 
     @property
@@ -161,9 +161,9 @@ class ProjectionStepper:
         stress(n, data, tags, near, *rows.get_pass_rows(0), self.rates, (self.table, self.models), dt)
         velocity(n, data, tags, near, *rows.get_pass_rows(1), self.rates, dt, self._body_force)
         pressure(
-            n, data, near, *rows.get_pass_rows(2), dt, self._eta2, self._fullness, scheme.guard, scheme.is_original
+            n, data, near, *rows.get_pass_rows(2), dt, self._eta2, self._fullness, scheme.guard, scheme.printed
         )
-        acceleration(n, data, near, rows.get_pass_rows(3)[0], self.rates, scheme.is_original)
+        acceleration(n, data, near, rows.get_pass_rows(3)[0], self.rates, scheme.printed)
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s], and announce the step `following`."""
