@@ -10,7 +10,7 @@ __version__ = "0.1.0"
 __all__ = ["compare", "load_case", "measure", "open_run", "report", "resume", "run", "sweep"]
 
 _LAZY = {
-    "compare": ("hvisph.measures.compare", "compare"),
+    "compare": ("hvisph.postprocessing.comparison", "compare"),
     "load_case": ("hvisph.casefile.loader", "load_case"),
     "run": ("hvisph.simulation.run", "run"),
     "resume": ("hvisph.simulation.resume", "resume"),

@@ -98,11 +98,6 @@ class Row:
         }
 
 
-def compare(*sources: str | os.PathLike[str]) -> list[Row]:
-    """Return runs for a comparison, in their order; arguments as `source` of `row`."""
-    return [row(Path(source).name, source) for source in sources]
-
-
 def row(name: str, source: str | os.PathLike[str]) -> Row:
     """Return one run for a comparison.
 
