@@ -23,7 +23,7 @@ from .implosion import SHELLS, STIFF, TIMES, rings
 from .noh import SPHERE, Implosion, trial
 
 # Of rings the pairs keep energy to round-off.
-RINGS = Implosion("spherical, of rings", 3, "axisymmetric", SPHERE, (0.025, 0.05), 0.15, "x", 1e-12)
+RINGS = Implosion("spherical, axisymmetric", 3, "axisymmetric", SPHERE, (0.025, 0.05), 0.15, "x", 1e-12)
 RADIUS = "radius of the inner layer"
 LONG = 8  # spacings between the planes of a piece of a cylinder
 
@@ -67,12 +67,12 @@ def _shell(name: str, shell: Shell, dx: float) -> Trial:
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         before, now, strain = _face(runs[0], shell)
         exact = shell.radius(before, shell.stop)
-        yield Figure("radius at which the inner layer stops", float(now.mean()), float(exact.mean()), 0.02, "m",
+        yield Figure("final radius of the inner layer", float(now.mean()), float(exact.mean()), 0.02, "m",
                      why="its speed is that of the face within some per cent")  # fmt: skip
         yield limit("roundness of the inner layer", float(now.std() / now.mean()), 0.02,
                     why="at the axis as far from it")  # fmt: skip
         way = shell.strain(before, now)
-        yield Figure("plastic strain of the inner layer over that of its way", float((strain / way).mean()), 1.0, 0.05)
+        yield Figure("plastic strain over that of the displacement", float((strain / way).mean()), 1.0, 0.05)
         yield limit("drift of energy", abs(float(runs[0].summary["conservation"]["energy_drift"])), 1e-12,
                     why="the pairs keep it to round-off")  # fmt: skip
 
@@ -102,9 +102,9 @@ def _face(ran: Ran, shell: Shell) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 GAS_PROBLEM = Problem(
-    "axisymmetric_gas", "rings about an axis: Noh's sphere, density behind the shock", _gas, EULERIAN,
-    "neighbours of the start are none in a gas 64 times as dense",
+    "axisymmetric_gas", "axisymmetric particles: Noh's sphere, state behind the shock", _gas, EULERIAN,
+    "initial neighbours do not stay neighbours in a gas 64 times as dense",
 )  # fmt: skip
 PROBLEM = Problem(
-    "axisymmetric", "rings about an axis: plastic shells collapse, and stay round", _trials, SOLIDS
+    "axisymmetric", "axisymmetric particles: plastic shells collapse and stay round", _trials, SOLIDS
 )  # fmt: skip

@@ -44,13 +44,13 @@ ROUND_OFF = "round-off of 60 steps, in which impacts let it grow"
 
 def _trials(options: Options) -> Iterator[Trial]:
     dx = options.dx(1e-3, 1.25e-3)
-    yield _breathing("ball", BALL.period, dx, {"type": "sphere", "diameter": 2.0 * BALL.radius}, _ball_mode)
+    yield _breathing("sphere", BALL.period, dx, {"type": "sphere", "diameter": 2.0 * BALL.radius}, _ball_mode)
     shape = {"type": "ring", "section": {"type": "box", "size": [SECTION, SECTION]}, "radius": RING.radius}
-    yield _breathing("ring off the axis", RING.period, options.dx(0.5e-3, 1e-3), shape, _ring_mode)
+    yield _breathing("torus", RING.period, options.dx(0.5e-3, 1e-3), shape, _ring_mode)
     yield _pressure(options.dx(0.5e-3, 0.5e-3))
     yield _impact(options.dx(0.1e-3, 0.1e-3))
     yield _bar(options.dx(0.25e-3, 0.3e-3))
-    yield _seen("seen at 10 km/s along the axis", FRAME, 1.0)
+    yield _seen("moving frame, 10 km/s along the axis", FRAME, 1.0)
     yield _seen("mirrored along the axis", 0.0, -1.0)
 
 
@@ -89,15 +89,15 @@ def _breathing(name: str, period: float, dx: float, shape: dict[str, Any], mode:
         yield Figure(
             "period", velocities, period, 0.025, "s", why="8 particles across the radius, or 4 across the section"
         )
-        yield limit("loss of the swing a period", 1.0 - left ** (1.0 / PERIODS), 0.1, why="viscosity")
-        yield limit("growth of the swing", left - 1.0, 0.005, why="what is not the dual of the gradient may feed it")
+        yield limit("amplitude loss per period", 1.0 - left ** (1.0 / PERIODS), 0.1, why="viscosity")
+        yield limit("growth of the amplitude", left - 1.0, 0.005, why="terms that are not dual to the gradient")
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         time, speed = record(runs[0])
         exact = SPEED * np.cos(2.0 * np.pi * time / period)
         return {"velocity": [Curve("computed", time, speed), Curve("exact", time, exact, exact=True)]}
 
-    return Trial(f"{name}, breathing", [Start(case, state=swinging)], figures, curves, across="time")
+    return Trial(f"{name}, radial oscillation", [Start(case, state=swinging)], figures, curves, across="time")
 
 
 def _pressure(dx: float) -> Trial:
@@ -120,7 +120,7 @@ def _pressure(dx: float) -> Trial:
         natural = np.sqrt(np.abs(ran.first.fields["pressure"]).mean() / ran.first.fields["density"].mean())
         fastest = float(np.abs(vectors(ran.last, "velocity")).max())
         yield Figure("steps", float(ran.summary["steps"]), 1000.0, 0.0)
-        yield limit("largest speed over that of the pressure", fastest / float(natural), 1e-10,
+        yield limit("largest speed over sqrt(p/rho)", fastest / float(natural), 1e-10,
                     why="round-off of 1,000 steps")  # fmt: skip
 
     return Trial("uniform pressure, 1,000 steps", [Start(case)], figures)
@@ -171,12 +171,12 @@ def _bar(dx: float) -> Trial:
         (ran,) = runs
         before, now = vectors(ran.first, "position"), vectors(ran.last, "position")
         top = now[before[:, 0] > length - dx, 0]
-        yield Figure("length that is left", float(top.mean()) + 0.5 * dx, LEFT, SPREAD, "m",
+        yield Figure("final length", float(top.mean()) + 0.5 * dx, LEFT, SPREAD, "m",
                      why="in three dimensions the schemes leave 16.0 to 16.8 mm")  # fmt: skip
-        yield limit("unevenness of its end", float(np.ptp(top)) / dx, 0.02, "dx", why="no wave is left there")
+        yield limit("roughness of its end", float(np.ptp(top)) / dx, 0.02, "dx", why="no wave is left there")
         below = np.minimum(ran.last.fields["internal_energy"], 0.0) * ran.last.fields["mass"]
         moving = 0.5 * 210.0**2 * ran.first.fields["mass"].sum()
-        yield limit("energy below zero, over that at the start", float(-below.sum() / moving), 1e-3,
+        yield limit("negative internal energy over initial energy", float(-below.sum() / moving), 1e-3,
                     why="none, but for round-off and the first step of the foot")  # fmt: skip
         yield limit("drift of energy", abs(float(ran.summary["conservation"]["energy_drift"])), 1e-12,
                     why="the pairs keep it to round-off")  # fmt: skip
@@ -206,9 +206,9 @@ def _seen(name: str, frame: float, sign: float) -> Trial:
         plain, other = (run.last for run in runs)
         moved = np.array([frame, 0.0])
         places = (vectors(other, "position") - moved * other.time) * back - vectors(plain, "position")
-        yield limit("places, over dx", float(np.abs(places).max()) / 0.5e-3, 1e-9, why=ROUND_OFF)
+        yield limit("positions, over dx", float(np.abs(places).max()) / 0.5e-3, 1e-9, why=ROUND_OFF)
         speeds = (vectors(other, "velocity") - moved) * back - vectors(plain, "velocity")
-        yield limit("velocities, over the impact's", float(np.abs(speeds).max()) / 1500.0, 1e-9, why=ROUND_OFF)
+        yield limit("velocities, over impact velocity", float(np.abs(speeds).max()) / 1500.0, 1e-9, why=ROUND_OFF)
         for field in ("internal_energy", "density", "pressure"):
             off = np.abs(other.fields[field] - plain.fields[field]).max() / np.abs(plain.fields[field]).max()
             yield limit(f"{field.replace('_', ' ')}, over its largest", float(off), 1e-9, why=ROUND_OFF)
@@ -217,6 +217,6 @@ def _seen(name: str, frame: float, sign: float) -> Trial:
 
 
 PROBLEM = Problem(
-    "axisymmetric_bodies", "rings about an axis: ball and ring breathe, a bar, a flat impact, rest, other frames",
+    "axisymmetric_bodies", "axisymmetric particles: oscillations, Taylor bar, flat impact, rest, moving frames",
     _trials, SOLIDS,
 )  # fmt: skip

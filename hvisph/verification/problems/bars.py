@@ -70,7 +70,7 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
             yield Figure(f"velocity of the {what}", computed, exact, TOLERANCE[dim], "m/s", SPEED, WHY[dim])
         before = float(ran.mean_velocity(1, ran.snapshots[-2])[0])
         changing = abs(float(ran.mean_velocity(1)[0]) - before)
-        yield limit("velocity still changing", changing, 0.01 * SPEED, "m/s", "they have parted before")
+        yield limit("remaining change of velocity", changing, 0.01 * SPEED, "m/s", "they have parted before")
         energy = ran.history["kinetic_energy"] + ran.history["internal_energy"]
         if (
             getattr(getattr(ran.case.formulation, "contact", None), "type", "") == "separating"
@@ -101,7 +101,7 @@ def _converging(dx: float) -> Trial:
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         coarse, fine = (abs(float(ran.mean_velocity(0)[0])) for ran in runs)
-        yield limit("velocity left at half the spacing over that at the full", fine / coarse, 0.8,
+        yield limit("residual velocity, half over full spacing", fine / coarse, 0.8,
                     why="between first order, 0.5, and none, 1")  # fmt: skip
 
     return Trial("1D gap 0, converging", [Start(case) for case in cases], figures)
@@ -117,4 +117,4 @@ def _resting(dim: int, dx: float, end: float) -> Trial:
     return Trial(f"{dim}D touching at rest", [Start(_case(dim, dx, 0.0, 0.0, end))], figures)
 
 
-PROBLEM = Problem("bars", "equal elastic bars meet and part; bodies that touch at rest", _trials)
+PROBLEM = Problem("bars", "equal elastic bars collide and separate; bodies in contact at rest", _trials)

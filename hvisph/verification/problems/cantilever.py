@@ -43,7 +43,7 @@ def _trials(options: Options) -> Iterator[Trial]:
         time, speed = runs[0].history["time"], runs[0].history["gauge.tip.velocity_y"]
         period, left = swing(time, speed, EXACT.period, periods)
         yield Figure("period", period, EXACT.period, 0.05, "s", why="10 particles across")
-        yield limit("loss of the swing a period", 1.0 - left ** (1.0 / periods), 1.0 - 0.9 ** (1.0 / PERIODS),
+        yield limit("amplitude loss per period", 1.0 - left ** (1.0 / periods), 1.0 - 0.9 ** (1.0 / PERIODS),
                     why="a tenth of the tip's speed in five periods")  # fmt: skip
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
@@ -83,4 +83,4 @@ def swing(time: np.ndarray, speed: np.ndarray, near: float, periods: float) -> t
     return (abs(float(period)), left) if 0.2 < abs(period) / near < 5.0 else (float("nan"), left)
 
 
-PROBLEM = Problem("cantilever", "an elastic cantilever swings: period and loss in five periods", _trials, slow=True)
+PROBLEM = Problem("cantilever", "elastic cantilever: period and loss over five periods", _trials, slow=True)

@@ -52,12 +52,12 @@ def _trials(options: Options) -> Iterator[Trial]:
                          why="640 to 720 m/s by the schemes that keep energy and do not weld")  # fmt: skip
         energy = ran.last.fields["mass"] * ran.last.fields["internal_energy"]
         share = abs(energy[energy < 0.0].sum()) / ran.kinetic_energy(ran.first)
-        yield limit("internal energy below zero over the start's", float(share), 1e-3, why="a body cannot hold less")
+        yield limit("negative internal energy over initial energy", float(share), 1e-3, why="a body cannot hold less")
 
     yield Trial(f"dx {1e3 * dx:g} mm", [Start(case)], figures)
 
 
 PROBLEM = Problem(
-    "core", "a flat steel core through 10 mm of 6061-T6 at 850 m/s, 3D: the speed it keeps", _trials,
+    "core", "a flat steel core through 10 mm of 6061-T6 at 850 m/s, 3D: residual velocity", _trials,
     slow=True, agree=("speed of the core", 0.08),
 )  # fmt: skip

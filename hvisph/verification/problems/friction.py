@@ -42,12 +42,12 @@ def _trials(options: Options) -> Iterator[Trial]:
 def _uneven(options: Options) -> Iterator[Trial]:
     dx = options.dx(0.25e-3, 0.5e-3)
     for angle, mu in ((37.0, 0.0),) if options.quick else ((15.0, 0.0), (37.0, 0.0), (37.0, 0.3)):
-        yield _over_plate(f"block's lattice turned by {angle:g}, friction {mu:g}", "block", mu, dx, _turned(angle, dx))
+        yield _over_plate(f"block lattice rotated by {angle:g}, friction {mu:g}", "block", mu, dx, _turned(angle, dx))
     if not options.quick:
-        yield _over_plate("lattices in disorder, friction 0", "block", 0.0, dx, _in_disorder)
-    yield _in_hole("disc that spins in a hole, friction 0", dx, lambda placed: placed)
+        yield _over_plate("disordered lattices, friction 0", "block", 0.0, dx, _in_disorder)
+    yield _in_hole("disc spinning in a hole, friction 0", dx, lambda placed: placed)
     if not options.quick:
-        yield _in_hole("disc in a hole, in disorder, friction 0", dx, _in_disorder)
+        yield _in_hole("disc in a hole, disordered, friction 0", dx, _in_disorder)
 
 
 def _over_plate(name: str, shape: str, mu: float, dx: float, place: Placing | None = None) -> Trial:
@@ -108,9 +108,9 @@ def _in_rings(body: PlacedBody, inner: float, outer: float, dx: float) -> Placed
 
 
 def _figures(ran: Ran, into: float, along: float, mu: float) -> Iterator[Figure]:
-    yield Figure("impulse along over into", along / into, mu, 0.03, scale=0.0, why="Coulomb's coefficient")
+    yield Figure("tangential over normal impulse", along / into, mu, 0.03, scale=0.0, why="Coulomb's coefficient")
     start = float(ran.first.fields["mass"][ran.first.body == 0].sum()) * DOWN
-    yield Figure("impulse into the plate over the start's", into / start, 1.2, 0.5, scale=0.0,
+    yield Figure("normal impulse over initial momentum", into / start, 1.2, 0.5, scale=0.0,
                  why="above the momentum brought, below twice of it: they have parted")  # fmt: skip
     yield limit("drift of momentum", ran.drift, 1e-12, why="round-off")
 
@@ -145,4 +145,4 @@ def _in_disorder(placed: list[PlacedBody]) -> list[PlacedBody]:
 
 
 PROBLEM = Problem("friction", "a block and a disc slide over a plate: impulses by Coulomb's law", _trials, SOLIDS)
-WALLS = Problem("walls", "bodies slide along uneven walls: impulses by Coulomb's law", _uneven, SOLIDS)
+WALLS = Problem("walls", "bodies slide along rough lattices: impulses by Coulomb's law", _uneven, SOLIDS)

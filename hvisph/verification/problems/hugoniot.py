@@ -119,7 +119,7 @@ def _figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         rho = last.fields["density"]
         off = mine & (steps <= reach) & (np.abs(rho / rho[inside].mean() - 1.0) > HEATED)
         heated = max(heated, int(steps[off].max()) + 1 if off.any() else 0)
-    yield limit("wall-heated particles a side", heated, 5, why="density off by more than 2 %")
+    yield limit("wall-heated particles per side", heated, 5, why="density off by more than 2 %")
 
 
 def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:

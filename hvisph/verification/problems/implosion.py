@@ -66,10 +66,10 @@ def _trial(name: str, shell: Shell, dx: float) -> Trial:
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         before, now, strain = _face(runs[0], shell)
         exact = shell.radius(before, shell.stop)
-        yield Figure("radius at which the inner layer stops", float(now.mean()), float(exact.mean()), 0.02, "m",
+        yield Figure("final radius of the inner layer", float(now.mean()), float(exact.mean()), 0.02, "m",
                      why="its speed is that of the face within some per cent")  # fmt: skip
         way = shell.strain(before, now)  # of the way that it has gone, not of the way that it should have
-        yield Figure("plastic strain of the inner layer over that of its way", float((strain / way).mean()), 1.0, 0.05)
+        yield Figure("plastic strain over that of the displacement", float((strain / way).mean()), 1.0, 0.05)
         yield Figure("plastic strain of the inner layer", float(strain.mean()),
                      float(shell.strain(before, exact).mean()), 0.05)  # fmt: skip
 
@@ -105,4 +105,4 @@ def _face(ran: Ran, shell: Shell) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return r0[mine], r[mine], ran.last.fields["plastic_strain"][mine]
 
 
-PROBLEM = Problem("implosion", "plastic shells collapse: where they stop, strain of the free face", _trials, ALL)
+PROBLEM = Problem("implosion", "plastic shells collapse: final radius, strain of the free face", _trials, ALL)

@@ -107,9 +107,9 @@ def _parting(ran: Ran, waves: Tracked) -> Iterator[Figure]:
     """Yield the plates' velocities after they have parted: each keeps what it had at the first tension between them."""
     left = SPEED - pushed(waves)
     why = "of the slower plate: the momentum that stays with it"
-    yield Figure("velocity of the flyer after parting", float(ran.mean_velocity(0)[0]), left, 0.03, "m/s", why=why)
+    yield Figure("flyer velocity after separation", float(ran.mean_velocity(0)[0]), left, 0.03, "m/s", why=why)
     right = SPEED - left
-    yield Figure("velocity of the target after parting", float(ran.mean_velocity(1)[0]), right, 0.03, "m/s", left, why)
+    yield Figure("target velocity after separation", float(ran.mean_velocity(1)[0]), right, 0.03, "m/s", left, why)
 
 
 def parting_time(waves: Tracked) -> float:
@@ -166,4 +166,6 @@ def _curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
     return panels
 
 
-PROBLEM = Problem("plate", "elastic-plastic plates at 600 m/s: precursor, plateau, release, surface, parting", _trials)
+PROBLEM = Problem(
+    "plate", "elastic-plastic plates at 600 m/s: precursor, plateau, release, surface, separation", _trials
+)

@@ -33,14 +33,14 @@ def _trials(options: Options) -> Iterator[Trial]:
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         ended = [ran for ran in runs if not ran.summary["failure"]]
-        yield limit("runs that stop themselves", len(runs) - len(ended), 0)
+        yield limit("stopped runs", len(runs) - len(ended), 0)
         start = {id(ran): ran.kinetic_energy(ran.first) for ran in ended}
         least = max((-_least_energy(ran, start[id(ran)]) for ran in ended), default=float("nan"))
-        yield limit("deepest energy below zero, over the mean kinetic", least, 1e-3, why="a body cannot hold less")
+        yield limit("lowest internal energy over mean kinetic energy", least, 1e-3, why="a body cannot hold less")
         gained = max((_regained(ran) / start[id(ran)] for ran in ended), default=float("nan"))
-        yield limit("kinetic energy regained over the start's", gained, REBOUND, why=_REBOUNDS)
+        yield limit("regained kinetic energy over initial", gained, REBOUND, why=_REBOUNDS)
         spin = max((_spin_change(ran) for ran in ended), default=float("nan"))
-        yield limit("change of angular momentum over all of it", spin, 1e-3)
+        yield limit("change of angular momentum over its sum", spin, 1e-3)
 
     yield Trial(f"{seeds} seeds", [Start(_case(seed, dx)) for seed in range(seeds)], figures, may_stop=True)
 
@@ -87,5 +87,8 @@ def _spin_change(ran: Ran) -> float:
 
 
 PROBLEM = Problem(
-    "blobs", "random lumps that fail fly at one another: no energy below zero, spin kept", _trials, slow=True
+    "random_collisions",
+    "random bodies that fail collide: energies, angular momentum",
+    _trials,
+    slow=True,
 )

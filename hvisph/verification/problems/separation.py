@@ -25,9 +25,9 @@ def _trials(options: Options) -> Iterator[Trial]:
     line, box = {"type": "interval", "length": 5e-3}, {"type": "box", "size": [4e-3, 4e-3]}
     whole = {"type": "interval", "length": 10e-3}
     apart = [[-SPEED], [SPEED]]
-    yield _trial("two bodies of water part, 1D", _case(fine, line, apart, WATER))
-    yield _trial("one body of water parts, 1D", _case(fine, whole, [[0.0]], WATER), _split)
-    yield _trial("two bodies of water part, 2D", _case(coarse, box, [[-SPEED, 0.0], [SPEED, 0.0]], WATER))
+    yield _trial("two bodies of water separate, 1D", _case(fine, line, apart, WATER))
+    yield _trial("one body of water separates, 1D", _case(fine, whole, [[0.0]], WATER), _split)
+    yield _trial("two bodies of water separate, 2D", _case(coarse, box, [[-SPEED, 0.0], [SPEED, 0.0]], WATER))
     sliding = [[0.0, -SPEED], [0.0, SPEED]]
     yield _trial("water slides on water, 2D", _case(coarse, box, sliding, WATER), slides=True)
     yield _trial("failed metal slides on failed metal, 2D", _case(coarse, box, sliding, "aluminium-young-3d"),
@@ -73,4 +73,4 @@ def _trial(
     return Trial(name, [Start(case, state=state)], figures)
 
 
-PROBLEM = Problem("parting", "bodies that bear neither tension nor shear part and slide: kinetic energy kept", _trials)
+PROBLEM = Problem("separation", "bodies without tension and shear separate and slide: kinetic energy kept", _trials)

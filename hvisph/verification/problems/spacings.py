@@ -74,10 +74,10 @@ def _trial(dim: int, dx: float, ratio: int) -> Trial:
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs
         passed = ran.momentum(1)[0] / ran.momentum(0, ran.first)[0]
-        yield Figure("momentum that passes", float(passed), 0.5, 0.02, why="half of the pulse")
+        yield Figure("transmitted momentum", float(passed), 0.5, 0.02, why="half of the pulse")
         x, u = _along(ran, 0)
         back = np.abs(u[(x > x.max() - 10e-3) & (x < x.max() - 2e-3)]).max()
-        yield limit("wave that comes back, over the one that goes in", float(back / (0.5 * SPEED)),
+        yield limit("reflected over incident velocity", float(back / (0.5 * SPEED)),
                     REFLECTED[ratio], why="a face as thick as the coarser kernel")  # fmt: skip
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
@@ -114,9 +114,9 @@ def _graded(dx: float, rings: bool) -> Trial:
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         mass, x, before, u = core(runs[0])
         passed = (mass * u)[x > 0.0].sum() / (mass * before).sum()
-        yield Figure("momentum that passes", float(passed), 0.5, 0.02, why="half of the pulse")
+        yield Figure("transmitted momentum", float(passed), 0.5, 0.02, why="half of the pulse")
         back = np.abs(u[(x > -10e-3) & (x < -2e-3)]).max()
-        yield limit("wave that comes back, over the one that goes in", float(back / (0.5 * SPEED)), GRADED,
+        yield limit("reflected over incident velocity", float(back / (0.5 * SPEED)), GRADED,
                     why="a tenth a layer")  # fmt: skip
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
@@ -138,6 +138,6 @@ def _along(ran: Ran, body: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 PROBLEM = Problem(
-    "spacings", "bodies of unlike spacings that touch: a wave passes from one into the other", _trials, EULERIAN,
+    "spacings", "a wave passes between bodies of different spacings", _trials, EULERIAN,
     why_not="Total Lagrangian bodies have one smoothing length, projection has no equation of state",
 )  # fmt: skip

@@ -59,7 +59,7 @@ def _expanding(rate: float) -> Trial:
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs
         reached = -float(np.nanmin(ran.history["gauge.middle.pressure"]))
-        yield Figure("tension at which it fails", reached, exact, 0.02, "Pa", why="a step adds one hundredth of it")
+        yield Figure("tension at failure", reached, exact, 0.02, "Pa", why="a step adds one hundredth of it")
 
     return Trial(f"expansion at {rate:g} 1/s", [Start(case)], figures)
 
@@ -96,4 +96,4 @@ def _plate(flyer: float, plate: float, low: float, high: float, share: float) ->
     return Trial(f"6061-T6, plate of {plate * 1e3:g} mm", [Start(case)], figures)
 
 
-PROBLEM = Problem("spall", "spall strength by the rate: even expansion exactly, plates of 6061-T6 as measured", _trials)
+PROBLEM = Problem("spall", "rate-dependent spall strength: uniform expansion, and measured plates of 6061-T6", _trials)

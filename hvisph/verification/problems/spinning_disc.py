@@ -38,7 +38,7 @@ def _trials(options: Options) -> Iterator[Trial]:
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         start, end = angular_momentum(runs[0].first), angular_momentum(runs[0].last)
-        yield limit("loss of angular momentum a turn", abs(end / start - 1.0) / turns, 1e-6)
+        yield limit("loss of angular momentum per turn", abs(end / start - 1.0) / turns, 1e-6)
 
     def curves(runs: Sequence[Ran]) -> dict[str, list[Curve]]:
         time = np.array([one.time for one in runs[0].snapshots])
@@ -56,4 +56,4 @@ def angular_momentum(snapshot: Snapshot) -> float:
     return float((snapshot.fields["mass"] * (x[:, 0] * u[:, 1] - x[:, 1] * u[:, 0])).sum())
 
 
-PROBLEM = Problem("spinning_disc", "a free elastic disc spins once: angular momentum", _trials, slow=True)
+PROBLEM = Problem("spinning_disc", "a free elastic disc in rotation: angular momentum", _trials, slow=True)

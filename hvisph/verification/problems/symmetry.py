@@ -52,8 +52,8 @@ def _same(dim: int, dx: float) -> Trial:
         at = vectors(whole.first, "position")
         kept = (at[:, 1:] > 0.0).all(axis=1)
         ours, theirs = _ordered(vectors(part.first, "position"), dx), np.flatnonzero(kept)[_ordered(at[kept], dx)]
-        for name, field, scale in (("places, over dx", "position", dx),
-                                   ("velocities, over the impact's", "velocity", SPEED)):  # fmt: skip
+        for name, field, scale in (("positions, over dx", "position", dx),
+                                   ("velocities, over impact velocity", "velocity", SPEED)):  # fmt: skip
             off = np.abs(vectors(part.last, field)[ours] - vectors(whole.last, field)[theirs]).max()
             yield limit(name, float(off) / scale, 1e-9, why="sums in another order: round-off of 60 steps")
 
@@ -71,10 +71,10 @@ def _kept(dx: float, end: float) -> Trial:
         (ran,) = runs
         behind = vectors(ran.last, "position")[:, 1]
         yield limit("particles behind the plane", int((behind < 0.0).sum()), 0)
-        yield limit("deepest behind the plane, over dx", max(0.0, -float(behind.min())) / dx, 0.0)
+        yield limit("largest distance behind the plane, over dx", max(0.0, -float(behind.min())) / dx, 0.0)
         yield limit("drift of momentum along the plane", ran.drift, 1e-12, why="round-off")
 
-    return Trial("2D, half of what shatters, 1.5 km/s", [Start(_case(2, dx, 1, {"end": end}, metal=BRITTLE))], figures)
+    return Trial("2D, half, fragmenting, 1.5 km/s", [Start(_case(2, dx, 1, {"end": end}, metal=BRITTLE))], figures)
 
 
-PROBLEM = Problem("symmetry", "impacts cut by planes: the same as the whole, nothing passes them", _trials, SOLIDS)
+PROBLEM = Problem("symmetry", "impacts with symmetry planes: the same as the whole model", _trials, SOLIDS)

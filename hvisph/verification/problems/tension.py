@@ -23,7 +23,7 @@ from hvisph.verification.problem import EULERIAN, Options, Problem, Start, Trial
 from hvisph.visualization.curves import Curve
 
 TENSION, END = 4e9, 3e-6  # [Pa], [s]
-NOISE = 0.03  # standard deviation of the places, over dx
+NOISE = 0.03  # standard deviation of the positions, over dx
 CELLS = {1: 100, 2: 36}
 HELD, EDGE = 4, 8  # particles at the ends that are held, and that are left out of the figures
 
@@ -106,6 +106,6 @@ def nearest(x: np.ndarray) -> float:
 
 
 PROBLEM = Problem(
-    "tension", "4 GPa of tension for 3 us in a disordered lattice: what is left, and gaps", _trials, EULERIAN,
-    "a Total Lagrangian body takes its start for free of stress, and projection has no equation of state",
+    "tension", "4 GPa of tension for 3 us in a disordered lattice: remaining tension, gaps", _trials, EULERIAN,
+    "a Total Lagrangian reference is free of stress, and projection has no equation of state",
 )  # fmt: skip
