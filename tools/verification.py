@@ -168,9 +168,7 @@ def _why() -> list[str]:
         if any(one not in problem.formulations for one in SOLIDS):
             cannot.setdefault(problem.why_not, []).append(name)
     reasons = "; ".join(f"{', '.join(names)}: {why}" for why, names in cannot.items())
-    text = (
-        f"`{NOT_RUN}`: the full form takes minutes of a core; the coarse form runs in the tests. `cannot`: {reasons}."
-    )
+    text = f"`{NOT_RUN}`: the full form takes minutes of a core; the tests run the coarse form. `cannot`: {reasons}."
     return ["", _wrapped(f"{text} `projection` has no equation of state and runs implosion and invariance alone.")]
 
 

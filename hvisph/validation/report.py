@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from textwrap import fill
 
 from hvisph.core.errors import OutputError
 from hvisph.output import atomic_write
@@ -14,43 +14,39 @@ from .evaluators import judge_of
 from .experiments import GROUP, Experiments, Form, experiment_names
 from .pictures import draw
 from .results import SetResult, store, stored
-from .table_cells import CELLS, Line, collapsed, percent, row_cells, verdict_cells
+from .table_cells import CELLS, percent, verdict_cells
 
 # The order of the page: what is sure of its materials first.
 ORDER = ("j2", "taylor", "taylor_damage", "melt", "cloud", "shield", "perforation", "spall", "crater", "basalt")
-SPEEDS = (150, 200, 250, 300)  # bounds of the bands of impact velocity [m/s]
-BANDS = ("below 150 m/s", "150 to 200 m/s", "200 to 250 m/s", "250 to 300 m/s", "300 m/s and more")
 TEXT = """\
-# Held against experiments
+# Validation
 
-Shots that were fired, computed with the formulation, the materials and the resolution that were chosen before any
-comparison, the same within a set; nothing is tuned to a row. Where a choice was changed after a first look, the
-set says so. What fails stays here. "Off" is computed less measured over measured; bias is its mean, scatter its
-standard deviation. What is recalled from memory is shown further down and never judged.
+Published experiments, computed with formulation, materials and resolution chosen before any comparison and equal within
+a set; nothing is fitted to a row. Where a choice was changed after a first look, the set says so. "Off" is computed
+minus measured, over measured; bias is its mean, scatter its standard deviation. Values recalled from memory are not
+judged.
 
 {verdicts}
 
-### What misses, and why
+## What misses, and why
 
 {missed}
 
-## How it is made
+## How to compute a set
 
-By `hvisph validate --page docs/validation.md`; do not edit this page.
+This page is made by `hvisph validate --page docs/validation.md`; do not edit it.
 
 ```sh
-hvisph validate                                # lists the sets
-hvisph validate taylor shield                  # computes them; the same command goes on with what was interrupted
-hvisph validate --all --second                 # the coarser resolution, which tells the error of the first
-hvisph validate taylor --across 40             # finer
-hvisph validate --all --page docs/validation.md
+hvisph validate                      # lists the sets
+hvisph validate taylor shield        # computes them; the same command continues after an interruption
+hvisph validate taylor --table       # every number: measured, computed, off
+hvisph validate --all --second       # the coarser resolution, for the discretization error
+hvisph validate taylor --across 40   # another resolution
 ```
 
-A set is a folder of `cases/validation`: a case, `shots.csv` with what differs, `measured.csv` with every measured
-number, its scatter, its source and how sure it is (`seen` in a public text, `derived` from a formula, `recalled` from
-memory), and `set.yaml` with what was chosen and what is asked. It is computed as a sweep: on all cores, on a cluster,
-resumable. Coarse forms (`--coarse`) of j2, melt and cloud run with the tests in seconds each, those of the other sets
-with `pytest -m slow`.
+A set is a folder of `cases/validation`: a case, `shots.csv` with the differences, `measured.csv` with every measured
+number, its scatter, source and reliability (`seen`, `derived` or `recalled`), and `set.yaml` with the choices and
+tolerances. All numbers are in the JSON files beside this page (`docs/validation/`).
 """
 
 
@@ -75,7 +71,8 @@ def write_page(path: Path, fresh: Sequence[SetResult]) -> Path:
     for one, kept in known:
         lines += _summary(one, kept)
         missed += _missed(one, kept)
-    parts = [TEXT.format(verdicts="\n".join(lines), missed="\n".join(missed) or "Nothing.").rstrip()]
+    text = "\n\n".join(part if part.startswith(("```", "#")) else wrapped(part) for part in TEXT.split("\n\n"))
+    parts = [text.format(verdicts="\n".join(lines), missed="\n".join(missed) or "Nothing.").rstrip()]
     parts += ["\n".join(_section(one, kept, folder)) for one, kept in known]
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -112,7 +109,7 @@ def _missed(one: Experiments, result: SetResult | None) -> Iterator[str]:
         wrong = [one.quantity for one in verdicts(result.rows, one.model.asked) if one.passed is False]
     for quantity in wrong:
         reason = one.model.why.get(quantity, "Why is not known.").strip()
-        yield f"- [{one.name}](#{_anchor(one)}), {words.get(quantity, quantity)}: {reason}"
+        yield wrapped(f"- [{one.name}](#{_anchor(one)}), {words.get(quantity, quantity)}: {reason}", "  ")
 
 
 def _cells(verdict: Verdict, one: Experiments) -> tuple[str, ...]:
@@ -129,15 +126,11 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
     model = one.model
     yield f"## {model.title}"
     yield ""
-    yield f"`{one.name}`. {model.shows.strip()}"
-    yield ""
-    yield model.set_up.strip()
-    if model.stands_in:
-        yield ""
-        yield model.stands_in.strip()
-    if model.found:
-        yield ""
-        yield model.found.strip()
+    yield wrapped(f"`{one.name}`. {model.shows.strip()}")
+    for text in (model.set_up, model.stands_in, *(model.found or "").split("\n")):
+        if text and text.strip():
+            yield ""
+            yield wrapped(text)
     if result is None:
         yield ""
         yield "Not computed yet."
@@ -149,16 +142,7 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
         yield ""
         yield f"![{model.title}: {picture.stem.rpartition('.')[2]}]({folder.name}/{picture.name})"
     yield from _bias(result, result.curves.get("groups", {}), "bias")
-    yield from _bias(result, _by_speed(one), "bias by metal and speed")
-    yield ""
-    yield f"<details markdown><summary>All {len(result.rows)} numbers</summary>"
-    yield ""
-    yield from _header(("shot", "", "measured", "computed", "off", ""))
-    for line in collapsed(result.rows):
-        *cells, doubt = row_cells(line, words)
-        yield _line((*cells, doubt or _remark(one, line)))
-    yield ""
-    yield "</details>"
+    yield from _beyond(one, result)
     failed = [f"- {name}: {shot['status']}, {shot['message']}" for name, shot in result.shots.items()
               if shot["status"] != "done"]  # fmt: skip
     if failed:
@@ -169,13 +153,13 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
 
 
 def _resolutions(one: Experiments, result: SetResult, folder: Path) -> Iterator[str]:
-    """Say how finely and how long was computed, and how far the second resolution is from the first."""
+    """Yield resolution, wall time and the change with the second resolution."""
     number = one.particles("second")
     second = None if result.across == number else stored(folder, one.name, number)
     text = f"{result.across:g} particles across, {result.seconds / 60.0:.1f} minutes of wall time on one core."
     if second is None:
         form: Form = "full" if result.across == number else "second"
-        yield f"{text} The {form} resolution, {one.particles(form):g} across, is not computed yet."
+        yield wrapped(f"{text} The {form} resolution, {one.particles(form):g} across, is not computed yet.")
         return
     there = {_key(row): row for row in second.rows}
     words = judge_of(one.model.judge).quantities
@@ -192,23 +176,12 @@ def _resolutions(one: Experiments, result: SetResult, folder: Path) -> Iterator[
             changes.setdefault(row.measured.quantity, []).append(abs(other.computed / row.computed - 1.0))
     said = [f"{words.get(name, name)} {percent(sum(changed) / len(changed), mean=True)}" if changed
             else f"{verdict_changes} verdicts" for name, changed in changes.items()]  # fmt: skip
-    yield f"{text} With {number:g} across these change, in the mean: {', '.join(said)}."
+    yield wrapped(f"{text} Mean change with {number:g} across: {', '.join(said)}.")
 
 
 def _key(row: Compared) -> tuple[str, str, float | None, str]:
     one = row.measured
     return one.shot, one.quantity, one.at, one.source
-
-
-def _by_speed(one: Experiments) -> dict[str, str]:
-    """Return metal and band of impact velocity of every shot of a set whose groups name metal and source, in order."""
-    shots = []
-    for shot, values in one.shots.items():
-        speed = next((value for path, value in values.items() if path.endswith("velocity.0")), None)
-        if GROUP in values and speed is not None:
-            band = bisect_right(SPEEDS, abs(float(str(speed).split()[0])))
-            shots.append((str(values[GROUP]).rpartition(",")[0], band, shot))
-    return {shot: f"{metal}, {BANDS[band]}" for metal, band, shot in sorted(shots)}
 
 
 def _bias(result: SetResult, groups: Mapping[str, str], title: str) -> Iterator[str]:
@@ -228,12 +201,26 @@ def _bias(result: SetResult, groups: Mapping[str, str], title: str) -> Iterator[
         yield _line((kind, str(sum(one == kind for one in groups.values())), *cells))
 
 
-def _remark(one: Experiments, line: Line) -> str:
-    """Return why a number is beyond the worst that is asked, as the set says of its group of shots."""
-    measured, asked = line.row.measured, one.model.asked.get(line.row.measured.quantity)
-    if asked is None or asked.worst is None or abs(line.off or 0.0) <= asked.worst:
-        return ""
-    return one.model.remarks.get(str(one.shots.get(measured.shot, {}).get(GROUP)), "")
+def _beyond(one: Experiments, result: SetResult) -> Iterator[str]:
+    """Yield a list of the numbers that are off by more than the worst that is asked, with the set's remarks."""
+    words = judge_of(one.model.judge).quantities
+    beyond: dict[str, list[str]] = {}
+    for row in result.rows:
+        asked, off = one.model.asked.get(row.measured.quantity), row.off
+        if row.measured.judged and asked and asked.worst and off is not None and abs(off) > asked.worst:
+            remark = one.model.remarks.get(str(one.shots.get(row.measured.shot, {}).get(GROUP)), "")
+            name = words.get(row.measured.quantity, row.measured.quantity)
+            beyond.setdefault(f"{name}{f' ({remark})' if remark else ''}", []).append(
+                f"{row.measured.shot} {percent(off)}"
+            )
+    if beyond:
+        lines = (wrapped(f"- {what}: {', '.join(shots)}", "  ") for what, shots in beyond.items())
+        yield from ["", "Beyond the largest error asked:", "", *lines]
+
+
+def wrapped(text: str, indent: str = "") -> str:
+    """Return a paragraph in lines of the documentation's width."""
+    return fill(" ".join(text.split()), 100, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
 
 
 def _header(names: Sequence[str]) -> list[str]:
