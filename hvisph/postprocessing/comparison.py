@@ -17,6 +17,7 @@ from hvisph.case.case import Case
 from hvisph.casefile.case_folder import bundled_name, case_folder, cases_in, run_name
 from hvisph.casefile.loader import case_hash, dump_case, find_case, load_case
 from hvisph.core.errors import CaseError
+from hvisph.measures.compare import Row, row
 from hvisph.output import file_names
 from hvisph.output.reader import list_snapshots
 from hvisph.output.run_folder import looks_like_a_run
@@ -83,6 +84,17 @@ def entries(sources: Sequence[str | os.PathLike[str]], *, runs: str | os.PathLik
             case = load_case(entry.file, overrides, resolution)
             made.append(replace(entry, case=case, folder=_place(entry.folder, case)))
     return _distinct(made)
+
+
+def compare(*sources: str | os.PathLike[str]) -> list[Row]:
+    """Return the rows of a comparison of runs: measures, differences from expected values, conservation, cost.
+
+    Parameters
+    ----------
+    sources
+        Folders of runs, or snapshots.
+    """
+    return [row(Path(source).name, source) for source in sources]
 
 
 def is_run(entry: Entry) -> bool:

@@ -210,9 +210,8 @@ def _beyond(one: Experiments, result: SetResult) -> Iterator[str]:
         if row.measured.judged and asked and asked.worst and off is not None and abs(off) > asked.worst:
             remark = one.model.remarks.get(str(one.shots.get(row.measured.shot, {}).get(GROUP)), "")
             name = words.get(row.measured.quantity, row.measured.quantity)
-            beyond.setdefault(f"{name}{f' ({remark})' if remark else ''}", []).append(
-                f"{row.measured.shot} {percent(off)}"
-            )
+            group = f"{name} ({remark})" if remark else name
+            beyond.setdefault(group, []).append(f"{row.measured.shot} {percent(off)}")
     if beyond:
         lines = (wrapped(f"- {what}: {', '.join(shots)}", "  ") for what, shots in beyond.items())
         yield from ["", "Beyond the largest error asked:", "", *lines]
