@@ -16,8 +16,8 @@ pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX permissio
 
 PROGRAM = """
 import json
-from hvisph.core.loop_cache import cache_folder
-from hvisph.core.self_test import self_test
+from hvisph.compiler.cache import cache_folder
+from hvisph.compiler.self_test import self_test
 found = self_test()
 print(json.dumps(found | {"folder": str(cache_folder())}))
 """
@@ -27,13 +27,13 @@ FORCES = """
 import hashlib
 import json
 import numpy as np
-from hvisph.core.binding import bind
-from hvisph.core.chunks import each
-from hvisph.core.jit import heard_compiling, specialise
-from hvisph.sph import rates
+from hvisph.compiler.template_binding import bind
+from hvisph.compiler.threads.parallel_for import each
+from hvisph.compiler.jit import heard_compiling, specialise
+from hvisph.sph.neighbours import rate_layout as rates
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.kernels.kernel import scale
-from hvisph.sph.laws import reference
+from hvisph.schemes.total_lagrangian import law as reference
 
 n, random, heard = 64, np.random.default_rng(1), []
 layout, width = reference.row_layout(2, True, False, True)
@@ -47,31 +47,6 @@ with heard_compiling(heard.append):
     loop(n, random.random((n + 1, layout.width)), np.ones(n, np.uint8), 1, random.random(n), lists,
          (random.random((n, 2)), random.random(n)), (1.0, 2.0), 10.0, 1.0, found)
 print(json.dumps({"compiled": bool(heard), "bits": hashlib.sha256(found).hexdigest()}))
-"""
-
-# The first step of a bar in 1D, with what was compiled in this process and the bits of its history.
-FIRST_STEP = """
-import hashlib, json, tempfile, time
-from hvisph.core.loop_cache import cache_folder
-from hvisph.casefile.loader import load_case
-from hvisph.simulation.listener import Listener
-from hvisph.simulation.run import run
-heard = []
-listener = Listener()
-
-def compiling(name):
-    heard.append(name)
-    while len(heard) == 2 and len(list(cache_folder().glob("[!u]*.loop"))) < 5:  # helpers are at it
-        time.sleep(0.1)
-
-listener.compiling = compiling
-body = {"material": "aluminium-howell-ball", "shape": {"type": "interval", "length": 5e-3}}
-case = {"kinematics": "uniaxial_strain", "resolution": 5e-4, "time": {"end": 1e-6, "max_steps": 2}, "formulation": {"type": "eulerian"},
-        "bodies": {"flyer": body | {"velocity": [1000.0]}, "target": body | {"velocity": [0.0]}}}
-with tempfile.TemporaryDirectory() as folder:
-    run(load_case(case), folder + "/run", threads=1, listener=listener)
-    bits = hashlib.sha256(open(folder + "/run/history.csv", "rb").read()).hexdigest()
-print(json.dumps({"compiled": sorted({"update", "find_cells", "_diagnose"} & {name.rsplit("_", 1)[0] for name in heard}), "bits": bits}))
 """
 
 
@@ -108,21 +83,13 @@ def test_of_many_processes_with_a_fresh_cache_one_compiles_and_the_others_wait(t
     found = [result(process) for process in [started(tmp_path / "cache") for _ in range(4)]]
     assert all(one["passed"] for one in found), found
     assert sorted(one["cached"] for one in found) == [False, True, True, True]
+    assert not list(tmp_path.rglob("*.lock"))
 
 
 def test_a_loop_gives_the_same_bits_compiled_here_or_taken_from_the_cache(tmp_path):
     fresh, cached = (result(started(tmp_path / "cache", FORCES)) for _ in range(2))
     assert (fresh["compiled"], cached["compiled"]) == (True, False)
     assert fresh["bits"] == cached["bits"]
-
-
-@pytest.mark.skipif(not hasattr(os, "sched_getaffinity") or len(os.sched_getaffinity(0)) < 2, reason="needs two cores")
-def test_helpers_compile_beside_a_first_run_and_change_no_bit(tmp_path):
-    first, second = (result(started(tmp_path / "cache", FIRST_STEP)) for _ in range(2))
-    # the run itself is at its first loop when the helpers begin
-    assert (first["compiled"], second["compiled"]) == (["find_cells"], [])
-    assert first["bits"] == second["bits"]
-    assert not list(tmp_path.rglob("*.turn"))
 
 
 def test_a_read_only_cache_is_used(tmp_path):

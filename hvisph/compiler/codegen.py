@@ -1,59 +1,70 @@
-"""Machine code is made of what Python calls, once, and not of what other code takes in.
+"""The compilation target of loops: numba's CPU target with a code generator of its own.
 
-numba makes machine code of every function: of a loop, of the part of it that threads share, and of all that it calls.
-A loop takes these in as text and is optimised as a whole, so their own code is wasted time; worse, where a
-name exists twice the first one is called: a loop that was compiled in this process would run its part's own code, and
-one from the cache that of the whole, whose sums of vectors may round differently. So a library is handed to the
-processor when an address in it is asked for, and not before; and it is linked and optimised then, as a whole. numba
-optimises every function, and again with each that takes it in, and copies all that it calls into each, level by level:
-a third of the time of a first run.
+numba optimises each function, links all that it calls into it, optimises the whole again, and makes machine code of
+it. A loop inlines the functions that it calls, so the machine code of these functions is never used. In this target a
+library is linked, optimised and translated to machine code when the address of a function in it is requested. This
+saves a third of the time of a first run.
+
+The target has its own typing context, target context, code generator and registries. It is registered with numba under
+the name TARGET, and code that is compiled for numba's own target is unaffected by it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from functools import cached_property, partial
 from typing import Any
 
-from llvmlite.binding import parse_bitcode
-from numba.core.codegen import JITCodeLibrary
+import numba
+from llvmlite.binding import add_symbol
+from numba.core import imputils, typing, utils
+from numba.core.codegen import JITCodeLibrary, JITCPUCodegen
+from numba.core.cpu import CPUContext
 from numba.core.environment import lookup_environment
-from numba.core.registry import cpu_target
+from numba.core.externals import c_math_functions
+from numba.core.registry import CPUDispatcher, CPUTarget, cpu_target
+from numba.core.runtime import _nrt_python, rtsys
+from numba.core.target_extension import CPU, dispatcher_registry, jit_registry, target_registry
+from numba.core.typing import templates
 
-# How numba begins the names of what a function finds its exceptions by, and of the parts of loops that threads share.
-_ENVIRONMENT, _SHARED_PART = "_ZN08NumbaEnv", "__numba_parfor_gufunc"
-# Vectors that no register is left for wait on the stack, each in one line of the cache if that is aligned so [bytes].
+TARGET = "hvisph"
+# Prefixes of numba's names for the environment of a function and for the body of a parallel loop.
+_ENVIRONMENT, _PARALLEL_BODY = "_ZN08NumbaEnv", "__numba_parfor_gufunc"
+# Alignment of the stack [bytes]: a vector that is spilled to the stack then lies in one cache line.
 STACK = 64
-# The flag of what may be reordered, see `compiler.vector.lanes`.
+# LLVM's flag of arithmetic that may be reordered, see `compiler.vector.lanes`.
 _REORDERED = "reassoc"
+
+_typing_registry, _lowering_registry = templates.Registry(), imputils.Registry(TARGET)
+infer_global = _typing_registry.register_global
+lower_builtin, lower_cast = _lowering_registry.lower, _lowering_registry.lower_cast
 
 
 class Library(JITCodeLibrary):
-    """Code that is optimised and becomes machine code when an address in it is asked for."""
+    """A library that is optimised and translated to machine code when an address in it is requested."""
 
-    _handed_over = False
-    _bitcode = b""
+    _has_machine_code = False
+
+    def serialize_using_object_code(self) -> tuple[str, str, Any]:
+        """Return the machine code and the names that it defines; no other library links a loop."""
+        module = self._final_module
+        names = [f.name for f in (*module.functions, *module.global_variables) if not f.is_declaration]
+        return self.name, "object", (self._get_compiled_object(), names)
 
     @classmethod
     def _unserialize(cls, codegen: Any, state: Any) -> Library:
-        """Return a library from the cache; what others take in of it is read when one does."""
-        name, _, (machine_code, bitcode) = state
+        name, _, (machine_code, names) = state
         self: Library = codegen.create_library(name)
         self.enable_object_caching()
         self._set_compiled_object(machine_code)
-        self._bitcode = bitcode
-        self._finalize_final_module()
+        codegen._engine._defined_symbols.update(names)
+        self._assemble()
         return self
 
-    def _get_module_for_linking(self) -> Any:
-        if self._bitcode:
-            self._shared_module, self._bitcode = parse_bitcode(self._bitcode), b""
-        return super()._get_module_for_linking()
-
     def add_ir_module(self, ir_module: Any) -> None:
-        """Add a module whose functions align their stack."""
+        """Add a module and align the stack of its functions."""
         for function in ir_module.functions:
             if not function.is_declaration:
-                function.attributes.add("nounwind")  # llvmlite writes none where this set is empty
+                function.attributes.add("nounwind")  # llvmlite writes no attribute where this set is empty
                 function.attributes.alignstack = STACK
         super().add_ir_module(ir_module)
 
@@ -61,7 +72,7 @@ class Library(JITCodeLibrary):
         ll_module.data_layout = self._codegen._data_layout
 
     def _optimize_final_module(self) -> None:
-        """Optimise once where no sum may be reordered; where one may, its bits hang on numba's first round, too."""
+        """Optimise once, or twice as numba does where sums may be reordered: their bits depend on the first pass."""
         if _REORDERED in str(self._final_module):
             super()._optimize_final_module()
         else:
@@ -69,66 +80,106 @@ class Library(JITCodeLibrary):
             passes.run(self._final_module, builder)
 
     def finalize(self) -> None:
-        """Leave what is called where it is until all is linked."""
+        """Complete the list of callees; they are linked when machine code is made."""
         for library in self._linking_libraries:
             self._reload_init.update(library._reload_init)
         self._finalized = True
 
-    def _finalize_final_module(self) -> None:  # from the cache, made already
-        self._hand_over()
-
-    def _called(self, found: dict[Library, None]) -> dict[Library, None]:
-        """Add all that this library calls to what is `found`, callers first."""
+    def _add_callees(self, callees: dict[Any, None]) -> dict[Any, None]:
+        """Add all libraries that this one links, directly or not, to `callees`, callers first."""
         for library in self._linking_libraries:
-            if library not in found:
-                found[library] = None
-                library._called(found)
-        return found
+            if library not in callees:
+                callees[library] = None
+                if isinstance(library, Library):
+                    library._add_callees(callees)
+        return callees
 
-    def _make(self) -> None:
-        """Link all that this library calls into one whole, and optimise that."""
-        called = self._called({})
-        # twice: what nothing asks for yet is not taken in, and one that comes later may ask for it
-        for library in (*called, *called):
+    def _link(self) -> None:
+        """Link all callees into one module and optimise it."""
+        callees = self._add_callees({})
+        # Twice: a function is linked only if another one requests it, and a later library may do so.
+        for library in (*callees, *callees):
             self._final_module.link_in(library._get_module_for_linking(), preserve=True)
         self._optimize_final_module()
         self._final_module.verify()
 
-    def _hand_over(self) -> None:
-        self._handed_over = True
-        super()._finalize_final_module()
+    def _assemble(self) -> None:
+        """Make machine code, or take that of the cache, and set the environments of its functions."""
+        self._has_machine_code = True
+        self._finalize_final_module()
         for variable in self._final_module.global_variables:
             environment = lookup_environment(variable.name) if variable.name.startswith(_ENVIRONMENT) else None
             if environment is not None:
                 self._codegen.set_env(variable.name, environment)
 
     def get_pointer_to_function(self, name: str) -> int:
-        """Return the address of a function, 0 where this library has none of that name."""
+        """Return the address of a function, or 0 if the library does not define it."""
         self._ensure_finalized()
-        own = (function.name for function in self._final_module.functions if not function.is_declaration)
-        if not self._handed_over:
-            if self.name.startswith(_SHARED_PART) or name not in own:
-                return 0  # Python calls nothing here
-            self._make()
-            self._hand_over()
+        if not self._has_machine_code:
+            defined = (function.name for function in self._final_module.functions if not function.is_declaration)
+            if self.name.startswith(_PARALLEL_BODY) or name not in defined:
+                return 0  # called by compiled code only
+            self._link()
+            self._assemble()
         address: int = super().get_pointer_to_function(name)
         return address
 
 
-def install() -> None:
-    """Have numba make code in this way from now on."""
-    codegen: Any = cpu_target.target_context.codegen()
-    codegen._library_class = Library
-    set_environment = codegen.set_env
+class _Codegen(JITCPUCodegen):
+    _library_class = Library
 
-    def set_env(name: str, environment: Any) -> None:
-        if codegen._engine.is_symbol_defined(name):  # else when its library is handed over
-            set_environment(name, environment)
-
-    codegen.set_env = set_env
+    def set_env(self, env_name: str, env: Any) -> None:
+        """Set the environment of a function that has machine code; `Library` sets the others later."""
+        if self._engine.is_symbol_defined(env_name):
+            super().set_env(env_name, env)
 
 
-def know(names: Iterable[str]) -> None:
-    """Let what has these names in a library from the cache be found: what Python calls, and environments."""
-    codegen: Any = cpu_target.target_context.codegen()
-    codegen._engine._defined_symbols.update(names)
+class _LoopContext(CPUContext):
+    def init(self) -> None:
+        """Create the code generator; loops from the cache need the names of numba's runtime, not its compiled part."""
+        self.is32bit = utils.MACHINE_BITS == 32
+        self._internal_codegen = _Codegen(TARGET)
+        c_math_functions.install(self)
+        for name, address in _nrt_python.c_helpers.items():
+            add_symbol(name if name.startswith("_") else f"NRT_{name}", address)
+
+    def load_additional_registries(self) -> None:
+        """Load numba's runtime, compiled for its own target, its implementations and those of this package."""
+        rtsys.initialize(cpu_target.target_context)
+        super().load_additional_registries()
+        self.install_registry(_lowering_registry)
+
+
+class _TypingContext(typing.Context):
+    def refresh(self) -> None:
+        """Load numba's types of functions, then those of this package: the first that match are taken."""
+        super().refresh()
+        self.install_registry(_typing_registry)
+
+
+class _LoopCPU(CPU):
+    """The CPU as hvisph's loops see it, for numba's registry of targets."""
+
+
+class _LoopTarget(CPUTarget):
+    @cached_property
+    def _toplevel_target_context(self) -> Any:
+        return _LoopContext(self.typing_context, TARGET)
+
+    @cached_property
+    def _toplevel_typing_context(self) -> Any:
+        return _TypingContext()
+
+
+target_registry[TARGET] = _LoopCPU
+loop_target = _LoopTarget(TARGET)
+
+
+class LoopDispatcher(CPUDispatcher):
+    """A function that is compiled for this target."""
+
+    targetdescr = loop_target
+
+
+dispatcher_registry[_LoopCPU] = LoopDispatcher
+jit_registry[_LoopCPU] = partial(numba.jit, _target=TARGET)

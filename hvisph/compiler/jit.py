@@ -127,22 +127,12 @@ def loops_there() -> bool:
     return any(made.signatures for made in _loops())
 
 
-def rehearse() -> None:
-    """From now on only compile the loops that are called, but for those that another process is at."""
-    from . import dispatch
-
-    dispatch.rehearse(_loops())
-
-
 _made: dict[str, Compiled] = {}
 
 
 @contextmanager
 def heard_compiling(listener: Callable[[str], None]) -> Iterator[None]:
-    """Call `listener(name)` when a loop is compiled afresh in this block, not when it comes from the cache.
-
-    Nor when a process that was forked from this one compiles it.
-    """
+    """Call `listener(name)` in this block when a loop is compiled, not when it comes from the cache."""
     from . import dispatch
 
     with dispatch.heard_compiling(listener):
@@ -177,15 +167,16 @@ def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **
     return _made[full]
 
 
-def _loop(parallel: bool) -> Callable[[Compiled], Any]:
-    """Return what makes a loop."""
+def _register_operations() -> None:
+    from . import scalar_functions  # noqa: F401  takes 0.03 s
 
-    def compiling() -> None:
-        from . import scalar_functions  # noqa: F401  numba learns of all that loops name: 0.03 s
+
+def _loop(parallel: bool) -> Callable[[Compiled], Any]:
+    """Return the function that makes the numba function of a loop."""
 
     def make(one: Compiled) -> Any:
         from . import dispatch
 
-        return dispatch.made_loop(one, parallel, compiling)
+        return dispatch.made_loop(one, parallel, _register_operations)
 
     return make

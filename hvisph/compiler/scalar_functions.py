@@ -6,7 +6,6 @@ from functools import cache
 from typing import Any
 
 import numba
-from numba.core.registry import CPUDispatcher
 from numba.core.sigutils import normalize_signature
 
 from hvisph.compiler.vector.gather import Many
@@ -14,6 +13,7 @@ from hvisph.compiler.vector.lane_masks import mask
 from hvisph.compiler.vector.lanes import strict
 
 from . import if_conversion
+from .codegen import LoopDispatcher
 from .component_functions import each_operation
 from .dispatch import LEAN, OPTIONS
 from .fingerprint import ATTRIBUTE, names_read
@@ -29,7 +29,7 @@ each_operation(unrolled)
 _MAKING = {"empty", "zeros"}
 
 
-class Scalar(CPUDispatcher):
+class Scalar(LoopDispatcher):
     """A compiled scalar function that Python calls through another one, made when it does.
 
     Loops may call it with strict lanes, many particles at once: see `compiler.if_conversion`.
@@ -66,9 +66,8 @@ def _holds_lanes(kind: Any) -> bool:
 def made_scalar(one: Compiled) -> Any:
     """Return what numba makes of a scalar function."""
     making = any(kind == ATTRIBUTE and name in _MAKING for kind, name in names_read(one.py_func.__code__))
-    made = numba.njit(**({"forceinline": True} if one.inlined else {}), **LEAN, _nrt=making)(one.py_func)
-    made.__class__ = Scalar
-    return made
+    options = {"forceinline": True} if one.inlined else {}
+    return Scalar(one.py_func, targetoptions=LEAN | options | {"_nrt": making})
 
 
 @cache
@@ -76,12 +75,13 @@ def _in_lanes(function: Scalar, wide: tuple[int, ...]) -> Any:
     """Return what does for lanes in the arguments `wide` what `function` does for numbers."""
     if function.targetoptions.get("forceinline"):
         try:
-            return numba.njit(forceinline=True, **LEAN)(if_conversion.in_lanes(function.py_func, wide))
+            text = if_conversion.in_lanes(function.py_func, wide)
+            return LoopDispatcher(text, targetoptions=LEAN | {"forceinline": True})
         except if_conversion.UnsuitableError:
             function = made_scalar(Compiled(function.py_func, False, made_scalar))
-    return numba.njit(**LEAN)(if_conversion.lane_by_lane(function))
+    return LoopDispatcher(if_conversion.lane_by_lane(function), targetoptions=LEAN)
 
 
 @cache
 def _entry(function: Scalar) -> Any:
-    return numba.njit(**OPTIONS)(lambda *arguments: function(*arguments))
+    return LoopDispatcher(lambda *arguments: function(*arguments), targetoptions=OPTIONS)

@@ -8,11 +8,12 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import lower_builtin
+from numba.core.typing.templates import AbstractTemplate, signature
 
 from hvisph.compiler.vector.gather import Many, load, store
 from hvisph.compiler.vector.lanes import VECTOR, Lanes, lanes, reduced, splat, strict
+
+from .codegen import infer_global, lower_builtin
 
 
 class _Number:

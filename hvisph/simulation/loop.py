@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time as wall
 from collections.abc import Callable
-from contextlib import nullcontext
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -29,7 +28,6 @@ from hvisph.parallel.parallel_output import Moment
 from hvisph.precheck.body_rules import advice
 from hvisph.precheck.contact_rules import contact_warnings
 from hvisph.precheck.cost import of_cores
-from hvisph.precheck.precompilation import compiling_ahead
 from hvisph.schemes.stepper import PERMUTE_EVERY
 from hvisph.setup.build import Setup
 
@@ -136,10 +134,8 @@ class Run:
 
     def _prepare(self) -> None:
         """Evaluate the start and, to go on, take the state from the checkpoint."""
-        helped = compiling_ahead(self.setup.stepper, self._own_limit) if self.share.world.size == 1 else nullcontext()
-        with helped:
-            tell_pieces(self.setup, 0)
-            self.setup.stepper.start()
+        tell_pieces(self.setup, 0)
+        self.setup.stepper.start()
         self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.watch)
         self.start = self.writer.start()
         self.keeper = Keeper(

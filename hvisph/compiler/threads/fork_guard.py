@@ -33,7 +33,7 @@ def _note_fork() -> None:
     global _spoiled
     from numba.np.ufunc import parallel
 
-    _spoiled = _spoiled or (getattr(parallel, "_is_initialized", False) and _layer() == "omp")
+    _spoiled = _spoiled or (parallel._is_initialized and _layer() == "omp")
 
 
 def _layer() -> str:

@@ -13,8 +13,10 @@ from typing import Any
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.core.typing.templates import AbstractTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, models, register_model
+from numba.core.typing.templates import AbstractTemplate, signature
+from numba.extending import intrinsic, models, register_model
+
+from hvisph.compiler.codegen import infer_global, lower_builtin
 
 from .api import LANES
 from .lanes import VECTOR, Lanes, splat, strict

@@ -20,8 +20,10 @@ from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.typeconv import Conversion
-from numba.core.typing.templates import ConcreteTemplate, infer_global, signature
-from numba.extending import intrinsic, lower_builtin, lower_cast, models, register_model
+from numba.core.typing.templates import ConcreteTemplate, signature
+from numba.extending import intrinsic, models, register_model
+
+from hvisph.compiler.codegen import infer_global, lower_builtin, lower_cast
 
 from .api import LANES
 

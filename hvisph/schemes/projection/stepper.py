@@ -160,9 +160,7 @@ class ProjectionStepper:
         stress, velocity, pressure, acceleration, _ = self._loops
         stress(n, data, tags, near, *rows.get_pass_rows(0), self.rates, (self.table, self.models), dt)
         velocity(n, data, tags, near, *rows.get_pass_rows(1), self.rates, dt, self._body_force)
-        pressure(
-            n, data, near, *rows.get_pass_rows(2), dt, self._eta2, self._fullness, scheme.guard, scheme.printed
-        )
+        pressure(n, data, near, *rows.get_pass_rows(2), dt, self._eta2, self._fullness, scheme.guard, scheme.printed)
         acceleration(n, data, near, rows.get_pass_rows(3)[0], self.rates, scheme.printed)
 
     def complete(self, dt: float, following: float) -> None:
