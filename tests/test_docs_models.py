@@ -88,11 +88,12 @@ def test_the_table_of_measured_shocks_has_every_material_that_has_some():
     """All rows by name, and two of them number by number: whole it takes ten seconds."""
     hugoniots = page_script("hugoniots")
     page = (DOCS / "materials.md").read_text(encoding="utf-8")
-    table = page.split(hugoniots.BEGIN)[1].split(hugoniots.END)[0]
-    library, told = library_of(), [line.split("`")[1] for line in table.splitlines() if line.startswith("| `")]
-    notes = {name: library.notes(name) for name in material_names()}
-    assert told == [name for name, one in notes.items() for _ in one.measured]
-    for name in ("teflon", "copper-tillotson"):
-        assert [row for row in hugoniots.rows([name]) if row not in table] == [], (
-            "run: python tools/hugoniots.py --write"
-        )
+    table = page.split(hugoniots.BEGIN)[1].split(hugoniots.END)[0].strip()
+    agree = table.split("|")[0].split("`")[1::2]
+    differ = [line.split("`")[1] for line in table.splitlines() if line.startswith("| `")]
+    measured = [name for name in material_names() for _ in library_of().notes(name).measured]
+    assert set(agree) | set(differ) == set(measured), "run: python tools/hugoniots.py --write"
+    assert differ == [name for name in measured if name not in agree]
+    for row in hugoniots.rows(["pmma-steinberg"]):
+        assert row in table
+    assert all(row.endswith("| yes |") for row in hugoniots.rows(["teflon"]))

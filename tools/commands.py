@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import sys
+from collections import Counter
 from pathlib import Path
 
 import typer
@@ -13,25 +14,51 @@ PAGE = Path(__file__).parents[1] / "docs" / "commands.md"
 INDEX = PAGE.parents[1] / "hvisph" / "casefile" / "pages.json"
 
 
+HEAD = """\
+# Commands
+
+Made by `tools/commands.py`; do not edit. `hvisph COMMAND --help` prints the same. Exit codes: 0 done,
+2 invalid input, 3 a run failed; others are named below.
+
+## Common arguments and options
+
+| | |
+| --- | --- |
+{common}
+
+## All commands
+
+| | |
+| --- | --- |
+{commands}
+"""
+COMMON = 2  # commands that share an argument or an option which is described once
+
+
 def text() -> str:
     """Return the page."""
     from hvisph.cli.main import app
 
     group = typer.main.get_command(app)
     context = typer.Context(group, info_name="hvisph")
-    about = "Made from the commands themselves. `--json` prints for programs, `--quiet` nothing but errors."
-    parts = [f"# Commands\n\n{about}\n"]
-    for name in group.list_commands(context):
-        command = group.get_command(context, name)
+    commands = {name: group.get_command(context, name) for name in group.list_commands(context)}
+    rows = {}
+    for name, command in commands.items():
         own = typer.Context(command, info_name=name, parent=context)
-        parts.append(f"## hvisph {name}\n\n{_paragraphs(command.help or '')}\n")
+        records = [record for record in (p.get_help_record(own) for p in command.params) if record]
+        rows[name] = [f"| `{left.replace('|', '/')}` | {right.replace('|', '/')} |" for left, right in records]
+    counts = Counter(row for found in rows.values() for row in found)
+    common = [row for row, count in counts.items() if count >= COMMON]
+    lines = []
+    for name, command in commands.items():
         arguments = [p.metavar or (p.name or "").upper() for p in command.params if p.param_type_name == "argument"]
-        parts.append(f"`hvisph {name} {' '.join(arguments)}`\n" if arguments else f"`hvisph {name}`\n")
-        rows = [record for record in (p.get_help_record(own) for p in command.params) if record]
-        if rows:
-            lines = [f"| `{left.replace('|', '/')}` | {right.replace('|', '/')} |" for left, right in rows]
-            parts.append("\n".join(["| | |", "| --- | --- |", *lines]) + "\n")
-    return "\n".join(parts)
+        usage = f"**`{' '.join(['hvisph', name, *arguments])}`**"
+        shared = [row.split("`")[1].split()[0] for row in rows[name] if row in common]
+        options = ", ".join(f"`{option}`" for option in shared if option.startswith("-"))
+        about = " ".join((command.help or "").split()).replace("|", "/")
+        lines.append(f"| {usage} | {about}{f' Common: {options}.' if options else ''} |")
+        lines += [row for row in rows[name] if row not in common]
+    return HEAD.format(common="\n".join(common), commands="\n".join(lines))
 
 
 def index() -> str:
@@ -42,10 +69,6 @@ def index() -> str:
         pages[path.relative_to(PAGE.parent).as_posix()] = re.findall(r"^##? (.+)$", prose, re.MULTILINE)
     pages["commands.md"] = pages["commands.md"][:1]  # the commands themselves are searched
     return json.dumps(pages, indent=1, ensure_ascii=False) + "\n"
-
-
-def _paragraphs(help_text: str) -> str:
-    return "\n\n".join(" ".join(part.split()) for part in help_text.strip().split("\n\n"))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The table of measured shocks in docs/materials.md: every material of the library beside points or fits that it has.
+"""The table of measured shocks in docs/materials.md: the library compared with measured points or fits.
 
 `python tools/hugoniots.py --write` writes it into the page.
 """
@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import sys
+import textwrap
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from hvisph.postprocessing.material_sheet import compare_hugoniot, worst_bin
 
 PAGE = Path(__file__).parents[1] / "docs" / "materials.md"
 BEGIN, END = "<!-- made by tools/hugoniots.py -->", "<!-- end -->"
-HEAD = """| material | beside | up [km/s] | rms, worst [%] | worst bin; scatter [%] | without strength | to 2 % |
+HEAD = """| material | compared with | up [km/s] | rms, worst [%] | bin; scatter [%] | no strength | within 2 % |
 | --- | --- | --- | --- | --- | --- | --- |"""
 MET = 2.0  # [%]
 
@@ -59,9 +60,18 @@ def apart(beside: Sequence[tuple[float, float, float]]) -> str:
     return f"{rms:.1f}, {worst:+.1f} at {where / 1e3:.2g}"
 
 
+def text(found: Sequence[str]) -> str:
+    """Return the rows as a list of what agrees everywhere and a table of the rest."""
+    differ = {line.split("`")[1] for line in found if not line.endswith("| yes |")}
+    agree = dict.fromkeys(line.split("`")[1] for line in found)
+    names = ", ".join(f"`{name}`" for name in agree if name not in differ)
+    listed = textwrap.fill(f"Within 2 % everywhere: {names}.", 100, break_on_hyphens=False, break_long_words=False)
+    return "\n".join([listed, "", HEAD, *(line for line in found if line.split("`")[1] in differ)])
+
+
 def main() -> None:
     """Print the table, or write it into the page."""
-    table = "\n".join([HEAD, *rows(material_names())])
+    table = text(list(rows(material_names())))
     if "--write" not in sys.argv:
         sys.stdout.write(f"{table}\n")
         return

@@ -12,7 +12,6 @@ from hvisph.case.dimensions import COMMON_UNITS, DIMENSIONS, NUMBER
 from hvisph.core.measure_catalogue import CATALOGUE
 
 from .field_text import default_text, value_text
-from .material_library import library
 from .model_fields import Spot, spot_of
 
 # Page, title and paths of the case whose blocks it describes; what no page names stands on the last one.
@@ -60,7 +59,6 @@ def case_manual() -> dict[str, str]:
         blocks = paths or tuple(name for name in Case.model_fields if name not in (*named, "measures", "expected"))
         sections = _Sections()
         parts[f"{page}.md"] = [f"# {title}\n", _NOTE, *(text for path in blocks for text in sections.of(path))]
-    parts["materials.md"] += _library()
     parts["measures.md"] = ["# Measures and expectations\n", _NOTE, *_measures()]
     return {name: "\n".join(text).rstrip() + "\n" for name, text in parts.items()}
 
@@ -172,15 +170,4 @@ def _measures() -> Iterator[str]:
     rows = ["| name | meaning | dimensions |", "| --- | --- | --- |"]
     for name, measure in CATALOGUE.items():
         rows.append(f"| `{name}` | {measure.meaning} | {', '.join(f'{dim}D' for dim in measure.dims)} |")
-    yield "\n".join(rows) + "\n"
-
-
-def _library() -> Iterator[str]:
-    yield "## Material library\n"
-    yield "`hvisph materials NAME` prints numbers and sources. See [materials](../materials.md).\n"
-    rows = ["| name | density [kg/m^3] | equation of state | strength | damage |"]
-    rows.append("| --- | --- | --- | --- | --- |")
-    for name, material in library().items():
-        kinds = (f"`{part.type}`" for part in (material.eos, material.strength, material.damage))
-        rows.append(f"| `{name}` | {material.density:g} | {' | '.join(kinds)} |")
     yield "\n".join(rows) + "\n"
