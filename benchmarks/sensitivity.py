@@ -31,8 +31,8 @@ from hvisph.sph.terms import (
     shape_matrix,
     tension_stabilization,
 )
+from hvisph.verification.catalogue import PROBLEMS
 from hvisph.verification.problem import Options
-from hvisph.verification.problems import PROBLEMS
 from hvisph.verification.runner import verdicts
 
 # Constants by name: module and further verification problem, or the setting of a case and its default.
@@ -58,8 +58,8 @@ CONSTANTS = {
     "SINGULAR": (shape_matrix, None),
     "OPEN": (contact_normal, "bars"),
     "NORMAL_COSINE_MIN": (contact_normal, "bars"),
-    "NO_SHEAR": (riemann_contact, "parting"),
-    "SHEAR_IMPEDANCE_MIN": (riemann_solver, "parting"),
+    "NO_SHEAR": (riemann_contact, "separation"),
+    "SHEAR_IMPEDANCE_MIN": (riemann_solver, "separation"),
     "LEAST": (variable_resolution, "spacings"),
     "GROWTH": (clock, None),
     "THIN": (scheme, "axisymmetric"),

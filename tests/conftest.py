@@ -4,6 +4,10 @@ import signal
 
 import pytest
 
+from hvisph.verification.checkout import checkout_module
+
+checkout_module("problems")  # the folder `validation`, which tests import as `hvisph_validation`
+
 # A shell that starts the tests in the background has Ctrl-C ignored, here and in every process started from here.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 

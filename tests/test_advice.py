@@ -3,14 +3,14 @@
 from pathlib import Path
 
 import pytest
+from hvisph_validation.comparison import verdicts
+from hvisph_validation.results import stored
 from small_runs import GAS, LIQUID, METAL, SPRING, row_of
 
 from hvisph.casefile.loader import load_case
 from hvisph.precheck.body_rules import advice, sparse, tears
 from hvisph.precheck.regime import regime
 from hvisph.precheck.validation_record import KNOWN, experience
-from hvisph.validation.comparison import verdicts
-from hvisph.validation.results import stored
 
 EULERIAN = {"formulation": {"type": "eulerian"}}
 

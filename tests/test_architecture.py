@@ -40,8 +40,7 @@ MAY_IMPORT = {
     "postprocessing": _RUN | {"visualization"},
     "sweeps": _RUN,
     "verification": _RUN | {"visualization"},
-    "validation": _RUN | {"visualization", "sweeps", "verification"},
-    "cli": _RUN | {"visualization", "postprocessing", "sweeps", "verification", "validation"},
+    "cli": _RUN | {"visualization", "postprocessing", "sweeps", "verification"},
 }
 # `measures` and `visualization` work on files alone: of `output` they know the reader and how a file is written whole.
 READING = {"hvisph.output." + name for name in ("file_names", "reader", "snapshot", "atomic_write")}
@@ -61,6 +60,7 @@ LIBRARIES = {
     "pandas": {"postprocessing"},
     "matplotlib": {"visualization"},
     "jinja2": {"visualization"},
+    "hvisph_validation": {"cli"},
     "scipy": {"sweeps", "geometry", "measures", "verification"},
     "llvmlite": {"compiler"},
     "platformdirs": {"compiler"},

@@ -4,17 +4,17 @@ import json
 from pathlib import Path
 
 import pytest
+from hvisph_validation.comparison import Compared, verdicts
+from hvisph_validation.evaluators import judge_of
+from hvisph_validation.experiments import Experiments, Measured, experiment_names
+from hvisph_validation.report import write_page
+from hvisph_validation.results import SetResult, store, stored
 from typer.testing import CliRunner
 
 from hvisph.case.experiments import Asked
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
 from hvisph.sweeps.plan import load_plan
-from hvisph.validation.comparison import Compared, verdicts
-from hvisph.validation.evaluators import judge_of
-from hvisph.validation.experiments import Experiments, Measured, experiment_names
-from hvisph.validation.report import write_page
-from hvisph.validation.results import SetResult, store, stored
 
 NAMES = experiment_names()
 
@@ -173,7 +173,7 @@ def test_the_page_draws_what_was_stored(tmp_path):
 
 
 def test_the_middle_of_a_wide_bracket_is_no_limit(monkeypatch):
-    from hvisph.validation.evaluators import limit
+    from hvisph_validation.evaluators import limit
 
     def told(points):
         monkeypatch.setattr(limit, "_speeds", lambda shots: {"plate": points})

@@ -5,6 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hvisph_validation.problems.cantilever import swing
+from hvisph_validation.problems.implosion import rings
+from hvisph_validation.problems.tension import largest_gap
 from typer.testing import CliRunner
 
 from hvisph.cli.main import app
@@ -13,12 +16,9 @@ from hvisph.exact.cantilever import Cantilever
 from hvisph.exact.collapsing_shell import Shell
 from hvisph.exact.elastic_ball import Ball, ThinRing
 from hvisph.exact.gas import GasState, Noh, riemann
+from hvisph.verification.catalogue import PROBLEMS
 from hvisph.verification.check import Figure, limit
 from hvisph.verification.problem import ALL, Options
-from hvisph.verification.problems import PROBLEMS
-from hvisph.verification.problems.cantilever import swing
-from hvisph.verification.problems.implosion import rings
-from hvisph.verification.problems.tension import largest_gap
 from hvisph.verification.runner import judged, verdicts, with_formulation
 from hvisph.visualization.curves import label_and_scale
 

@@ -22,9 +22,9 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import numpy as np
 
+from hvisph.verification.catalogue import PROBLEMS
 from hvisph.verification.pictures import draw, file_name
 from hvisph.verification.problem import ALL, SOLIDS, Options
-from hvisph.verification.problems import PROBLEMS
 from hvisph.verification.runner import Verdict, default_formulation, verdicts
 from hvisph.visualization.curves import Curve, curves_picture
 

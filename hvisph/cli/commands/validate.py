@@ -15,8 +15,8 @@ from hvisph.cli.text.echo import say
 from .sweep import go
 
 if TYPE_CHECKING:
-    from hvisph.validation.experiments import Experiments, Form
-    from hvisph.validation.results import SetResult
+    from hvisph_validation.experiments import Experiments, Form
+    from hvisph_validation.results import SetResult
 
 
 @shared
@@ -51,10 +51,12 @@ def validate(
     Exit codes: 0 all as asked, 1 some not, 2 bad input, 3 a shot failed, 130 interrupted.
     """
     from hvisph.core.errors import CaseError
+    from hvisph.verification.checkout import require_module
 
+    require_module("experiments")
     if second and coarse:
         raise CaseError("give either --second or --coarse", where="--coarse")
-    from hvisph.validation.experiments import Experiments, experiment_names
+    from hvisph_validation.experiments import Experiments, experiment_names
 
     chosen = list(dict.fromkeys(names or ())) or (experiment_names() if every else [])
     sets = [Experiments(name) for name in chosen]
@@ -70,11 +72,11 @@ def validate(
     for one in sets:
         sets_done.append(_computed(one, form, across, only, table, out, how))
         if not how.silent:
-            from hvisph.cli.text.validation_table import result_text
+            from hvisph_validation.terminal import result_text
 
             say(result_text(one, sets_done[-1]))
     if page is not None:
-        from hvisph.validation.report import write_page
+        from hvisph_validation.report import write_page
 
         say(str(write_page(page, sets_done)), err=how.as_json)
     _end(sets, sets_done, how.as_json)
@@ -82,8 +84,9 @@ def validate(
 
 def _begun(sets: list[Experiments], form: Form, across: float | None, out: Path | None) -> Iterator[Experiments]:
     """Yield the sets of which something was begun, and tell of the others."""
+    from hvisph_validation.evaluation import folders
+
     from hvisph.core.errors import CaseError
-    from hvisph.validation.evaluation import folders
 
     for one in sets:
         try:
@@ -97,8 +100,9 @@ def _begun(sets: list[Experiments], form: Form, across: float | None, out: Path 
 def _computed(experiments: Experiments, form: Form, across: float | None, only: str | None, table: bool,
               out: Path | None, how: Running) -> SetResult:  # fmt: skip
     """Compute what is left of a set, and return what all of it says."""
+    from hvisph_validation.evaluation import folders, result
+
     from hvisph.sweeps.selection import Selection
-    from hvisph.validation.evaluation import folders, result
 
     sweeps = folders(experiments, form, across, out, table)
     if not table:
@@ -108,7 +112,7 @@ def _computed(experiments: Experiments, form: Form, across: float | None, only: 
 
 
 def _end(sets: list[Experiments], results: list[SetResult], as_json: bool) -> None:
-    from hvisph.validation.comparison import verdicts
+    from hvisph_validation.comparison import verdicts
 
     said = {one.name: verdicts(result.rows, one.model.asked) for one, result in zip(sets, results, strict=True)}
     if as_json:

@@ -47,7 +47,7 @@ def verify(
 
     Exit codes: 0 all passed, 1 some did not or nothing could run, 2 bad input.
     """
-    from hvisph.verification.problems import PROBLEMS
+    from hvisph.verification.catalogue import PROBLEMS
 
     if not names and not every:
         _list(PROBLEMS, as_json)
@@ -93,9 +93,15 @@ def verify(
 
 def _known(name: str, known: list[str], what: str, where: str) -> None:
     from hvisph.core.errors import CaseError, suggest_nearest
+    from hvisph.verification.checkout import FOLDER
 
     if name not in known:
-        raise CaseError(f"there is no {what} '{name[:200]}'{suggest_nearest(name[:200], known)}", where=where)
+        more = (
+            ""
+            if what != "problem" or FOLDER.is_dir()
+            else "; a source checkout has more problems than this installation"
+        )
+        raise CaseError(f"there is no {what} '{name[:200]}'{suggest_nearest(name[:200], known)}{more}", where=where)
 
 
 def _formulations(asked: list[str] | None) -> list[str]:

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from hvisph_validation.quantity import Judge, Key, Shot, Value
 
 from hvisph.measures.debris.groups import connected_groups
-from hvisph.validation.quantity import Judge, Key, Shot, Value
 from hvisph.verification.finished_run import vectors
 
 FAILED = 1.0  # damage at which a particle belongs to no fragment

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from hvisph_validation.experiments import GROUP
+from hvisph_validation.quantity import Judge, Key, Shot, Value
 
-from hvisph.validation.experiments import GROUP
-from hvisph.validation.quantity import Judge, Key, Shot, Value
 from hvisph.verification.finished_run import vectors
 
 UNDEFORMED = 0.01  # of the diameter: what a micrometer on a turned bar tells

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
+
 from hvisph.case.case import Case
 from hvisph.measures.correlations import critical_diameter
 from hvisph.precheck.correlation_input import impact_of
-from hvisph.validation.quantity import Judge, Key, Shot, Value, measure_of
 
 
 def _each(shot: Shot) -> dict[Key, Value]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hvisph.validation.quantity import Judge, Key, Shot, Value, measure_of
+from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
 
 
 def _each(shot: Shot) -> dict[Key, Value]:

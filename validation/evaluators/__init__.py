@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from importlib import import_module
 
-from hvisph.validation.quantity import Judge
+from hvisph_validation.quantity import Judge
 
 
 def judge_of(name: str) -> Judge:
     """Return the judge of a set; `hvisph.case.experiments.JudgeName` has the names."""
-    judge: Judge = import_module(f"hvisph.validation.evaluators.{name}").JUDGE
+    judge: Judge = import_module(f"hvisph_validation.evaluators.{name}").JUDGE
     return judge

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from .formatting import duration, table
+from hvisph.cli.text.formatting import duration, table
+
+from .comparison import verdicts
+from .evaluators import judge_of
+from .table_cells import CELLS, collapsed, row_cells, verdict_cells
 
 
 def result_text(experiments: Any, result: Any) -> str:
-    """Return what a set says, in tables."""
-    from hvisph.validation.comparison import verdicts
-    from hvisph.validation.evaluators import judge_of
-    from hvisph.validation.table_cells import CELLS, collapsed, row_cells, verdict_cells
-
+    """Return the results of a set as tables."""
     words = judge_of(experiments.model.judge).quantities
     rows: list[tuple[str, ...]] = [("", "", "measured", "computed", "off", "")]
     rows += [row_cells(row, words) for row in collapsed(result.rows)]

@@ -17,10 +17,10 @@ from hvisph.setup.bodies import PlacedBody
 from hvisph.verification.check import Figure, limit
 from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.problem import EULERIAN, SOLIDS, Options, Problem, Start, Trial
+from hvisph.verification.problems.noh import SPHERE, Implosion, trial
 from hvisph.visualization.curves import Curve
 
 from .implosion import SHELLS, STIFF, TIMES, rings
-from .noh import SPHERE, Implosion, trial
 
 # Of rings the pairs keep energy to round-off.
 RINGS = Implosion("spherical, axisymmetric", 3, "axisymmetric", SPHERE, (0.025, 0.05), 0.15, "x", 1e-12)

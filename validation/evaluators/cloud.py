@@ -5,7 +5,7 @@ The crater's diameter is the middle between the hole without lips and the distan
 
 from __future__ import annotations
 
-from hvisph.validation.quantity import Judge, Key, Shot, Value, measure_of
+from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
 
 
 def _each(shot: Shot) -> dict[Key, Value]:

@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
 
 from hvisph.measures.target.plug import FEWEST
 from hvisph.measures.threshold import bracket
-from hvisph.validation.quantity import Judge, Key, Shot, Value, measure_of
 from hvisph.verification.finished_run import vectors
 
 THICK = "thick"

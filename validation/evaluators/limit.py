@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from hvisph_validation.quantity import Judge, Key, Shot, Value
 
 from hvisph.measures.threshold import bracket
-from hvisph.validation.quantity import Judge, Key, Shot, Value
 
 WIDEST = 0.1  # of the limit: half the width of a bracket that tells it
 

@@ -1,1 +1,0 @@
-"""Experiments beside runs: sets of shots that were fired, computed as sweeps, and how far off they are."""

@@ -1,0 +1,44 @@
+"""Verification problems of a source checkout, one a file, and the table of them."""
+
+from hvisph.verification.problem import Problem
+
+from . import (
+    axisymmetric,
+    axisymmetric_bodies,
+    cantilever,
+    core,
+    friction,
+    impacts,
+    implosion,
+    invariance,
+    random_collisions,
+    separation,
+    spacings,
+    spall,
+    spinning_disc,
+    symmetry,
+    tension,
+)
+
+PROBLEMS: dict[str, Problem] = {
+    problem.name: problem
+    for problem in (
+        tension.PROBLEM,
+        spall.PROBLEM,
+        spacings.PROBLEM,
+        friction.PROBLEM,
+        friction.WALLS,
+        separation.PROBLEM,
+        cantilever.PROBLEM,
+        spinning_disc.PROBLEM,
+        implosion.PROBLEM,
+        axisymmetric.PROBLEM,
+        axisymmetric.GAS_PROBLEM,
+        axisymmetric_bodies.PROBLEM,
+        core.PROBLEM,
+        impacts.PROBLEM,
+        random_collisions.PROBLEM,
+        invariance.PROBLEM,
+        symmetry.PROBLEM,
+    )
+}
