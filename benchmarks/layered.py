@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.casefile.loader import load_case
-from hvisph.measures.one_dimensional.exact_comparison import Comparison, compare_gauge
+from hvisph.measures.compare import Comparison, compare_gauge
 from hvisph.output.reader import list_snapshots, read_history, read_snapshot
 from hvisph.postprocessing.exact_solution import ExactSolution, exact_solution
 from hvisph.simulation.run import run

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.casefile.loader import load_case
-from hvisph.measures.one_dimensional.exact_comparison import compare_gauge
+from hvisph.measures.compare import compare_gauge
 from hvisph.output.reader import read_history
 from hvisph.postprocessing.exact_solution import ExactSolution, exact_solution
 from hvisph.simulation.run import run

@@ -10,7 +10,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from hvisph.measures.one_dimensional.exact_comparison import mean_difference
+from hvisph.measures.compare import mean_difference
 
 # Share of a plateau at either end that is left out: numerical fronts are a few h wide.
 EDGE = 0.25

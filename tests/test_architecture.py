@@ -61,7 +61,7 @@ LIBRARIES = {
     "matplotlib": {"visualization"},
     "jinja2": {"visualization"},
     "hvisph_validation": {"cli"},
-    "scipy": {"sweeps", "geometry", "measures", "verification"},
+    "scipy": {"sweeps", "geometry", "measures", "diagnostics", "verification"},
     "llvmlite": {"compiler"},
     "platformdirs": {"compiler"},
     "psutil": {"core", "cli"},

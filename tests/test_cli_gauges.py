@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner
 
 from hvisph.cli.main import app
-from hvisph.measures.one_dimensional.exact_comparison import mean_difference
+from hvisph.measures.compare import mean_difference
 
 LAYERS = """\
 title: two layers

@@ -192,13 +192,13 @@ def test_tables_show_what_rows_are_held_against():
     def made(name, published):
         measures = {
             key: {"value": 0.02, "unit": "m", "uncertainty": None}
-            for key in ("crater_diameter", "crater_lip_to_lip", "penetration")
+            for key in ("crater_diameter", "crater_lip_diameter", "penetration")
         }
         return Row(name, None, "", "done", None, 8e-6, measures, {}, {}, published)
 
     plain = made("plain", {})
     held = made("held", {"penetration": {"value": 0.021, "tolerance": 1e-3, "source": "x"}})
-    assert shown_measures([plain]) == ["crater_diameter", "crater_lip_to_lip", "penetration"]
+    assert shown_measures([plain]) == ["crater_diameter", "crater_lip_diameter", "penetration"]
     assert shown_measures([plain, held]) == ["penetration"]
     assert held.missed == []  # on the limit, in decimals
     text = comparison_tables([plain, held])

@@ -49,7 +49,9 @@ def test_the_page_of_commands_is_up_to_date():
 
 
 def test_commands_of_the_pages_exist():
-    known = set(re.findall(r"^\| \*\*`hvisph ([\w-]+)", (DOCS / "commands.md").read_text(encoding="utf-8"), re.MULTILINE))
+    known = set(
+        re.findall(r"^\| \*\*`hvisph ([\w-]+)", (DOCS / "commands.md").read_text(encoding="utf-8"), re.MULTILINE)
+    )
     named = {
         word
         for page in PAGES

@@ -8,12 +8,11 @@ from measure_bodies import MM, box, snapshot
 from test_measure_perforation import DX, holed, moment, plates, same, shot
 
 from hvisph.core.errors import CaseError
-from hvisph.core.measure_catalogue import CLOUD_CATALOGUE, PROJECTILE_CATALOGUE
+from hvisph.core.measure_catalogue import SECTIONS
 from hvisph.measures.debris.cloud import cloud
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import measure_snapshot
-from hvisph.measures.statistics import weighted_quantile
-from hvisph.measures.target.targets import layer_measures
+from hvisph.measures.result import weighted_quantile
 from hvisph.visualization.witness import witness_picture
 
 RATE = 1e5  # [1/s]
@@ -48,12 +47,13 @@ def test_a_cloud_that_expands_evenly(dim):
     cloudy = now.body == 0
     x, mass = now.fields["position"][cloudy], now.fields["mass"][cloudy]
     value = {name: result.value for name, result in found.cloud.results.items()}
+    speed = {name: result.value for name, result in found.cloud.results["cloud_velocity"].variants.items()}
     ahead = 2.5 * DX  # quantiles are those of particles, which stand in rows
-    assert value["front_velocity"] == pytest.approx(RATE * (x[:, 0].max() - 5 * MM), abs=RATE * ahead)
-    assert value["rear_velocity"] == pytest.approx(RATE * (x[:, 0].min() - 5 * MM), abs=RATE * ahead)
-    assert value["front_velocity"] >= value["front_velocity_99"] >= value["front_velocity_90"]
+    assert value["cloud_velocity"] == pytest.approx(RATE * (x[:, 0].max() - 5 * MM), abs=RATE * ahead)
+    assert speed["rear"] == pytest.approx(RATE * (x[:, 0].min() - 5 * MM), abs=RATE * ahead)
+    assert speed["front"] >= speed["front_99"] >= speed["front_90"]
     radius = np.sqrt((x[:, 1:] ** 2).sum(axis=1))
-    assert value["radial_velocity"] == pytest.approx(RATE * radius.max(), abs=RATE * ahead)
+    assert speed["radial"] == pytest.approx(RATE * radius.max(), abs=RATE * ahead)
     assert value["cloud_width"] == pytest.approx(2 * radius.max(), abs=2 * ahead)
     velocity = now.fields["velocity"][cloudy]
     assert value["cloud_mass"] == pytest.approx(mass.sum())
@@ -61,12 +61,12 @@ def test_a_cloud_that_expands_evenly(dim):
     assert value["cloud_energy"] == pytest.approx(0.5 * (mass[:, None] * velocity**2).sum())
     for kind in ("mass", "momentum", "energy"):
         assert sum(found.cloud.over_angle[kind]) == pytest.approx(value[f"cloud_{kind}"])
-    assert list(found.cloud.results) == list(CLOUD_CATALOGUE)
-    assert list(found.projectile) == list(PROJECTILE_CATALOGUE)
+    assert list(found.cloud.results) == list(SECTIONS["cloud"])
+    assert list(found.projectile) == list(SECTIONS["projectile"])
     if dim == 3:
-        for catalogue, results in ((CLOUD_CATALOGUE, found.cloud.results), (PROJECTILE_CATALOGUE, found.projectile)):
+        for section, results in (("cloud", found.cloud.results), ("projectile", found.projectile)):
             assert {name: result.unit for name, result in results.items()} == {
-                name: measure.unit for name, measure in catalogue.items()
+                name: measure.unit for name, measure in SECTIONS[section].items()
             }
 
 
@@ -121,26 +121,28 @@ def test_quarter_of_a_cloud_is_the_cloud():
 
 def test_a_cloud_needs_a_hole_and_a_projectile_in_one_piece_its_velocity():
     start, now = holed(3, -3 * MM, 1000.0, (False, False))
-    scene = Scene.of(now, start)
-    assert {result.value for result in cloud(scene, layer_measures(scene)).results.values()} == {None}
+    scene = Scene.from_snapshot(now, start)
+    assert {result.value for result in cloud(scene).results.values()} == {None}
     start, now = holed(3, 30 * MM, 300.0, (True, True))
-    found = measure_snapshot(now, start).projectile
-    assert found["residual_velocity_largest"].value == pytest.approx(300.0)
+    whole = measure_snapshot(now, start)
+    found = whole.projectile
+    assert whole["residual_velocity"].variants["heaviest"].value == pytest.approx(300.0)
     assert found["residual_angle"].value == 0.0
-    assert found["largest_share"].value == pytest.approx(1.0)
-    assert found["erosion"].value == pytest.approx(0.0, abs=1e-12)
-    assert found["length"].value == pytest.approx(6 * MM, abs=DX)
+    assert found["fragment_mass_fraction"].value == pytest.approx(1.0)
+    assert found["eroded_length"].value == pytest.approx(0.0, abs=1e-12)
+    assert found["projectile_length"].value == pytest.approx(6 * MM, abs=DX)
     # torn into three: no piece stands for the projectile
     place = now.fields["position"]
     own = now.body == 0
     third = np.digitize(place[own, 1], [-0.8 * MM, 0.8 * MM])
     place[own, 1] += 8 * MM * (third - 1)
     now.fields["velocity"][own, 0] += 30.0 * (third - 1)
-    torn = measure_snapshot(now, start).projectile
-    assert torn["residual_velocity_largest"].value is None
-    assert "largest piece" in torn["residual_velocity_largest"].reason
-    assert torn["residual_velocity_pieces"].value == pytest.approx(300.0)
-    assert torn["pieces_share"].value == pytest.approx(1.0)
+    torn = measure_snapshot(now, start)
+    assert torn["residual_velocity"].value is None
+    velocity = torn["residual_velocity"].variants
+    assert "heaviest fragment" in velocity["heaviest"].reason
+    assert velocity["large_fragments"].value == pytest.approx(300.0)
+    assert torn.projectile["fragment_mass_fraction"].variants["large_fragments"].value == pytest.approx(1.0)
 
 
 def test_weighted_quantile_is_that_of_a_copied_sample():

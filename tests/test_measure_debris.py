@@ -11,9 +11,8 @@ from measure_bodies import MM, box, snapshot
 import hvisph
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import CATALOGUE
-from hvisph.measures.debris.debris import debris
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.measure import measure_snapshot
+from hvisph.measures.measure import debris, measure_snapshot
 from hvisph.measures.series import columns, write_fragments, write_series
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.vtu import write_vtu
@@ -83,9 +82,9 @@ def test_mass_distribution():
     np.testing.assert_allclose(found.mass, np.array([10, 6, 3, 1]) * particle)
     np.testing.assert_array_equal(found.number, [1, 3, 4, 6])
     np.testing.assert_allclose(found.share, np.array([10, 22, 25, 27]) / 27)
-    assert found.at(6 * particle) == (3, pytest.approx(22 / 27))
-    assert found.at(7 * particle) == (1, pytest.approx(10 / 27))
-    assert found.at(11 * particle) == (0, 0.0)
+    assert found.at_mass(6 * particle) == (3, pytest.approx(22 / 27))
+    assert found.at_mass(7 * particle) == (1, pytest.approx(10 / 27))
+    assert found.at_mass(11 * particle) == (0, 0.0)
 
 
 def test_roles_in_the_target():
@@ -171,10 +170,10 @@ def test_histories_come_back_from_their_csv(run, tmp_path):
     assert float(rows[1]["fragments.projectile.loose_mass_share"]) == pytest.approx(5 / 27)
     assert float(rows[1]["fragments.projectile.largest_velocity_x [m/s]"]) == pytest.approx(400.0)
     assert rows[0]["plug_velocity [m/s]"] == rows[1]["void_fraction"].strip("0123456789.e-") == ""
-    assert float(rows[1]["projectile.largest_share"]) == found.projectile["largest_share"].value
+    assert float(rows[1]["projectile.fragment_mass_fraction"]) == found.projectile["fragment_mass_fraction"].value
     layer = found.layers[0]
-    lost = layer.results["mass_lost"]
-    assert float(rows[1][f"layer.{layer.body}.mass_lost [{lost.unit}]"]) == lost.value
+    lost = layer.results["mass_loss"]
+    assert float(rows[1][f"layer.{layer.body}.mass_loss [{lost.unit}]"]) == lost.value
     assert not any(name.startswith("cloud.") for name in rows[0])  # nothing is perforated
 
 

@@ -7,8 +7,9 @@ from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, s
 from hvisph.measures.debris import groups
 from hvisph.measures.debris.fragments import fragments
 from hvisph.measures.debris.groups import connected_groups, main_body
-from hvisph.measures.debris.voids import void_fraction
 from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.projectile.cavities import void_fraction
+from hvisph.measures.registry import evaluate
 
 
 def test_groups_are_linked_at_two_spacings():
@@ -38,7 +39,7 @@ def test_groups_are_the_same_with_the_neighbours_of_the_start(dim):
     for stretch in (0.0, 0.3, 1.5, 6.0):
         now = start * (1.0 + stretch) + stretch * rng.uniform(-dx, dx, start.shape)
         now[: len(now) // 7] += 40.0 * dx  # a piece elsewhere
-        pairs = groups._near(start, groups.NEAR * dx)
+        pairs = groups._near_pairs(start, groups.NEAR * dx)
         np.testing.assert_array_equal(connected_groups(now, dx, likely=pairs), connected_groups(now, dx))
 
 
@@ -64,7 +65,7 @@ def test_a_graded_plate_is_one_piece():
     start.fields["smoothing_length"] = 1.2 * np.concatenate([np.ones(2), np.tile(steps, 4)]) * MM
     start.metadata.update({"spacing": MM, "h_over_dx": 1.2, "shot": {"planes": [{"axis": "y", "at": 0.0}]}})
     assert len(fragments(start, 1, MM)) > 10  # by the finest alone
-    (whole,) = Scene.of(start, start).fragments(1)
+    (whole,) = Scene.from_snapshot(start, start).fragments(1)
     assert whole.count == 2 * len(position)
 
 
@@ -153,4 +154,5 @@ def test_voids_do_not_depend_on_order_or_place():
 
 
 def test_voids_are_a_matter_of_two_dimensions():
-    assert void_fraction(Scene(snapshot(ball([0, 0, 0], 2 * MM, 0.2 * MM), dx=0.2 * MM))).value is None
+    scene = Scene(snapshot(ball([0, 0, 0], 2 * MM, 0.2 * MM), dx=0.2 * MM))
+    assert evaluate("run", scene)["void_fraction"].value is None

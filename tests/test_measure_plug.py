@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.target.plug import plug_and_lip
+from hvisph.measures.registry import evaluate
 from hvisph.output.snapshot import Snapshot
 
 DX = 1e-3
@@ -40,13 +40,13 @@ def perforated(height=1.5e-3, shift=20e-3, plug_radius=4.2e-3):
 
 
 def test_plug_and_lip():
-    found = plug_and_lip(perforated())
+    found = evaluate("run", perforated())
     assert found["plug_velocity"].value == pytest.approx(300.0)
     assert found["plug_thickness"].value == pytest.approx(2e-3)
     assert found["plug_width"].value == pytest.approx(7e-3)  # lattice points within 4.2 mm: -3.5 to 3.5
     # the lip's last layer is half a spacing below the face that it was
     assert found["lip_height"].value == pytest.approx(1.5e-3 - 0.5 * DX)
-    assert found["lip_height_maximum"].value == pytest.approx(1.5e-3 - 0.5 * DX)
+    assert found["lip_height_max"].value == pytest.approx(1.5e-3 - 0.5 * DX)
     # the innermost ring of the lip, where all are level
     assert 12e-3 < found["impact_diameter"].value < 14e-3
     assert found["target_fragments"].value == 1.0
@@ -57,7 +57,7 @@ def test_what_is_thrown_back_is_no_plug():
     plug = scene.now.body == 1
     plug &= scene.now.fields["velocity"][:, 0] > 0.0
     scene.now.fields["velocity"][plug] *= -1.0
-    found = plug_and_lip(scene)
+    found = evaluate("run", scene)
     assert found["plug_velocity"].value is None
     assert found["target_fragments"].value == 1.0
 
@@ -68,7 +68,7 @@ def test_debris_beside_the_plate_is_not_attached(known):
     scene = perforated()
     plug = (scene.now.body == 1) & (scene.now.fields["velocity"][:, 0] > 0.0)
     scene.now.fields["position"][plug, 1] += 28 * DX if known else 60 * DX
-    found = plug_and_lip(Scene(scene.now, scene.start if known else None))
+    found = evaluate("run", Scene(scene.now, scene.start if known else None))
     assert found["target_fragments"].value == 1.0
     assert found["plug_velocity"].value == pytest.approx(300.0)
 
@@ -85,12 +85,12 @@ def test_both_halves_of_a_plate_struck_off_its_middle_are_attached():
     snapshot = Snapshot(0.0, 0, 2, fields, body, np.zeros(n, int), np.arange(n), ["shot", "plate"], ["metal"],
                         {"spacing": DX})  # fmt: skip
     for start in (snapshot, None):
-        found = plug_and_lip(Scene(snapshot, start))
+        found = evaluate("run", Scene(snapshot, start))
         assert found["target_fragments"].value == 0.0
         assert found["plug_velocity"].value is None
 
 
 def test_a_whole_plate_has_no_plug():
-    found = plug_and_lip(perforated(height=0.0, shift=0.0, plug_radius=6e-3))
+    found = evaluate("run", perforated(height=0.0, shift=0.0, plug_radius=6e-3))
     assert found["plug_velocity"].value is None
     assert "detached" in found["plug_width"].reason

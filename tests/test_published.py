@@ -1,6 +1,7 @@
 """The published impacts: tables as data, case files against them, rows at four times the spacing."""
 
 import pytest
+from hvisph_validation.published_values import FARAHANI_2, YOUNG_1, published_values, tolerance
 
 from hvisph.casefile.case_folder import cases_in
 from hvisph.casefile.loader import load_case
@@ -8,7 +9,6 @@ from hvisph.casefile.paths import data_folder
 from hvisph.casefile.yaml_reader import read_yaml
 from hvisph.core.errors import CaseError
 from hvisph.measures.compare import row
-from hvisph.measures.published import FARAHANI_2, YOUNG_1, published, tolerance
 from hvisph.postprocessing.campaign import complete
 from hvisph.postprocessing.comparison import entries
 
@@ -25,21 +25,21 @@ PLANE_SHOCK = 28.65e9  # aluminium on aluminium at 3.1 km/s, jump conditions [Pa
 
 
 def test_tables_are_read_in_si():
-    found = {(p.row, p.measure): p for p in published("al_al", source=YOUNG_1)}
+    found = {(p.row, p.measure): p for p in published_values("al_al", source=YOUNG_1)}
     assert found["sav1", "centre_pressure_peak"].value == pytest.approx(19.4e9)
     assert found["sav1_mixed_artificial_stress", "extension"].value == pytest.approx(8e-3)
     assert found["adaptle", "crater_diameter"].tolerance == pytest.approx(2e-3)
     # what is not printed is not there
-    assert ("sav1", "centre_pressure_peak") not in {(p.row, p.measure) for p in published(source=FARAHANI_2)}
-    assert len(list(published("steel_al"))) == 7 * 2 + 1
+    assert ("sav1", "centre_pressure_peak") not in {(p.row, p.measure) for p in published_values(source=FARAHANI_2)}
+    assert len(list(published_values("steel_al"))) == 7 * 2 + 1
     assert tolerance("centre_pressure_peak", 20e9) == pytest.approx(2.4e9)
 
 
 @pytest.mark.parametrize(("impact", "name"), FILES)
 def test_case_files_expect_what_is_printed(impact, name):
     """A value that names a table is the one printed there; the others are of Howell & Ball."""
-    printed = {(p.measure, p.source): p for p in published(impact, name)}
-    reference = {p.measure: p.value for p in published(impact, "howell_ball")}
+    printed = {(p.measure, p.source): p for p in published_values(impact, name)}
+    reference = {p.measure: p.value for p in published_values(impact, "howell_ball")}
     expected = load_case(FILES[impact, name]).expected
     for measure, entry in expected.items():
         if (measure, entry.source) in printed:
@@ -93,11 +93,11 @@ def test_rows_finish_and_conserve(twin):
 def test_lengths_are_those_of_the_impact(twin, impact):
     """Within what 2h = 1.1 mm at this spacing leaves of lengths that are read to 1 mm."""
     reach = 2.0 * 1.4 * COARSE
-    depth = {p.value for p in published(impact) if p.measure == "penetration"}
+    depth = {p.value for p in published_values(impact) if p.measure == "penetration"}
     for name, found in values(twin, impact, "penetration").items():
         assert min(depth) - reach < found < max(depth) + reach, name
     # five particles do not make a plate: it tears further out, by up to 4.5 mm with the first-order scheme
-    crater = {p.value for p in published(impact) if p.measure == "crater_diameter"}
+    crater = {p.value for p in published_values(impact) if p.measure == "crater_diameter"}
     for name, found in values(twin, impact, "crater_diameter").items():
         assert min(crater) - reach < found < max(crater) + 4.0 * reach, name
 

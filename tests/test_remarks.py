@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from hvisph.casefile.loader import library, load_material
+from hvisph.diagnostics.model_validity import Holds
+from hvisph.diagnostics.warnings import remarks
 from hvisph.materials.eos import IdealGas
 from hvisph.materials.material_table import Material
 from hvisph.materials.validity_limits import outside_range, range_of
-from hvisph.measures.model_validity import Holds
-from hvisph.measures.warnings import remarks
 from hvisph.output.snapshot import Snapshot
 from hvisph.setup.materials import material_of
 

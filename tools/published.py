@@ -11,11 +11,22 @@ import numpy as np
 
 from hvisph import __version__
 from hvisph.measures.compare import Row, last_snapshot, row
-from hvisph.measures.published import COLUMNS, FARAHANI_2, TABLES, YOUNG_1, Published, published
 from hvisph.output.reader import read_history
 from hvisph.postprocessing.campaign import complete
 from hvisph.postprocessing.comparison import entries, is_run
+from hvisph.verification.checkout import checkout_module
 from hvisph.visualization.run_gallery import gallery
+
+checkout_module("problems")  # the folder `validation`
+
+from hvisph_validation.published_values import (  # noqa: E402
+    COLUMNS,
+    FARAHANI_2,
+    TABLES,
+    YOUNG_1,
+    Published,
+    published_values,
+)
 
 IMPACTS = {"al_al": "Aluminium on aluminium", "steel_al": "Steel on aluminium"}
 ORDER = (
@@ -70,7 +81,7 @@ def write(out: Path, runs: Path, resolution: str | None, threads: int | None) ->
         lines += ["", f"## {title}", "", f"![Final states of all rows, coloured by pressure]({picture.name})"]
         for source, struck in TABLES:
             if struck == impact:
-                lines += ["", f"### {source}", "", *_table(rows, list(published(impact, source=source)))]
+                lines += ["", f"### {source}", "", *_table(rows, list(published_values(impact, source=source)))]
         lines += ["", "### All measures", "", *_measured(rows)]
         lines += ["", "### Rows outside the tolerance", "", *_misses(rows, impact)]
     page = out / "published.md"
@@ -155,7 +166,7 @@ def _measured(rows: dict[str, Row]) -> list[str]:
         "scheme", "d_cra mean", "d_cra min", "L_ext", "L_proj", "P peak", "at [us]", "P mean 0.9-1.1 us",
         "tension", "voids [%]",
     )  # fmt: skip
-    lengths = ("crater_diameter", "crater_diameter_minimum", "extension", "penetration")
+    lengths = ("crater_diameter", "crater_diameter_min", "extension", "penetration")
     for name, found in rows.items():
         cells = [_plain(found.value(length), 100.0, 2) for length in lengths]
         cells += [_plain(found.value("centre_pressure_peak"), 1e-9, 1)]
@@ -203,9 +214,9 @@ def _misses(rows: dict[str, Row], impact: str) -> list[str]:
 
 def _held_against(rows: dict[str, Row], impact: str) -> Iterator[Published]:
     """Yield what the papers print for the rows, and the reference for the row that they do not have."""
-    yield from published(impact)
+    yield from published_values(impact)
     if OURS in rows:
-        for printed in _unique(published(impact, REFERENCE)):
+        for printed in _unique(published_values(impact, REFERENCE)):
             yield _for_ours(rows, printed)
 
 

@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from hvisph.case.model import PROBLEMS, Path
 from hvisph.case.units import kind_of
 from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.core.measure_catalogue import RENAMED
 from hvisph.core.yaml_inline import format_value
 
 from .model_fields import Spot, keys_of, places, walk
@@ -145,6 +146,10 @@ OTHER_TYPES = {
 
 def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple[Path, str]:
     kind, value = detail["type"], detail["input"]
+    if path[-2:-1] in (("measures",), ("expected",)) and kind in ("extra_forbidden", "literal_error"):
+        name = path[-1] if kind == "extra_forbidden" else value
+        if now := RENAMED.get(str(name)):
+            return path, f"'{name}' is now `{now}`"
     if kind == "extra_forbidden":
         parent = walk(root, path[:-1], data)
         if parent is not None and (reason := _meaningless(parent, at(data, path[:-1]), str(path[-1]))):

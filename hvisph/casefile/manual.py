@@ -9,7 +9,7 @@ from pydantic import BaseModel
 
 from hvisph.case.case import Case
 from hvisph.case.dimensions import COMMON_UNITS, DIMENSIONS, NUMBER
-from hvisph.core.measure_catalogue import CATALOGUE
+from hvisph.core.measure_catalogue import CATALOGUE, SECTIONS, Measure
 
 from .field_text import default_text, value_text
 from .model_fields import Spot, spot_of
@@ -168,6 +168,19 @@ def _measures() -> Iterator[str]:
         "expectation exits with code 1. Definitions: [measures](../measuring.md).\n"
     )
     rows = ["| name | meaning | dimensions |", "| --- | --- | --- |"]
-    for name, measure in CATALOGUE.items():
-        rows.append(f"| `{name}` | {measure.meaning} | {', '.join(f'{dim}D' for dim in measure.dims)} |")
+    rows += [_measure_row(measure) for measure in CATALOGUE.values()]
     yield "\n".join(rows) + "\n"
+    yield (
+        "`hvisph measure` and `summary.json` further give these measures of every layer, of the projectile and of the "
+        "debris cloud. Of a measure with variants the first one is its value.\n"
+    )
+    rows = ["| measures of | name | meaning | dimensions |", "| --- | --- | --- | --- |"]
+    for section, measures in SECTIONS.items():
+        rows += [f"| {section} {_measure_row(measure)}" for measure in measures.values() if section != "run"]
+    yield "\n".join(rows) + "\n"
+
+
+def _measure_row(measure: Measure) -> str:
+    variants = "; ".join(f"`{name}`: {meaning}" for name, meaning in measure.variants.items())
+    meaning = f"{measure.meaning}; variants: {variants}" if variants else measure.meaning
+    return f"| `{measure.name}` | {meaning} | {', '.join(f'{dim}D' for dim in measure.dims)} |"

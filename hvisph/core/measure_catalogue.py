@@ -1,14 +1,14 @@
 """The catalogue of measures: name, unit, dimensions, meaning, and how tables show each number of a run's result.
 
-A new measure is a function in `hvisph.measures`, called in its `measure`, and a row here: the case file's
-`measures` and `expected`, its schema and manual, summaries and tables follow.
+A new measure is a row here and a function in `hvisph.measures` that is registered under its name (`registry`): the
+case file's `measures` and `expected`, its schema and manual, summaries and tables follow.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 # How many of a unit for people are in the SI unit that it stands for; what is not named here is shown as it is.
@@ -73,201 +73,217 @@ class Look:
 
 @dataclass(frozen=True)
 class Measure:
-    """A number that `hvisph measure` reports.
+    """A measured quantity: one row of the catalogue.
 
     Parameters
     ----------
+    section
+        Part of a summary that holds it: ``run``, ``layer`` (each layer), ``projectile`` or ``cloud``.
     name
         Name at every interface: case file, summary, Python.
     unit
-        SI unit; empty for plain numbers.
+        SI unit in three dimensions; empty for plain numbers.
     dims
         Numbers of dimensions in which it has a meaning.
     meaning
         One line for the manual.
     look
-        How tables show it.
+        Format in tables.
+    variants
+        Further definitions of the same quantity by name, with their meanings; the first one is its value.
     """
 
+    section: str
     name: str
     unit: str
     dims: tuple[int, ...]
     meaning: str
     look: Look
+    variants: Mapping[str, str]
+
+    def unit_in(self, space: int) -> str:
+        """Return the SI unit in `space` dimensions: extensive quantities are per depth in 2D and per area in 1D."""
+        return self.unit + PER_DEPTH[space] if self.unit in ("kg", "N s", "J") else self.unit
 
 
-def _measure(name: str, unit: str, dims: tuple[int, ...], meaning: str, label: str, shown: str, decimals: int,
-             short: str = "") -> Measure:  # fmt: skip
-    look = Look(label, short or name.replace("_", " "), shown, decimals)
-    return Measure(name, unit, dims, f"{meaning} [{unit or '-'}]", look)
-
-
+PER_DEPTH = {1: "/m^2", 2: "/m", 3: ""}
 _ANY, _SOLID, _PLANE, _LINE = (1, 2, 3), (2, 3), (2,), (1,)
 
-# In the order of tables. Columns: name, SI unit, dimensions, meaning; label, unit for people, decimals, short label.
-CATALOGUE: dict[str, Measure] = {
-    measure.name: measure
-    for measure in (
-        _measure("perforated", "", _SOLID, "Whether all layers are perforated: 1 or 0",
-                 "perforated", "", 0),
-        _measure("crater_diameter", "m", _SOLID, "Mean diameter of the hole in the target",
-                 "crater diameter", "cm", 2, "d_cra"),
-        _measure("crater_diameter_minimum", "m", _SOLID, "Smallest diameter of the hole in the target",
-                 "crater diameter, narrowest", "cm", 2, "d_cra min"),
-        _measure("crater_lip_to_lip", "m", _SOLID, "Diameter of the crater between its lips",
-                 "crater, lip to lip", "cm", 2, "lip to lip"),
-        _measure("extension", "m", _SOLID, "Extent of the projectile's main body along the shot line",
-                 "extension of the projectile", "cm", 2, "L_ext"),
-        _measure("penetration", "m", _SOLID, "Depth of the projectile's tip behind the struck face",
-                 "penetration", "cm", 2, "L_proj"),
-        _measure("void_fraction", "", _PLANE, "Share of voids within the projectile's main body",
-                 "voids in the projectile", "%", 1, "voids"),
-        _measure("centre_pressure_peak", "Pa", _ANY, "Highest mean pressure at the projectile's centre",
-                 "peak centre pressure", "GPa", 2, "P peak"),
-        _measure("centre_tension_peak", "Pa", _ANY, "Highest tension of the projectile on the shot line, positive",
-                 "peak tension on the axis", "GPa", 2, "T peak"),
-        _measure("residual_velocity", "m/s", _SOLID, "Axial velocity of the projectile's main body behind all layers",
-                 "residual velocity", "m/s", 1, "v_d"),
-        _measure("momentum_transfer", "", _ANY, "Momentum of the target over that of the shot",
-                 "momentum transfer beta", "", 3, "beta"),
-        _measure("plug_velocity", "m/s", _SOLID, "Axial velocity of the plug, the largest piece punched out",
-                 "plug velocity", "m/s", 1),
-        _measure("plug_width", "m", _SOLID, "Extent of the plug across the shot line, between particles",
-                 "plug width", "mm", 2),
-        _measure("plug_thickness", "m", _SOLID, "Extent of the plug along the shot line, between particles",
-                 "plug thickness", "mm", 2),
-        _measure("impact_diameter", "m", _SOLID, "Twice the mean radius of the hole's lip",
-                 "impact diameter", "mm", 2),
-        _measure("lip_height", "m", _SOLID, "Mean height of the lip over the plate's rear face",
-                 "lip height", "mm", 2),
-        _measure("lip_height_maximum", "m", _SOLID, "Largest height of the lip over the plate's rear face",
-                 "lip height, largest", "mm", 2),
-        _measure("target_fragments", "", _SOLID, "Number of the target's detached pieces of 5 particles or more",
-                 "fragments off the target", "", 0),
-        _measure("projectile_temperature", "K", _ANY, "Mean temperature of the projectile",
-                 "temperature of the projectile", "K", 0),
-        _measure("target_temperature", "K", _ANY, "Mean temperature of all layers",
-                 "temperature of the layers", "K", 0),
-        _measure("highest_temperature", "K", _ANY, "Temperature that 99.9 % of the mass of both stay below",
-                 "highest temperature", "K", 0),
-        _measure("penetration_ratio", "", _SOLID, "Depth of the crater over the projectile's first length, P/L",
-                 "penetration P/L", "", 3, "P/L"),
-        _measure("final_length", "m", _SOLID, "Length of a bar that has struck a rigid wall or its like",
-                 "length of the bar", "mm", 2),
-        _measure("length_ratio", "", _SOLID, "That over its length at the start, L/L0",
-                 "length of the bar L/L0", "", 4, "L/L0"),
-        _measure("foot_diameter", "m", _SOLID, "Diameter of a bar's foot", "foot of the bar", "mm", 2),
-        _measure("diameter_at_fifth", "m", _SOLID, "Diameter of a bar at a fifth of its first length from the foot",
-                 "bar at L0/5 from the foot", "mm", 2),
-        _measure("undeformed_length", "m", _SOLID, "Length of a bar's rear that is wider by less than 1 %",
-                 "undeformed rear of the bar", "mm", 2),
-        _measure("inner_radius", "m", _SOLID, "Inner radius of a hollow body", "inner radius", "mm", 3),
-        _measure("outer_radius", "m", _SOLID, "Outer radius of a hollow body", "outer radius", "mm", 3),
-        _measure("pull_back_velocity", "m/s", _ANY, "Fall of a free surface's velocity before spall raises it again",
-                 "pull-back velocity", "m/s", 1),
-        _measure("spall_strength", "Pa", _ANY, "Spall strength that follows from it, rho0 c_b du/2",
-                 "spall strength", "GPa", 3),
-        _measure("plateau_stress", "Pa", _LINE, "Axial stress behind the shocks of a plate impact",
-                 "plateau stress", "GPa", 3),
-        _measure("interface_velocity", "m/s", _LINE, "Velocity of the interface of a plate impact",
-                 "interface velocity", "m/s", 1),
-    )
-}  # fmt: skip
 
-# Measures of every layer, likewise.
-LAYER_CATALOGUE: dict[str, Measure] = {
-    measure.name: measure
-    for measure in (
-        _measure("perforated", "", _SOLID, "Whether the layer is perforated: 1 or 0", "perforated", "", 0),
-        _measure("perforation_time", "s", _SOLID, "When a way first led through it", "perforated at", "us", 2),
-        _measure("impulse", "N s", _SOLID, "Momentum along its normal that it has taken up", "impulse", "N s", 4),
-        _measure("struck_diameter", "m", _SOLID, "Width within which 90 % of what has arrived there is",
-                 "struck over", "mm", 2),
-        _measure("mean_pressure", "Pa", _SOLID, "Impulse over that width and the time since the first arrival",
-                 "mean pressure", "GPa", 4),
-        _measure("passage_time", "s", _SOLID, "When the projectile's centre of mass was behind it",
-                 "centre of projectile behind it at", "us", 2),
-        _measure("passage_velocity", "m/s", _SOLID, "Axial velocity of all of the projectile's matter then",
-                 "projectile's velocity then", "m/s", 1),
-        _measure("passage_largest_share", "", _SOLID, "Share of the projectile's mass in its largest piece then",
-                 "largest piece then", "%", 1),
-        _measure("passage_length", "m", _SOLID, "Length of that piece then", "its length then", "mm", 2),
-        _measure("hole_diameter", "m", _SOLID, "Mean diameter of the hole over the layer's thickness",
-                 "hole diameter", "mm", 2),
-        _measure("hole_diameter_least", "m", _SOLID, "Least diameter in any direction and depth",
-                 "hole diameter, least", "mm", 2),
-        _measure("hole_diameter_greatest", "m", _SOLID, "Greatest diameter in any direction and depth",
-                 "hole diameter, greatest", "mm", 2),
-        _measure("hole_diameter_front", "m", _SOLID, "Mean diameter at the struck face", "hole at the front", "mm", 2),
-        _measure("hole_diameter_rear", "m", _SOLID, "Mean diameter at the rear face", "hole at the rear", "mm", 2),
-        _measure("hole_diameter_clear", "m", _SOLID, "Mean diameter of what is clear along the layer's normal",
-                 "hole, clear", "mm", 2),
-        _measure("hole_area", "m^2", (3,), "Mean area of the hole over the layer's thickness", "hole area", "mm^2", 1),
-        _measure("crater_depth", "m", _SOLID, "Deepest point of the struck face", "crater depth", "mm", 2),
-        _measure("crater_diameter", "m", _SOLID, "Mean diameter of the crater at the level of the struck face",
-                 "crater diameter", "mm", 2),
-        _measure("bulge", "m", _SOLID, "How far the rear face stands out", "bulge", "mm", 2),
-        _measure("spall_mass", "kg", _SOLID, "Mass of what has come off the rear", "spall", "g", 3),
-        _measure("spall_thickness", "m", _SOLID, "Thickness of its largest piece", "spall thickness", "mm", 2),
-        _measure("spall_velocity", "m/s", _SOLID, "Mean velocity of it along the normal", "spall velocity", "m/s", 1),
-        _measure("front_lip", "m", _SOLID, "Height of the lip on the struck face", "lip, front", "mm", 2),
-        _measure("rear_lip", "m", _SOLID, "Height of the lip on the rear face of a perforated layer",
-                 "lip, rear", "mm", 2),
-        _measure("mass_lost", "kg", _SOLID, "Mass that is not attached to the layer's rim any more",
-                 "mass lost", "g", 3),
-        _measure("hole_diameter_by_mass", "m", _SOLID, "Diameter of the hole that the mass lost would fill",
-                 "hole, by mass lost", "mm", 2),
-    )
-}  # fmt: skip
+def _section(section: str, *rows: tuple[Any, ...]) -> dict[str, Measure]:
+    """Return the measures of a section by name.
 
-# Measures of what is left of the projectile.
-PROJECTILE_CATALOGUE: dict[str, Measure] = {
-    measure.name: measure
-    for measure in (
-        _measure("residual_mass", "kg", _SOLID, "Mass of all pieces of 1 % of the projectile's mass or more",
-                 "residual mass", "g", 3),
-        _measure("residual_length", "m", _SOLID, "Length of the largest piece behind all layers",
-                 "residual length", "mm", 2),
-        _measure("residual_velocity_largest", "m/s", _SOLID, "Axial velocity of the largest piece",
-                 "residual velocity, largest piece", "m/s", 1),
-        _measure("residual_angle", "rad", _SOLID, "Angle between its velocity and the shot line",
-                 "residual direction", "deg", 2),
-        _measure("residual_velocity_pieces", "m/s", _SOLID, "Axial velocity of all pieces of 1 % of the mass or more",
-                 "residual velocity, pieces", "m/s", 1),
-        _measure("residual_velocity_all", "m/s", _SOLID, "Axial velocity of all of the projectile's matter",
-                 "residual velocity, all", "m/s", 1),
-        _measure("largest_share", "", _ANY, "Share of the projectile's mass in its largest piece",
-                 "largest piece", "%", 1),
-        _measure("pieces_share", "", _ANY, "Share of it in pieces of 1 % or more", "pieces", "%", 1),
-        _measure("length", "m", _SOLID, "Length of the largest piece along the shot line", "length", "mm", 2),
-        _measure("erosion", "m", _SOLID, "Length that the projectile has lost", "length lost", "mm", 2),
-        _measure("depth", "m", _SOLID, "Its front behind the first layer's struck face, along the normal",
-                 "depth", "mm", 2),
-    )
-}  # fmt: skip
+    Columns: name, SI unit, dimensions, meaning; label, unit in tables, decimals, short label; variants.
+    """
+    measures = {}
+    for name, unit, dims, meaning, label, shown, decimals, *rest in rows:
+        variants = next((column for column in rest if isinstance(column, dict)), {})
+        short = next((column for column in rest if isinstance(column, str)), name.replace("_", " "))
+        look = Look(label, short, shown, decimals)
+        measures[name] = Measure(section, name, unit, dims, f"{meaning} [{unit or '-'}]", look, variants)
+    return measures
 
-# Measures of the debris cloud.
-CLOUD_CATALOGUE: dict[str, Measure] = {
-    measure.name: measure
-    for measure in (
-        _measure("front_velocity", "m/s", _SOLID, "Axial velocity that 99.9 % of the cloud's mass stay below",
-                 "front velocity, 99.9 %", "m/s", 0),
-        _measure("front_velocity_99", "m/s", _SOLID, "That 99 % stay below", "front velocity, 99 %", "m/s", 0),
-        _measure("front_velocity_90", "m/s", _SOLID, "That 90 % stay below", "front velocity, 90 %", "m/s", 0),
-        _measure("rear_velocity", "m/s", _SOLID, "Axial velocity that 99 % of the cloud's mass exceed",
-                 "rear velocity", "m/s", 0),
-        _measure("radial_velocity", "m/s", _SOLID, "Radial velocity that 99.9 % of the cloud's mass stay below",
-                 "radial velocity, 99.9 %", "m/s", 0),
-        _measure("radial_velocity_99", "m/s", _SOLID, "That 99 % stay below", "radial velocity, 99 %", "m/s", 0),
-        _measure("radial_velocity_90", "m/s", _SOLID, "That 90 % stay below", "radial velocity, 90 %", "m/s", 0),
-        _measure("cloud_length", "m", _SOLID, "Length of the cloud, of 99 % of its mass", "length", "mm", 1),
-        _measure("cloud_width", "m", _SOLID, "Width of the cloud, of 99 % of its mass", "width", "mm", 1),
-        _measure("half_angle", "rad", _SOLID, "Angle from the shot line that 90 % of the mass fly within",
-                 "half angle", "deg", 1),
-        _measure("cloud_mass", "kg", _SOLID, "Mass of the cloud", "mass", "g", 3),
-        _measure("cloud_momentum", "N s", _SOLID, "Axial momentum of the cloud", "momentum", "N s", 3),
-        _measure("cloud_energy", "J", _SOLID, "Kinetic energy of the cloud", "kinetic energy", "J", 1),
-    )
+
+# The measures of every section, in the order of tables.
+SECTIONS: dict[str, dict[str, Measure]] = {
+    "run": _section(
+        "run",
+        ("perforated", "", _SOLID, "Whether all layers are perforated: 1 or 0", "perforated", "", 0),
+        ("crater_diameter", "m", _SOLID, "Mean diameter of the hole within the target's original thickness",
+         "crater diameter", "cm", 2, "d_cra"),
+        ("crater_diameter_min", "m", _SOLID, "Smallest diameter of that hole", "crater diameter, minimum", "cm", 2,
+         "d_cra min"),
+        ("crater_lip_diameter", "m", _SOLID, "Diameter between the crests of the crater's lips",
+         "crater diameter, lip to lip", "cm", 2, "lip to lip"),
+        ("extension", "m", _SOLID, "Extent of the projectile's main body along the shot line",
+         "extension of the projectile", "cm", 2, "L_ext"),
+        ("penetration", "m", _SOLID, "Depth of the projectile's tip behind the struck face",
+         "penetration", "cm", 2, "L_proj"),
+        ("void_fraction", "", _PLANE, "Area fraction of voids within the projectile's main body",
+         "voids in the projectile", "%", 1, "voids"),
+        ("centre_pressure_peak", "Pa", _ANY, "Highest mean pressure at the projectile's centre",
+         "peak centre pressure", "GPa", 2, "P peak"),
+        ("centre_tension_peak", "Pa", _ANY, "Highest tension of the projectile on the shot line, positive",
+         "peak tension on the axis", "GPa", 2, "T peak"),
+        ("residual_velocity", "m/s", _SOLID, "Axial velocity of the projectile behind all layers",
+         "residual velocity", "m/s", 1, "v_r",
+         {"main_body": "largest fragment by number of particles",
+          "heaviest": "heaviest fragment",
+          "large_fragments": "all fragments of 1 % of the projectile's mass or more",
+          "all": "all of the projectile's mass"}),
+        ("momentum_transfer", "", _ANY, "Momentum gained by the target over the projectile's momentum at impact",
+         "momentum transfer, target / projectile", "", 3, "p_t/p_p"),
+        ("plug_velocity", "m/s", _SOLID, "Axial velocity of the plug, the largest fragment punched out",
+         "plug velocity", "m/s", 1, "v_p"),
+        ("plug_width", "m", _SOLID, "Extent of the plug across the shot line, between particles",
+         "plug width", "mm", 2),
+        ("plug_thickness", "m", _SOLID, "Extent of the plug along the shot line, between particles",
+         "plug thickness", "mm", 2),
+        ("impact_diameter", "m", _SOLID, "Twice the mean radius of the hole's lip", "impact diameter", "mm", 2),
+        ("lip_height", "m", _SOLID, "Mean height of the lip over the plate's rear face", "lip height", "mm", 2),
+        ("lip_height_max", "m", _SOLID, "Largest height of the lip over the plate's rear face",
+         "lip height, maximum", "mm", 2),
+        ("target_fragments", "", _SOLID, "Number of detached fragments of the target of 5 particles or more",
+         "detached fragments of the target", "", 0),
+        ("projectile_temperature", "K", _ANY, "Mean temperature of the projectile",
+         "temperature of the projectile", "K", 0),
+        ("target_temperature", "K", _ANY, "Mean temperature of all layers", "temperature of the layers", "K", 0),
+        ("temperature_max", "K", _ANY, "Temperature that 99.9 % of the mass of both do not exceed",
+         "maximum temperature", "K", 0),
+        ("penetration_ratio", "", _SOLID, "Crater depth over the initial length of the projectile, P/L",
+         "penetration P/L", "", 3, "P/L"),
+        ("final_length", "m", _SOLID, "Length of a bar after the impact on a rigid wall or an equal bar",
+         "length of the bar", "mm", 2),
+        ("length_ratio", "", _SOLID, "Length of the bar over its initial length, L/L0",
+         "length of the bar L/L0", "", 4, "L/L0"),
+        ("foot_diameter", "m", _SOLID, "Diameter of a bar's foot", "foot of the bar", "mm", 2),
+        ("diameter_at_fifth", "m", _SOLID, "Diameter of a bar at a fifth of its initial length from the foot",
+         "bar at L0/5 from the foot", "mm", 2),
+        ("undeformed_length", "m", _SOLID, "Length of a bar's rear part that is wider by less than 1 %",
+         "undeformed length of the bar", "mm", 2),
+        ("inner_radius", "m", _SOLID, "Inner radius of a hollow body", "inner radius", "mm", 3),
+        ("outer_radius", "m", _SOLID, "Outer radius of a hollow body", "outer radius", "mm", 3),
+        ("pull_back_velocity", "m/s", _ANY, "Decrease of a free surface's velocity before the spall signal",
+         "pull-back velocity", "m/s", 1),
+        ("spall_strength", "Pa", _ANY, "Spall strength by the pull-back velocity, rho0 c_b du/2",
+         "spall strength", "GPa", 3),
+        ("plateau_stress", "Pa", _LINE, "Axial stress behind the shocks of a plate impact",
+         "plateau stress", "GPa", 3),
+        ("interface_velocity", "m/s", _LINE, "Velocity of the interface of a plate impact",
+         "interface velocity", "m/s", 1),
+    ),
+    "layer": _section(
+        "layer",
+        ("perforated", "", _SOLID, "Whether the layer is perforated: 1 or 0", "perforated", "", 0),
+        ("perforation_time", "s", _SOLID, "Time at which the layer was perforated", "perforation time", "us", 2),
+        ("impulse", "N s", _SOLID, "Momentum along its normal that the layer has gained", "impulse", "N s", 4),
+        ("loaded_diameter", "m", _SOLID, "Diameter that holds 90 % of the mass that has reached the layer",
+         "loaded diameter", "mm", 2),
+        ("mean_pressure", "Pa", _SOLID, "Impulse over the loaded area and the time since the first arrival",
+         "mean pressure", "GPa", 4),
+        ("exit_time", "s", _SOLID, "Time at which half of the projectile's mass was behind the layer",
+         "exit time of the projectile", "us", 2),
+        ("exit_velocity", "m/s", _SOLID, "Axial velocity of all of the projectile's mass at its exit",
+         "exit velocity", "m/s", 1),
+        ("exit_mass_fraction", "", _SOLID, "Mass fraction of the projectile's heaviest fragment at its exit",
+         "heaviest fragment at exit", "%", 1),
+        ("exit_length", "m", _SOLID, "Length of that fragment at its exit", "its length at exit", "mm", 2),
+        ("hole_diameter", "m", _SOLID, "Diameter of the hole", "hole diameter", "mm", 2,
+         {"mean": "mean over directions and the layer's thickness",
+          "min": "smallest in any direction and depth",
+          "max": "largest in any direction and depth",
+          "front": "at the struck face",
+          "rear": "at the rear face",
+          "clear": "clear width along the layer's normal",
+          "mass_loss": "cylindrical hole of the mass lost"}),
+        ("hole_area", "m^2", (3,), "Mean area of the hole over the layer's thickness", "hole area", "mm^2", 1),
+        ("crater_depth", "m", _SOLID, "Depth of the crater below the struck face", "crater depth", "mm", 2),
+        ("crater_outer_diameter", "m", _SOLID, "Mean diameter of the crater at the level of the struck face",
+         "crater diameter at the face", "mm", 2),
+        ("bulge_height", "m", _SOLID, "Height of the bulge of the rear face", "bulge", "mm", 2),
+        ("spall_mass", "kg", _SOLID, "Mass detached from the rear face", "spall mass", "g", 3),
+        ("spall_thickness", "m", _SOLID, "Thickness of the largest spall fragment", "spall thickness", "mm", 2),
+        ("spall_velocity", "m/s", _SOLID, "Mean velocity of the spall along the normal", "spall velocity", "m/s", 1),
+        ("front_lip_height", "m", _SOLID, "Height of the lip on the struck face", "lip height, front", "mm", 2),
+        ("rear_lip_height", "m", _SOLID, "Height of the lip on the rear face of a perforated layer",
+         "lip height, rear", "mm", 2),
+        ("mass_loss", "kg", _SOLID, "Mass no longer attached to the layer's rim", "mass loss", "g", 3),
+    ),
+    "projectile": _section(
+        "projectile",
+        ("residual_mass", "kg", _SOLID, "Mass of all fragments of 1 % of the projectile's mass or more",
+         "residual mass", "g", 3),
+        ("residual_length", "m", _SOLID, "Length of the heaviest fragment behind all layers",
+         "residual length", "mm", 2),
+        ("residual_angle", "rad", _SOLID, "Angle between the heaviest fragment's velocity and the shot line",
+         "deflection", "deg", 2),
+        ("fragment_mass_fraction", "", _ANY, "Mass fraction of fragments of the projectile",
+         "heaviest fragment", "%", 1,
+         {"heaviest": "heaviest fragment", "large_fragments": "all fragments of 1 % of the mass or more"}),
+        ("projectile_length", "m", _SOLID, "Length of the heaviest fragment along the shot line", "length", "mm", 2),
+        ("eroded_length", "m", _SOLID, "Initial less present length of the projectile", "eroded length", "mm", 2),
+        ("penetration_depth", "m", _SOLID, "Depth of its tip below the first layer's struck face, along the normal",
+         "penetration depth", "mm", 2),
+    ),
+    "cloud": _section(
+        "cloud",
+        ("cloud_velocity", "m/s", _SOLID, "Velocity of the debris cloud", "front velocity", "m/s", 0,
+         {"front": "axial velocity that 99.9 % of the mass do not exceed",
+          "front_99": "axial velocity that 99 % do not exceed",
+          "front_90": "axial velocity that 90 % do not exceed",
+          "rear": "axial velocity that 99 % exceed",
+          "radial": "radial velocity that 99.9 % do not exceed",
+          "radial_99": "radial velocity that 99 % do not exceed",
+          "radial_90": "radial velocity that 90 % do not exceed"}),
+        ("cloud_length", "m", _SOLID, "Length of the cloud, of 99 % of its mass", "length", "mm", 1),
+        ("cloud_width", "m", _SOLID, "Width of the cloud, of 99 % of its mass", "width", "mm", 1),
+        ("cloud_half_angle", "rad", _SOLID, "Half angle of the cone about the shot line with 90 % of the mass",
+         "half angle", "deg", 1),
+        ("cloud_mass", "kg", _SOLID, "Mass of the cloud", "mass", "g", 3),
+        ("cloud_momentum", "N s", _SOLID, "Axial momentum of the cloud", "momentum", "N s", 3),
+        ("cloud_energy", "J", _SOLID, "Kinetic energy of the cloud", "kinetic energy", "J", 1),
+    ),
+}  # fmt: skip
+CATALOGUE = SECTIONS["run"]
+
+# Names of earlier versions; a name that has become a variant is `measure.variant`.
+RENAMED = {
+    "crater_diameter_minimum": "crater_diameter_min", "crater_lip_to_lip": "crater_lip_diameter",
+    "lip_height_maximum": "lip_height_max", "highest_temperature": "temperature_max",
+    "struck_diameter": "loaded_diameter", "passage_time": "exit_time", "passage_velocity": "exit_velocity",
+    "passage_largest_share": "exit_mass_fraction", "passage_length": "exit_length",
+    "hole_diameter_least": "hole_diameter.min", "hole_diameter_greatest": "hole_diameter.max",
+    "hole_diameter_front": "hole_diameter.front", "hole_diameter_rear": "hole_diameter.rear",
+    "hole_diameter_clear": "hole_diameter.clear", "hole_diameter_by_mass": "hole_diameter.mass_loss",
+    "bulge": "bulge_height", "front_lip": "front_lip_height", "rear_lip": "rear_lip_height", "mass_lost": "mass_loss",
+    "residual_velocity_largest": "residual_velocity.heaviest",
+    "residual_velocity_pieces": "residual_velocity.large_fragments", "residual_velocity_all": "residual_velocity.all",
+    "largest_share": "fragment_mass_fraction", "pieces_share": "fragment_mass_fraction.large_fragments",
+    "length": "projectile_length", "erosion": "eroded_length", "depth": "penetration_depth",
+    "front_velocity": "cloud_velocity", "front_velocity_99": "cloud_velocity.front_99",
+    "front_velocity_90": "cloud_velocity.front_90", "rear_velocity": "cloud_velocity.rear",
+    "radial_velocity": "cloud_velocity.radial", "radial_velocity_99": "cloud_velocity.radial_99",
+    "radial_velocity_90": "cloud_velocity.radial_90", "half_angle": "cloud_half_angle",
 }  # fmt: skip
 
 # What is asked first of a shot, and how many measures a table of several runs shows.
@@ -305,16 +321,16 @@ def told_time(time: float, digits: str = ".4g", end: float | None = None) -> str
 
 
 def measures_of(dim: int) -> tuple[str, ...]:
-    """Return the names of the measures that have a meaning in `dim` dimensions."""
+    """Return the names of the measures of a run that have a meaning in `dim` dimensions."""
     return tuple(name for name, measure in CATALOGUE.items() if dim in measure.dims)
 
 
-def reported(dim: int) -> tuple[str, ...]:
-    """Return the names that a result in `dim` dimensions holds: those without a meaning there say why.
+def reported_measures(dim: int, section: str = "run") -> tuple[str, ...]:
+    """Return the names that a section's results in `dim` dimensions hold: those undefined there have a reason.
 
-    Only measures of plate impacts, which nobody misses elsewhere, are left out beyond 1D.
+    Measures of plate impacts are left out beyond 1D.
     """
-    return tuple(name for name, measure in CATALOGUE.items() if dim in measure.dims or measure.dims != _LINE)
+    return tuple(name for name, measure in SECTIONS[section].items() if dim in measure.dims or measure.dims != _LINE)
 
 
 def main_measures(names: Sequence[str]) -> list[str]:
@@ -334,10 +350,12 @@ def look_of(name: str, unit: str = "", unitless: bool = False) -> Look:
     unitless
         Whether the case has no units: all but shares are shown as they are.
     """
-    every = (CATALOGUE, LAYER_CATALOGUE, PROJECTILE_CATALOGUE, CLOUD_CATALOGUE)
-    known = next((catalogue[name] for catalogue in every if name in catalogue), None)
+    measure, _, variant = name.partition(".")
+    known = next((section[measure] for section in SECTIONS.values() if measure in section), None)
     if known is not None:
         look = known.look
+        if variant:
+            look = replace(look, label=f"  {variant.replace('_', ' ')}")
     else:
         words = name.replace("_", " ")
         look = DRIFTS.get(name) or Look(words, words, unit, -1)

@@ -9,7 +9,7 @@ import numpy as np
 from hvisph.compiler.exact_sum import value_of, whole_parts
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators import sums as column
-from hvisph.measures.one_dimensional.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
+from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
 from hvisph.schemes.standard.scheme import fallbacks
 from hvisph.setup.build import Setup
 from hvisph.sph.neighbours.symmetry_planes import Plane

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 from hvisph import __version__
 from hvisph.casefile.loader import case_hash
 from hvisph.core.errors import HvisphError
+from hvisph.diagnostics.model_validity import Holds
+from hvisph.diagnostics.warnings import remarks
 from hvisph.materials.validity_limits import outside_range, range_of
+from hvisph.measures.compare import compare_expected
 from hvisph.measures.correlations import correlations
-from hvisph.measures.expected import compare
-from hvisph.measures.measure import measure_in_time, unmeasured
-from hvisph.measures.model_validity import Holds
-from hvisph.measures.warnings import remarks
+from hvisph.measures.measure import measure_in_time, undefined_measures
 from hvisph.output.reader import read_snapshot
 from hvisph.output.snapshot import Snapshot
 from hvisph.precheck.correlation_input import impact_of
@@ -58,11 +58,11 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
     try:
         measured = measure_in_time(now, snapshots, start, history)
     except HvisphError as error:
-        measured = unmeasured(now, str(error))
+        measured = undefined_measures(now, str(error))
     except (ValueError, FloatingPointError) as error:
         if status != "failed":
             raise
-        measured = unmeasured(now, f"the run failed and its last state cannot be measured ({error})")
+        measured = undefined_measures(now, f"the run failed and its last state cannot be measured ({error})")
     plain = measured.as_dict()
     pressures, apart = beside(case, highest_pressure)
     told = shares(now, start, [material_of(body.material, body.internal_energy) for body in case.bodies.values()])
@@ -84,7 +84,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         "microseconds_per_particle_step": 1e6 * wall_seconds / (particles * steps) if steps else None,
         **{
             name: plain[name]
-            for name in ("measures", "layers", "projectile", "cloud", "whole", "profile")
+            for name in ("measures", "bodies", "layers", "projectile", "cloud", "whole", "profile")
             if name in plain
         },
         "remarks": [*_remarks(case, whole, start, now, snapshots), *(() if restores else apart)],
@@ -95,7 +95,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
         "shares": told,
         "pressures": pressures,
         "conservation": conservation,
-        "expected": compare({**measured.results, **conservation}, case.expected),
+        "expected": compare_expected({**measured.results, **conservation}, case.expected),
     }
 
 

@@ -1,18 +1,20 @@
-"""Runs side by side, from their files alone: measures against published values, conservation, cost."""
+"""Comparison of runs with published values and with one another, from their files alone."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
+import numpy as np
+
+from hvisph.core.errors import CaseError, suggest_nearest
+from hvisph.measures.measure import measure
+from hvisph.measures.result import Result
 from hvisph.output import file_names, reader
 from hvisph.output.snapshot import Snapshot
-
-from .expected import within
-from .measure import measure
 
 COST = ("particles", "steps", "threads", "wall_seconds", "microseconds_per_particle_step")
 
@@ -77,7 +79,7 @@ class Row:
         return [
             name
             for name, entry in self.published.items()
-            if not within(self.value(name), entry["value"], entry["tolerance"])
+            if not is_within(self.value(name), entry["value"], entry["tolerance"])
         ]
 
     def as_dict(self) -> dict[str, Any]:
@@ -99,32 +101,20 @@ class Row:
 
 
 def row(name: str, source: str | os.PathLike[str]) -> Row:
-    """Return one run for a comparison.
+    """Return one run for a comparison: the folder of a run, of another code's VTU files, or one snapshot.
 
-    Parameters
-    ----------
-    name
-        What to call it.
-    source
-        The folder of a run, ended or not, a folder of another code's VTU files, or one snapshot.
-
-    Raises
-    ------
-    CaseError
-        When there is no such file or folder.
-    OutputError
-        When it holds nothing that can be measured.
+    Raises `CaseError` where there is no such file or folder, and `OutputError` where nothing in it can be measured.
     """
     path = Path(source)
     if (path / file_names.SUMMARY).is_file():
-        return _ended(name, path, reader.read_summary(path))
+        return _finished_row(name, path, reader.read_summary(path))
     measured = measure(path)
     status = "unfinished" if (path / file_names.CASE).is_file() else "snapshot"
     plain = measured.as_dict()["measures"]
     return Row(name, path, measured.title, status, None, measured.time, plain, {}, {}, {})
 
 
-def _ended(name: str, path: Path, summary: dict[str, Any]) -> Row:
+def _finished_row(name: str, path: Path, summary: dict[str, Any]) -> Row:
     published = {
         entry["name"]: {
             "value": entry["expected"],
@@ -157,3 +147,59 @@ def shown_measures(rows: Iterable[Row]) -> list[str]:
     if published:
         valued = (valued & {"void_fraction"}) | published
     return [name for name in order if name in valued]
+
+
+class Expectations(Protocol):
+    """Names and expectations: a mapping, or the part of a case that holds them."""
+
+    def items(self) -> Iterable[tuple[str, Any]]:
+        """Return pairs of a measure's name and its expectation."""
+
+
+def compare_expected(results: Mapping[str, Result | float | None], expected: Expectations) -> list[dict[str, Any]]:
+    """Compare measures, and other figures of a run as plain numbers, with expected values by the same names.
+
+    An expectation is a mapping or object with `value`, `tolerance` (half-width) and, optionally, `source`, in SI. Each
+    row has `name`, `value` (None where the measure is undefined), `expected`, `tolerance`, `source` and `passed`; a
+    value on the limit passes. Raises `CaseError` where an expectation names no measure.
+    """
+    rows = []
+    for name, entry in expected.items():
+        if name not in results:
+            raise CaseError(f"unknown measure '{name}'{suggest_nearest(name, list(results))}", where=f"expected.{name}")
+        result = results[name]
+        value = result.value if isinstance(result, Result) else result
+        target, tolerance = float(_value_of(entry, "value")), float(_value_of(entry, "tolerance"))
+        rows.append(
+            {
+                "name": name,
+                "value": value,
+                "expected": target,
+                "tolerance": tolerance,
+                "source": str(_value_of(entry, "source", "") or ""),
+                "passed": is_within(value, target, tolerance),
+            }
+        )
+    return rows
+
+
+def is_within(value: float | None, expected: float, tolerance: float) -> bool:
+    """Whether a measured value is as expected; what has no value is not.
+
+    What was written in decimals may sit on the limit, so a few ulp beyond it pass.
+    """
+    slack = 1e-12 * (abs(expected) + tolerance)
+    return value is not None and abs(value - expected) <= tolerance + slack
+
+
+def _value_of(entry: Any, name: str, default: Any = None) -> Any:
+    return entry.get(name, default) if isinstance(entry, Mapping) else getattr(entry, name, default)
+
+
+def mean_difference(times: np.ndarray, values: np.ndarray, exact: np.ndarray) -> float:
+    """Return the mean over time of the size of `values` - `exact`, both at `times`; NaN is left out."""
+    seen = np.isfinite(values)
+    times, difference = times[seen], np.abs(values - exact)[seen]
+    if len(times) < 2:
+        return float("nan")
+    return float(np.trapezoid(difference, times) / (times[-1] - times[0]))

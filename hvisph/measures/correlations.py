@@ -5,7 +5,7 @@ Spheres of any metal on plates of aluminium. Sources:
 - crater depth and single wall: Cour-Palais, as in NASA TM-2009-214785 eqs. 4-1 to 4-6;
 - Whipple shield: Christiansen, ibid. eqs. 4-23 to 4-26;
 - hole in a thin plate: Maiden and McHugh 1963 and Sawle 1969; their coefficients are recalled, not read in a source;
-- residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976 (`hvisph.measures.threshold` fits their curve).
+- residual velocity: Recht and Ipson 1963; Lambert and Jonas 1976.
 
 Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
 """
@@ -13,7 +13,7 @@ Hardness, sound speed and yield strength of alloys: NASA TM-2009-214789.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from math import cos, sqrt
 from typing import Any
 
@@ -120,7 +120,7 @@ class Correlation:
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON."""
-        return dict(self.__dict__)
+        return asdict(self)
 
 
 def crater_depth(impact: Impact, wall: Wall, alloy: Alloy) -> float:
@@ -166,6 +166,37 @@ def recht_ipson(speed: float, limit: float, mass: float, plug: float) -> float:
         Of the projectile and of the plug that it pushes out [kg].
     """
     return mass / (mass + plug) * sqrt(max(speed**2 - limit**2, 0.0))
+
+
+@dataclass(frozen=True)
+class LambertJonas:
+    """The curve of residual velocities.
+
+    Parameters
+    ----------
+    a, p, limit
+        v_r = a (v^p - limit^p)^(1/p), velocities in m/s.
+    deviation
+        Root mean square of what is left of the residual velocities [m/s].
+    """
+
+    a: float
+    p: float
+    limit: float
+    deviation: float
+
+    def residual(self, velocity: np.ndarray | float) -> np.ndarray:
+        """Return the residual velocity [m/s]; 0 below the limit."""
+        return lambert_jonas_velocity(np.asarray(velocity, float), self.a, self.p, self.limit)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for JSON."""
+        return asdict(self)
+
+
+def lambert_jonas_velocity(v: np.ndarray, a: float, p: float, limit: float) -> np.ndarray:
+    """Return the residual velocity a (v^p - limit^p)^(1/p), 0 below the limit [m/s]."""
+    return a * np.maximum(np.maximum(v, 0.0) ** p - limit**p, 0.0) ** (1.0 / p)
 
 
 def correlations(impact: Impact) -> list[Correlation]:

@@ -1,28 +1,258 @@
-"""Every measure of a run or of one snapshot, from its files alone."""
+"""The measures of a run or of one snapshot, from its files alone."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from hvisph.core.errors import CaseError
-from hvisph.measures.frame.initial_reference import Begun
-from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.one_dimensional.plateau import before_release, plateau
-from hvisph.measures.projectile.perforation_times import Moment, moment_of, with_history
+from hvisph.core.errors import CaseError, OutputError
+from hvisph.core.measure_catalogue import CATALOGUE, reported_measures
+from hvisph.measures.debris.cloud import Cloud, cloud
+from hvisph.measures.debris.fragments import FEWEST, BodyFragments, Fragments
+from hvisph.measures.frame.impact_geometry import PROJECTILE
+from hvisph.measures.frame.measurement_frame import InitialReference, Scene
+from hvisph.measures.frame.symmetry_completion import Whole
+from hvisph.measures.registry import evaluate
+from hvisph.measures.result import MASS_UNITS, Result, undefined_result
+from hvisph.measures.target.perforation_times import Moment, Timeline
+from hvisph.measures.target.plug import plug_of
+from hvisph.measures.target.targets import LayerMeasures, layer_measures, verdict
 from hvisph.output.snapshot import Snapshot
 
-from .result import Result
-from .snapshot_measures import History, Measures, measure_snapshot, unmeasured
-from .temporal_scatter import LARGE, LATELY, MOST, lately, swinging
-from .verdict import answer
+History = Mapping[str, np.ndarray]
+LATELY = 0.1  # share of the run over which a swing counts
+MOST = 3  # earlier moments that are measured for it
+LARGE = 300_000  # particles from which on one is enough
+ROUND_OFF = 1e-12  # of the largest velocity of a body: a smaller mean component is zero
 
-__all__ = ["History", "Measures", "measure", "measure_in_time", "measure_snapshot", "unmeasured"]
+
+@dataclass(frozen=True)
+class Measures:
+    """The measures at one moment.
+
+    Parameters
+    ----------
+    source
+        The file or folder that was measured.
+    title
+        The case's title.
+    time, step
+        The moment [s] and the number of steps done.
+    results
+        By name; values in SI.
+    dimensions
+        1, 2 or 3.
+    unitless
+        Whether the case has no units.
+    bodies
+        Of every body: ``mass`` [kg], ``velocity`` (mass mean, list) [m/s] and ``kinetic_energy`` [J].
+    fragments
+        Of every body, in the order of bodies: its connected groups with masses and velocities.
+    layers
+        The damage of every layer, in the order along the shot line.
+    whole
+        How the whole model, which is what is measured, follows from what was computed.
+    projectile
+        What is left of the projectile, by name.
+    cloud
+        The debris behind the perforated layers.
+    profile
+        Outline of a bar: ``distance`` from its foot and ``diameter`` [m]; empty where there is none.
+    series
+        All moments in the order of time, where all were measured. This one is the last.
+    """
+
+    source: str
+    title: str
+    time: float
+    step: int
+    results: dict[str, Result]
+    dimensions: int = 3
+    unitless: bool = False
+    bodies: dict[str, dict[str, Any]] = field(default_factory=dict)
+    fragments: tuple[BodyFragments, ...] = field(default=(), compare=False, repr=False)
+    layers: tuple[LayerMeasures, ...] = ()
+    whole: Whole = field(default_factory=Whole)
+    projectile: dict[str, Result] = field(default_factory=dict)
+    cloud: Cloud = field(default_factory=lambda: Cloud({}))
+    profile: dict[str, list[float]] = field(default_factory=dict)
+    series: tuple[Measures, ...] = field(default=(), compare=False, repr=False)
+
+    def __getitem__(self, name: str) -> Result:
+        return self.results[name]
+
+    @property
+    def answer(self) -> str:
+        """One line: which layers are perforated."""
+        return verdict(self.layers, self.unitless)
+
+    @property
+    def mass_unit(self) -> str:
+        """SI unit of a mass, which is one per depth or area in 2D and 1D; empty without units."""
+        return "" if self.unitless else MASS_UNITS[3 if self.whole.revolution else self.dimensions]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for JSON: SI units throughout."""
+        plain: dict[str, Any] = {
+            "source": self.source,
+            "title": self.title,
+            "time": self.time,
+            "step": self.step,
+            "answer": self.answer,
+            "measures": {name: result.as_dict() for name, result in self.results.items()},
+            "bodies": self.bodies,
+            "layers": [layer.as_dict() for layer in self.layers],
+            "projectile": {"measures": {name: result.as_dict() for name, result in self.projectile.items()}},
+            "cloud": self.cloud.as_dict(),
+            "whole": self.whole.as_dict(),
+        }
+        if self.profile:
+            plain["profile"] = self.profile
+        if self.series:
+            plain["series"] = [moment.as_dict() for moment in self.series]
+        return plain
+
+    def fragments_as_dict(self, fewest: int = FEWEST) -> dict[str, Any]:
+        """Return the fragments of `fewest` particles or more in their plain form for JSON, others summed up; in SI."""
+        plain: dict[str, Any] = {
+            "source": self.source,
+            "title": self.title,
+            "time": self.time,
+            "step": self.step,
+            "mass_unit": self.mass_unit,
+            "bodies": [part.as_dict(fewest) for part in self.fragments],
+        }
+        if self.series:
+            plain["series"] = [moment.fragments_as_dict(fewest) for moment in self.series]
+        return plain
+
+
+def measure_snapshot(now: Snapshot, start: Snapshot | InitialReference | None = None, history: History | None = None,
+                     source: str = "") -> Measures:  # fmt: skip
+    """Measure one moment held in memory.
+
+    `start` is the run's first snapshot, or its reference; without it axis and plate come from `now`. `history` are the
+    columns of ``history.csv`` by name, whose peaks count up to the moment, and `source` is what to name as measured.
+    """
+    scene = Scene.from_snapshot(now, start)
+    scene.history = history
+    return measure_scene(scene, source)
+
+
+def measure_scene(scene: Scene, source: str = "") -> Measures:
+    """Measure a scene; raises `OutputError` where it has no particle of a projectile."""
+    if not scene.is_projectile.any():
+        remedy = "" if PROJECTILE in scene.shot.roles else "; give a body `role: projectile`"
+        raise OutputError(f"{source or 'the snapshot'}: there is no particle of the projectile{remedy}")
+    now = scene.now
+    return Measures(
+        source=source,
+        title=str(now.metadata.get("title", "")),
+        time=now.time,
+        step=now.step,
+        results=evaluate("run", scene),
+        dimensions=now.dimensions,
+        unitless=now.metadata.get("units") == "none",
+        bodies=body_table(scene),
+        fragments=debris(scene),
+        layers=layer_measures(scene),
+        whole=scene.shot.whole,
+        projectile=evaluate("projectile", scene),
+        cloud=cloud(scene, now.metadata.get("witness")),
+        profile=scene.profile,
+    )
+
+
+def debris(scene: Scene) -> tuple[BodyFragments, ...]:
+    """Return the fragments of every body that has particles, in the order of bodies.
+
+    Centres and velocities are in the case's axes, extents along the shot line and across it.
+    """
+    pieces = []
+    for body in scene.now.present:
+        fragments = scene.fragments(body)
+        roles = _roles(scene, body, fragments)
+        elsewhere = scene.shot.is_rotated or scene.shot.drift
+        own = replace(fragments, back=scene.shot.case_axes(scene.now.time)) if elsewhere else fragments
+        name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
+        pieces.append(BodyFragments(name, own, roles))
+    return tuple(pieces)
+
+
+def _roles(scene: Scene, body: int, fragments: Fragments) -> tuple[str, ...]:
+    roles = [""] * len(fragments)
+    if body == scene.target:
+        roles = ["attached" if holds else "" for holds in scene.attached_groups(body)]
+        plug = plug_of(scene)
+        if plug is not None:
+            roles[plug] = "plug"
+    if roles[0] != "plug":
+        roles[0] = "main body"
+    return tuple(roles)
+
+
+def body_table(scene: Scene) -> dict[str, dict[str, Any]]:
+    """Return mass, mass-mean velocity in the case's axes and kinetic energy of every body; empty without masses."""
+    if not {"velocity", "mass"} <= scene.now.fields.keys():
+        return {}
+    velocity = scene.shot.back(scene.now.fields["velocity"].reshape(scene.now.count, -1))
+    velocity = velocity + np.array(scene.shot.drift or (0.0,))
+    table = {}
+    for body in scene.now.present:
+        own = scene.now.body == body
+        mass = scene.now.fields["mass"][own]
+        whole = float(mass.sum())
+        mean = mass @ velocity[own] / whole if whole > 0.0 else np.zeros(velocity.shape[1])
+        mean = np.where(np.abs(mean) > ROUND_OFF * np.abs(velocity[own]).max(initial=0.0), mean, 0.0)
+        energy = 0.5 * float(mass @ (velocity[own] ** 2).sum(axis=1))
+        values = np.array([whole, *mean, energy])
+        if np.isfinite(values).all():
+            table[scene.name(body)] = {"mass": whole, "velocity": mean.tolist(), "kinetic_energy": energy}
+    return table
+
+
+def undefined_measures(now: Snapshot, reason: str) -> Measures:
+    """Return what there is of a moment that cannot be measured: every measure without a value."""
+    results = {name: undefined_result(CATALOGUE[name].unit, reason) for name in reported_measures(now.dimensions)}
+    return Measures("", str(now.metadata.get("title", "")), now.time, now.step, results, now.dimensions)
+
+
+def recent_moments(times: Sequence[float], end: float) -> list[int]:
+    """Return the numbers of the moments before `end` [s] that tell the swing: one to three of the last tenth."""
+    recent = [number for number, time in enumerate(times) if time >= end * (1.0 - LATELY) * (1.0 - 1e-9)]
+    if not recent:
+        return [len(times) - 1] if len(times) else []
+    step = max(1, -(-len(recent) // MOST))
+    return recent[::step]
+
+
+def add_swing(results: Mapping[str, Result], end: float, earlier: Sequence[tuple[float, Mapping[str, Result]]]
+             ) -> dict[str, Result]:  # fmt: skip
+    """Return the results at time `end` [s] with their swing: half of their range over the last tenth of the run.
+
+    A single earlier moment that lies further back tells a drift, of which the share of a tenth of the run counts.
+    """
+    swung = dict(results)
+    for name, result in results.items():
+        known = [(time, one[name]) for time, one in earlier if name in one]
+        if result.variants:
+            parts = [(time, one.variants) for time, one in known]
+            result = replace(result, variants=add_swing(result.variants, end, parts))
+            swung[name] = result
+        values = [one.value for _, one in known if one.value is not None]
+        if result.value is None or result.time is not None or name in ("perforated", "perforation_time") or not values:
+            continue
+        span = end - min(time for time, _ in known)
+        share = min(1.0, LATELY * end / span) if span > 0.0 else 1.0
+        swing = 0.5 * share * (max(*values, result.value) - min(*values, result.value))
+        swung[name] = replace(result, swing=swing)
+    return swung
 
 
 def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
@@ -62,7 +292,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     if not path.exists():
         raise CaseError(f"no such run folder or snapshot: {path}")
     if not (at is None or at == "all" or (isinstance(at, int | float) and np.isfinite(at))):
-        raise CaseError(f"{at!r} is no moment; allowed: a time in seconds, or 'all'", where="at")
+        raise CaseError(f"{at!r} is no time; allowed: a time in seconds, or 'all'", where="at")
     from hvisph.output import file_names as files_of
     from hvisph.output import reader
 
@@ -83,13 +313,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     # a folder of another code's files has no history; a damaged one is an error
     history = reader.read_history(path) if (path / files_of.HISTORY).exists() else None
     if at == "all":
-        begun = None if start is None else Begun(start)
-        moments = tuple(measure_snapshot(read(file), start, history, str(path), begun) for file in files)
-        known = [_known(one, file, lambda file: Scene.of(read(file), begun))
-                 for one, file in zip(moments, files, strict=True)]  # fmt: skip
-        moments = tuple(_timed(moment, number + 1, known.__getitem__) for number, moment in enumerate(moments))
-        moments = tuple(_swung(moment, moments[:number]) for number, moment in enumerate(moments))
-        return replace(moments[-1], series=moments)
+        return _measure_series(files, None if start is None else InitialReference(start), history, str(path), read)
     if at is not None:
         times = (reader.read_time(file, convention) for file in files)
         number = min(enumerate(times), key=lambda known: abs(known[1] - float(at)))[0]
@@ -100,83 +324,66 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
 def measure_in_time(now: Snapshot, files: Sequence[Path], start: Snapshot | None = None,
                     history: History | None = None, source: str = "",
                     read: Callable[[Path], Snapshot] | None = None) -> Measures:  # fmt: skip
-    """Measure one moment, with what only earlier ones tell: how far measures swing, and when layers were perforated.
+    """Measure one moment with what only earlier ones tell: temporal scatter, and times of perforation and exit.
 
-    Parameters
-    ----------
-    now
-        The moment.
-    files
-        The snapshots up to it, in order of time.
-    start
-        The first of them, if it is the run's first.
-    history, source
-        As in `measure_snapshot`.
-    read
-        Reads one of them; `hvisph.output.reader.read_snapshot`, fields when they are asked for, unless given.
+    `files` are the snapshots up to it in order of time, `start` is the first of them, if it is the run's first, and
+    `read` reads one of them; `history` and `source` are as in `measure_snapshot`.
     """
-    from hvisph.output import reader
+    from hvisph.output import file_names, reader
 
-    begun = None if start is None else Begun(start)
+    begun = None if start is None else InitialReference(start)
     read = read or partial(reader.read_snapshot, lazily=True)
-    return _in_time(measure_snapshot(now, start, history, source, begun), files, begun, read)
-
-
-def _in_time(now: Measures, files: Sequence[Path], begun: Begun | None, read: Callable[[Path], Snapshot]) -> Measures:
-    """Return the measures of the last of the snapshots `files` with what only the earlier ones tell."""
-    from hvisph.output import file_names
-
-    last = now.moment
-
-    @lru_cache(maxsize=1)  # of a large run no more are held
-    def scene(number: int) -> Scene:
-        return Scene.of(read(files[number]), begun)
-
-    def moment(number: int) -> Moment:
-        if number == len(files) - 1:
-            return replace(last, projectile=lambda: moment_of(scene(number)).projectile())
-        return moment_of(scene(number), lambda: scene(number))
-
+    scene = Scene.from_snapshot(now, begun)
+    scene.history = history
+    if files:
+        last = len(files) - 1
+        scene.timeline = Timeline(_loader(files, begun, read), len(files), {last: Moment(lambda: scene)})
+    measured = measure_scene(scene, source)
     earlier = [file for file in files if file.stem != file_names.POST_MORTEM][:-1]
-    if now.dimensions == 1:
-        now = _plateau_of(now, files, begun, read)
-    if earlier:
-        recent = [read(earlier[-1])]
-        for file in reversed(earlier[-MOST:-1] if recent[0].count < LARGE else ()):
-            before = read(file)
-            if before.time < (1.0 - LATELY) * now.time:
-                break
-            recent.append(before)
-        now = _swung(now, [measure_snapshot(one, begun=begun) for one in reversed(recent)])
-    return _timed(now, len(files), moment)
+    if not earlier:
+        return measured
+    recent = [read(earlier[-1])]
+    for file in reversed(earlier[-MOST:-1] if recent[0].count < LARGE else ()):
+        before = read(file)
+        if before.time < (1.0 - LATELY) * now.time:
+            break
+        recent.append(before)
+    return _add_swing(measured, [measure_snapshot(one, begun) for one in reversed(recent)])
 
 
-def _known(measured: Measures, file: Path, scene: Callable[[Path], Scene]) -> Moment:
-    """Return what a measured moment tells, its layers' states among it."""
-    states = [layer.state for layer in measured.layers]
-    return replace(measured.moment, state=states.__getitem__, projectile=lambda: moment_of(scene(file)).projectile())
+def _loader(
+    files: Sequence[Path], begun: InitialReference | None, read: Callable[[Path], Snapshot]
+) -> Callable[[int], Scene]:
+    """Return what makes the scene of a snapshot by its number; of a large run no more than one is held."""
+    return lru_cache(maxsize=1)(lambda number: Scene.from_snapshot(read(files[number]), begun))
 
 
-def _plateau_of(now: Measures, files: Sequence[Path], begun: Begun | None, read: Callable[[Path], Snapshot]
-                ) -> Measures:  # fmt: skip
-    """Return the measures of a plate impact with the plateau as it was before it was released."""
-    snapshots = (read(file) for file in files)
-    seen = [(one.time, plateau(Scene.of(one, begun))) for one in snapshots if one.time <= now.time]
-    if not seen:
-        return now
-    best = before_release(seen)
-    return replace(now, results=now.results | {"plateau_stress": best.stress.finite(),
-                                                   "interface_velocity": best.velocity.finite()})  # fmt: skip
+def _measure_series(files: Sequence[Path], begun: InitialReference | None, history: History | None, source: str,
+                    read: Callable[[Path], Snapshot]) -> Measures:  # fmt: skip
+    """Measure all moments of a run; the last one holds the series."""
+    load, known = _loader(files, begun, read), dict[int, Moment]()
+    series: list[Measures] = []
+    for number, file in enumerate(files):
+        scene = Scene.from_snapshot(read(file), begun)
+        scene.history = history
+        known[number] = moment = Moment(partial(lambda one: one, scene))
+        scene.timeline = Timeline(load, number + 1, known, series=True)
+        measured = measure_scene(scene, source)
+        for body in scene.layers:
+            moment.state(body)
+        moment.scene = partial(load, number)  # the scene is not held
+        series.append(_add_swing(measured, series))
+    return replace(series[-1], series=tuple(series))
 
 
-def _swung(now: Measures, earlier: Sequence[Measures]) -> Measures:
-    """Return measures with their swing over the last tenth of the run."""
-    earlier = [earlier[number] for number in lately([one.time for one in earlier], now.time)]
+def _add_swing(now: Measures, earlier: Sequence[Measures]) -> Measures:
+    """Return measures with their range over the last tenth of the run."""
+    earlier = [earlier[number] for number in recent_moments([one.time for one in earlier], now.time)]
     if not earlier:
         return now
 
     def swung(of: Callable[[Measures], Mapping[str, Result]]) -> dict[str, Result]:
-        return swinging(of(now), now.time, [(one.time, of(one)) for one in earlier])
+        return add_swing(of(now), now.time, [(one.time, of(one)) for one in earlier])
 
     def of_layer(body: str) -> Callable[[Measures], Mapping[str, Result]]:
         return lambda one: next((layer.results for layer in one.layers if layer.body == body), {})
@@ -185,8 +392,3 @@ def _swung(now: Measures, earlier: Sequence[Measures]) -> Measures:
     return replace(now, results=swung(lambda one: one.results), layers=tuple(layers),
                    projectile=swung(lambda one: one.projectile),
                    cloud=replace(now.cloud, results=swung(lambda one: one.cloud.results)))  # fmt: skip
-
-
-def _timed(now: Measures, count: int, moment: Callable[[int], Moment]) -> Measures:
-    layers = with_history(now.layers, count, moment)
-    return replace(now, layers=layers, answer=answer(layers, now.unitless))

@@ -1,18 +1,19 @@
-"""One measured number with its unit, its uncertainty and, where it has no meaning, the reason."""
+"""A measured number with its unit, its uncertainty and, where it is undefined, the reason."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-SETTLED = 0.02  # of a value: it stands still where it swings by less
-# Of the whole: per area in 1D and per depth in 2D.
-MASS_UNITS = {1: "kg/m^2", 2: "kg/m", 3: "kg"}
-MOMENTUM_UNITS = {1: "N s/m^2", 2: "N s/m", 3: "N s"}
-ENERGY_UNITS = {1: "J/m^2", 2: "J/m", 3: "J"}
+SETTLED = 0.02  # relative change over the last tenth of the run below which a number is settled
+MASS_UNITS = {1: "kg/m^2", 2: "kg/m", 3: "kg"}  # per area in 1D and per depth in 2D
+
+
+class UndefinedMeasureError(Exception):
+    """A measure is undefined here; the message is the reason."""
 
 
 @dataclass(frozen=True)
@@ -22,87 +23,100 @@ class Result:
     Parameters
     ----------
     value
-        The number in `unit`; None where the measure has no meaning, and then `reason` says why.
+        The number in `unit`; None where the measure is undefined, and then `reason` says why.
     unit
         SI unit; empty for plain numbers.
-    uncertainty
-        Half-width in `unit` within which the number is known: of all kinds together.
+    scatter
+        Half-width by the sample that the number was taken from; None where that is not known.
     time
-        When a peak was reached [s]; None for what belongs to a snapshot's own time.
+        Time of a peak [s]; None for what belongs to a snapshot's own time.
     reason
         Why `value` is None.
     spacing, support
-        Resolution behind a length: dx [m] and the kernel's reach [m].
+        Resolution of a length: dx [m], by which two edges together are uncertain, and the kernel's reach [m].
+    discretization
+        Estimated error of the particle spacing of other numbers.
     swing
-        The part of the uncertainty that is the number's own swing over the last tenth of the run; None where that is
-        not known.
+        Half of the range of the number over the last tenth of the run; None where that is not known.
+    note
+        What qualifies the number.
+    final
+        Whether the state that it describes has come to rest.
+    variants
+        The same quantity by further definitions, the first being this one.
     """
 
     value: float | None
-    unit: str
-    uncertainty: float | None = None
+    unit: str = ""
+    scatter: float | None = None
     time: float | None = None
     reason: str = ""
     spacing: float | None = None
     support: float | None = None
+    discretization: float | None = None
     swing: float | None = None
+    note: str = ""
+    final: bool = True
+    variants: Mapping[str, Result] = field(default_factory=dict)
 
     @property
-    def by_kind(self) -> dict[str, float]:
-        """The uncertainty by kind, in `unit`.
+    def uncertainty_by(self) -> dict[str, float]:
+        """The uncertainty by kind, in `unit`: ``spacing``, ``discretization``, ``scatter`` and ``swing``."""
+        spacing = self.spacing if self.unit == "m" else None
+        kinds = {"spacing": spacing, "discretization": self.discretization, "scatter": self.scatter,
+                 "swing": self.swing}  # fmt: skip
+        return {kind: size for kind, size in kinds.items() if size is not None and self.value is not None}
 
-        ``spacing`` is what the distance of particles leaves open of a length, with the scatter of what a mean was
-        taken over; ``scatter`` that of other numbers; ``swing`` how far the number moved lately.
-        """
-        extras = {} if self.swing is None else {"swing": self.swing}
-        if self.uncertainty is not None:
-            rest = float(np.sqrt(max(self.uncertainty**2 - (self.swing or 0.0) ** 2, 0.0)))
-            if rest > 0.0 or self.swing is None:
-                extras["scatter" if self.spacing is None else "spacing"] = rest
-        return extras
+    @property
+    def uncertainty(self) -> float | None:
+        """Half-width in `unit` within which the number is known at one resolution: of all kinds together."""
+        kinds = self.uncertainty_by
+        return float(np.sqrt(sum(size**2 for size in kinds.values()))) if kinds else None
 
     @property
     def settled(self) -> bool:
-        """Whether the number stands still: it swings by no more than its other uncertainty, or by 2 % of itself."""
+        """Whether the number stands still: it moves by no more than spacing and scatter, or 2 % of itself."""
         if self.value is None or self.swing is None:
-            return True
-        rest = max((size for kind, size in self.by_kind.items() if kind != "swing"), default=0.0)
-        return self.swing <= max(rest, SETTLED * abs(self.value))
-
-    def swinging(self, swing: float) -> Result:
-        """Return the result with a swing as a further part of its uncertainty."""
-        rest = self.uncertainty or 0.0
-        return replace(self, uncertainty=float(np.hypot(rest, swing)), swing=swing)
-
-    def finite(self) -> Result:
-        """Return the result itself, or the reason why there is none where its value is not finite."""
-        if self.value is None or np.isfinite(self.value):
-            return self
-        return meaningless(self.unit, "its value is not finite")
+            return self.final
+        kinds = self.uncertainty_by
+        rest = float(np.hypot(kinds.get("spacing", 0.0), kinds.get("scatter", 0.0)))
+        return self.final and self.swing <= max(rest, SETTLED * abs(self.value))
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plain form for JSON; optional entries appear only where they say something."""
         plain: dict[str, Any] = {"value": self.value, "unit": self.unit, "uncertainty": self.uncertainty}
-        if self.by_kind:
-            plain["uncertainty_by"] = self.by_kind
+        if self.uncertainty_by:
+            plain["uncertainty_by"] = self.uncertainty_by
         if not self.settled:
             plain["settled"] = False
-        if self.time is not None:
-            plain["time"] = self.time
-        if self.reason:
-            plain["reason"] = self.reason
         if self.spacing is not None:
             plain["resolution"] = {"spacing": self.spacing, "support": self.support}
+        plain |= {key: getattr(self, key) for key in ("time", "reason", "note") if getattr(self, key) not in (None, "")}
+        if self.variants:
+            plain["variants"] = {name: one.as_dict() for name, one in self.variants.items()}
         return plain
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Result:
-        """Return what `as_dict` was made from."""
-        at = plain.get("resolution", {})
-        return cls(plain["value"], plain["unit"], plain["uncertainty"], plain.get("time"), plain.get("reason", ""),
-                   at.get("spacing"), at.get("support"), plain.get("uncertainty_by", {}).get("swing"))  # fmt: skip
+        """Return the result with the plain form `plain`."""
+        at, kinds = plain.get("resolution", {}), plain.get("uncertainty_by", {})
+        result = cls(
+            plain["value"], plain["unit"], kinds.get("scatter", None if kinds else plain.get("uncertainty")),
+            plain.get("time"), plain.get("reason", ""), at.get("spacing"), at.get("support"),
+            kinds.get("discretization"), kinds.get("swing"), plain.get("note", ""),
+            variants={name: cls.from_dict(one) for name, one in plain.get("variants", {}).items()},
+        )  # fmt: skip
+        return replace(result, final=plain.get("settled", True) or not result.settled)
 
 
-def meaningless(unit: str, reason: str) -> Result:
-    """Return the result of a measure that has no meaning here."""
-    return Result(value=None, unit=unit, reason=reason)
+def undefined_result(unit: str, reason: str) -> Result:
+    """Return the result of a measure that is undefined."""
+    return Result(None, unit, reason=reason)
+
+
+def weighted_quantile(values: np.ndarray, weights: np.ndarray, share: float) -> float:
+    """Return the value that `share` of the weight does not exceed: the same for a part and its mirrored whole."""
+    order = np.argsort(values, kind="stable")
+    cumulated = np.cumsum(weights[order])
+    at = int(np.searchsorted(cumulated, share * cumulated[-1] * (1.0 - 1e-9)))
+    return float(values[order[min(at, len(order) - 1)]])

@@ -5,30 +5,22 @@ from __future__ import annotations
 import csv
 import io
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hvisph.measures.target.plug import FEWEST
+from hvisph.measures.debris.fragments import FEWEST
+from hvisph.measures.measure import Measures
+from hvisph.measures.result import Result
 from hvisph.output.atomic_write import write_text
-
-from .measure import Measures
 
 
 @dataclass(frozen=True)
 class Column:
-    """One quantity over time.
-
-    Parameters
-    ----------
-    unit
-        SI unit; empty for plain numbers.
-    values
-        One a moment; NaN where it has none.
-    """
+    """One quantity over time: its SI unit, empty for plain numbers, and a value a moment, NaN where there is none."""
 
     unit: str
     values: np.ndarray
@@ -50,7 +42,7 @@ def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
     """
     rows: list[dict[str, tuple[str, float | None]]] = []
     for moment in moments(measured):
-        row = {name: (result.unit, result.value) for name, result in moment.results.items()}
+        row = _cells("", moment.results)
         for part in moment.fragments:
             head, largest = f"fragments.{part.body}.", part.fragments[0]
             row[head + "number"] = "", part.number()
@@ -64,8 +56,8 @@ def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
         for row, moment in zip(rows, moments(measured), strict=True):
             parts = {"projectile": moment.projectile, "cloud": moment.cloud.results}
             parts |= {f"layer.{layer.body}": layer.results for layer in moment.layers}
-            row |= {f"{part}.{name}": (one.unit, one.value) for part, results in parts.items()
-                    for name, one in results.items()}  # fmt: skip
+            for section, results in parts.items():
+                row |= _cells(f"{section}.", results)
         told = {name for row in rows for name, (_, value) in row.items() if value is not None}
         inner = ("projectile.", "cloud.", "layer.")
         rows = [
@@ -78,18 +70,25 @@ def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
     }
 
 
+def _cells(head: str, results: Mapping[str, Result]) -> dict[str, tuple[str, float | None]]:
+    """Return unit and value of each result, and of its further variants that have one, by the name of the column."""
+    cells: dict[str, tuple[str, float | None]] = {}
+    for name, result in results.items():
+        cells[f"{head}{name}"] = result.unit, result.value
+        for variant, one in [*result.variants.items()][1:]:
+            if one.value is not None:
+                cells[f"{head}{name}.{variant}"] = one.unit, one.value
+    return cells
+
+
 def write_series(measured: Measures, path: str | os.PathLike[str]) -> Path:
     """Write one row a moment: time, step, and the columns; empty where a measure has no value.
 
-    The header names each column with its SI unit, as in ``crater_diameter [m]``; a case without units has none.
-
-    Raises
-    ------
-    OutputError
-        When it cannot be written; an earlier file of that name is then untouched.
+    The header names each column with its SI unit, as in ``crater_diameter [m]``. Raises `OutputError` where the file
+    cannot be written; an earlier file of that name is then untouched.
     """
     table = columns(measured, sections=True)
-    head = [_headed("time", "s", measured), "step", *(_headed(name, table[name].unit, measured) for name in table)]
+    head = [_heading("time", "s", measured), "step", *(_heading(name, table[name].unit, measured) for name in table)]
     body = [
         [moment.time, moment.step, *(column.values[row] for column in table.values())]
         for row, moment in enumerate(moments(measured))
@@ -100,38 +99,33 @@ def write_series(measured: Measures, path: str | os.PathLike[str]) -> Path:
 def write_fragments(measured: Measures, path: str | os.PathLike[str]) -> Path:
     """Write one row a fragment, single particles included, of every body and moment.
 
-    Fragments are numbered from 1, the one with most particles. ``number_at_least`` and ``mass_share_at_least`` are
-    the body's cumulative distribution: how many of its fragments have this mass or more, and their share of it.
-
-    Raises
-    ------
-    OutputError
-        When it cannot be written; an earlier file of that name is then untouched.
+    Fragments are numbered from 1, the one with most particles. ``number_at_least`` and ``mass_share_at_least`` are the
+    body's cumulative mass distribution. Raises as `write_series`.
     """
     axes = "xyz"[: measured.dimensions]
     head = [
-        _headed("time", "s", measured),
+        _heading("time", "s", measured),
         "body",
         "fragment",
         "role",
         "particles",
-        _headed("mass", measured.mass_unit, measured),
+        _heading("mass", measured.mass_unit, measured),
     ]
     head += ["mass_share", "number_at_least", "mass_share_at_least"]
-    head += [_headed(f"velocity_{axis}", "m/s", measured) for axis in axes] + [_headed("speed", "m/s", measured)]
-    head += [_headed(f"{name}_{axis}", "m", measured) for name in ("centre", "extent") for axis in axes]
+    head += [_heading(f"velocity_{axis}", "m/s", measured) for axis in axes] + [_heading("speed", "m/s", measured)]
+    head += [_heading(f"{name}_{axis}", "m", measured) for name in ("centre", "extent") for axis in axes]
     body: list[list[Any]] = []
     for moment in moments(measured):
         for part in moment.fragments:
             for number, (piece, role) in enumerate(zip(part.fragments, part.roles, strict=True), 1):
-                heavier = part.distribution.at(piece.mass) or (None, None)
+                heavier = part.distribution.at_mass(piece.mass) or (None, None)
                 share = piece.mass / part.mass if part.mass > 0.0 else None
                 body.append([moment.time, part.body, number, role, piece.count, piece.mass, share, *heavier,
                              *piece.velocity, piece.speed, *piece.centre, *piece.extent])  # fmt: skip
     return _write(path, head, body)
 
 
-def _headed(name: str, unit: str, measured: Measures) -> str:
+def _heading(name: str, unit: str, measured: Measures) -> str:
     return f"{name} [{unit}]" if unit and not measured.unitless else name
 
 

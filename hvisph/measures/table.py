@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hvisph.core.measure_catalogue import Look, look_of
-
-from .result import Result
+from hvisph.core.measure_catalogue import PER_DEPTH, Look, look_of
+from hvisph.measures.result import Result
 
 # Units of shares and angles, of which little is nothing; and what is next to nothing of any unit for people.
 UNSIZED = ("", "%", "deg")
@@ -41,11 +40,8 @@ class Row:
     note: str = ""
 
 
-def rows(
-    results: Mapping[str, Result | float | None],
-    expected: Sequence[Mapping[str, Any]] = (),
-    unitless: bool = False,
-) -> list[Row]:
+def rows(results: Mapping[str, Result | float | None], expected: Sequence[Mapping[str, Any]] = (),
+         unitless: bool = False, variants: bool = False) -> list[Row]:  # fmt: skip
     """Return the table's rows in the order of `results`.
 
     Parameters
@@ -53,50 +49,60 @@ def rows(
     results
         Results by name, plain numbers among them.
     expected
-        What `hvisph.measures.expected.compare` returned.
+        What `hvisph.measures.compare.compare_expected` returned.
     unitless
         True for cases without units: numbers are shown as they are.
+    variants
+        Whether further variants of a measure have rows below its own.
     """
     by_name = {entry["name"]: entry for entry in expected}
     table = []
     for name, value in results.items():
-        result = value if isinstance(value, Result) else Result(value, "")
-        look = look_of(name, result.unit, unitless)
-        entry = by_name.get(name)
-        notes = [result.reason] if result.value is None else []
-        if not result.settled:
-            notes.append("not settled")
-        if result.time is not None:
-            notes.append(f"at t = {result.time:.4g}" if unitless else f"at {_text(result.time, None, _TIME)}")
-        target = ""
-        if entry is not None:
-            target = _shown(name, entry["expected"], entry["tolerance"], look)
-            notes.append(entry["source"])
-        table.append(
-            Row(
-                name=name,
-                label=look.label,
-                value=_shown(name, result.value, result.uncertainty, look),
-                expected=target,
-                passed=entry["passed"] if entry is not None else None,
-                note="; ".join(note for note in notes if note),
-            )
-        )
+        result = value if isinstance(value, Result) else Result(value)
+        table.append(_row(name, result, by_name.get(name), unitless))
+        if variants:
+            table += [_row(f"{name}.{one}", other, None, unitless) for one, other in [*result.variants.items()][1:]]
     return table
 
 
-def _shown(name: str, value: float | None, spread: float | None, look: Look) -> str:
+def _row(name: str, result: Result, entry: Mapping[str, Any] | None, unitless: bool) -> Row:
+    look = look_of(name, result.unit, unitless)
+    notes = [result.reason, result.note, "" if result.settled else "not settled"]
+    if result.time is not None:
+        notes.append(f"at t = {result.time:.4g}" if unitless else f"at {_format_number(result.time, None, _TIME)}")
+    value, target = _format_measure(name, result.value, result.uncertainty, look), ""
+    if entry is not None:
+        target = _format_measure(name, entry["expected"], entry["tolerance"], look)
+        notes.append(entry["source"])
+    passed = entry["passed"] if entry is not None else None
+    return Row(name, look.label, value, target, passed, "; ".join(note for note in notes if note))
+
+
+def body_rows(plain: Mapping[str, Any], unitless: bool = False) -> list[tuple[str, str, str, str]]:
+    """Return name, mass, velocity and kinetic energy of every body of a summary as text."""
+    table = []
+    for name, body in (plain.get("bodies") or {}).items():
+        space = 3 if plain["whole"]["kind"] == "revolution" else len(body["velocity"])
+        mass, energy = (Look("", "", "" if unitless else f"{unit}{PER_DEPTH[space]}", -1) for unit in ("g", "J"))
+        parts = ", ".join(f"{one + 0.0:.4g}" for one in body["velocity"])
+        velocity = f"({parts})" if len(body["velocity"]) > 1 else parts
+        table.append((name, _format_number(body["mass"], None, mass), f"{velocity}{'' if unitless else ' m/s'}",
+                      _format_number(body["kinetic_energy"], None, energy)))  # fmt: skip
+    return table
+
+
+def _format_measure(name: str, value: float | None, spread: float | None, look: Look) -> str:
     if name == "perforated" and value is not None:
         return "yes" if value else "no"
-    return _text(value, spread, look)
+    return _format_number(value, spread, look)
 
 
-def _text(value: float | None, spread: float | None, look: Look) -> str:
+def _format_number(value: float | None, spread: float | None, look: Look) -> str:
     if value is None:
         return "-"
 
     look = look.fitting(max(abs(value), abs(spread or 0.0)))
-    fixed = look.decimals >= 0 and not _tiny(value, spread, look)
+    fixed = look.decimals >= 0 and not _is_tiny(value, spread, look)
 
     def number(figure: float) -> str:
         figure *= look.factor
@@ -108,7 +114,7 @@ def _text(value: float | None, spread: float | None, look: Look) -> str:
     return f"{number(value)}{shown} {look.unit}".rstrip()
 
 
-def _tiny(value: float, spread: float | None, look: Look) -> bool:
+def _is_tiny(value: float, spread: float | None, look: Look) -> bool:
     """Whether a size is too small for the digits of its kind, and known better: of dust, or of a gas."""
     last, size = 10.0**-look.decimals, abs(value) * look.factor
     known = abs(spread or 0.0) * look.factor < 0.5 * last

@@ -11,7 +11,7 @@ import numpy as np
 from hvisph.case.case import Case
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError, RunError
-from hvisph.measures.one_dimensional.exact_comparison import mean_difference
+from hvisph.measures.compare import mean_difference
 from hvisph.output import file_names
 from hvisph.output.reader import read_history
 from hvisph.visualization.curves import Curve, gauge_panels, steps

@@ -55,7 +55,10 @@ KNOWN = {
         "41 Taylor bars", {"length_ratio": 0.036, "foot_diameter": 0.039, "outline": 0.035}, 24, (100.0, 350.0)
     ),
     "cloud": Experience(
-        "a sphere through a plate at 6.2 km/s", {"crater_diameter": 0.010, "cloud_ratio": 0.099}, 40, (6180.0, 6180.0)
+        "a sphere through a plate at 6.2 km/s",
+        {"crater_rim_diameter": 0.010, "cloud_ratio": 0.099},
+        40,
+        (6180.0, 6180.0),
     ),
     "shield": Experience(
         "27 Whipple shields", {"perforated": 0.815}, 8, (2600.0, 7400.0), " the bumper", verdicts=True

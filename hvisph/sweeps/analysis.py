@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hvisph.case import sweep as models
-from hvisph.measures.convergence import convergence
-from hvisph.measures.statistics import rank_correlations, spread
-from hvisph.measures.threshold import Bracket, bracket, lambert_jonas, next_values
+from hvisph.sweeps.statistics import convergence, rank_correlations, spread
+from hvisph.sweeps.threshold import Bracket, bracket, lambert_jonas, next_values
 
 from .experiment_comparison import against_experiment
 from .folder import ENDED
@@ -129,12 +128,20 @@ def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row
         if not known:
             continue
         values = [float(measure["value"]) for measure, _ in known]
-        uncertain = [measure["uncertainty"] for measure, _ in known]
+        uncertain = [_noise(measure) for measure, _ in known]
         verdicts[name] = convergence(values, [h for _, h in known], uncertain).as_dict() | {
             "unit": known[0][0]["unit"], "spacings": [h for _, h in known], "values": values,
             "uncertainties": uncertain, "spacing_unit": scale.unit if scale else "",
         }  # fmt: skip
     return verdicts
+
+
+def _noise(measure: Mapping[str, Any]) -> float | None:
+    """Return the uncertainty of a measure without the estimated discretization error, which resolutions tell."""
+    kinds = measure.get("uncertainty_by") or {}
+    if not kinds:
+        return measure["uncertainty"]
+    return sum(size**2 for kind, size in kinds.items() if kind != "discretization") ** 0.5
 
 
 def _sample(vary: models.Sample, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:

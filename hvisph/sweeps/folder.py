@@ -249,7 +249,7 @@ def _summary(folder: Path) -> dict[str, Any]:
     try:
         summary = json.loads((folder / file_names.SUMMARY).read_text(encoding="utf-8"))
         measures = {
-            name: {key: one.get(key) for key in ("value", "uncertainty", "unit")}
+            name: {key: one.get(key) for key in ("value", "uncertainty", "uncertainty_by", "unit")}
             for name, one in summary["measures"].items()
         }
         kept = ("status", "failure", "conservation", "wall_seconds", "steps", "particles", "end_time")

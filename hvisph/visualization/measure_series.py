@@ -9,15 +9,16 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import look_of
+from hvisph.measures.debris.fragments import FEWEST
 from hvisph.measures.measure import Measures
 from hvisph.measures.series import columns, moments
-from hvisph.measures.target.plug import FEWEST, LIP, PLUG
 
 from .curves import Curve, curves_picture
 
 # Panels of the picture in their order, and their SI units.
 KINDS = {"length": "m", "length, plug and lip": "m", "velocity": "m/s", "pressure": "Pa", "temperature": "K",
          "ratio": "", "number": ""}  # fmt: skip
+PLUG_AND_LIP = ("plug_width", "plug_thickness", "impact_diameter", "lip_height", "lip_height_max")
 
 
 def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
@@ -45,7 +46,7 @@ def series_picture(measured: Measures, path: str | os.PathLike[str]) -> Path:
 def _is_drawn(name: str) -> bool:
     """Whether a column is drawn: not what another column shows, or what few look for."""
     if not name.startswith("fragments."):
-        return True
+        return "." not in name  # variants are in the CSV file
     return name.rpartition(".")[2] in ("number", "largest_mass_share", "largest_velocity_x")
 
 
@@ -53,7 +54,7 @@ def _kind(name: str, unit: str) -> str:
     """Return the panel that a column belongs to."""
     if name == "target_fragments" or name.endswith(".number"):
         return "number"
-    if unit == "m" and name in (*PLUG, *LIP):
+    if unit == "m" and name in PLUG_AND_LIP:
         return "length, plug and lip"
     return next(kind for kind, own in KINDS.items() if own == unit)
 

@@ -152,7 +152,7 @@ def _limits(verdicts: Sequence[Mapping[str, Any]]) -> Figure:
             axes.axvspan(*sorted((one["below"], one["above"])), color=FAINT, alpha=0.3)
         curve = one["lambert_jonas"]
         if curve:
-            from hvisph.measures.threshold import LambertJonas
+            from hvisph.measures.correlations import LambertJonas
 
             x = np.linspace(curve["limit"], max(s["value"] for s in shots) * _to_si(one["unit"]), 200)
             axes.plot(x / _to_si(one["unit"]), LambertJonas(**curve).residual(x), color=FAINT)

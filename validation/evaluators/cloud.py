@@ -1,6 +1,6 @@
 """A sphere through a plate: the hole, and the shape of the cloud behind it.
 
-The crater's diameter is the middle between the hole without lips and the distance from lip to lip, as papers give it.
+The crater's rim diameter is the mean of the hole without lips and the diameter from lip to lip, as the paper gives it.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ def _each(shot: Shot) -> dict[Key, Value]:
     length, width = measure_of(cloud, "cloud_length"), measure_of(cloud, "cloud_width")
     values: dict[Key, Value] = {
         ("hole_diameter", None): measure_of(layer, "hole_diameter"),
-        ("lip_to_lip", None): measure_of(shot.ran.summary["measures"], "crater_lip_to_lip"),
+        ("lip_to_lip", None): measure_of(shot.ran.summary["measures"], "crater_lip_diameter"),
     }
     hole, lips = values["hole_diameter", None], values["lip_to_lip", None]
     if hole.value is not None and lips.value is not None:
-        values["crater_diameter", None] = Value(0.5 * (hole.value + lips.value), hole.uncertainty)
+        values["crater_rim_diameter", None] = Value(0.5 * (hole.value + lips.value), hole.uncertainty)
     if length.value is None or not width.value:
         values["cloud_ratio", None] = Value(None, None, length.reason or width.reason)
     else:
@@ -28,7 +28,7 @@ def _each(shot: Shot) -> dict[Key, Value]:
 
 JUDGE = Judge(
     {
-        "crater_diameter": "crater",
+        "crater_rim_diameter": "crater",
         "hole_diameter": "hole without lips",
         "lip_to_lip": "hole, lip to lip",
         "cloud_ratio": "cloud, length over width",

@@ -7,7 +7,7 @@ from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
 
 def _each(shot: Shot) -> dict[Key, Value]:
     layer = shot.ran.summary["layers"][0]["measures"]
-    return {(name, None): measure_of(layer, name) for name in ("crater_depth", "crater_diameter")}
+    return {(name, None): measure_of(layer, name) for name in ("crater_depth", "crater_outer_diameter")}
 
 
-JUDGE = Judge({"crater_depth": "crater depth", "crater_diameter": "crater diameter"}, _each)
+JUDGE = Judge({"crater_depth": "crater depth", "crater_outer_diameter": "crater diameter"}, _each)

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
 
-from hvisph.measures.target.plug import FEWEST
-from hvisph.measures.threshold import bracket
+from hvisph.measures.debris.fragments import FEWEST
+from hvisph.sweeps.threshold import bracket
 from hvisph.verification.finished_run import vectors
 
 THICK = "thick"

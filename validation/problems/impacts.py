@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from hvisph.measures.published import published
+from hvisph_validation.published_values import published_values
+
 from hvisph.verification.check import Figure, limit
 from hvisph.verification.finished_run import Ran
 from hvisph.verification.problem import SOLIDS, Options, Problem, Start, Trial
@@ -38,7 +39,7 @@ def _trial(impact: str, dx: float) -> Trial:
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         measures = runs[0].summary["measures"]
-        for measure, value in {row.measure: row.value for row in published(impact, REFERENCE)}.items():
+        for measure, value in {row.measure: row.value for row in published_values(impact, REFERENCE)}.items():
             name, got = measure.replace("_", " "), measures[measure]["value"]
             got = float("nan") if got is None else float(got)
             if measure in TOLERANCES:

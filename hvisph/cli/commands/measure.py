@@ -188,7 +188,7 @@ def _written(measured: Any, csv: Path | None, plot: Path | None, fragments: bool
 
 
 def _fewest() -> int:
-    from hvisph.measures.target.plug import FEWEST
+    from hvisph.measures.debris.fragments import FEWEST
 
     return FEWEST
 
@@ -207,7 +207,7 @@ def _fragments(measured: Any, fewest: int) -> str:
 def _measures(source: str, measured: Any, at: str | None) -> str:
     """Return the measures of the moment beside what is expected of them, or of all moments."""
     from hvisph.cli.text.formatting import quantity
-    from hvisph.cli.text.results_table import results_table, sections_table
+    from hvisph.cli.text.results_table import bodies_table, results_table, sections_table
 
     if measured.series:
         return _series(measured.series, measured.unitless)
@@ -215,9 +215,10 @@ def _measures(source: str, measured: Any, at: str | None) -> str:
     expected = _expected(case, measured) if at is None else []
     time = quantity(measured.time, "" if measured.unitless else "s")
     plain = measured.as_dict()
-    shown = results_table(plain["measures"], expected, measured.unitless)
-    sections = sections_table(plain, measured.unitless)
-    shown += f"\n\n{sections}" if sections else ""
+    unitless = measured.unitless
+    parts = (results_table(plain["measures"], expected, unitless, variants=True),
+             sections_table(plain, unitless, variants=True), bodies_table(plain, unitless))  # fmt: skip
+    shown = "\n\n".join(part for part in parts if part)
     head = f"{measured.answer}\n\n" if measured.answer else ""
     return f"t = {time}, step {measured.step}\n\n{head}{shown}"
 
@@ -239,10 +240,10 @@ def _expected(case: Case | None, measured: Any) -> list[dict[str, Any]]:
     """Return the comparison with what the case expects at its end; none before that."""
     if case is None or measured.time < case.time.end * (1.0 - 1e-9):
         return []
-    from hvisph.measures.expected import compare
+    from hvisph.measures.compare import compare_expected
 
     asked = {name: entry for name, entry in case.expected.items() if name in measured.results}
-    return compare(measured.results, asked)
+    return compare_expected(measured.results, asked)
 
 
 def _series(series: Any, unitless: bool) -> str:

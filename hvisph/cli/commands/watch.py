@@ -49,9 +49,9 @@ def watch(
 
 def _look(folder: Path) -> tuple[str, bool, int]:
     """Return what is to be seen now, whether the run has ended, and how many snapshots it has."""
-    from hvisph.measures.progress import seen
+    from hvisph.postprocessing.progress import run_progress
 
-    sight = seen(folder)
+    sight = run_progress(folder)
     lines = [f"{folder}: {sight.status}", sight.progress, ""]
     lines += [f"  {name:28s} {sparkline(values)}  {values[-1]:.4g}" for name, values in sight.histories.items()]
     if sight.measures:

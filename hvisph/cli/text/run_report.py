@@ -105,7 +105,7 @@ def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
     from hvisph.cli.commands.limits import limits_text
 
     from .formatting import duration
-    from .results_table import conservation_rows, results_table, sections_table
+    from .results_table import bodies_table, conservation_rows, results_table, sections_table
 
     pace = summary["microseconds_per_particle_step"]
     cost = f", {pace:.3f} us per particle-step" if pace is not None else ""
@@ -115,7 +115,7 @@ def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
         *([summary["answer"], ""] if summary["answer"] else []),
         results_table(summary["measures"], summary["expected"], unitless, conservation_rows(summary)),
         *_state(summary, unitless),
-        *([f"\n{sections}"] if (sections := sections_table(summary, unitless)) else []),
+        *([f"\n{text}" for text in (sections_table(summary, unitless), bodies_table(summary, unitless)) if text]),
         *(["", limits_text(summary["correlations"])] if summary.get("correlations") else []),
         "",
         f"{state} after {summary['steps']} steps in {duration(summary['wall_seconds'])} "

@@ -1,15 +1,15 @@
-"""What bodies have broken into: connected groups of particles, and the masses and velocities of each."""
+"""Fragments of every body: connected groups of particles, their roles, mass fractions and mass distribution."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from .groups import LINK, by_size, connected_groups
+from hvisph.measures.debris.groups import LINK, by_size, connected_groups
 
 if TYPE_CHECKING:
     from hvisph.output.snapshot import Snapshot
@@ -52,21 +52,13 @@ class Fragment:
 
 @dataclass(frozen=True)
 class Groups:
-    """The connected groups of a body, the one with most particles first.
-
-    Parameters
-    ----------
-    rows
-        Indices of particles (n,), those of a group side by side.
-    starts
-        Where each group begins in them, shape (groups,).
-    """
+    """The connected groups of a body, the largest first: indices of particles group by group, and where each begins."""
 
     rows: np.ndarray
     starts: np.ndarray
 
     @classmethod
-    def of(cls, members: np.ndarray, labels: np.ndarray) -> Groups:
+    def from_labels(cls, members: np.ndarray, labels: np.ndarray) -> Groups:
         """Return the groups of particles `members` (n,) by the number (n,) of the group of each, without gaps."""
         if len(members) == 0:
             return cls(members, np.zeros(0, dtype=np.int64))
@@ -86,27 +78,20 @@ class Groups:
         """Return the indices of the particles of a group."""
         return self.rows[self.starts[number] : self.starts[number] + self.counts[number]]
 
-    def holding(self, chosen: np.ndarray) -> np.ndarray:
+    def contain(self, chosen: np.ndarray) -> np.ndarray:
         """Return whether each group holds any of the particles `chosen`, a mask over the snapshot's."""
         return np.logical_or.reduceat(chosen[self.rows], self.starts) if len(self) else np.zeros(0, bool)
 
-    def joined(self, chosen: np.ndarray) -> np.ndarray:
+    def particles_of(self, chosen: np.ndarray) -> np.ndarray:
         """Return the indices of the particles of the groups `chosen` (a mask), group after group."""
         return self.rows[np.repeat(chosen, self.counts)]
 
 
 @dataclass(frozen=True)
 class Fragments(Sequence[Fragment]):
-    """The fragments of a body, the one with most particles first, each made when it is asked for: there may be many.
+    """The fragments of a body, the one with most particles first, each made on access, with their properties as arrays.
 
-    Parameters
-    ----------
-    body, groups
-        Index of the body, and what it has broken into.
-    masses, centres, velocities, extents
-        Of each of them, as in `Fragment`.
-    back
-        Makes the centre and the velocity of one, in the axes of a shot, those of the case.
+    `back` transforms centre and velocity of a fragment from the axes of the shot to those of the case.
     """
 
     body: int
@@ -118,7 +103,7 @@ class Fragments(Sequence[Fragment]):
     back: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]] | None = None
 
     @classmethod
-    def of(cls, snapshot: Snapshot, groups: Groups, body: int) -> Fragments:
+    def from_groups(cls, snapshot: Snapshot, groups: Groups, body: int) -> Fragments:
         """Return the fragments that groups of a snapshot's particles are."""
         rows, starts = groups.rows, groups.starts
         if not len(groups):
@@ -164,19 +149,136 @@ class Fragments(Sequence[Fragment]):
 
 
 def fragments(snapshot: Snapshot, body: int, spacing: float, link: float = LINK) -> Fragments:
-    """Return the connected groups of one body, the one with most particles first.
+    """Return the connected groups of a body, the largest first; `link` is the linking distance in spacings [m]."""
+    members = np.flatnonzero(snapshot.body == body)
+    labels = connected_groups(snapshot.fields["position"][members], spacing, link)
+    return Fragments.from_groups(snapshot, Groups.from_labels(members, labels), body)
+
+
+FEWEST = 5  # particles of a fragment that is counted and listed
+ALIKE = 1e-9  # masses that differ by less, relatively, are one mass: round-off of their sums
+
+
+@dataclass(frozen=True)
+class BodyFragments:
+    """The fragments of one body at one moment; they can be iterated over.
 
     Parameters
     ----------
-    snapshot
-        The moment to look at.
     body
-        Index of the body.
-    spacing
-        dx [m].
-    link
-        Linking distance in spacings.
+        Name of the body.
+    fragments
+        All connected groups, single particles among them, the one with most particles first.
+    roles
+        What each of them is: ``main body`` for the one with most particles; in the target ``attached`` for
+        further groups that hold something of the rim, and ``plug``; empty for all others.
     """
-    members = np.flatnonzero(snapshot.body == body)
-    labels = connected_groups(snapshot.fields["position"][members], spacing, link)
-    return Fragments.of(snapshot, Groups.of(members, labels), body)
+
+    body: str
+    fragments: Fragments
+    roles: tuple[str, ...]
+
+    def __iter__(self) -> Iterator[Fragment]:
+        return iter(self.fragments)
+
+    def __len__(self) -> int:
+        return len(self.fragments)
+
+    @property
+    def masses(self) -> np.ndarray:
+        """Mass of each fragment [kg; kg/m in 2D, kg/m^2 in 1D]; NaN where the snapshot has none."""
+        return self.fragments.masses
+
+    @property
+    def counts(self) -> np.ndarray:
+        """Number of particles of each fragment."""
+        return self.fragments.groups.counts
+
+    @property
+    def mass(self) -> float:
+        """Mass of the body, as far as it has not been retired."""
+        return float(self.masses.sum())
+
+    def number(self, fewest: int = FEWEST) -> int:
+        """Return how many fragments have `fewest` particles or more."""
+        return int((self.counts >= fewest).sum())
+
+    def share(self, chosen: np.ndarray | Sequence[int]) -> float:
+        """Return the share of the body's mass in the fragments `chosen` (mask or indices); NaN without masses."""
+        return float(self.masses[chosen].sum() / self.mass) if self.mass > 0.0 else float("nan")
+
+    @cached_property
+    def distribution(self) -> MassDistribution:
+        """Cumulative mass distribution of all fragments."""
+        masses = -np.sort(-self.masses)
+        if not np.isfinite(masses).all() or not self.mass > 0.0:
+            return MassDistribution(np.zeros(0), np.zeros(0, dtype=np.int64), np.zeros(0))
+        last = np.append(np.flatnonzero(masses[1:] < masses[:-1] * (1.0 - ALIKE)), len(masses) - 1)
+        return MassDistribution(masses[last], last + 1, np.cumsum(masses)[last] / self.mass)
+
+    def as_dict(self, fewest: int = FEWEST) -> dict[str, Any]:
+        """Return the plain form for JSON: SI, null for what the snapshot does not tell.
+
+        Fragments of fewer than `fewest` particles are summed up under `smaller`.
+        """
+        single, small = self.counts == 1, self.counts < fewest
+        listed = [
+            {
+                "role": role,
+                "particles": fragment.count,
+                "mass": _plain(fragment.mass),
+                "mass_share": _plain(self.share([index])),
+                "velocity": _plain(fragment.velocity),
+                "speed": _plain(fragment.speed),
+                "centre": _plain(fragment.centre),
+                "extent": _plain(fragment.extent),
+            }
+            for index, (fragment, role) in enumerate(zip(self.fragments, self.roles, strict=True))
+            if fragment.count >= fewest
+        ]
+        return {
+            "body": self.body,
+            "number": len(self),
+            "mass": _plain(self.mass),
+            "largest_mass_share": _plain(self.share([0])),
+            "single_particles": {"number": int(single.sum()), "mass": _plain(float(self.masses[single].sum()))},
+            "fragments": listed,
+            "smaller": {
+                "below_particles": fewest,
+                "number": int(small.sum()),
+                "particles": int(self.counts[small].sum()),
+                "mass": _plain(float(self.masses[small].sum())),
+                "mass_share": _plain(self.share(small)),
+            },
+            "mass_distribution": self.distribution.as_dict(),
+        }
+
+
+@dataclass(frozen=True)
+class MassDistribution:
+    """Cumulative mass distribution: masses, the largest first, and number and mass fraction of fragments above each."""
+
+    mass: np.ndarray
+    number: np.ndarray
+    share: np.ndarray
+
+    def at_mass(self, mass: float) -> tuple[int, float] | None:
+        """Return number and share of the fragments of `mass` or more; None where the distribution is not known."""
+        if len(self.mass) == 0:
+            return None
+        last = int((self.mass >= mass * (1.0 - ALIKE)).sum()) - 1
+        return (int(self.number[last]), float(self.share[last])) if last >= 0 else (0, 0.0)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form for JSON."""
+        return {
+            "mass": self.mass.tolist(),
+            "number_at_least": self.number.tolist(),
+            "mass_share_at_least": self.share.tolist(),
+        }
+
+
+def _plain(value: float | np.ndarray) -> Any:
+    if isinstance(value, np.ndarray):
+        return [_plain(float(part)) for part in value]
+    return value if np.isfinite(value) else None

@@ -16,15 +16,7 @@ ALIKE = 1.2  # spacings of a body that differ by no more than this factor are on
 
 
 class Neighbours:
-    """Pairs that were neighbours at a run's start: most still are, and searching them is most of the work.
-
-    Parameters
-    ----------
-    start
-        The run's first snapshot.
-    spacing
-        dx [m].
-    """
+    """Pairs that were neighbours in a run's first snapshot: most still are, and their search is most of the work."""
 
     def __init__(self, start: Snapshot, spacing: float):
         self._start, self._spacing = start, spacing
@@ -36,47 +28,36 @@ class Neighbours:
         if not np.array_equal(self._start.id[own], number):
             return None
         if bodies not in self._pairs:
-            self._pairs[bodies] = _near(self._start.fields["position"][own], NEAR * self._spacing)
+            self._pairs[bodies] = _near_pairs(self._start.fields["position"][own], NEAR * self._spacing)
         return self._pairs[bodies]
 
 
 def connected_groups(position: np.ndarray, spacing: float | np.ndarray, link: float = LINK,
                      likely: np.ndarray | None = None) -> np.ndarray:  # fmt: skip
-    """Return the number of the group that each particle belongs to, the largest group being 0.
+    """Return the number of the group that each particle (n,) belongs to, the largest group being 0.
 
-    Parameters
-    ----------
-    position
-        Shape (n, dim) [m].
-    spacing
-        dx [m], or of every particle its own (n,); two particles are linked by the mean of theirs.
-    link
-        Linking distance in spacings.
-    likely
-        Pairs of indices (m, 2), the lower first, that are likely to be near each other, such as the start's; sought
-        unless given.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (n,). Groups are what is linked at `link` spacings; they are ordered by their number of
-        particles, and where that is the same by their first particle.
+    Groups are what is linked at `link` spacings; `spacing` is dx [m], or of every particle its own (n,), and two
+    particles are linked by the mean of theirs. Groups are ordered by their number of particles, and by their first one
+    where that is the same. `likely` are pairs of indices (m, 2), the lower first, that are probably near each other,
+    such as the start's.
     """
     if len(position) == 0:
         return np.zeros(0, dtype=np.int64)
     position = position.reshape(len(position), -1)
     if isinstance(spacing, np.ndarray):
-        return by_size(_linked_unlike(position, spacing, link))
+        return by_size(_graded_groups(position, spacing, link))
     # what is near is joined first; only what is then still apart needs the search that yields many pairs
     near = min(link, NEAR) * spacing
-    labels = _by_pairs(position, _near(position, near) if likely is None or link <= NEAR else likely, near)
+    labels = _components_by_pairs(
+        position, _near_pairs(position, near) if likely is None or link <= NEAR else likely, near
+    )
     if link > NEAR:
         apart = np.flatnonzero(labels != np.bincount(labels).argmax())
-        labels = _joined(position, labels, apart, link * spacing)
+        labels = _join_components(position, labels, apart, link * spacing)
     return by_size(labels)
 
 
-def _near(position: np.ndarray, reach: float) -> np.ndarray:
+def _near_pairs(position: np.ndarray, reach: float) -> np.ndarray:
     """Return the pairs of particles nearer than `reach` to each other, shape (m, 2)."""
     from scipy.spatial import cKDTree
 
@@ -84,7 +65,7 @@ def _near(position: np.ndarray, reach: float) -> np.ndarray:
     return np.asarray(pairs.astype(np.int32))
 
 
-def _by_pairs(position: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarray:
+def _components_by_pairs(position: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarray:
     """Return the connected components (n,) of the pairs that are nearer than `reach`; indices (m, 2), the lower first.
 
     One pair of each particle with an earlier one makes trees, whose roots are found by going to the parent's parent;
@@ -94,24 +75,24 @@ def _by_pairs(position: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarr
     parent = numbers.copy()
     parent[pairs[:, 1]] = pairs[:, 0]
     child = np.flatnonzero(parent != numbers)
-    links = _still(position, np.column_stack([parent[child], child]), reach)
+    links = _linked_pairs(position, np.column_stack([parent[child], child]), reach)
     parent = numbers.copy()
     parent[links[:, 1]] = links[:, 0]
     while not np.array_equal(further := parent[parent], parent):
         parent = further
     labels = (np.cumsum(parent == numbers) - 1)[parent]
-    between = _still(position, pairs[labels[pairs[:, 0]] != labels[pairs[:, 1]]], reach)
+    between = _linked_pairs(position, pairs[labels[pairs[:, 0]] != labels[pairs[:, 1]]], reach)
     return _components(int(labels.max()) + 1, labels[between[:, 0]], labels[between[:, 1]])[labels]
 
 
-def _still(position: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarray:
+def _linked_pairs(position: np.ndarray, pairs: np.ndarray, reach: float) -> np.ndarray:
     """Return those of the pairs that are nearer than `reach` to each other."""
     apart = position[pairs[:, 0]]
     apart -= position[pairs[:, 1]]
     return np.asarray(pairs[np.einsum("ij,ij->i", apart, apart) <= reach * reach])
 
 
-def _linked_unlike(position: np.ndarray, spacing: np.ndarray, link: float) -> np.ndarray:
+def _graded_groups(position: np.ndarray, spacing: np.ndarray, link: float) -> np.ndarray:
     """Return the connected components of particles of unlike `spacing` (n,) [m]."""
     count = len(position)
     labels = _components(count, *_pairs(position, spacing, np.arange(count), min(NEAR, link)))
@@ -147,7 +128,7 @@ def _pairs(position: np.ndarray, spacing: np.ndarray, chosen: np.ndarray, link: 
     return np.concatenate([one for one, _ in kept_pairs]), np.concatenate([two for _, two in kept_pairs])
 
 
-def _joined(position: np.ndarray, labels: np.ndarray, apart: np.ndarray, reach: float) -> np.ndarray:
+def _join_components(position: np.ndarray, labels: np.ndarray, apart: np.ndarray, reach: float) -> np.ndarray:
     """Return the components `labels` joined where particles of two are nearer than `reach`.
 
     Of any two, one at least is among the particles `apart`, which are not in the largest component.

@@ -6,7 +6,7 @@ each can be measured alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,12 +15,90 @@ import numpy as np
 from hvisph.core.errors import OutputError
 from hvisph.core.lazy_arrays import transform_arrays
 from hvisph.measures.debris.groups import ALIKE
+from hvisph.measures.frame.symmetry_completion import Mirror, Whole, whole_of
+from hvisph.measures.frame.target_geometry import ALIGNED, Plate, plate_of
 from hvisph.measures.target.perforation_path import with_openings
 from hvisph.output.snapshot import Snapshot
 
-from .roles import LAYER, PROJECTILE, STILL, line_of, mean_of, members, roles_of, shot_direction
-from .symmetry_completion import Mirror, Whole, whole_of
-from .target_geometry import ALIGNED, Plate, outline, plate_of
+PROJECTILE, LAYER, OTHER = "projectile", "layer", "other"
+STILL = 1e-6  # share of the highest speed below which a body stands still
+
+
+def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] = ()) -> tuple[str, ...]:
+    """Return the role of every body, in their order, from a run's first snapshot, if it is known, and the present one.
+
+    `given` holds the roles of the case. Otherwise the first body that moves at the start is the projectile, and with it
+    those of the same velocity, unless all have it; every other body is a layer, unless it lies behind the projectile.
+    Where nothing moves, or the start is not known, the first body is the projectile and all others are layers.
+    """
+    count = max(len(now.bodies), int(now.body.max(initial=-1)) + 1)
+    told = [*given, *[None] * count][:count]
+    if PROJECTILE in told or start is None or "velocity" not in start.fields:
+        roles = [PROJECTILE if body == 0 and PROJECTILE not in told else LAYER for body in range(count)]
+        return tuple(role or roles[body] for body, role in enumerate(told))
+    velocity = np.array([_mean(start, "velocity", body) for body in range(count)])
+    speed = np.sqrt((velocity**2).sum(axis=1))
+    moves = speed > STILL * speed.max(initial=0.0)
+    free = [body for body in range(count) if told[body] is None]
+    first = next((body for body in free if moves[body]), free[0] if free else 0)
+    alike = np.sqrt(((velocity - velocity[first]) ** 2).sum(axis=1)) <= STILL * speed[first]
+    if alike[free].all() or not moves[first]:  # what rests beside what rests is no part of it
+        alike[:] = False
+    alike[first] = True
+    roles = [PROJECTILE if alike[body] else LAYER for body in range(count)]
+    for body in range(count):
+        if roles[body] == LAYER and moves[first] and _is_behind(start, body, alike, velocity[first] - velocity[body]):
+            roles[body] = OTHER
+    return tuple(role or roles[body] for body, role in enumerate(told))
+
+
+def shot_direction(start: Snapshot, roles: Sequence[str]) -> np.ndarray:
+    """Return the unit vector (dim,) along which the projectile nears the first layer; x where nothing moves."""
+    along = np.eye(start.dimensions)[0]
+    if "velocity" not in start.fields:
+        return along
+    velocity = mean_of(start, "velocity", roles, PROJECTILE)
+    velocity = velocity - mean_of(start, "velocity", roles, LAYER)
+    speed = float(np.sqrt((velocity**2).sum()))
+    size = float(np.abs(start.fields["velocity"]).max(initial=0.0))
+    return velocity / speed if speed > STILL * size else along
+
+
+def mean_of(snapshot: Snapshot, field: str, roles: Sequence[str], role: str) -> np.ndarray:
+    """Return the mass mean of a field over all bodies of a role; zeros where there are none."""
+    chosen = members(snapshot, roles, role)
+    values = snapshot.fields[field].reshape(snapshot.count, -1)[chosen]
+    return np.average(values, axis=0, weights=_weights(snapshot, chosen)) if chosen.any() else np.zeros(values.shape[1])
+
+
+def members(snapshot: Snapshot, roles: Sequence[str], role: str) -> np.ndarray:
+    """Return whether each particle (n,) is of a body of this role."""
+    return np.isin(snapshot.body, [body for body, own in enumerate(roles) if own == role])
+
+
+def line_of(start: Snapshot, roles: Sequence[str]) -> np.ndarray:
+    """Return where the shot line lies, lateral coordinates (dim - 1,) [m]: through the projectile, or the origin."""
+    chosen = members(start, roles, PROJECTILE)
+    lateral = start.fields["position"].reshape(start.count, -1)[:, 1:]
+    return np.asarray(lateral[chosen].mean(axis=0)) if chosen.any() else np.zeros(lateral.shape[1])
+
+
+def _mean(snapshot: Snapshot, field: str, body: int) -> np.ndarray:
+    chosen = snapshot.body == body
+    values = snapshot.fields[field].reshape(snapshot.count, -1)[chosen]
+    return np.average(values, axis=0, weights=_weights(snapshot, chosen)) if chosen.any() else np.zeros(values.shape[1])
+
+
+def _weights(snapshot: Snapshot, chosen: np.ndarray) -> np.ndarray:
+    mass = snapshot.fields.get("mass")
+    return np.ones(int(chosen.sum())) if mass is None else mass[chosen]
+
+
+def _is_behind(start: Snapshot, body: int, shot: np.ndarray, along: np.ndarray) -> bool:
+    """Whether a body lies wholly behind the projectile as it moves towards `along`."""
+    position = start.fields["position"].reshape(start.count, -1) @ along
+    own, projectile = position[start.body == body], position[shot[start.body]]
+    return bool(len(own) and len(projectile) and own.max() < projectile.min())
 
 
 @dataclass(frozen=True)
@@ -57,20 +135,20 @@ class Shot:
     drift: tuple[float, ...] = ()
 
     @property
-    def turned(self) -> bool:
+    def is_rotated(self) -> bool:
         """Whether the shot's axes are others than the case's."""
         return bool(self.frame) and not np.array_equal(self.frame, np.eye(len(self.frame)))
 
-    def seen(self, snapshot: Snapshot) -> Snapshot:
+    def in_frame(self, snapshot: Snapshot) -> Snapshot:
         """Return the whole model in the axes of the shot, as seen from its layers; itself where nothing is to do."""
-        snapshot = _left_behind(self.whole.complete(snapshot), self.drift)
-        return _turned(snapshot, np.array(self.frame)) if self.turned else snapshot
+        snapshot = _remove_drift(self.whole.complete(snapshot), self.drift)
+        return _rotate(snapshot, np.array(self.frame)) if self.is_rotated else snapshot
 
     def back(self, vectors: np.ndarray) -> np.ndarray:
         """Return vectors (.., dim) of the shot's axes in those of the case."""
-        return vectors @ np.array(self.frame) if self.turned else vectors
+        return vectors @ np.array(self.frame) if self.is_rotated else vectors
 
-    def told(self, time: float) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    def case_axes(self, time: float) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
         """Return what makes a place and a velocity (dim,) at `time` [s] the case's."""
         drift = np.array(self.drift or (0.0,))
         return lambda place, velocity: (self.back(place) + time * drift, self.back(velocity) + drift)
@@ -90,13 +168,7 @@ class Shot:
 
     @classmethod
     def from_dict(cls, plain: Mapping[str, Any]) -> Shot:
-        """Return what `as_dict` was made from.
-
-        Raises
-        ------
-        OutputError
-            When it is something else.
-        """
+        """Return the shot with the plain form `plain`; raises `OutputError` where it is damaged."""
         try:
             return cls(
                 tuple(map(str, plain["roles"])),
@@ -106,31 +178,17 @@ class Shot:
                 None if plain["speed"] is None else float(plain["speed"]),
                 tuple(map(float, plain["masses"])),
                 None if plain["energy"] is None else float(plain["energy"]),
-                tuple(map(float, plain.get("drift", ()))),
+                tuple(map(float, plain["drift"])),
             )
         except (KeyError, TypeError, ValueError) as error:
             raise OutputError(f"the snapshot's metadata on the shot are damaged ({error!r})") from error
 
 
 def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
-    """Return the shot that a snapshot is a moment of.
-
-    Parameters
-    ----------
-    start
-        The run's first snapshot, where there is one; it is believed before the metadata of `now`.
-    now
-        The moment.
-    """
+    """Return the shot of a snapshot `now`, by the run's first one `start`, where there is one, or its own metadata."""
     source = now if start is None else start
     if "shot" in source.metadata and "plates" in source.metadata["shot"]:
-        shot = Shot.from_dict(source.metadata["shot"])
-        if start is None or start.dimensions < 2:
-            return shot
-        if "drift" not in source.metadata["shot"]:  # of a version that did not store it
-            shot = replace(shot, drift=_drift(shot.whole.complete(start), shot.roles))
-        told = all({"edges", "open"} <= plate.keys() for plate in source.metadata["shot"]["plates"])
-        return shot if told else _outlined(shot, start)
+        return Shot.from_dict(source.metadata["shot"])
     given = source.metadata.get("shot", {})
     planes = given.get("planes")
     if planes is not None:
@@ -138,28 +196,20 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
     roles = roles_of(start, now, given.get("roles", ()))
     spacing = spacing_of(source)
     projectile = members(source, roles, PROJECTILE)
-    whole = _whole(source, projectile, spacing, planes) if source.dimensions > 1 else Whole()
+    whole = _symmetry(source, projectile, spacing, planes) if source.dimensions > 1 else Whole()
     if start is None:
-        return Shot(roles, whole, _rows(np.eye(now.dimensions)))
+        return Shot(roles, whole, _as_rows(np.eye(now.dimensions)))
     complete = whole.complete(start)
     frame = _frame(complete, roles)
-    seen = _turned(complete, frame)
+    seen = _rotate(complete, frame)
     speed, energy = _impact(seen, roles)
     mass = seen.fields.get("mass")
     masses = [] if mass is None else np.bincount(seen.body, mass, len(roles)).tolist()
     plates = _plates(seen, roles, line_of(seen, roles), spacing)
-    return Shot(roles, whole, _rows(frame), plates, speed, tuple(masses), energy, _drift(complete, roles))
+    return Shot(roles, whole, _as_rows(frame), plates, speed, tuple(masses), energy, _drift(complete, roles))
 
 
-def _outlined(shot: Shot, start: Snapshot) -> Shot:
-    """Return the shot of a run of a version that did not store outlines and openings of layers, with them."""
-    seen, spacing = shot.seen(start), spacing_of(start)
-    flat = [(seen.fields["position"][seen.body == plate.body], plate) for plate in shot.plates]
-    plates = [replace(plate, edges=outline(plate.across(position))) for position, plate in flat]
-    return replace(shot, plates=tuple(_with_openings(plate, seen, shot.roles, spacing) for plate in plates))
-
-
-def _whole(source: Snapshot, projectile: np.ndarray, spacing: float, planes: list[Mirror] | None) -> Whole:
+def _symmetry(source: Snapshot, projectile: np.ndarray, spacing: float, planes: list[Mirror] | None) -> Whole:
     if source.revolved:
         return Whole((Mirror(1, 0.0),), revolution=True)
     return whole_of(source, projectile, spacing, planes)
@@ -215,13 +265,13 @@ def _frame(start: Snapshot, roles: tuple[str, ...]) -> np.ndarray:
         return np.eye(1)  # layers are told by their order
     if dim == 2:
         return np.array([along, [-along[1], along[0]]])
-    across = _across(start, roles, along)
+    across = _lateral_axis(start, roles, along)
     if along[0] == 1.0 and np.sort(np.abs(across))[:2].max() < ALIGNED:
         return np.eye(3)
     return np.array([along, across, np.cross(along, across)])
 
 
-def _across(start: Snapshot, roles: tuple[str, ...], along: np.ndarray) -> np.ndarray:
+def _lateral_axis(start: Snapshot, roles: tuple[str, ...], along: np.ndarray) -> np.ndarray:
     """Return a direction across the shot line that belongs to the layers: of an edge, or half-way between corners."""
     position = start.fields["position"]
     chosen = members(start, roles, LAYER)
@@ -241,14 +291,14 @@ def _across(start: Snapshot, roles: tuple[str, ...], along: np.ndarray) -> np.nd
     return np.asarray(edge / np.sqrt((edge**2).sum()))
 
 
-def _turned(snapshot: Snapshot, frame: np.ndarray) -> Snapshot:
+def _rotate(snapshot: Snapshot, frame: np.ndarray) -> Snapshot:
     if np.array_equal(frame, np.eye(len(frame))):
         return snapshot
 
-    def turned(name: str, values: np.ndarray) -> np.ndarray:
+    def rotate(name: str, values: np.ndarray) -> np.ndarray:
         return values.reshape(snapshot.count, -1) @ frame.T if name in ("position", "velocity") else values
 
-    return replace(snapshot, fields=transform_arrays(snapshot.fields, turned))
+    return replace(snapshot, fields=transform_arrays(snapshot.fields, rotate))
 
 
 def _drift(start: Snapshot, roles: tuple[str, ...]) -> tuple[float, ...]:
@@ -263,16 +313,16 @@ def _drift(start: Snapshot, roles: tuple[str, ...]) -> tuple[float, ...]:
     return tuple(mean.tolist())
 
 
-def _left_behind(snapshot: Snapshot, drift: tuple[float, ...]) -> Snapshot:
+def _remove_drift(snapshot: Snapshot, drift: tuple[float, ...]) -> Snapshot:
     """Return a snapshot as seen by who goes along with a `drift` [m/s] since the start; itself without one."""
     if not drift:
         return snapshot
     gone = {"position": snapshot.time * np.array(drift), "velocity": np.array(drift)}
 
-    def left(name: str, values: np.ndarray) -> np.ndarray:
+    def shift(name: str, values: np.ndarray) -> np.ndarray:
         return values - gone[name] if name in gone else values
 
-    return replace(snapshot, fields=transform_arrays(snapshot.fields, left))
+    return replace(snapshot, fields=transform_arrays(snapshot.fields, shift))
 
 
 def _impact(seen: Snapshot, roles: tuple[str, ...]) -> tuple[float | None, float | None]:
@@ -286,5 +336,5 @@ def _impact(seen: Snapshot, roles: tuple[str, ...]) -> tuple[float | None, float
     return speed, energy
 
 
-def _rows(matrix: np.ndarray) -> tuple[tuple[float, ...], ...]:
+def _as_rows(matrix: np.ndarray) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(row) for row in matrix.tolist())

@@ -1,15 +1,14 @@
-"""What every length is measured against: the axis, the struck face, the plates' thickness, the main bodies.
+"""Measurement frame: the whole model at one moment in the axes of the shot.
 
-A scene is the whole model in the axes of the shot (`shot`): x along the shot line, mirror images filled in.
-The axis is the line along x through the centre that the projectile had at the start; the struck face
-is the first layer's, x = 0 in cases placed automatically. They are read from the run's first snapshot.
-A snapshot that stands alone brings them in its metadata (as `reference` gives them); where it does not, y = 0,
-x = 0, the thickness of the outermost tenth of the target's main bodies, which the impact reaches last,
-and the projectile's present width take their place.
+x is along the shot line, and mirror images are added. The axis is the line along x through the initial centre of the
+projectile; the struck face is that of the first layer. They follow from the run's first snapshot. A single snapshot has
+them in its metadata (`reference`); without these, y = 0, x = 0, the thickness of the outermost tenth of the target's
+main bodies and the projectile's present width replace them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -18,31 +17,106 @@ import numpy as np
 
 from hvisph.core.errors import OutputError
 from hvisph.measures.debris.fragments import Fragments, Groups
-from hvisph.measures.debris.groups import LINK, connected_groups, main_body
+from hvisph.measures.debris.groups import LINK, Neighbours, connected_groups, main_body
+from hvisph.measures.frame.impact_geometry import PROJECTILE, Shot, line_of, members, own_spacings, shot_of, spacing_of
+from hvisph.measures.frame.target_geometry import RIM, Plate, plate_of
 from hvisph.output.snapshot import Snapshot
 
-from .boundary_rim import Rim, rim_at_start, rim_between
-from .impact_geometry import Shot, own_spacings, shot_of, spacing_of
-from .initial_reference import Begun
-from .roles import PROJECTILE, line_of, members
-from .target_geometry import Plate
+
+@dataclass(frozen=True)
+class Rim:
+    """A layer's rim at the start: permanent numbers (n,) and positions (n, dim) of its particles [m]."""
+
+    numbers: np.ndarray
+    position: np.ndarray
 
 
-def reference(start: Snapshot) -> dict[str, Any]:
-    """Return what the metadata of later snapshots must hold for them to be measured alone.
+def rim_at_start(start: Snapshot, plate: Plate, spacing: float) -> Rim:
+    """Return the rim of a layer at the start, and those of its parts that do not reach there; `spacing` is dx [m]."""
+    own = np.flatnonzero(start.body == plate.body)
+    position = start.fields["position"][own]
+    outer = plate.is_beyond(plate.in_plane(position), RIM)
+    if plate.pieces > 1:
+        groups = connected_groups(position, own_spacings(start, own, spacing))
+        for group in range(groups.max() + 1):
+            part = groups == group
+            if not outer[part].any():
+                alone = plate_of(plate.body, position[part], position[part, 1:].mean(axis=0), spacing)
+                outer[part] = alone.is_beyond(alone.in_plane(position[part]), RIM)
+    return Rim(start.id[own][outer], position[outer])
+
+
+def rim_between(own: np.ndarray, lateral: np.ndarray, main: np.ndarray, axis: np.ndarray) -> np.ndarray:
+    """Return which particles are the rim of a layer now, between the edges of its main bodies, shape (n,).
+
+    `own` says which are the layer's (n,), `main` holds the indices of the main bodies, `lateral` coordinates from the
+    shot line (n, dim - 1), and `axis` those of that line (dim - 1,) [m].
+    """
+    low, high = lateral[main].min(axis=0), lateral[main].max(axis=0)
+    basis = tuple(map(tuple, np.eye(len(axis) + 1).tolist()))
+    flat = Plate(-1, basis, 0.0, 1.0, tuple(axis.tolist()), tuple(low.tolist()), tuple(high.tolist()))
+    rim, outward = own.copy(), flat.outward(lateral[own])
+    rim[own] = (outward >= RIM) & (outward <= 1.0)
+    return rim
+
+
+class InitialReference:
+    """What is known of a run's first snapshot `start`, as its file holds it: the same for all moments of the run."""
+
+    def __init__(self, start: Snapshot):
+        self.start = start
+        self.neighbours = Neighbours(start, spacing_of(start))
+        self._shots: dict[int, Shot] = {}
+        self._seen: tuple[Shot, Snapshot] | None = None
+        self.rims: dict[int, Rim] = {}
+
+    def shot(self, now: Snapshot) -> Shot:
+        """Return the shot that a snapshot is a moment of; only how many bodies that has can differ."""
+        bodies = max(len(now.bodies), int(now.body.max(initial=-1)) + 1)
+        if bodies not in self._shots:
+            self._shots[bodies] = shot_of(self.start, now)
+        return self._shots[bodies]
+
+    def start_in_frame(self, shot: Shot) -> Snapshot:
+        """Return the start of the whole model in the axes of the shot, which is the same at all moments."""
+        if self._seen is None or self._seen[0] != shot:
+            self._seen = (shot, shot.in_frame(self.start))
+        return self._seen[1]
+
+
+@dataclass(frozen=True)
+class Perforation:
+    """State of a layer: perforated or not, and which of its particles are attached.
 
     Parameters
     ----------
-    start
-        The run's first snapshot, with `spacing` in its metadata, and under ``shot`` the case's `roles` and `planes`.
-
-    Returns
-    -------
-    dict
-        `shot` (see there), `axis` (list of dim - 1 coordinates [m]), `width` of the projectile [m] and, where there
-        is a target, its `face` (x of the struck plane) and `thickness` [m]; coordinates in the axes of the shot.
+    state
+        ``yes``, ``no`` or ``not yet``; empty where a perforation is undefined.
+    reason
+        Why it is not perforated; empty where it is.
+    attached
+        Indices of the particles of the layer that are attached to its rim, without loose rubble, and what that alone
+        holds, where the layer would be closed by it; None where they are not known.
     """
-    scene = Scene.of(start, start)
+
+    state: str
+    reason: str
+    attached: np.ndarray | None = None
+
+    @property
+    def opening(self) -> bool:
+        """Whether it has no state because openings of its own let the projectile through."""
+        return self.attached is not None and not self.state
+
+
+def reference(start: Snapshot) -> dict[str, Any]:
+    """Return the metadata with which later snapshots can be measured alone, from a run's first snapshot.
+
+    They are `shot`, `axis` (dim - 1 coordinates), `width` of the projectile and, where there is a target, its `face`
+    (x of the struck plane) and `thickness` [m], in the axes of the shot. The metadata of `start` contain `spacing` and,
+    under ``shot``, `roles` and `planes` of the case.
+    """
+    scene = Scene.from_snapshot(start, start)
     frame: dict[str, Any] = {"shot": scene.shot.as_dict(), "axis": scene.axis.tolist(), "width": scene.width}
     return frame | {"face": scene.face, "thickness": scene.thickness} if scene.has_target else frame
 
@@ -61,12 +135,22 @@ class Scene:
         What is known of the shot.
     begun
         What is known of the start, the same for all moments of a run.
+    history
+        Columns of ``history.csv`` by name, where there are any.
+    timeline
+        The snapshots up to this one, where they are known.
+    states, profile
+        Filled by measures: states of the layers by body, and the outline of a bar.
     """
 
     now: Snapshot
     start: Snapshot | None = None
     shot: Shot = field(default_factory=lambda: Shot(()))
-    begun: Begun | None = field(default=None, repr=False)
+    begun: InitialReference | None = field(default=None, repr=False)
+    history: Mapping[str, np.ndarray] | None = field(default=None, repr=False)
+    timeline: Any = field(default=None, repr=False)  # a `Timeline`, whose moments have scenes themselves
+    states: dict[int, Perforation] = field(default_factory=dict, init=False, repr=False)
+    profile: dict[str, list[float]] = field(default_factory=dict, init=False, repr=False)
     _groups: dict[tuple[int, ...], Groups] = field(default_factory=dict, init=False, repr=False)
     _fragments: dict[tuple[int, ...], Fragments] = field(default_factory=dict, init=False, repr=False)
     _attached: dict[int, np.ndarray] = field(default_factory=dict, init=False, repr=False)
@@ -77,23 +161,15 @@ class Scene:
             self.shot = shot_of(self.start, self.now)
 
     @classmethod
-    def of(cls, now: Snapshot, begun: Begun | Snapshot | None = None) -> Scene:
-        """Return the scene of a snapshot as a file holds it: the shot found, images filled in, axes turned.
-
-        Parameters
-        ----------
-        now
-            The moment.
-        begun
-            The run's first snapshot, or what is known of it where several moments are looked at.
-        """
+    def from_snapshot(cls, now: Snapshot, begun: InitialReference | Snapshot | None = None) -> Scene:
+        """Return the scene of a snapshot as a file holds it; `begun` is the run's first one, or its reference."""
         if begun is None:
             shot = shot_of(None, now)
-            return cls(shot.seen(now), None, shot)
-        begun = begun if isinstance(begun, Begun) else Begun(begun)
+            return cls(shot.in_frame(now), None, shot)
+        begun = begun if isinstance(begun, InitialReference) else InitialReference(begun)
         shot = begun.shot(now)
-        start = begun.seen(shot)
-        return cls(start if now is begun.start else shot.seen(now), start, shot, begun)
+        start = begun.start_in_frame(shot)
+        return cls(start if now is begun.start else shot.in_frame(now), start, shot, begun)
 
     @cached_property
     def position(self) -> np.ndarray:
@@ -230,13 +306,13 @@ class Scene:
     def fragments(self, *bodies: int) -> Fragments:
         """Return the fragments of a body, or of several as if they were one, the largest first."""
         if bodies not in self._fragments:
-            self._fragments[bodies] = Fragments.of(self.now, self.groups(*bodies), bodies[0])
+            self._fragments[bodies] = Fragments.from_groups(self.now, self.groups(*bodies), bodies[0])
         return self._fragments[bodies]
 
-    def attached(self, layer: int) -> np.ndarray:
+    def attached_groups(self, layer: int) -> np.ndarray:
         """Return for each group of a layer whether it holds something of the layer's rim, shape (groups,)."""
         if layer not in self._attached:
-            self._attached[layer] = self.groups(layer).holding(self.rim(layer))
+            self._attached[layer] = self.groups(layer).contain(self.rim(layer))
         return self._attached[layer]
 
     def groups(self, *bodies: int) -> Groups:
@@ -254,9 +330,9 @@ class Scene:
             )
             spacing = self.spacings(part)
             labels = connected_groups(self.now.fields["position"][part], spacing, likely=likely)
-            labels = self.shot.whole.joined(labels, self._own_axes(part), LINK * spacing)
+            labels = self.shot.whole.join_groups(labels, self._own_axes(part), LINK * spacing)
             copies = part[None] + count * np.arange(self.shot.whole.images)[:, None]
-            self._groups[bodies] = Groups.of(copies.ravel(), labels)
+            self._groups[bodies] = Groups.from_labels(copies.ravel(), labels)
         return self._groups[bodies]
 
     def _own_axes(self, part: np.ndarray) -> np.ndarray:
@@ -269,14 +345,24 @@ class Scene:
         bodies = [body for body, role in enumerate(self.shot.roles) if role == PROJECTILE]
         if not bodies:
             none = np.zeros(0, dtype=np.int64)
-            return Fragments.of(self.now, Groups.of(none, none), -1)
+            return Fragments.from_groups(self.now, Groups.from_labels(none, none), -1)
         return self.fragments(*bodies)
 
-    @property
+    @cached_property
     def shot_mass(self) -> float:
-        """Mass of the projectile at the start [kg; kg/m in 2D, kg/m^2 in 1D]; 0 where it is not known."""
+        """Mass of the projectile at the start, or of its particles now [kg; kg/m in 2D, kg/m^2 in 1D]."""
         own = zip(self.shot.masses, self.shot.roles, strict=False)
-        return float(sum(mass for mass, role in own if role == PROJECTILE))
+        known = float(sum(mass for mass, role in own if role == PROJECTILE))
+        return known or float(self.now.fields["mass"][self.is_projectile].sum())
+
+    @cached_property
+    def discretization(self) -> float:
+        """Estimated relative error of velocities, masses and energies: half a spacing over the projectile's width."""
+        return 0.5 * self.spacing / self.width if self.width > 0.0 else 0.0
+
+    def name(self, body: int) -> str:
+        """Return the name of a body."""
+        return self.now.bodies[body] if body < len(self.now.bodies) else f"body {body}"
 
     @cached_property
     def projectile(self) -> np.ndarray:
@@ -328,13 +414,13 @@ class Scene:
 
     def first_rim(self, body: int) -> Rim:
         """Return a layer's rim at the start, which is known."""
-        return self.begun.rim(body, self._find_rim) if self.begun else self._find_rim(body)
-
-    def _find_rim(self, body: int) -> Rim:
-        plate = self.plate(body)
-        assert plate is not None
-        assert self.start is not None
-        return rim_at_start(self.start, plate, self.spacing)
+        known = self.begun.rims if self.begun else {}
+        if body not in known:
+            plate = self.plate(body)
+            assert plate is not None
+            assert self.start is not None
+            known[body] = rim_at_start(self.start, plate, self.spacing)
+        return known[body]
 
     def _main(self, chosen: np.ndarray) -> np.ndarray:
         members = np.flatnonzero(chosen)

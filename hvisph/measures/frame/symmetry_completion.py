@@ -2,7 +2,7 @@
 
 Everything is measured on the whole: `Whole.complete` adds the mirror images, so that lengths, masses, energies and
 counts need no factor of their own anywhere else. What is costly, the search for connected groups, is done on the
-part that was computed, and `Whole.joined` extends its result: a group and its image are one where they touch the
+part that was computed, and `Whole.join_groups` extends its result: a group and its image are one where they touch the
 plane between them.
 
 Only planes that cut the projectile are planes of the whole. One across the shot line is a rigid wall, one beside
@@ -86,7 +86,7 @@ class Whole:
         signs = self._signs(snapshot.dimensions)
         offsets = self._offsets(snapshot.dimensions)
 
-        def imaged(name: str, values: np.ndarray) -> np.ndarray:
+        def mirror(name: str, values: np.ndarray) -> np.ndarray:
             if name in ("position", "velocity"):
                 own = values.reshape(count, -1)
                 shift = offsets if name == "position" else np.zeros_like(offsets)
@@ -94,28 +94,17 @@ class Whole:
             tiled = np.tile(values, (images, *[1] * (values.ndim - 1)))
             return tiled / images if self.revolution and name == "mass" else tiled
 
-        fields = transform_arrays(snapshot.fields, imaged, [name for name in snapshot.fields if name not in SKIPPED])
+        fields = transform_arrays(snapshot.fields, mirror, [name for name in snapshot.fields if name not in SKIPPED])
         number = (snapshot.id[None] * images + np.arange(images)[:, None]).ravel()
         return replace(snapshot, fields=fields, body=np.tile(snapshot.body, images),
                        material=np.tile(snapshot.material, images), id=number)  # fmt: skip
 
-    def joined(self, labels: np.ndarray, position: np.ndarray, reach: float | np.ndarray) -> np.ndarray:
-        """Return the groups of the whole from those of the part.
+    def join_groups(self, labels: np.ndarray, position: np.ndarray, reach: float | np.ndarray) -> np.ndarray:
+        """Return the groups of the whole, of images * n particles as `complete` orders them, from those of the part.
 
-        Parameters
-        ----------
-        labels
-            Group of each of n particles of the part.
-        position
-            Their positions, shape (n, dim) [m], in the case's axes.
-        reach
-            Distance at which particles are linked [m], or of each particle its own (n,).
-
-        Returns
-        -------
-        numpy.ndarray
-            Group of each of the images * n particles, as `complete` orders them. A group is one with its image
-            where a particle is linked to its own: any other link across the plane implies that one.
+        `labels` are the groups of the part's particles (n,), `position` their positions in the case's axes (n, dim),
+        and `reach` the linking distance [m], or of each particle its own. A group and its image are one where a
+        particle is linked to its own image: any other link across the plane implies that one.
         """
         if not self.mirrors or len(labels) == 0:
             return labels
@@ -147,17 +136,9 @@ class Whole:
 def whole_of(start: Snapshot, projectile: np.ndarray, spacing: float, planes: Sequence[Mirror] | None) -> Whole:
     """Return how the whole follows from what was computed.
 
-    Parameters
-    ----------
-    start
-        The first snapshot.
-    projectile
-        Whether each of its particles is the projectile's, shape (n,).
-    spacing
-        dx [m].
-    planes
-        The case's planes of symmetry; None where they are not known, and then a coordinate plane counts that all
-        matter is on one side of and that a particle touches.
+    `projectile` says which particles of the first snapshot are the projectile's (n,), `spacing` is dx [m]. Where the
+    case's `planes` of symmetry are not known, a coordinate plane counts that all matter is on one side of and a
+    particle touches.
     """
     position = start.fields["position"].reshape(start.count, -1)
     if planes is None:

@@ -63,7 +63,7 @@ class Plate:
         """Return how far behind the struck face, along the normal, points (n, dim) are [m]."""
         return np.asarray(position @ np.array(self.basis[0]) - self.front)
 
-    def across(self, position: np.ndarray) -> np.ndarray:
+    def in_plane(self, position: np.ndarray) -> np.ndarray:
         """Return coordinates in the plane (n, dim - 1) from where the shot line enters [m]."""
         return np.asarray(position @ np.array(self.basis[1:]).reshape(-1, position.shape[1]).T - np.array(self.entry))
 
@@ -81,7 +81,7 @@ class Plate:
         share = np.divide(np.abs(across), reach, out=np.zeros_like(across), where=reach > 0.0)
         return np.asarray(share.max(axis=1))
 
-    def beyond(self, across: np.ndarray, share: float) -> np.ndarray:
+    def is_beyond(self, across: np.ndarray, share: float) -> np.ndarray:
         """Return whether points in the plane are a `share` of the way to the edges or further out, shape (n,)."""
         out = np.ones(len(across), dtype=bool)
         if self.edges and min(self.edges) > 0.0:  # what is nearer than the nearest edge is not
@@ -103,18 +103,9 @@ class Plate:
 
 
 def plate_of(body: int, position: np.ndarray, axis: np.ndarray, spacing: float) -> Plate:
-    """Return the geometry of a layer.
+    """Return the geometry of a layer from its initial positions (n, dim) in the axes of the shot [m].
 
-    Parameters
-    ----------
-    body
-        Index of the body.
-    position
-        Its particles at the start, shape (n, dim), in the axes of the shot [m].
-    axis
-        Lateral coordinates of the shot line (dim - 1) [m].
-    spacing
-        dx [m].
+    `axis` are the lateral coordinates of the shot line (dim - 1), `spacing` is dx [m].
     """
     basis = _basis(_normal(position, spacing))
     normal = basis[0]

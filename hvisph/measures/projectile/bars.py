@@ -1,77 +1,83 @@
-"""Bars and rods: what a Taylor bar has become on its wall, and how deep a rod got.
+"""Bars and rods: the shape of a Taylor bar after the impact, and the relative penetration of a rod.
 
-A bar is the projectile where nothing but a rigid wall, or another body that is no wider than it, is in its way. All is
-measured on the largest piece along the shot line, the foot being where it flies to.
-
-Diameters are those of the solid section that spreads its mass as far from its middle as the particles do,
+A bar is a projectile that strikes a rigid wall, or a body that is no wider than itself. All is measured on the largest
+fragment along the shot line, the foot being its front. Diameters are those of the solid section with the same spread of
+mass about its middle,
 
     D = D0 (r/r0),    r^2 = sum m (y - <y>)^2 / sum m  in a slice of one spacing,
 
-r0 and D0 those of the start, D0 from the bar's volume and length. So no single particle decides, and the spacing
-drops out. The foot surface is half of a particle's present thickness, dx (D0/D)^2, before the foremost particle.
+r0 and D0 being those of the start and D0 following from volume and length. The foot's surface is half of a particle's
+present thickness, dx (D0/D)^2, before the foremost particle.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from hvisph.core.measure_catalogue import CATALOGUE
+from hvisph.measures.frame.impact_geometry import PROJECTILE, members
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.frame.roles import PROJECTILE, members
-from hvisph.measures.lengths import end_layers, length_of
-from hvisph.measures.result import Result, meaningless
-from hvisph.measures.target.targets import LayerMeasures
+from hvisph.measures.projectile.lengths import end_layers, initial_length
+from hvisph.measures.projectile.residual_projectile import HALF
+from hvisph.measures.registry import Outcomes, measures
+from hvisph.measures.result import Result, UndefinedMeasureError
+from hvisph.measures.target.target_damage import crater
 
-BAR = ("final_length", "length_ratio", "foot_diameter", "diameter_at_fifth", "undeformed_length")
-WIDER = 1.5  # times the bar's width; what is wider in its way is a plate
-SWOLLEN = 1.01  # times the first diameter; a section that is wider has been deformed
-FOOT = 0.75  # [dx]; the layer of particles at the foot
+WIDER = 1.5  # times the bar's width; a wider target is a plate
+SWOLLEN = 1.01  # times the initial diameter; a wider section has been deformed
+FOOT = 0.75  # [dx]; thickness of the layer of particles at the foot
 FEWEST = 2  # particles of a slice
-HALF = 0.5  # share of the mass below which the largest piece does not stand for the bar
+AT_REST = 0.1  # of the impact velocity: mean velocity relative to the foot below which a bar is no longer deforming
 
 
-@dataclass(frozen=True)
-class Bar:
-    """A bar's measures and its outline.
-
-    Parameters
-    ----------
-    results
-        By name; values in SI.
-    profile
-        ``distance`` from the foot's surface and ``diameter`` there [m], from the foot on; empty where it is no bar.
-    """
-
-    results: dict[str, Result]
-    profile: dict[str, list[float]]
-
-
-def bar(scene: Scene) -> Bar:
-    """Measure what a bar has become; where the projectile is none, all carry the reason."""
-    reason = _no_bar(scene)
-    if reason:
-        return Bar({name: meaningless(CATALOGUE[name].unit, reason) for name in BAR}, {})
+@measures("run", "final_length", "length_ratio", "foot_diameter", "diameter_at_fifth", "undeformed_length")
+def bar(scene: Scene) -> Outcomes:
+    """Return lengths and diameters of a bar after the impact [m]; they are not final while its rear still moves."""
+    _require_bar(scene)
     assert scene.start is not None
-    rows = members(scene.start, scene.shot.roles, PROJECTILE)
-    before = scene.start.fields["position"][rows]
-    first = _section(before[:, 1:], scene.start.fields["mass"][rows])
-    length = length_of(scene, before[:, 0])
-    volume = float((scene.start.fields["mass"][rows] / scene.start.fields["density"][rows]).sum())
+    length = initial_length(scene)
+    width, surface, distance, profile = _sections(scene, length)
+    final = surface - float(scene.position[scene.projectile, 0].min()) + 0.5 * end_layers(scene)[0]
+    scene.profile = {"distance": distance, "diameter": profile}
+    note = _motion_note(scene)
+    values = {
+        "final_length": final,
+        "foot_diameter": profile[0],
+        "diameter_at_fifth": float(np.interp(0.2 * length, distance, profile)),
+        "undeformed_length": _undeformed_length(np.array(distance), np.array(profile), width, final),
+    }
+    results = {name: Result(value, note=note, final=not note) for name, value in values.items()}
+    ratio = Result(final / length, discretization=scene.spacing / length, note=note, final=not note)
+    return results | {"length_ratio": ratio}
+
+
+@measures("run", "penetration_ratio", needs=("layer", "start"))
+def penetration_ratio(scene: Scene) -> Result:
+    """Return P/L: the depth of the first layer's crater over the initial length of the projectile."""
+    plate = scene.plate(scene.target)
+    if plate is None or "mass" not in scene.now.fields or "velocity" not in scene.now.fields:
+        raise UndefinedMeasureError("there is no layer with a known crater")
+    length, depth = initial_length(scene), crater(scene, plate)["crater_depth"]
+    assert isinstance(depth, float)
+    return Result(depth / length, discretization=scene.spacing / length)
+
+
+def _sections(scene: Scene, length: float) -> tuple[float, float, list[float], list[float]]:
+    """Return the initial diameter, x of the foot's surface, and distances from it with the diameters there [m]."""
+    assert scene.start is not None
+    rows, fields = members(scene.start, scene.shot.roles, PROJECTILE), scene.start.fields
+    first = _spread(fields["position"][rows, 1:], fields["mass"][rows])
+    volume = float((fields["mass"][rows] / fields["density"][rows]).sum())
     width = volume / length if scene.space == 2 else float(np.sqrt(4.0 * volume / length / np.pi))
     main = scene.projectile
-    x, mass = scene.position[main, 0], scene.now.fields["mass"][main]
-    across = scene.position[main, 1:]
+    x, across, mass = scene.position[main, 0], scene.position[main, 1:], scene.now.fields["mass"][main]
 
     def diameter(chosen: np.ndarray) -> float:
-        return width * _section(across[chosen], mass[chosen]) / first
+        return width * _spread(across[chosen], mass[chosen]) / first
 
     foot = diameter(x > x.max() - FOOT * scene.spacing)
     power = 1.0 if scene.space == 2 else 2.0
-    spread = min((width / foot) ** power, 1.0) if foot > 0.0 else 1.0  # a tip may be one particle
-    surface = float(x.max()) + 0.5 * scene.spacing * spread
-    final = surface - float(x.min()) + 0.5 * end_layers(scene)[0]
+    thinning = min((width / foot) ** power, 1.0) if foot > 0.0 else 1.0  # a tip may be one particle
+    surface = float(x.max()) + 0.5 * scene.spacing * thinning
     distance, profile = [0.0], [foot]
     number = np.floor((surface - x) / scene.spacing).astype(int)
     for k in np.unique(number):
@@ -79,74 +85,54 @@ def bar(scene: Scene) -> Bar:
         if chosen.sum() >= FEWEST:
             distance.append(float(np.average(surface - x[chosen], weights=mass[chosen])))
             profile.append(diameter(chosen))
-    outline = {"distance": distance, "diameter": profile}
-    free = _undeformed(np.array(distance), np.array(profile), width, final)
-    return Bar({
-        "final_length": _length(scene, final),
-        "length_ratio": Result(final / length, "", scene.spacing / length),
-        "foot_diameter": _length(scene, foot),
-        "diameter_at_fifth": _length(scene, float(np.interp(0.2 * length, distance, profile))),
-        "undeformed_length": _length(scene, free),
-    }, outline)  # fmt: skip
+    return width, surface, distance, profile
 
 
-def penetration_ratio(scene: Scene, layers: tuple[LayerMeasures, ...]) -> Result:
-    """Return P/L: the depth of the first layer's crater over the length that the projectile had."""
-    if scene.start is None or scene.now.dimensions == 1 or not layers:
-        return meaningless("", "there is no layer whose start is known")
-    depth = layers[0].results["crater_depth"]
-    if depth.value is None:
-        return meaningless("", depth.reason)
-    rows = members(scene.start, scene.shot.roles, PROJECTILE)
-    length = length_of(scene, scene.start.fields["position"][rows, 0])
-    return Result(depth.value / length, "", (depth.uncertainty or 0.0) / length)
-
-
-def _no_bar(scene: Scene) -> str:
-    """Return why the projectile is no bar; empty where it is one."""
-    if scene.now.dimensions == 1:
-        return "not told in 1D"
+def _require_bar(scene: Scene) -> None:
+    """Raise `UndefinedMeasureError` where the projectile is no bar."""
     needed = {"velocity", "mass", "density"}
     if scene.start is None or not needed <= scene.start.fields.keys() or "mass" not in scene.now.fields:
-        return "a single snapshot does not tell the bar before it struck"
+        raise UndefinedMeasureError("a single snapshot does not contain the bar before the impact")
     rows = members(scene.start, scene.shot.roles, PROJECTILE)
     mass, velocity = scene.start.fields["mass"][rows], scene.start.fields["velocity"][rows]
     mean = np.average(velocity, axis=0, weights=mass)
     if not mean[0] > 0.5 * np.sqrt(np.average((velocity**2).sum(axis=1), weights=mass)):
-        return "the projectile does not fly at anything as a whole"
+        raise UndefinedMeasureError("the projectile does not fly at anything as a whole")
     own = float(np.ptp(scene.start.fields["position"][rows, 1]))
     if scene.has_target:
         across = scene.start.fields["position"][scene.start.body == scene.target, 1]
         if np.ptp(across) > WIDER * own + scene.spacing:
-            return "no bar on a rigid wall or on its like"
-    share = mass_share(scene)
-    return "" if share >= HALF else f"the bar's largest piece holds {100.0 * share:.2g} % of its mass"
+            raise UndefinedMeasureError("no bar on a rigid wall or an equal bar")
+    share = float(scene.now.fields["mass"][scene.projectile].sum() / scene.shot_mass)
+    if share < HALF:
+        raise UndefinedMeasureError(f"the bar's largest fragment holds {100.0 * share:.2g} % of its mass")
 
 
-def mass_share(scene: Scene) -> float:
-    """Return the share of the projectile's mass in its largest piece."""
-    mass = scene.now.fields["mass"]
-    return float(mass[scene.projectile].sum() / (scene.shot_mass or mass[scene.is_projectile].sum()))
+def _motion_note(scene: Scene) -> str:
+    """Return at which share of the impact velocity the bar still moves towards its foot; empty where it is at rest."""
+    if "velocity" not in scene.now.fields or not scene.shot.speed:
+        return ""
+    main = scene.projectile
+    x, axial, mass = scene.position[main, 0], scene.now.fields["velocity"][main, 0], scene.now.fields["mass"][main]
+    foot = x > x.max() - FOOT * scene.spacing
+    mean = np.average(axial, weights=mass) - np.average(axial[foot], weights=mass[foot])
+    share = float(mean) / scene.shot.speed
+    return f"the bar still moves at {100.0 * share:.2g} % of its impact velocity" if share > AT_REST else ""
 
 
-def _section(across: np.ndarray, mass: np.ndarray) -> float:
+def _spread(across: np.ndarray, mass: np.ndarray) -> float:
     """Return the root of the mass mean of the squared distance from the middle [m]."""
     middle = np.average(across, axis=0, weights=mass)
     return float(np.sqrt(np.average(((across - middle) ** 2).sum(axis=1), weights=mass)))
 
 
-def _undeformed(distance: np.ndarray, diameter: np.ndarray, width: float, final: float) -> float:
-    """Return the length from the rear over which the diameter is less than `SWOLLEN` of the first [m]."""
+def _undeformed_length(distance: np.ndarray, diameter: np.ndarray, width: float, final: float) -> float:
+    """Return the length from the rear over which the diameter is less than `SWOLLEN` of the initial one [m]."""
     wide = np.flatnonzero(diameter > SWOLLEN * width)
     if len(wide) == 0:
         return final
     last = wide[-1]
     if last + 1 >= len(diameter):
         return 0.0
-    level = SWOLLEN * width
-    share = (diameter[last] - level) / (diameter[last] - diameter[last + 1])
+    share = (diameter[last] - SWOLLEN * width) / (diameter[last] - diameter[last + 1])
     return float(final - (distance[last] + share * (distance[last + 1] - distance[last])))
-
-
-def _length(scene: Scene, value: float) -> Result:
-    return Result(value, "m", scene.spacing, spacing=scene.spacing, support=scene.support)

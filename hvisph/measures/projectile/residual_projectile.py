@@ -1,90 +1,150 @@
-"""What is left of the projectile: mass, length, velocity and direction of its pieces, erosion and depth."""
+"""What is left of the projectile: velocity, mass, length and direction of its fragments, momentum transfer."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from hvisph.core.measure_catalogue import PROJECTILE_CATALOGUE
-from hvisph.measures.debris.cloud import unit_of
-from hvisph.measures.frame.has_passed import held_back, in_pieces
+from hvisph.measures.frame.impact_geometry import LAYER, PROJECTILE, members
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.lengths import length_of
-from hvisph.measures.result import Result, meaningless
-from hvisph.measures.target.targets import LayerMeasures
+from hvisph.measures.projectile.lengths import initial_length, length_of
+from hvisph.measures.registry import Outcomes, measures
+from hvisph.measures.result import Result, UndefinedMeasureError
+from hvisph.measures.target.perforation import NO, NOT_YET, is_behind, layer_state
+from hvisph.output.snapshot import Snapshot
 
-PIECE = 0.01  # share of the projectile's mass from which on a group counts as a piece
+HALF = 0.5  # mass fraction below which the heaviest fragment does not stand for the projectile
 
 
-def residue(scene: Scene, layers: tuple[LayerMeasures, ...]) -> dict[str, Result]:
-    """Return the measures of the projectile; what is residual only where it has left all layers behind (`behind`)."""
-    dim = scene.now.dimensions
+def retention_reason(scene: Scene) -> str:
+    """Return why nothing is residual: a layer is not perforated or not passed; empty where the projectile is behind.
+
+    A layer that was open along the projectile's path need not be perforated, but it must be passed.
+    """
+    if scene.now.dimensions == 1:
+        return "in 1D nothing is perforated"
     if not {"velocity", "mass"} <= scene.now.fields.keys():
-        return _none(scene.space, "the snapshot has no velocity or no mass")
-    groups, mass = scene.shot_groups, scene.now.fields["mass"]
-    whole = scene.shot_mass or float(mass[scene.is_projectile].sum())
-    largest = groups.heaviest
-    share, broken = largest.mass / whole, in_pieces(scene)
-    pieces = np.flatnonzero(groups.masses >= PIECE * whole)
-    results = {
-        "largest_share": Result(share, ""),
-        "pieces_share": Result(sum(groups.masses[pieces].tolist()) / whole, ""),
-        "erosion": meaningless("m", "a single snapshot does not tell the length at the start"),
-        "depth": meaningless("m", "there is no layer whose start is known"),
-    }
-    length = _length(scene, length_of(scene, scene.position[largest.particles, 0]))
-    results["length"] = meaningless("m", broken or "not told in 1D") if broken or dim == 1 else length
-    if scene.start is not None and dim > 1:
-        before = scene.start.fields["position"][np.isin(scene.start.body, _bodies(scene)), 0]
-        if not broken:
-            results["erosion"] = _length(scene, length_of(scene, before) - (length.value or 0.0))
-        else:
-            results["erosion"] = meaningless("m", broken)
-    if scene.shot.plates and dim > 1:
-        plate = scene.shot.plates[0]
-        deepest = plate.depth(scene.position[largest.particles]).max() + 0.5 * scene.spacing
-        results["depth"] = _length(scene, float(deepest))
-    results |= _residual(scene, layers, broken, whole)
-    behind = results["residual_mass"]  # as long as it has no meaning, no more has a residual length
-    results["residual_length"] = meaningless("m", behind.reason) if behind.value is None else results["length"]
-    return {name: results[name].finite() for name in PROJECTILE_CATALOGUE}
+        return "the snapshot has no velocity or no mass"
+    if not scene.layers:
+        return "there is no layer"
+    for body in scene.layers:
+        plate, found = scene.plate(body), layer_state(scene, body)
+        if plate is None:
+            return found.reason
+        if found.state in (NO, NOT_YET):
+            return f"'{scene.name(body)}' is not perforated{' yet' if found.state == NOT_YET else ''}"
+        if not is_behind(scene, plate):
+            return f"half of the projectile's mass is not behind '{scene.name(body)}' yet"
+    return ""
 
 
-def _residual(scene: Scene, layers: tuple[LayerMeasures, ...], broken: str, whole: float) -> dict[str, Result]:
-    names = ("residual_mass", "residual_velocity_largest", "residual_angle", "residual_velocity_pieces",
-             "residual_velocity_all")  # fmt: skip
-    reason = held_back(scene, layers)
+def fragmentation_reason(scene: Scene) -> str:
+    """Return why the heaviest fragment does not stand for the projectile; empty where it does."""
+    share = scene.shot_groups.heaviest.mass / scene.shot_mass
+    return "" if share >= HALF else f"the projectile's heaviest fragment holds {100.0 * share:.2g} % of its mass"
+
+
+LARGE = 0.01  # mass fraction of the projectile from which on a fragment is a large one
+
+
+@measures("run", "residual_velocity")
+def residual_velocity(scene: Scene) -> Outcomes:
+    """Return mass-mean axial velocities of the projectile behind all layers [m/s].
+
+    The main body and the heaviest fragment stand for the projectile where they hold half of its mass or more. The
+    scatter is the standard error of the mean over the particles.
+    """
+    reason = retention_reason(scene)
     if reason:
-        return {name: meaningless(unit_of(name, scene.space), reason) for name in names}
-    velocity, mass = scene.now.fields["velocity"], scene.now.fields["mass"]
-    groups = scene.shot_groups
-    large = groups.masses >= PIECE * whole
-    pieces = groups.groups.joined(large) if large.any() else groups.heaviest.particles
-    results = {
-        "residual_mass": Result(float(mass[pieces].sum()), unit_of("residual_mass", scene.space)),
-        "residual_velocity_pieces": _mean(velocity[:, 0], mass, pieces),
-        "residual_velocity_all": _mean(velocity[:, 0], mass, np.flatnonzero(scene.is_projectile)),
+        raise UndefinedMeasureError(reason)
+    broken, groups = fragmentation_reason(scene), scene.shot_groups
+    large = groups.masses >= LARGE * scene.shot_mass
+    rows = groups.groups.particles_of(large) if large.any() else groups.heaviest.particles
+    return {
+        "main_body": broken or _mean(scene, scene.projectile),
+        "heaviest": broken or _mean(scene, groups.heaviest.particles),
+        "large_fragments": _mean(scene, rows),
+        "all": _mean(scene, np.flatnonzero(scene.is_projectile)),
     }
-    if broken:
-        return results | {name: meaningless(unit_of(name, scene.space), broken) for name in names[1:3]}
-    main = groups.heaviest
+
+
+@measures("run", "momentum_transfer", needs=("layer", "start", "motion"))
+def momentum_transfer(scene: Scene) -> Result:
+    """Return the layers' change of axial momentum over the projectile's momentum at the start."""
+    assert scene.start is not None
+    brought = _momentum(scene, scene.start, PROJECTILE)
+    before = _momentum(scene, scene.start, LAYER)
+    scale = float(np.abs(scene.start.fields["mass"] * _axial(scene.start)).sum())
+    if not abs(brought) > 1e-12 * scale:  # round-off of a symmetric collision
+        raise UndefinedMeasureError("the projectile had no axial momentum at the start")
+    ratio = (_momentum(scene, scene.now, LAYER) - before) / brought
+    return Result(ratio, discretization=scene.discretization * abs(ratio))
+
+
+def _mean(scene: Scene, rows: np.ndarray) -> Result:
+    velocity = _axial(scene.now)[rows]
+    mean = float(np.average(velocity, weights=scene.now.fields["mass"][rows]))
+    return Result(mean, scatter=float(velocity.std() / np.sqrt(len(rows))))
+
+
+def _axial(snapshot: Snapshot) -> np.ndarray:
+    return snapshot.fields["velocity"].reshape(snapshot.count, -1)[:, 0]
+
+
+def _momentum(scene: Scene, snapshot: Snapshot, role: str) -> float:
+    chosen = members(snapshot, scene.shot.roles, role)
+    return float((snapshot.fields["mass"][chosen] * _axial(snapshot)[chosen]).sum())
+
+
+@measures("projectile", "residual_mass", needs=("motion",))
+def residual_mass(scene: Scene) -> float:
+    """Return the mass of all large fragments behind all layers [kg]; of the heaviest one where none is large."""
+    reason = retention_reason(scene)
+    if reason:
+        raise UndefinedMeasureError(reason)
+    groups = scene.shot_groups
+    large = groups.masses >= LARGE * scene.shot_mass
+    rows = groups.groups.particles_of(large) if large.any() else groups.heaviest.particles
+    return float(scene.now.fields["mass"][rows].sum())
+
+
+@measures("projectile", "residual_angle", needs=("motion",))
+def residual_angle(scene: Scene) -> float:
+    """Return the angle between the heaviest fragment's velocity and the shot line [rad]."""
+    reason = retention_reason(scene) or fragmentation_reason(scene)
+    if reason:
+        raise UndefinedMeasureError(reason)
+    main = scene.shot_groups.heaviest
     lateral = float(np.sqrt((main.velocity[1:] ** 2).sum()))
-    angle = float(np.arctan2(lateral, main.velocity[0]))
-    results["residual_velocity_largest"] = _mean(velocity[:, 0], mass, main.particles)
-    return results | {"residual_angle": Result(angle if lateral > 1e-9 * main.speed else 0.0, "rad")}
+    return float(np.arctan2(lateral, main.velocity[0])) if lateral > 1e-9 * main.speed else 0.0
 
 
-def _mean(velocity: np.ndarray, mass: np.ndarray, rows: np.ndarray) -> Result:
-    spread = float(velocity[rows].std() / np.sqrt(len(rows)))
-    return Result(float(np.average(velocity[rows], weights=mass[rows])), "m/s", spread)
+@measures("projectile", "fragment_mass_fraction", needs=("motion",))
+def fragment_mass_fraction(scene: Scene) -> Outcomes:
+    """Return the mass fractions of the heaviest fragment and of all large ones."""
+    masses, whole = scene.shot_groups.masses, scene.shot_mass
+    large = np.flatnonzero(masses >= LARGE * whole)
+    return {"heaviest": scene.shot_groups.heaviest.mass / whole, "large_fragments": sum(masses[large].tolist()) / whole}
 
 
-def _bodies(scene: Scene) -> list[int]:
-    return [body for body, role in enumerate(scene.shot.roles) if role == "projectile"]
+@measures("projectile", "projectile_length", "eroded_length", "residual_length", needs=("motion",))
+def lengths(scene: Scene) -> Outcomes:
+    """Return length of the heaviest fragment, lost length of the projectile, and residual length [m]."""
+    broken = fragmentation_reason(scene)
+    if broken:
+        raise UndefinedMeasureError(broken)
+    length = length_of(scene, scene.position[scene.shot_groups.heaviest.particles, 0])
+    unknown = "a single snapshot does not contain the initial length"
+    return {
+        "projectile_length": length,
+        "eroded_length": unknown if scene.start is None else initial_length(scene) - length,
+        "residual_length": retention_reason(scene) or length,
+    }
 
 
-def _length(scene: Scene, value: float) -> Result:
-    return Result(value, "m", scene.spacing, spacing=scene.spacing, support=scene.support)
-
-
-def _none(dim: int, reason: str) -> dict[str, Result]:
-    return {name: meaningless(unit_of(name, dim), reason) for name in PROJECTILE_CATALOGUE}
+@measures("projectile", "penetration_depth", needs=("motion",))
+def penetration_depth(scene: Scene) -> float:
+    """Return the depth of the heaviest fragment's tip below the first layer's struck face, along its normal [m]."""
+    if not scene.shot.plates:
+        raise UndefinedMeasureError("there is no layer whose initial state is known")
+    depth = scene.shot.plates[0].depth(scene.position[scene.shot_groups.heaviest.particles])
+    return float(depth.max() + 0.5 * scene.spacing)

@@ -1,34 +1,28 @@
-"""Whether a layer is perforated: whether a way leads through what is still attached to its edges.
+"""State of a layer: perforated or not.
 
-The attached part of the layer, groups linked at 2 dx that hold something of its rim, is drawn as balls of 1.5 dx
-on a grid in the layer's own axes. The layer is open where the space before it and the space behind it, within its
-edges, are connected: so a way counts that is wider than about three spacings, wherever it is and whatever its
-direction. Pieces that are stuck in it, of the projectile or of the layer, close it. Loose rubble closes nothing and
-holds nothing: what has failed and is drawn apart so far that grains of it would not touch any more, thinner than the
-loosest packing of spheres (Onoda & Liniger 1990). Of a layer that was open before it was struck only a way counts that
-was not there (`ways`).
+A layer is perforated where a path leads through what is attached to its rim, the groups linked at 2 dx that hold
+particles of the rim. They are drawn as balls of 1.5 dx on a grid in the layer's own axes; the layer is open where the
+space before it and the space behind it, within its edges, are connected. A path is therefore wider than about three
+spacings, of any direction. Fragments stuck in the layer close it. Loose rubble does not: failed material of less than
+the density of the loosest packing of spheres (Onoda & Liniger 1990). A layer that was open before the impact is
+perforated by a path that was not there.
 
 - ``yes``: open.
-- ``not yet``: closed, and what flies at it still brings more than a thousandth of the shot's kinetic energy, which
-  3 % of its velocity do.
-- ``no``: closed, and nothing comes any more.
-- no answer: without a new way the projectile has a way, or had one, through an opening of the layer's own.
+- ``not yet``: closed, and bodies that fly at it carry more than a thousandth of the initial kinetic energy.
+- ``no``: closed otherwise.
+- empty: without a new path the projectile passes through an initial opening.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from hvisph.measures.debris.groups import connected_groups
-from hvisph.measures.frame.boundary_rim import Rim
 from hvisph.measures.frame.impact_geometry import own_spacings
-from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.frame.measurement_frame import Perforation, Rim, Scene
 from hvisph.measures.frame.target_geometry import Plate
-from hvisph.measures.statistics import weighted_quantile
-
-from .perforation_path import has_opened, is_open, place_of
+from hvisph.measures.result import weighted_quantile
+from hvisph.measures.target.perforation_path import has_opened, is_open, place_of
 
 YES, NO, NOT_YET = "yes", "no", "not yet"
 SPENT = 1e-3  # share of the shot's kinetic energy below which nothing more is to come
@@ -36,71 +30,56 @@ LOOSE = 0.56  # share of the density at the start below which grains do not touc
 SLOW = 0.03  # share of the shot's speed below which a piece is stuck
 
 
-@dataclass(frozen=True)
-class Perforation:
-    """Whether a layer is perforated, and what of it is attached.
-
-    Parameters
-    ----------
-    state
-        ``yes``, ``no`` or ``not yet``; empty where nothing but an opening of its own lets the projectile through.
-    reason
-        Why it is not, in words; empty where it is.
-    attached
-        Indices of the particles of the layer that are still attached to its rim; without loose rubble, and what
-        hangs on it, where that alone closes the way.
-    """
-
-    state: str
-    reason: str
-    attached: np.ndarray
+def layer_state(scene: Scene, body: int) -> Perforation:
+    """Return the state of a layer, computed once for each scene."""
+    if body not in scene.states:
+        plate = scene.plate(body)
+        if scene.now.dimensions == 1:
+            scene.states[body] = Perforation("", "a perforation is undefined in 1D")
+        elif plate is None:
+            scene.states[body] = Perforation("", "a single snapshot does not contain the plate before the impact")
+        elif not {"velocity", "mass"} <= scene.now.fields.keys():
+            scene.states[body] = Perforation("", "the snapshot has no velocity or no mass")
+        else:
+            scene.states[body] = perforation(scene, plate)
+    return scene.states[body]
 
 
 def perforation(scene: Scene, plate: Plate) -> Perforation:
-    """Return whether a layer is perforated; a projectile that is still within it has perforated it if a way is open.
-
-    Parameters
-    ----------
-    scene
-        The moment, in 2D or 3D, with velocities and masses.
-    plate
-        The layer.
-    """
-    fixed = scene.groups(plate.body).joined(scene.attached(plate.body))
+    """Return the state of a layer in 2D or 3D; a projectile that is still within it has perforated an open one."""
+    fixed = scene.groups(plate.body).particles_of(scene.attached_groups(plate.body))
     if plate.open and scene.start is None:
-        return Perforation("", "it had openings, and a single snapshot does not tell where", fixed)
-    loose = _loose(scene)
-    closes = _closes(scene, plate, fixed)
-    if closes and loose[fixed].any():
-        held = _held(scene, plate, fixed[~loose[fixed]])
-        if len(held) and not _closes(scene, plate, held):
-            fixed, closes = held, False
-    approach = _approach(scene, plate, fixed)
-    if not closes:
-        within = np.flatnonzero(_within(scene, plate, fixed) & ~loose)
-        stuck = within[np.abs(_slides(scene, plate, within, fixed)) < SLOW * _speed(scene)]
-        if len(fixed) == 0 or len(stuck) == 0 or _open(scene, plate, np.concatenate([fixed, stuck])):
+        return Perforation("", "it had openings, and a single snapshot does not contain their place", fixed)
+    loose = _is_loose(scene)
+    closed = _is_closed(scene, plate, fixed)
+    if closed and loose[fixed].any():
+        held = _held_particles(scene, plate, fixed[~loose[fixed]])
+        if len(held) and not _is_closed(scene, plate, held):
+            fixed, closed = held, False
+    if not closed:
+        within = np.flatnonzero(_is_within(scene, plate, fixed) & ~loose)
+        stuck = within[np.abs(_relative_velocity(scene, plate, within, fixed)) < SLOW * _speed(scene)]
+        if len(fixed) == 0 or len(stuck) == 0 or _is_open(scene, plate, np.concatenate([fixed, stuck])):
             return Perforation(YES, "", fixed)
-        closed = "what struck it is stuck in it"
-    else:
-        closed = "its attached part has no opening"
+    reason = "its attached part has no opening" if closed else "a fragment is stuck in it"
     if plate.open:
-        closed = "no way leads through it that was not there at the start"
+        reason = "no path leads through it that was not there at the start"
         if plate.clear or is_behind(scene, plate):
-            through = "was open along the projectile's path" if plate.clear else "let the projectile through as it was"
-            return Perforation("", f"it {through}: {closed}", fixed)
-    share = _to_come(scene, plate, approach, fixed)
+            through = "was open along the projectile's path" if plate.clear else "let the projectile pass as it was"
+            return Perforation("", f"it {through}: {reason}", fixed)
+    share = _approaching_energy(scene, plate, fixed)
     if share > SPENT:
-        return Perforation(NOT_YET, f"{closed}, and {100.0 * share:.2g} % of the shot's energy still fly at it", fixed)
-    return Perforation(NO, f"{closed}, and nothing comes any more", fixed)
+        percent = f"{100.0 * share:.2g} % of the initial kinetic energy"
+        return Perforation(NOT_YET, f"{reason}, and bodies that approach it carry {percent}", fixed)
+    return Perforation(NO, f"{reason}, and nothing approaches it", fixed)
 
 
-def _closes(scene: Scene, plate: Plate, fixed: np.ndarray) -> bool:
-    return len(fixed) > 0 and not _open(scene, plate, fixed)
+def _is_closed(scene: Scene, plate: Plate, fixed: np.ndarray) -> bool:
+    return len(fixed) > 0 and not _is_open(scene, plate, fixed)
 
 
-def _loose(scene: Scene) -> np.ndarray:
-    """Return whether a particle is loose rubble, shape (n,); no where damage or the density at the start is unknown."""
+def _is_loose(scene: Scene) -> np.ndarray:
+    """Return whether a particle is loose rubble, shape (n,); none is where damage or initial density is unknown."""
     now, start = scene.now, scene.start
     if start is None or not scene.permanent or not now.fields.keys() >= {"damage", "density"} <= start.fields.keys():
         return np.zeros(now.count, dtype=bool)
@@ -109,30 +88,26 @@ def _loose(scene: Scene) -> np.ndarray:
     return np.asarray((now.fields["damage"] >= 1.0) & (now.fields["density"] < LOOSE * start.fields["density"][place]))
 
 
-def _held(scene: Scene, plate: Plate, rows: np.ndarray) -> np.ndarray:
-    """Return what of `rows` hangs on the layer's rim by itself."""
+def _held_particles(scene: Scene, plate: Plate, rows: np.ndarray) -> np.ndarray:
+    """Return those of `rows` that are connected to the layer's rim without other particles."""
     labels = connected_groups(scene.position[rows], scene.spacings(rows))
     return rows[np.isin(labels, labels[scene.rim(plate.body)[rows]])]
 
 
-def _approach(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
-    """Return every particle's velocity along the plate's normal against the attached part, shape (n,) [m/s]."""
-    along = scene.now.fields["velocity"] @ np.array(plate.basis[0])
-    mass = scene.now.fields["mass"]
-    own = fixed if len(fixed) else np.flatnonzero(scene.now.body == plate.body)
-    return np.asarray(along - np.average(along[own], weights=mass[own]))
+def _normal_velocity(scene: Scene, plate: Plate) -> np.ndarray:
+    return np.asarray(scene.now.fields["velocity"] @ np.array(plate.basis[0]))
 
 
-def _slides(scene: Scene, plate: Plate, rows: np.ndarray, fixed: np.ndarray) -> np.ndarray:
-    """Return the velocity of `rows` along the normal against the nearest attached particle of each [m/s].
+def _relative_velocity(scene: Scene, plate: Plate, rows: np.ndarray, fixed: np.ndarray) -> np.ndarray:
+    """Return the normal velocity of `rows` relative to the nearest attached particle of each [m/s].
 
-    A free plate bends and swings: what is stuck in its middle has not the velocity of the whole.
+    The middle of a free plate that bends and vibrates does not have the velocity of the whole plate.
     """
     if len(rows) == 0:
         return np.zeros(0)
     from scipy.spatial import cKDTree
 
-    along = scene.now.fields["velocity"] @ np.array(plate.basis[0])
+    along = _normal_velocity(scene, plate)
     _, nearest = cKDTree(scene.position[fixed]).query(scene.position[rows])
     return np.asarray(along[rows] - along[fixed][nearest])
 
@@ -143,10 +118,16 @@ def _speed(scene: Scene) -> float:
     return float(np.sqrt((scene.now.fields["velocity"] ** 2).sum(axis=1).max()))
 
 
-def _to_come(scene: Scene, plate: Plate, approach: np.ndarray, fixed: np.ndarray) -> float:
-    """Return the share of the shot's kinetic energy that other bodies, not yet behind the layer, bring along."""
-    depth = plate.depth(scene.position)
-    rear = max(plate.thickness, float(depth[fixed].max(initial=0.0)))  # a bulge is in the way still
+def _approaching_energy(scene: Scene, plate: Plate, fixed: np.ndarray) -> float:
+    """Return the energy that other bodies, not yet behind the layer, carry towards it, over the initial kinetic energy.
+
+    Velocities are along the normal and relative to the attached part.
+    """
+    depth, mass = plate.depth(scene.position), scene.now.fields["mass"]
+    own = fixed if len(fixed) else np.flatnonzero(scene.now.body == plate.body)
+    along = _normal_velocity(scene, plate)
+    approach = along - np.average(along[own], weights=mass[own])
+    rear = max(plate.thickness, float(depth[fixed].max(initial=0.0)))  # also of a bulge
     coming = (scene.now.body != plate.body) & (depth < rear) & (approach > 0.0)
     energy = 0.5 * float((scene.now.fields["mass"] * np.where(coming, approach, 0.0) ** 2).sum())
     whole = scene.shot.energy
@@ -155,7 +136,7 @@ def _to_come(scene: Scene, plate: Plate, approach: np.ndarray, fixed: np.ndarray
     return energy / whole if whole > 0.0 else 0.0
 
 
-def _within(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
+def _is_within(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
     """Return whether a particle is between the outermost attached ones along the normal, and none of them."""
     depth = plate.depth(scene.position)
     inside = (depth >= depth[fixed].min()) & (depth <= depth[fixed].max()) if len(fixed) else depth < -np.inf
@@ -169,23 +150,23 @@ def is_behind(scene: Scene, plate: Plate) -> bool:
     mass = scene.now.fields["mass"][own]
     if not mass.sum() > 0.0:
         return False
-    rear = plate.thickness + float(_carried(scene, plate) @ np.array(plate.basis[0]))
+    rear = plate.thickness + float(_rim_displacement(scene, plate) @ np.array(plate.basis[0]))
     return weighted_quantile(plate.depth(scene.position[own]), mass, 0.5) > rear
 
 
-def _open(scene: Scene, plate: Plate, solid: np.ndarray) -> bool:
-    """Whether a way leads through `solid` (indices); of a layer that was open, one that was not there at the start."""
+def _is_open(scene: Scene, plate: Plate, solid: np.ndarray) -> bool:
+    """Return whether a path leads through the particles `solid`; in a layer that was open, a new one."""
     place = place_of(plate, scene.position[solid], scene.spacings(solid), scene.spacing)
-    if not plate.open or scene.start is None:  # what was open is not asked for without its start
+    if not plate.open or scene.start is None:
         return is_open(plate, place, scene.spacing)
     own = np.flatnonzero(scene.start.body == plate.body)
-    position = scene.start.fields["position"][own] + _carried(scene, plate)
+    position = scene.start.fields["position"][own] + _rim_displacement(scene, plate)
     return has_opened(plate, place, place_of(plate, position, own_spacings(scene.start, own, scene.spacing),
                                              scene.spacing), scene.spacing)  # fmt: skip
 
 
-def _carried(scene: Scene, plate: Plate) -> np.ndarray:
-    """Return how far a layer has gone as a whole: its rim in the mean since the start, shape (dim,) [m]."""
+def _rim_displacement(scene: Scene, plate: Plate) -> np.ndarray:
+    """Return the mean displacement of a layer's rim since the start, shape (dim,) [m]."""
     now = np.flatnonzero(scene.rim(plate.body))
     if scene.start is None or len(now) == 0:
         return np.zeros(scene.now.dimensions)

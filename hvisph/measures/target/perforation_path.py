@@ -61,7 +61,7 @@ class Grid:
         shape = tuple((np.ceil((high - low) / cell).astype(int) + 2 * pad).tolist())
         return cls(plate, low, cell, shape, pad)
 
-    def filled(self, place: np.ndarray) -> np.ndarray:
+    def fill(self, place: np.ndarray) -> np.ndarray:
         """Return the cells that hold a particle."""
         index = np.floor((place - self.low) / self.cell + SHIFT).astype(int) + self.pad
         inside = ((index >= 0) & (index < self.shape)).all(axis=1)
@@ -73,12 +73,12 @@ class Grid:
         """Return the distance [m] from the nearest particle of every cell within the edges, and beyond the faces."""
         from scipy import ndimage
 
-        far = ndimage.distance_transform_edt(~self.filled(place)) * self.cell
+        far = ndimage.distance_transform_edt(~self.fill(place)) * self.cell
         return np.asarray(far[(slice(None), *[slice(self.pad, -self.pad)] * (len(self.shape) - 1))])
 
     def free(self, place: np.ndarray, reach: float) -> np.ndarray:
         """Return where `clearance` is more than a `reach` of some cells [m], which fewer steps tell."""
-        cells, near = self.filled(place), np.zeros(self.shape, dtype=bool)
+        cells, near = self.fill(place), np.zeros(self.shape, dtype=bool)
         steps = range(-int(reach / self.cell) - 1, int(reach / self.cell) + 2)
         for step in product(steps, repeat=len(self.shape)):
             if np.sqrt(float(sum(k * k for k in step))) * self.cell <= reach:
@@ -86,7 +86,7 @@ class Grid:
         return np.asarray(~near[(slice(None), *[slice(self.pad, -self.pad)] * (len(self.shape) - 1))])
 
     @cached_property
-    def inside(self) -> np.ndarray:
+    def edge_mask(self) -> np.ndarray:
         """Whether cells across the layer are within its edges: a disc has no corners, through which there is a way."""
         counts = [count - 2 * self.pad for count in self.shape[1:]]
         if not self.plate.edges:
@@ -100,35 +100,21 @@ class Grid:
         """Whether free cells connect the space before the layer with that behind it."""
         from scipy import ndimage
 
-        labels, _ = ndimage.label(free & self.inside)
+        labels, _ = ndimage.label(free & self.edge_mask)
         return bool(np.intersect1d(labels[0], labels[-1]).max(initial=0) > 0)
 
-    def between(self, place: np.ndarray) -> slice:
+    def layer_slice(self, place: np.ndarray) -> slice:
         """Return the cells along the normal from the first to the last of particles."""
         first, last = np.floor((place[:, 0].min() - self.low[0], place[:, 0].max() - self.low[0]) / np.array(self.cell))
         return slice(int(first) + self.pad, int(last) + self.pad + 1)
 
 
 def place_of(plate: Plate, position: np.ndarray, own: float | np.ndarray, spacing: float) -> np.ndarray:
-    """Return depth and coordinates in the plane [m] of particles, several of each that is larger than dx.
+    """Return depth and coordinates in the plane [m] of particles at `position` (n, dim) in the axes of the shot.
 
-    Parameters
-    ----------
-    plate
-        The layer.
-    position
-        Particles, shape (n, dim), in the axes of the shot [m].
-    own
-        Their spacing, or of each its own (n,) [m].
-    spacing
-        dx [m].
-
-    Returns
-    -------
-    numpy.ndarray
-        Shape (m, dim): a particle of k dx stands for k^dim.
+    `own` is their spacing, or of each its own (n,), `spacing` is dx [m]: a particle of k dx stands for k^dim places.
     """
-    place = np.column_stack([plate.depth(position), plate.across(position)])
+    place = np.column_stack([plate.depth(position), plate.in_plane(position)])
     if not isinstance(own, np.ndarray):
         return place
     number = np.maximum(np.ceil(own / spacing - 0.3), 1.0).astype(int)
@@ -149,44 +135,29 @@ def is_open(plate: Plate, solid: np.ndarray, spacing: float) -> bool:
 
 
 def has_opened(plate: Plate, solid: np.ndarray, before: np.ndarray, spacing: float) -> bool:
-    """Whether a way leads through that was not there at the start.
+    """Return whether a path leads through a layer that was not there at the start.
 
-    Parameters
-    ----------
-    plate
-        The layer.
-    solid, before
-        What is attached now, and all of it at the start, moved along with the rim; places (n, dim) [m].
-    spacing
-        dx [m].
+    `solid` is what is attached now, `before` all of it at the start, moved with the rim: places (n, dim) [m].
     """
     grid = Grid.about(plate, spacing, [solid, before], RADIUS + WIDER)
     least = np.full_like(now := grid.clearance(solid), RADIUS * spacing)
-    within = grid.between(before)
+    within = grid.layer_slice(before)
     least[within] = np.maximum(least[within], grid.clearance(before)[within] + WIDER * spacing)
     return grid.leads_through(now > least)
 
 
 def with_openings(plate: Plate, position: np.ndarray, projectile: np.ndarray, own: float | np.ndarray, spacing: float
                   ) -> Plate:  # fmt: skip
-    """Return a layer with what it was before it was struck: open or not, along the shot too, in how many pieces.
+    """Return a layer with its initial openings: open or not, also along the shot line, and in how many parts.
 
-    Parameters
-    ----------
-    plate
-        The layer.
-    position, projectile
-        Its particles and the projectile's at the start, (n, dim), in the axes of the shot [m].
-    own
-        Spacing of its particles, or of each its own (n,) [m].
-    spacing
-        dx [m].
+    `position` and `projectile` are its particles and the projectile's at the start (n, dim) in the axes of the shot
+    [m], `own` is the spacing of its particles, or of each its own (n,), `spacing` is dx [m].
     """
     if position.shape[1] == 1:
         return plate
     place = place_of(plate, position, own, spacing)
     grid = Grid.about(plate, spacing, [place])
-    cells = grid.filled(place)
+    cells = grid.fill(place)
     if _is_full(grid, cells, RADIUS * spacing):
         return plate
     from scipy import ndimage
@@ -208,7 +179,7 @@ def _is_full(grid: Grid, cells: np.ndarray, radius: float) -> bool:
                 grown |= np.roll(near, step, axis)  # what wraps round comes from the pad, which is empty
         near = grown
     near = near[(slice(None), *[slice(grid.pad, -grid.pad)] * (cells.ndim - 1))]
-    return bool((near | ~grid.inside).reshape(len(near), -1).all(axis=1).any())
+    return bool((near | ~grid.edge_mask).reshape(len(near), -1).all(axis=1).any())
 
 
 def _clear(position: np.ndarray, projectile: np.ndarray, spacing: float) -> bool:

@@ -1,110 +1,215 @@
-"""What the shot left in and on a layer: hole, crater, bulge, lips, spall and mass lost.
+"""Damage of a layer: hole, crater, bulge, lips, spall and mass loss.
 
 Lengths are from surface to surface, the surface being half a spacing outside the outermost particles; depths and
-heights are along the layer's own normal. All of it is about what is attached to the layer's rim.
+heights are along the layer's own normal. All of it is of what is attached to the layer's rim.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from hvisph.measures.debris.fragments import FEWEST
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.frame.target_geometry import RIM, Plate
-from hvisph.measures.result import MASS_UNITS, MOMENTUM_UNITS, Result, meaningless
+from hvisph.measures.registry import Outcome, Outcomes, measures
+from hvisph.measures.result import Result, UndefinedMeasureError
+from hvisph.measures.target.perforation import YES, layer_state
 
-from .holes import Opening, opening, openings
-from .perforation import YES, Perforation
-from .plug import FEWEST
-
-HOLE = ("hole_diameter", "hole_diameter_least", "hole_diameter_greatest", "hole_diameter_front",
-        "hole_diameter_rear", "hole_diameter_clear", "hole_area")  # fmt: skip
-CRATER = ("crater_depth", "crater_diameter", "bulge")
-SPALL = ("spall_mass", "spall_thickness", "spall_velocity")
-# A hole in the slices of the original thickness over what one sees through, from which on the layer may have bent away.
-WIDER = 1.5
-UNITS = {"hole_area": "m^2", "spall_velocity": "m/s", "mean_pressure": "Pa"}
+RECENTRED = 8  # goes at the centroid
+FEWEST_SECTORS, MOST_SECTORS = 8, 128
+BORDER = 1e-7  # sectors; a particle so near to the border of two is in both
 
 
-def marks(scene: Scene, plate: Plate, hole: Perforation) -> dict[str, Result]:
-    """Return the marks of a layer; those of a hole where it is perforated, those of a crater where it is not."""
-    fixed = hole.attached
-    depth, across = plate.depth(scene.position[fixed]), plate.across(scene.position[fixed])
-    open_ = hole.state == YES
-    results: dict[str, Result] = {}
-    if open_:
-        results |= _hole(scene, plate, depth, across)
-        results |= _none(scene, CRATER, "the layer is perforated")
-        results |= _none(scene, SPALL, "the layer is perforated: what flies on is in the cloud")
-    else:
-        reason = f"not perforated: {hole.reason}"
-        results |= _none(scene, HOLE, reason)
-        results |= _crater(scene, plate, depth, across)
-        results |= _spall(scene, plate, hole)
-    results |= _lips(scene, plate, depth, open_)
-    lost = _mass_lost(scene, plate, fixed)
-    return results | {"mass_lost": lost, "hole_diameter_by_mass": _by_mass(scene, plate, lost, open_, hole.reason)}
+@dataclass(frozen=True)
+class Opening:
+    """An opening at one depth.
+
+    Parameters
+    ----------
+    radii
+        From its centre to its edge, one a sector, the first opposite to the one half-way on, shape (k,) [m].
+    centre
+        Of the opening in the plane, shape (dim - 1,) [m].
+    """
+
+    radii: np.ndarray
+    centre: np.ndarray
+
+    @property
+    def diameters(self) -> np.ndarray:
+        """Diameters in different directions, shape (k / 2,) [m]."""
+        half = len(self.radii) // 2
+        return np.asarray(self.radii[:half] + self.radii[half:])
+
+    @property
+    def area(self) -> float:
+        """What the edge encloses [m^2]; in 3D only."""
+        return float(np.pi * (self.radii**2).mean())
 
 
-def _hole(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -> dict[str, Result]:
-    through = openings(plate, depth, across, scene.spacing)
-    if not through:
-        return _none(scene, HOLE, "the hole is not enclosed by what is left of the layer")
-    means = np.array([one.diameters.mean() for one in through])
-    scatter = float(means.std(ddof=1)) if len(means) > 1 else 0.0
+def opening(across: np.ndarray, centre: np.ndarray, spacing: float) -> Opening | None:
+    """Return the opening about `centre` (dim - 1,) among particles at `across` (n, dim - 1) in the plane [m].
+
+    It is None where they do not enclose one; `spacing` is dx.
+    """
+    centre = np.array(centre, dtype=float)
+    radii, number = np.zeros(0), FEWEST_SECTORS
+    for _ in range(RECENTRED):
+        radii_found = _radii(across - centre, number)
+        if radii_found is None:
+            return None
+        radii = np.maximum(radii_found - 0.5 * spacing, 0.0)
+        centre += _centroid(radii, across.shape[1])
+        number = int(np.clip(np.pi * radii_found.mean() / spacing, FEWEST_SECTORS, MOST_SECTORS)) // 8 * 8
+        # what is far outside the edge is no part of it
+        across = across[((across - centre) ** 2).sum(axis=1) <= (2.5 * radii_found.max() + 4.0 * spacing) ** 2]
+    return Opening(radii, centre)
+
+
+def openings(plate: Plate, depth: np.ndarray, across: np.ndarray, spacing: float) -> list[Opening]:
+    """Return the openings at depths from the struck to the rear face, as the plate was; those that are enclosed."""
+    number = max(1, round(plate.thickness / max(spacing, plate.thickness / 8.0)))
+    bins = np.floor(depth * number / plate.thickness + 1e-9).astype(int)
+    holes = []
+    for k in range(number):
+        one = opening(across[bins == k], _on_the_line(plate, (k + 0.5) / number * plate.thickness), spacing)
+        if one is not None:
+            holes.append(one)
+    return holes
+
+
+def _on_the_line(plate: Plate, depth: float) -> np.ndarray:
+    """Return where the shot line is in the plane at a depth [m]."""
+    basis = np.array(plate.basis)
+    return np.asarray(depth * basis[1:, 0] / basis[0, 0])
+
+
+def _radii(across: np.ndarray, number: int) -> np.ndarray | None:
+    """Return the least distance from the origin in each of `number` sectors; None where nothing is enclosed."""
+    if len(across) == 0:
+        return None
+    if across.shape[1] == 1:
+        low, high = across[across[:, 0] < 0.0, 0], across[across[:, 0] >= 0.0, 0]
+        return np.array([high.min(), -low.max()]) if len(low) and len(high) else None
+    radius = np.sqrt((across**2).sum(axis=1))
+    place = np.arctan2(across[:, 1], across[:, 0]) / (2.0 * np.pi) * number
+    edge = np.full(number, np.inf)
+    for shift in (-BORDER, BORDER):
+        np.minimum.at(edge, np.floor(place + shift).astype(int) % number, radius)
+    empty = ~np.isfinite(edge)
+    if not empty.any():
+        return edge
+    beside = np.roll(edge, 1), np.roll(edge, -1)
+    edge[empty] = 0.5 * (beside[0] + beside[1])[empty]
+    return edge if np.isfinite(edge).all() else None
+
+
+def _centroid(radii: np.ndarray, lateral: int) -> np.ndarray:
+    if lateral == 1:
+        return np.array([0.5 * (radii[0] - radii[1])])
+    angle = 2.0 * np.pi * (np.arange(len(radii)) + 0.5) / len(radii)
+    area = (radii**2).sum()
+    if not area > 0.0:
+        return np.zeros(2)
+    return np.array([(radii**3 * np.cos(angle)).sum(), (radii**3 * np.sin(angle)).sum()]) * (2.0 / 3.0) / area
+
+
+# Over the clear width: mean diameter of all slices, and diameter of one, from which on the layer may be bent there.
+WIDER, MUCH_WIDER = 1.5, 2.0
+FILLED = 0.8  # share of the layer's volume between clear width and slice from which on it is bent and not gone
+
+
+def _attached_particles(scene: Scene, plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the attached particles (n,), their depth (n,) and coordinates in the plane (n, dim - 1) [m]."""
+    fixed = layer_state(scene, plate.body).attached
+    assert fixed is not None
+    return fixed, plate.depth(scene.position[fixed]), plate.in_plane(scene.position[fixed])
+
+
+def _require(scene: Scene, plate: Plate, perforated: bool, reason: str = "the layer is perforated") -> None:
+    state = layer_state(scene, plate.body)
+    if (state.state == YES) is not perforated:
+        raise UndefinedMeasureError(f"not perforated: {state.reason}" if perforated else reason)
+
+
+@measures("layer", "hole_diameter", "hole_area")
+def hole(scene: Scene, plate: Plate) -> Outcomes:
+    """Return diameters and the mean area of the hole in slices of the layer's original thickness [m], [m^2].
+
+    Where the layer has bent out of its place at the hole, slices cut it where the bend begins: the clear width along
+    the layer's normal is the diameter then.
+    """
+    _require(scene, plate, perforated=True)
+    fixed, depth, across = _attached_particles(scene, plate)
+    slices = openings(plate, depth, across, scene.spacing)
     clear = opening(across, np.zeros(across.shape[1]), scene.spacing)
-    if _bent_away(plate, depth, across, clear, float(means.mean()), scene.spacing):
-        bent = "the layer has bent out of its place at the hole, whose width is `hole_diameter_clear`"
-        return _none(scene, HOLE, bent) | {"hole_diameter_clear": _clear(scene, clear)}
-    area = meaningless("m^2", "a hole has an area in 3D only")
-    if scene.now.dimensions == 3:
-        size = float(np.mean([one.area for one in through]))
-        area = Result(size, "m^2", scene.spacing * float(np.sqrt(np.pi * size)))
+    size = float(clear.diameters.mean()) if clear is not None else 0.0
+    means = np.array([one.diameters.mean() for one in slices])
+    variants: dict[str, Outcome] = {"mass_loss": _diameter_by_mass(scene, plate)}
+    if not slices or _is_bent(scene, plate, fixed, clear, slices):
+        reason = "the layer has bent out of its place at the hole" if slices else "what is left does not enclose a hole"
+        mean = Result(size, note=f"clear width: {reason}") if slices else reason
+        variants |= dict.fromkeys(("min", "max", "front", "rear"), reason)
+        return {"hole_diameter": variants | {"mean": mean, "clear": size if slices else reason}, "hole_area": reason}
+    area = float(np.mean([one.area for one in slices]))
+    variants |= {
+        "mean": Result(float(means.mean()), scatter=float(means.std(ddof=1)) if len(means) > 1 else 0.0),
+        "min": float(min(one.diameters.min() for one in slices)),
+        "max": float(max(one.diameters.max() for one in slices)),
+        "front": float(means[0]),
+        "rear": float(means[-1]),
+        "clear": size if size > 0.0 else "attached matter covers the hole",
+    }
+    return {"hole_diameter": variants, "hole_area": Result(area, scatter=scene.spacing * float(np.sqrt(np.pi * area)))}
+
+
+def _is_bent(scene: Scene, plate: Plate, fixed: np.ndarray, clear: Opening | None, slices: list[Opening]) -> bool:
+    """Return whether the layer has bent out of its place at the hole: by its edge, or as it is whole within a slice."""
+    if clear is None or not clear.diameters.mean() > 0.0:
+        return False
+    width, inner = float(clear.diameters.mean()), float(clear.radii.max())
+    depth, across = plate.depth(scene.position[fixed]), plate.in_plane(scene.position[fixed])
+    if float(np.mean([one.diameters.mean() for one in slices])) > WIDER * width:
+        edge = depth[np.sqrt((across**2).sum(axis=1)) < inner + 2.0 * scene.spacing]
+        outside = (edge < -0.5 * scene.spacing) | (edge > plate.thickness + 0.5 * scene.spacing)
+        if len(edge) and outside.all():
+            return True
+    sizes = np.broadcast_to(np.asarray(scene.spacings(fixed)) ** scene.now.dimensions, len(fixed))
+    radius = np.sqrt(((across - clear.centre) ** 2).sum(axis=1))
+    for one in slices:
+        outer = float(one.radii.mean())
+        if float(one.diameters.mean()) > MUCH_WIDER * width and outer > inner:
+            flat = scene.now.dimensions == 2
+            room = plate.thickness * (2.0 * (outer - inner) if flat else np.pi * (outer**2 - inner**2))
+            if float(sizes[(radius > inner) & (radius < outer)].sum()) > FILLED * room:
+                return True
+    return False
+
+
+@measures("layer", "crater_depth", "crater_outer_diameter", "bulge_height")
+def crater(scene: Scene, plate: Plate) -> Outcomes:
+    """Return depth of the crater, its diameter at the level of the struck face and height of the rear's bulge [m]."""
+    _require(scene, plate, perforated=False)
+    _, depth, across = _attached_particles(scene, plate)
+    inner = ~plate.is_beyond(across, RIM)
+    if not inner.any():
+        raise UndefinedMeasureError("nothing of the layer is left within its rim")
+    surface = _front_surface(depth, across, inner, 2.0 * scene.spacing) - 0.5 * scene.spacing
+    deepest = max(float(surface.max()), 0.0)
+    level = (depth >= 0.0) & (depth < scene.spacing)
+    wide = opening(across[level], np.zeros(across.shape[1]), scene.spacing)
+    undamaged = deepest < scene.spacing or wide is None
     return {
-        "hole_diameter": _length(scene, float(means.mean()), scatter),
-        "hole_diameter_least": _length(scene, float(min(one.diameters.min() for one in through))),
-        "hole_diameter_greatest": _length(scene, float(max(one.diameters.max() for one in through))),
-        "hole_diameter_front": _length(scene, float(means[0])),
-        "hole_diameter_rear": _length(scene, float(means[-1])),
-        "hole_diameter_clear": _clear(scene, clear),
-        "hole_area": area,
+        "crater_depth": deepest,
+        "crater_outer_diameter": "the struck face is whole" if undamaged or wide is None else wide.diameters.mean(),
+        "bulge_height": max(float(depth[inner].max()) + 0.5 * scene.spacing - plate.thickness, 0.0),
     }
 
 
-def _bent_away(plate: Plate, depth: np.ndarray, across: np.ndarray, clear: Opening | None, mean: float,
-               spacing: float) -> bool:  # fmt: skip
-    """Whether slices of the original thickness cut the layer where it begins to bend, and not at its hole."""
-    if clear is None or not mean > WIDER * clear.diameters.mean() > 0.0:
-        return False
-    edge = depth[np.sqrt((across**2).sum(axis=1)) < clear.radii.max() + 2.0 * spacing]
-    return bool(len(edge) and ((edge < -0.5 * spacing) | (edge > plate.thickness + 0.5 * spacing)).all())
-
-
-def _clear(scene: Scene, clear: Opening | None) -> Result:
-    if clear is None or not clear.diameters.mean() > 0.0:
-        return meaningless("m", "attached matter hangs over the hole")
-    return _length(scene, float(clear.diameters.mean()))
-
-
-def _crater(scene: Scene, plate: Plate, depth: np.ndarray, across: np.ndarray) -> dict[str, Result]:
-    """Return how deep the struck face is pressed in, how wide at its own level, and how far the rear stands out."""
-    inner = ~plate.beyond(across, RIM)
-    if not inner.any():
-        return _none(scene, CRATER, "nothing of the layer is left within its rim")
-    surface = _front_surface(depth, across, inner, 2.0 * scene.spacing) - 0.5 * scene.spacing
-    deepest = max(float(surface.max()), 0.0)
-    bulge = max(float(depth[inner].max()) + 0.5 * scene.spacing - plate.thickness, 0.0)
-    results = {"crater_depth": _length(scene, deepest), "bulge": _length(scene, bulge)}
-    level = (depth >= 0.0) & (depth < scene.spacing)
-    wide = opening(across[level], np.zeros(across.shape[1]), scene.spacing)
-    if deepest < scene.spacing or wide is None:
-        results["crater_diameter"] = meaningless("m", "the struck face is whole")
-    else:
-        results["crater_diameter"] = _length(scene, float(wide.diameters.mean()))
-    return results
-
-
 def _front_surface(depth: np.ndarray, across: np.ndarray, inner: np.ndarray, cell: float) -> np.ndarray:
-    """Return the least depth in each cell of the plane that holds `inner` particles, of all that are there [m]."""
+    """Return the least depth of all particles in each cell of the plane that holds `inner` ones [m]."""
     place = np.floor(across / cell + 1e-9).astype(np.int64)
     place -= place.min(axis=0)
     key = np.ravel_multi_index(tuple(place.T), tuple(place.max(axis=0) + 1))
@@ -114,81 +219,69 @@ def _front_surface(depth: np.ndarray, across: np.ndarray, inner: np.ndarray, cel
     return least[np.unique(group[inner])]
 
 
-def _spall(scene: Scene, plate: Plate, hole: Perforation) -> dict[str, Result]:
-    """Return what has come off the rear: detached pieces that leave what is attached, with nothing of it behind them.
+@measures("layer", "spall_mass", "spall_thickness", "spall_velocity")
+def spall(scene: Scene, plate: Plate) -> Outcomes:
+    """Return mass, thickness and velocity of the spall [kg], [m], [m/s].
 
-    However slowly: spall of a wall that held flies at some 100 m/s, whatever struck it.
+    Spall is all detached fragments that move away from what is attached, with nothing of it behind them, at any speed.
     """
+    _require(scene, plate, perforated=False, reason="the layer is perforated: its fragments are in the cloud")
+    fixed, *_ = _attached_particles(scene, plate)
     along = np.array(plate.basis[0])
     mass, velocity = scene.now.fields["mass"], scene.now.fields["velocity"] @ along
-    rest = float(np.average(velocity[hole.attached], weights=mass[hole.attached]))
-    depth, across = plate.depth(scene.position), plate.across(scene.position)
+    rest = float(np.average(velocity[fixed], weights=mass[fixed]))
+    depth, across = plate.depth(scene.position), plate.in_plane(scene.position)
     parts = scene.fragments(plate.body)
-    loose = np.flatnonzero(~scene.attached(plate.body) & (parts.groups.counts >= FEWEST))
+    loose = np.flatnonzero(~scene.attached_groups(plate.body) & (parts.groups.counts >= FEWEST))
     pieces = [
         piece for piece in map(parts.__getitem__, loose.tolist())
         if piece.velocity @ along > rest and plate.depth(piece.centre) > 0.5 * plate.thickness
-        and plate.depth(piece.centre) > _rear(depth, across, hole.attached, piece.particles)
+        and plate.depth(piece.centre) > _rear(depth, across, fixed, piece.particles)
     ]  # fmt: skip
     if not pieces:
-        return _none(scene, SPALL, "nothing has come off the rear")
+        raise UndefinedMeasureError("nothing is detached from the rear")
     rows = np.concatenate([piece.particles for piece in pieces])
     speed = float(np.average(velocity[rows], weights=mass[rows]))
     return {
-        "spall_mass": Result(float(mass[rows].sum()), MASS_UNITS[scene.space]),
-        "spall_thickness": _length(scene, float(np.ptp(depth[pieces[0].particles])) + scene.spacing),
-        "spall_velocity": Result(speed, "m/s", float(velocity[rows].std() / np.sqrt(len(rows)))),
+        "spall_mass": float(mass[rows].sum()),
+        "spall_thickness": float(np.ptp(depth[pieces[0].particles])) + scene.spacing,
+        "spall_velocity": Result(speed, scatter=float(velocity[rows].std() / np.sqrt(len(rows)))),
     }
 
 
 def _rear(depth: np.ndarray, across: np.ndarray, attached: np.ndarray, piece: np.ndarray) -> float:
-    """Return the greatest depth of what is attached where a piece is, across the layer [m]."""
+    """Return the greatest depth of what is attached at the place of a fragment, across the layer [m]."""
     low, high = across[piece].min(axis=0), across[piece].max(axis=0)
     there = ((across[attached] >= low) & (across[attached] <= high)).all(axis=1)
     return float(depth[attached][there].max(initial=-np.inf))
 
 
-def _lips(scene: Scene, plate: Plate, depth: np.ndarray, open_: bool) -> dict[str, Result]:
-    """Return how far attached matter stands out of the struck face and, where there is a hole, of the rear."""
+@measures("layer", "front_lip_height", "rear_lip_height")
+def lips(scene: Scene, plate: Plate) -> Outcomes:
+    """Return how far attached matter stands out of the struck face and, where there is a hole, of the rear [m]."""
+    _, depth, _ = _attached_particles(scene, plate)
     if len(depth) == 0:
-        return _none(scene, ("front_lip", "rear_lip"), "nothing of the layer is attached to its rim")
+        raise UndefinedMeasureError("nothing of the layer is attached to its rim")
     half = 0.5 * scene.spacing
-    rear = meaningless("m", "the layer is not perforated: its rear bulges")
-    if open_:
-        rear = _length(scene, max(float(depth.max()) + half - plate.thickness, 0.0))
-    return {"front_lip": _length(scene, max(half - float(depth.min()), 0.0)), "rear_lip": rear}
+    rear: Outcome = max(float(depth.max()) + half - plate.thickness, 0.0)
+    if layer_state(scene, plate.body).state != YES:
+        rear = "the layer is not perforated: its rear bulges"
+    return {"front_lip_height": max(half - float(depth.min()), 0.0), "rear_lip_height": rear}
 
 
-def _mass_lost(scene: Scene, plate: Plate, fixed: np.ndarray) -> Result:
-    """Return what of the layer's mass is not attached to its rim any more."""
-    mass = scene.now.fields["mass"]
-    known = scene.shot.masses
+@measures("layer", "mass_loss")
+def mass_loss(scene: Scene, plate: Plate) -> float:
+    """Return the mass of the layer that is not attached to its rim any more [kg]."""
+    mass, known = scene.now.fields["mass"], scene.shot.masses
     before = known[plate.body] if len(known) > plate.body else float(mass[scene.now.body == plate.body].sum())
-    lost = max(before - float(mass[fixed].sum()), 0.0)
-    return Result(0.0 if lost < 1e-9 * before else lost, MASS_UNITS[scene.space])
+    lost = max(before - float(mass[_attached_particles(scene, plate)[0]].sum()), 0.0)
+    return 0.0 if lost < 1e-9 * before else lost
 
 
-def _by_mass(scene: Scene, plate: Plate, lost: Result, open_: bool, reason: str) -> Result:
-    """Return the diameter of the round hole through the whole thickness from which the mass lost would have come."""
-    if not open_:
-        return meaningless("m", f"not perforated: {reason}")
-    if scene.start is None or "density" not in scene.start.fields or scene.now.dimensions == 1:
-        return meaningless("m", "the layer's density at the start is not known")
+def _diameter_by_mass(scene: Scene, plate: Plate) -> Outcome:
+    """Return the diameter of the cylindrical hole through the whole thickness that the mass lost would leave [m]."""
+    if scene.start is None or "density" not in scene.start.fields:
+        return "the layer's density at the start is not known"
     density = float(scene.start.fields["density"][scene.start.body == plate.body].mean())
-    size = (lost.value or 0.0) / (density * plate.thickness)
-    return _length(scene, size if scene.space == 2 else float(np.sqrt(4.0 * size / np.pi)))
-
-
-def _length(scene: Scene, value: float, scatter: float = 0.0) -> Result:
-    return Result(value, "m", float(np.hypot(scene.spacing, scatter)), spacing=scene.spacing, support=scene.support)
-
-
-def _none(scene: Scene, names: tuple[str, ...], reason: str) -> dict[str, Result]:
-    return {name: meaningless(unit_of(name, scene.space), reason) for name in names}
-
-
-def unit_of(name: str, dim: int) -> str:
-    """Return the SI unit of a layer's measure: masses are per depth in 2D and per area in 1D."""
-    if name == "impulse":
-        return MOMENTUM_UNITS[dim]
-    return MASS_UNITS[dim] if name.endswith(("_mass", "mass_lost")) else UNITS.get(name, "m")
+    size = mass_loss(scene, plate) / (density * plate.thickness)
+    return size if scene.space == 2 else float(np.sqrt(4.0 * size / np.pi))

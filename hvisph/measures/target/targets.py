@@ -1,25 +1,21 @@
-"""What the shot did to every layer: perforated or not, and when."""
+"""Measures of every layer of the target: state, impulse and loaded area."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import degrees
 from typing import Any
 
-from hvisph.core.measure_catalogue import LAYER_CATALOGUE
+import numpy as np
+
+from hvisph.core.measure_catalogue import look_of
+from hvisph.measures.frame.impact_geometry import PROJECTILE
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.result import Result, meaningless
-
-from .impulse import loads
-from .perforation import NO, NOT_YET, YES, Perforation, perforation
-from .target_damage import marks, unit_of
-
-OBLIQUE = 0.05  # angle from which a plate's crater and lips are no longer those along the shot line [rad]
-OF_A_CRATER = ("crater_diameter", "crater_diameter_minimum")
-OF_A_HOLE = ("crater_lip_to_lip", "impact_diameter", "lip_height", "lip_height_maximum")
-# Measures that earlier moments tell, see `passage`.
-IN_TIME = ("perforation_time", "passage_time", "passage_velocity", "passage_largest_share", "passage_length")
+from hvisph.measures.frame.target_geometry import Plate
+from hvisph.measures.registry import evaluate, measures
+from hvisph.measures.result import Result, UndefinedMeasureError, weighted_quantile
+from hvisph.measures.target.perforation import NO, NOT_YET, YES, layer_state
+from hvisph.output.snapshot import Snapshot
 
 
 @dataclass(frozen=True)
@@ -31,13 +27,13 @@ class LayerMeasures:
     body
         Name of the body.
     state
-        Whether it is perforated: ``yes``, ``no`` or ``not yet``; empty where that has no meaning.
+        Whether it is perforated: ``yes``, ``no`` or ``not yet``; empty where that is undefined.
     results
         By name; values in SI.
     obliquity
         Angle between the shot line and the layer's normal [rad]; None where the start is not known.
     opening
-        Whether it has no state since openings of its own let the projectile through.
+        Whether it has no state because openings of its own let the projectile through.
     """
 
     body: str
@@ -57,78 +53,108 @@ class LayerMeasures:
 
 
 def layer_measures(scene: Scene) -> tuple[LayerMeasures, ...]:
-    """Measure every layer, in the order along the shot line."""
-    return tuple(_layer(scene, body) for body in scene.layers)
+    """Return the measures of every layer, in the order along the shot line."""
+    found = []
+    for body in scene.layers:
+        plate, state = scene.plate(body), layer_state(scene, body)
+        reason = state.reason if plate is None or state.attached is None else ""
+        found.append(LayerMeasures(scene.name(body), state.state, evaluate("layer", scene, plate, reason=reason),
+                                   None if plate is None else plate.obliquity, state.opening))  # fmt: skip
+    return tuple(found)
 
 
-def perforated(layers: Sequence[LayerMeasures]) -> Result:
-    """Return whether all layers are perforated: 1 or 0, without a value while that is open."""
-    if not layers:
-        return meaningless("", "there is no layer")
-    if any(layer.state == NO for layer in layers):
-        return Result(0.0, "")
-    if all(layer.state == YES for layer in layers):
-        return Result(1.0, "")
-    if not all(layer.state for layer in layers):
-        unknown = next(layer for layer in layers if not layer.state)
-        return meaningless("", f"{unknown.body}: {unknown.results['perforated'].reason}")
-    stopped = next(layer for layer in layers if layer.state != YES)
-    return meaningless("", f"not yet: {stopped.body}: {stopped.results['perforated'].reason.removeprefix('not yet: ')}")
+@measures("layer", "perforated")
+def layer_perforation(scene: Scene, plate: Plate) -> float:
+    """Return whether a layer is perforated: 1 or 0."""
+    found = layer_state(scene, plate.body)
+    if found.state not in (YES, NO):
+        raise UndefinedMeasureError(f"{NOT_YET}: {found.reason}" if found.state else found.reason)
+    return float(found.state == YES)
 
 
-def without_meaning(layers: Sequence[LayerMeasures]) -> dict[str, Result]:
-    """Return the measures along the shot line that have no meaning, without a value.
-
-    Those of a hole's lips where the first layer has no hole, and of crater and lips where it is oblique.
-    """
-    first = layers[0] if layers else None
-    if first is not None and (first.obliquity or 0.0) > OBLIQUE:
-        angle = f"{degrees(first.obliquity or 0.0):.3g} degrees"
-        reason = f"'{first.body}' is oblique by {angle}: the layer's own measures are along its normal"
-        return {name: meaningless("m", reason) for name in (*OF_A_CRATER, *OF_A_HOLE)}
-    if first is None or first.state not in (NO, NOT_YET):
-        return {}
-    reason = f"'{first.body}' is not perforated{' yet' if first.state == NOT_YET else ''}: there is no hole's lip"
-    return {name: meaningless("m", reason) for name in OF_A_HOLE}
+@measures("run", "perforated")
+def target_perforation(scene: Scene) -> float:
+    """Return whether all layers are perforated: 1 or 0."""
+    states = [(scene.name(body), layer_state(scene, body)) for body in scene.layers]
+    if not states:
+        raise UndefinedMeasureError("there is no layer")
+    if any(one.state == NO for _, one in states):
+        return 0.0
+    for name, one in sorted(states, key=lambda pair: pair[1].state != ""):
+        if one.state != YES:
+            raise UndefinedMeasureError(f"{'not yet: ' if one.state else ''}{name}: {one.reason}")
+    return 1.0
 
 
-def state_of(scene: Scene, number: int) -> str:
-    """Return whether the layer of a number along the shot line is perforated."""
-    return _perforation(scene, scene.layers[number])[0]
+def verdict(layers: Sequence[LayerMeasures], unitless: bool = False) -> str:
+    """Return in one line which layers are perforated, in the order along the shot line; empty where undefined."""
+    return "; ".join(_layer_verdict(layer, unitless) for layer in layers if layer.state or layer.opening)
 
 
-def _layer(scene: Scene, body: int) -> LayerMeasures:
-    plate = scene.plate(body)
-    state, reason, hole = _perforation(scene, body)
-    name = scene.now.bodies[body] if body < len(scene.now.bodies) else f"body {body}"
-    results = {"perforated": _answer(state, reason)}
-    later = f"not perforated: {reason}" if state else reason
-    later = "a single moment does not tell when" if state == YES else later
-    results |= {one: meaningless(LAYER_CATALOGUE[one].unit, later) for one in IN_TIME}
-    if hole is None or plate is None:
-        results |= {
-            one: meaningless(unit_of(one, scene.space), reason) for one in LAYER_CATALOGUE if one not in results
-        }
-    else:
-        results |= marks(scene, plate, hole) | loads(scene, plate)
-    return LayerMeasures(name, state, {one: results[one].finite() for one in LAYER_CATALOGUE},
-                         None if plate is None else plate.obliquity, hole is not None and not state)  # fmt: skip
+def _layer_verdict(layer: LayerMeasures, unitless: bool) -> str:
+    if layer.opening:
+        return f"{layer.body}: open from the start, without a new path through it"
+    if layer.state != YES:
+        return f"{layer.body}: not perforated{' yet' if layer.state == NOT_YET else ''}"
+    time = layer.results["perforation_time"]
+    if time.value is None:
+        return f"{layer.body}: perforated"
+    look = look_of("perforation_time", "s", unitless)
+    value, spread = (f"{look.factor * figure:.3g}" for figure in (time.value, time.uncertainty or 0.0))
+    return f"{layer.body}: perforated at {value} ± {spread} {look.unit}".rstrip()
 
 
-def _answer(state: str, reason: str) -> Result:
-    if state in (YES, NO):
-        return Result(float(state == YES), "")
-    return meaningless("", f"{NOT_YET}: {reason}" if state else reason)
+NEAR = 2.0  # [dx] before the struck face
+MOST = 0.9  # mass fraction of what has arrived within the loaded diameter
+LEAST = 1e-4  # share of the projectile's mass that must have arrived
 
 
-def _perforation(scene: Scene, body: int) -> tuple[str, str, Perforation | None]:
-    """Return state, reason and what they follow from; an empty state where a perforation has no meaning."""
-    plate = scene.plate(body)
-    if scene.now.dimensions == 1:
-        return "", "a perforation has no meaning in 1D", None
-    if plate is None:
-        return "", "a single snapshot does not tell the plate before it was struck", None
-    if not {"velocity", "mass"} <= scene.now.fields.keys():
-        return "", "the snapshot has no velocity or no mass", None
-    hole = perforation(scene, plate)
-    return hole.state, hole.reason, hole
+def arrived_particles(scene: Scene, plate: Plate) -> np.ndarray:
+    """Return the indices of the particles of the projectile and earlier layers that have reached a layer."""
+    before = scene.layers[: scene.layers.index(plate.body)]
+    flying = [body for body, role in enumerate(scene.shot.roles) if role == PROJECTILE or body in before]
+    reach = plate.depth(scene.position) > -NEAR * scene.spacing
+    return np.flatnonzero(np.isin(scene.now.body, flying) & reach)
+
+
+def is_struck(scene: Scene, plate: Plate) -> bool:
+    """Return whether enough mass has reached a layer."""
+    return bool(scene.now.fields["mass"][arrived_particles(scene, plate)].sum() > LEAST * scene.shot_mass)
+
+
+@measures("layer", "impulse", needs=("start",))
+def impulse(scene: Scene, plate: Plate) -> float:
+    """Return the momentum along its normal that the layer has gained [N s]."""
+    assert scene.start is not None
+    return _momentum(scene.now, plate) - _momentum(scene.start, plate)
+
+
+@measures("layer", "loaded_diameter")
+def loaded_diameter(scene: Scene, plate: Plate) -> float:
+    """Return the diameter about the shot line that holds 90 % of the mass that has arrived [m]."""
+    if not is_struck(scene, plate):
+        raise UndefinedMeasureError("nothing has reached the layer")
+    rows = arrived_particles(scene, plate)
+    across = np.sqrt((plate.in_plane(scene.position[rows]) ** 2).sum(axis=1))
+    return 2.0 * weighted_quantile(across, scene.now.fields["mass"][rows], MOST) + scene.spacing
+
+
+@measures("layer", "mean_pressure", needs=("start",))
+def mean_pressure(scene: Scene, plate: Plate) -> float:
+    """Return the pressure that gives the impulse over the loaded area and the time since the first arrival [Pa]."""
+    width, timeline = loaded_diameter(scene, plate), scene.timeline
+    if timeline is None:
+        raise UndefinedMeasureError("a single moment does not contain the time of the first arrival")
+    number = scene.layers.index(plate.body)
+    first = timeline.first(lambda moment: moment.struck[number])
+    since = timeline.moment(0).time if first is None else timeline.interval(first)[0]
+    if not scene.now.time > since:
+        raise UndefinedMeasureError("nothing has reached the layer")
+    area = 0.25 * np.pi * width**2 if scene.space == 3 else width
+    return float(impulse(scene, plate) / (area * (scene.now.time - since)))
+
+
+def _momentum(snapshot: Snapshot, plate: Plate) -> float:
+    own = snapshot.body == plate.body
+    along = snapshot.fields["velocity"][own] @ np.array(plate.basis[0])
+    return float((snapshot.fields["mass"][own] * along).sum())

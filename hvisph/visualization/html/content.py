@@ -13,11 +13,10 @@ from hvisph.casefile.embedded_case import symmetry_axes
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.core.measure_catalogue import told_share, told_time
-from hvisph.measures.debris.debris import debris
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.measure import measure
+from hvisph.measures.measure import debris, measure
 from hvisph.measures.result import Result
-from hvisph.measures.table import Row, rows
+from hvisph.measures.table import Row, body_rows, rows
 from hvisph.output import file_names
 from hvisph.output.reader import read_history, read_snapshot, read_summary, snapshots_in
 from hvisph.output.snapshot import Snapshot
@@ -81,7 +80,8 @@ class Told:
             "mood": mood,
             "main_rows": [asdict(row) for row in shown[:12]],
             "layers": self._layers(),
-            "all_rows": [asdict(row) for row in table],
+            "all_rows": [asdict(row) for row in self._rows(variants=True)],
+            "bodies": body_rows(self.summary, self.unitless),
             "has_expected": any(row.passed is not None for row in table),
             "frames": packed.content,
             "remarks": packed.remarks,
@@ -129,19 +129,16 @@ class Told:
         bad = status == "failed" or any(not one["passed"] for one in expected)
         return " ".join(parts), "bad" if bad else "good" if status == "done" else ""
 
-    def _rows(self) -> list[Row]:
+    def _rows(self, variants: bool = False) -> list[Row]:
         results: dict[str, Any] = {name: Result.from_dict(one) for name, one in self.measures.items()}
-        return rows(results, self.summary.get("expected", []), self.unitless)
+        return rows(results, self.summary.get("expected", []), self.unitless, variants)
 
     def _layers(self) -> list[dict[str, Any]]:
         """Return each layer of the target: its name, whether it is perforated, and its measures as text."""
         told = []
         for layer in self.summary.get("layers", []):
-            results: dict[str, Any] = {
-                name: Result(one["value"], one["unit"], one["uncertainty"], one.get("time"), one.get("reason", ""))
-                for name, one in layer["measures"].items()
-            }
-            shown = [asdict(row) for row in rows(results, (), self.unitless) if row.value != "-"]
+            results: dict[str, Any] = {name: Result.from_dict(one) for name, one in layer["measures"].items()}
+            shown = [asdict(row) for row in rows(results, (), self.unitless, variants=True) if row.value != "-"]
             told.append({"body": layer["body"], "perforated": layer["perforated"] or "-", "rows": shown})
         return told
 
@@ -162,7 +159,7 @@ class Told:
         if self.last.dimensions == 1:
             return []
         tables: list[dict[str, Any]] = []
-        for body in debris(Scene.of(self.last, read_snapshot(self.paths[0]))):
+        for body in debris(Scene.from_snapshot(self.last, read_snapshot(self.paths[0]))):
             for fragment, role in zip(body.fragments, body.roles, strict=True):
                 velocity = np.atleast_1d(fragment.velocity)
                 speed = float(np.linalg.norm(velocity))

@@ -1,4 +1,4 @@
-"""What can be seen of a run from its files while it goes on."""
+"""Progress of a run, from its files."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import CaseError, OutputError
+from hvisph.measures.measure import measure
 from hvisph.output.reader import list_snapshots, read_history, read_summary
-
-from .measure import measure
 
 COLUMNS = ("kinetic_energy", "internal_energy", "centre_pressure", "dt", "energy_drift")
 
 
 @dataclass(frozen=True)
-class Seen:
-    """A run as it is now.
+class RunProgress:
+    """State of a run.
 
     Parameters
     ----------
@@ -32,7 +31,7 @@ class Seen:
     measures
         Plain measures of the newest snapshot, or of the summary.
     answer
-        Which layers are perforated, in words.
+        Verdict on the layers.
     ended
         Whether there is a summary.
     snapshots
@@ -48,8 +47,8 @@ class Seen:
     snapshots: int = 0
 
 
-def seen(folder: Path) -> Seen:
-    """Return what the files of a run tell now; raises `OutputError` only for damaged ones."""
+def run_progress(folder: Path) -> RunProgress:
+    """Return the state of a run; raises `OutputError` for damaged files."""
     history = _history(folder)
     summary = _summary(folder)
     count = _count(folder)
@@ -60,8 +59,8 @@ def seen(folder: Path) -> Seen:
         progress = (f"t = {float(history['time'][-1]):.4g} s, step {int(history['step'][-1])}, "
                     f"next {float(history['dt'][-1]):.3g} s, limited by {history['criterion'][-1]}")  # fmt: skip
     if summary:
-        return Seen(summary["status"], progress, histories, summary["measures"], str(summary.get("answer") or ""), True,
-                    count)  # fmt: skip
+        answer = str(summary.get("answer") or "")
+        return RunProgress(summary["status"], progress, histories, summary["measures"], answer, True, count)
     measures: Mapping[str, Any] = {}
     answer = ""
     if count > 1:
@@ -70,7 +69,7 @@ def seen(folder: Path) -> Seen:
             measures, answer = measured.as_dict()["measures"], measured.answer
         except (OutputError, CaseError):  # the newest is being written, say
             measures = {}
-    return Seen("running, or cut off", progress, histories, measures, answer, False, count)
+    return RunProgress("running, or cut off", progress, histories, measures, answer, False, count)
 
 
 def _history(folder: Path) -> Mapping[str, np.ndarray]:

@@ -87,7 +87,7 @@ class Published:
     source: str
 
 
-def published(impact: str = "", row: str = "", source: str = "") -> Iterator[Published]:
+def published_values(impact: str = "", row: str = "", source: str = "") -> Iterator[Published]:
     """Yield what is printed, in the order of the tables; all of it where no impact, row or table is named."""
     for (table, struck), text in TABLES.items():
         if impact in ("", struck) and source in ("", table):

@@ -45,7 +45,7 @@ class _Seen:
     time: float = 0.0
 
 
-def strayed(moments: Iterable[Snapshot], bodies: Sequence[str], holds: Sequence[Holds]) -> dict[str, list[str]]:
+def validity_notes(moments: Iterable[Snapshot], bodies: Sequence[str], holds: Sequence[Holds]) -> dict[str, list[str]]:
     """Return what should be said of each body, from all moments of a run: at most one text of each kind.
 
     Parameters
@@ -65,7 +65,7 @@ def strayed(moments: Iterable[Snapshot], bodies: Sequence[str], holds: Sequence[
             mine = np.flatnonzero((now.body == number) & (fields["mass"] > 0.0))
             if len(mine):
                 _look(one, limits, now, fields, mine)
-    return {name: list(_said(one, limits, plain)) for name, one, limits in zip(bodies, seen, holds, strict=True)}
+    return {name: list(_messages(one, limits, plain)) for name, one, limits in zip(bodies, seen, holds, strict=True)}
 
 
 def _look(seen: _Seen, limits: Holds, now: Snapshot, fields: Mapping[str, np.ndarray], mine: np.ndarray) -> None:
@@ -88,7 +88,7 @@ def _look(seen: _Seen, limits: Holds, now: Snapshot, fields: Mapping[str, np.nda
         seen.place = tuple(float(x) for x in np.atleast_1d(now.fields["position"][mine[most]]))
 
 
-def _said(seen: _Seen, limits: Holds, plain: bool) -> Iterator[str]:
+def _messages(seen: _Seen, limits: Holds, plain: bool) -> Iterator[str]:
     def shown(value: float) -> str:
         return f"{value:.3g}" if plain else f"{1e-9 * value:.3g} GPa"
 

@@ -12,6 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from hvisph.measures.correlations import LambertJonas, lambert_jonas_velocity
+
 
 @dataclass(frozen=True)
 class Bracket:
@@ -59,36 +61,6 @@ def next_values(known: Bracket, points: int, width: float) -> list[float]:
     return [known.below + k * step for k in range(1, points + 1)]
 
 
-@dataclass(frozen=True)
-class LambertJonas:
-    """The curve of residual velocities.
-
-    Parameters
-    ----------
-    a, p, limit
-        v_r = a (v^p - limit^p)^(1/p), velocities in m/s.
-    deviation
-        Root mean square of what is left of the residual velocities [m/s].
-    """
-
-    a: float
-    p: float
-    limit: float
-    deviation: float
-
-    def residual(self, velocity: np.ndarray | float) -> np.ndarray:
-        """Return the residual velocity [m/s]; 0 below the limit."""
-        return _residual(np.asarray(velocity, float), self.a, self.p, self.limit)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return the plain form for JSON."""
-        return asdict(self)
-
-
-def _residual(v: np.ndarray, a: float, p: float, limit: float) -> np.ndarray:
-    return a * np.maximum(np.maximum(v, 0.0) ** p - limit**p, 0.0) ** (1.0 / p)
-
-
 def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], known: Bracket) -> LambertJonas | None:
     """Return the curve through shots that went through; None for fewer than two of them.
 
@@ -111,6 +83,6 @@ def lambert_jonas(velocities: Sequence[float], residuals: Sequence[float], known
         return a, float(x[2]) if free > 2 else 2.0, limit
 
     sizes = np.maximum(np.abs(start), 1e-3)
-    fit = least_squares(lambda x: _residual(v, *full(x)) - r, start, bounds=bounds, x_scale=sizes)
+    fit = least_squares(lambda x: lambert_jonas_velocity(v, *full(x)) - r, start, bounds=bounds, x_scale=sizes)
     a, p, limit = full(fit.x)
     return LambertJonas(a, p, limit, float(np.sqrt(np.mean(fit.fun**2))))

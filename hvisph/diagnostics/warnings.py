@@ -9,10 +9,9 @@ import numpy as np
 
 from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.measure_catalogue import told_share
+from hvisph.diagnostics.model_validity import Holds, validity_notes
 from hvisph.measures.debris.groups import connected_groups
 from hvisph.output.snapshot import Snapshot
-
-from .model_validity import Holds, strayed
 
 REVOLVED = tuple(name for name, one in KINEMATICS.items() if one.revolved)
 # Nearest neighbours below this share of the particle's own size are clumped; so many of a body say so.
@@ -47,7 +46,7 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
         Where the material of each body holds, and the moments of the run before `now`, over which that is looked at.
     """
     told = []
-    left = strayed(chain(moments, [now]), bodies, holds) if holds else {}
+    left = validity_notes(chain(moments, [now]), bodies, holds) if holds else {}
     for number, (name, has_no_damage) in enumerate(zip(bodies, whole, strict=True)):
         mine = (now.body == number) & (now.fields["mass"] > 0.0)
         if mine.sum() < 2:
@@ -59,8 +58,8 @@ def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequen
             # by number: particles may have left the domain since
             before = start.fields["position"][np.searchsorted(start.id, now.id[mine])]
             strain = now.fields["plastic_strain"][mine] if "plastic_strain" in now.fields else np.zeros(mine.sum())
-            told += [f"{name}: {text}" for text in _torn(position, before, strain, spacing)]
-    return [*told, *_energy(now, start), *_alone(now, start)]
+            told += [f"{name}: {text}" for text in _tearing(position, before, strain, spacing)]
+    return [*told, *_energy(now, start), *_isolated_vapour(now, start)]
 
 
 def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: float) -> Iterator[str]:
@@ -87,7 +86,7 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: flo
         )
 
 
-def _torn(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spacing: float) -> Iterator[str]:
+def _tearing(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spacing: float) -> Iterator[str]:
     links, pieces = _links(before, spacing), connected_groups(position, spacing, LINK)
     sizes = np.bincount(pieces)
     large = np.flatnonzero(sizes >= PIECE * sizes[0])
@@ -120,7 +119,7 @@ def _at_start(start: Snapshot) -> float:
     return float(0.5 * (mass * squared).sum() + np.abs(mass * start.fields["internal_energy"]).sum())
 
 
-def _alone(now: Snapshot, start: Snapshot) -> Iterator[str]:
+def _isolated_vapour(now: Snapshot, start: Snapshot) -> Iterator[str]:
     from scipy.spatial import cKDTree
 
     if not {"internal_energy", "pressure", "smoothing_length"} <= now.fields.keys():

@@ -14,9 +14,11 @@ of an order.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
+
+import numpy as np
 
 SAFETY = 1.25
 LOWEST, HIGHEST = 1e-3, 20.0  # orders that are looked for
@@ -100,3 +102,27 @@ def convergence(
     gain = (h[1] / h[0]) ** order - 1.0
     index = SAFETY * abs(difference) / (abs(f[0]) * gain) if f[0] else None
     return Convergence("converging", order, f[0] - difference / gain, index, difference)
+
+
+PERCENTILES = (5, 50, 95)
+
+
+def spread(results: Sequence[float]) -> dict[str, float]:
+    """Return count, mean, standard deviation and 5, 50, 95 % of results."""
+    x = np.asarray(results, float)
+    statistics = {"count": len(x), "mean": float(x.mean()), "sd": float(x.std(ddof=1)) if len(x) > 1 else 0.0}
+    return statistics | {f"p{q}": float(np.percentile(x, q)) for q in PERCENTILES}
+
+
+def rank_correlations(results: Sequence[float], inputs: Mapping[str, Sequence[Any]]) -> dict[str, float | None]:
+    """Return Spearman's rank correlation of results with each input; None where either does not vary."""
+    from scipy.stats import spearmanr
+
+    correlations: dict[str, float | None] = {}
+    for name, values in inputs.items():
+        numbers = [value if isinstance(value, int | float) else None for value in values]
+        if any(number is None for number in numbers) or len(set(numbers)) < 2 or len(set(results)) < 2:
+            correlations[name] = None
+        else:
+            correlations[name] = float(spearmanr(numbers, results).statistic)
+    return correlations

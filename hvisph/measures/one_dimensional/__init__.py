@@ -1,1 +1,0 @@
-"""Measures of one-dimensional impacts and of single histories."""

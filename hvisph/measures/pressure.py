@@ -1,0 +1,231 @@
+"""Peak pressure and tension of the projectile.
+
+A run records at every step `centre_pressure`, the mean pressure of the projectile's particles that were initially
+within 0.3 mm of its centre, and `axis_pressure_min`, the lowest pressure of those within dx of the shot line. Peaks are
+the largest and smallest samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.registry import Outcomes, measures
+from hvisph.measures.result import Result, UndefinedMeasureError
+
+if TYPE_CHECKING:
+    from hvisph.measures.frame.measurement_frame import Scene
+
+CENTRE_RADIUS = 0.3e-3  # [m]
+CENTRE_COLUMN, AXIS_COLUMN = "centre_pressure", "axis_pressure_min"
+
+
+def centre_particles(
+    position: np.ndarray, spacing: float, axis: np.ndarray | None = None, radius: float | None = None
+) -> np.ndarray:
+    """Return the rows of particles that began near the projectile's centre.
+
+    `position` are those of the projectile at the start (n, dim), `spacing` is dx, `axis` the lateral coordinates of the
+    shot line (dim - 1,), by default those of the body's centre, and `radius` the distance [m], by default 0.3 mm, or a
+    tenth of the width of a projectile below 3 mm.
+    """
+    centre = np.concatenate([position[:, :1].mean(axis=0), _axis(position, axis)])
+    if radius is None:
+        width = np.ptp(position[:, 0]) + spacing
+        radius = min(CENTRE_RADIUS, 0.1 * float(width))
+    distance = np.sqrt(((position - centre) ** 2).sum(axis=1))
+    # a node of the lattice on the limit, or one of several nearest, must not depend on round-off
+    limit = max(radius, float(distance.min())) + 1e-6 * spacing
+    return np.flatnonzero(distance <= limit)
+
+
+def axis_particles(position: np.ndarray, spacing: float, axis: np.ndarray | None = None) -> np.ndarray:
+    """Return the rows of particles that began within dx of the shot line; arguments as `centre_particles`."""
+    lateral = position[:, 1:] - _axis(position, axis)
+    distance = np.sqrt((lateral**2).sum(axis=1))
+    return np.flatnonzero(distance <= max(spacing, float(distance.min())) + 1e-6 * spacing)
+
+
+@measures("run", "centre_pressure_peak")
+def centre_pressure_peak(scene: Scene) -> Result:
+    """Return the largest recorded pressure of the centre [Pa], with its time."""
+    return peak(scene.history, CENTRE_COLUMN, 1.0, scene.now.time)
+
+
+@measures("run", "centre_tension_peak")
+def centre_tension_peak(scene: Scene) -> Result:
+    """Return the largest recorded tension on the shot line [Pa], positive, with its time; zero without tension."""
+    return peak(scene.history, AXIS_COLUMN, -1.0, scene.now.time)
+
+
+def _axis(position: np.ndarray, axis: np.ndarray | None) -> np.ndarray:
+    return position[:, 1:].mean(axis=0) if axis is None else np.asarray(axis, dtype=float)
+
+
+def peak(history: Mapping[str, np.ndarray] | None, column: str, sign: float, until: float = np.inf) -> Result:
+    """Return the largest `sign` times a column up to time `until` [s]; its scatter is the step to its neighbours."""
+    if history is None:
+        raise UndefinedMeasureError("there is no history: a single snapshot, or files of another code")
+    if column not in history or "time" not in history:
+        raise UndefinedMeasureError(f"the history has no column '{column}'")
+    try:
+        time = np.asarray(history["time"], dtype=float)
+        value = sign * np.asarray(history[column], dtype=float)
+    except ValueError:
+        raise UndefinedMeasureError(f"column '{column}' of the history holds something else than numbers") from None
+    kept = np.isfinite(value) & (time <= until * (1.0 + 1e-12))
+    time, value = time[kept], value[kept]
+    if len(value) == 0:
+        raise UndefinedMeasureError(f"column '{column}' of the history has no value up to this time")
+    at = int(np.argmax(value))
+    around = value[max(at - 1, 0) : at + 2]
+    return Result(max(float(value[at]), 0.0), scatter=float(np.abs(around - value[at]).max()), time=float(time[at]))
+
+
+LEAST_FALL = 0.03  # of the highest velocity: smaller decreases are oscillations
+LEAST_RISE = 0.1  # of the decrease: a smaller rise is no spall signal
+
+
+@measures("run", "pull_back_velocity", "spall_strength")
+def pull_back(scene: Scene) -> Outcomes:
+    """Return pull-back velocity [m/s] and spall strength [Pa] by the first free-surface gauge that shows a pull-back.
+
+    The snapshot's metadata describe the gauges under ``surfaces``: `axis`, `sign` and `impedance` rho0 c_b [Pa s/m].
+    """
+    surfaces: Mapping[str, Any] = scene.now.metadata.get("surfaces", {})
+    history, reason = scene.history, "there is no gauge of the type 'free_surface'"
+    for name, surface in surfaces.items():
+        column = f"gauge.{name}.velocity_{'xyz'[int(surface['axis'])]}"
+        if history is None or column not in history or "time" not in history:
+            reason = f"the history has no column '{column}'"
+            continue
+        velocity = float(surface["sign"]) * np.asarray(history[column], float)
+        found = _fall(np.asarray(history["time"], float), velocity, scene.now.time)
+        if found is None:
+            reason = f"the velocity of gauge '{name}' shows no pull-back"
+            continue
+        time, fall, spread = found
+        half = 0.5 * float(surface["impedance"])
+        return {"pull_back_velocity": Result(fall, scatter=spread, time=time),
+                "spall_strength": Result(half * fall, scatter=half * spread, time=time)}  # fmt: skip
+    raise UndefinedMeasureError(reason)
+
+
+def _fall(time: np.ndarray, velocity: np.ndarray, until: float) -> tuple[float, float, float] | None:
+    """Return the time of the minimum before the spall signal [s], the decrease from the peak and its scatter [m/s]."""
+    kept = np.isfinite(velocity) & (time <= until * (1.0 + 1e-12))
+    time, velocity = time[kept], velocity[kept]
+    if len(velocity) < 5:
+        return None
+    peak = least = 0
+    highest = float(velocity.max())
+    for k in range(1, len(velocity)):
+        fall = velocity[peak] - velocity[least]
+        if fall > LEAST_FALL * highest and velocity[k] - velocity[least] > LEAST_RISE * fall:
+            around = np.concatenate([velocity[max(peak - 1, 0) : peak + 2] - velocity[peak],
+                                     velocity[max(least - 1, 0) : least + 2] - velocity[least]])  # fmt: skip
+            return float(time[least]), float(fall), float(np.abs(around).max())
+        if velocity[k] > velocity[peak]:
+            peak = least = k
+        elif velocity[k] < velocity[least]:
+            least = k
+    return None
+
+
+NEAR, FAR = 10.0, 0.5  # nearest [dx] and farthest [share of the nearer end's distance] particle taken
+FEWEST = 5  # particles for a mean
+WHOLE = 0.97  # of the highest mean stress of any moment: what is below has been released
+
+
+@dataclass(frozen=True)
+class Plateau:
+    """Means over the plateau.
+
+    Parameters
+    ----------
+    stress
+        Longitudinal stress -sigma_xx, positive in compression [Pa]; uncertainty: its standard deviation.
+    velocity
+        Velocity of the material, and so of the interface [m/s]; uncertainty likewise.
+    count
+        Number of particles in the means.
+    """
+
+    stress: Result
+    velocity: Result
+    count: int
+
+
+@measures("run", "plateau_stress", "interface_velocity", needs=("layer",))
+def plateau_measures(scene: Scene) -> Outcomes:
+    """Return stress [Pa] and velocity [m/s] of the plateau; of a run, those before releases reached it."""
+    timeline, best = scene.timeline, None
+    if timeline is None or timeline.series:
+        best = plateau(scene)
+    else:
+        known = []
+        for number in range(timeline.count):
+            one = scene if number == timeline.count - 1 else timeline.load(number)
+            if one.now.time <= scene.now.time:
+                with suppress(UndefinedMeasureError):
+                    known.append((one.now.time, plateau(one)))
+        best = before_release(known) if known else plateau(scene)
+    return {"plateau_stress": best.stress, "interface_velocity": best.velocity}
+
+
+def plateau(scene: Scene) -> Plateau:
+    """Return the plateau of a plate impact; raises `UndefinedMeasureError` where there is none."""
+    if "pressure" not in scene.now.fields:
+        raise UndefinedMeasureError("the snapshot has no pressure")
+    x = scene.position[:, 0]
+    stress = longitudinal_stress(scene)
+    projectile, target = scene.is_projectile, scene.is_target
+    interface = 0.5 * (x[projectile].max() + x[target].min())
+    top = np.quantile(stress[projectile | target], 0.99)
+    if not top > 0.0:
+        raise UndefinedMeasureError("no part of the plates is compressed")
+    level = 0.5 * float(np.median(stress[(projectile | target) & (stress > 0.1 * top)]))
+    reach = min(_reach(x[body] - interface, stress[body], level) for body in (projectile, target))
+    distance = np.abs(x - interface)
+    chosen = (projectile | target) & (distance >= NEAR * scene.spacing) & (distance <= FAR * reach)
+    if chosen.sum() < FEWEST:
+        raise UndefinedMeasureError("the compressed region is too short, or releases have overtaken it")
+    velocity = scene.now.fields["velocity"].reshape(len(x), -1)[chosen, 0]
+    return Plateau(_mean(stress[chosen]), _mean(velocity), int(chosen.sum()))
+
+
+def before_release(plateaus: Sequence[tuple[float, Plateau]]) -> Plateau:
+    """Return the longest plateau, before releases from the free faces reached it, from times [s] and plateaus."""
+    highest = max(one.stress.value or 0.0 for _, one in plateaus)
+    whole = min(WHOLE * highest, highest)  # of what is in tension only the least is whole
+    time, best = max(
+        ((time, one) for time, one in plateaus if (one.stress.value or 0.0) >= whole),
+        key=lambda pair: (pair[1].count, pair[0]),
+    )
+    return Plateau(replace(best.stress, time=time), replace(best.velocity, time=time), best.count)
+
+
+def longitudinal_stress(scene: Scene) -> np.ndarray:
+    """Return -sigma_xx of every particle, positive in compression, shape (n,) [Pa]."""
+    pressure = scene.now.fields["pressure"]
+    deviator = scene.now.fields.get("deviator")
+    return pressure if deviator is None else pressure - deviator[:, 0]
+
+
+def _reach(x: np.ndarray, stress: np.ndarray, level: float) -> float:
+    """Distance from the interface over which stress stays above `level` without a break [m]."""
+    order = np.argsort(np.abs(x))
+    distance, above = np.abs(x)[order], stress[order] > level
+    # the spike of some schemes at the interface is tensile: look from the tenth particle on
+    start = min(10, len(above) - 1)
+    below = np.flatnonzero(~above[start:])
+    return float(distance[start + below[0]]) if len(below) else float(distance[-1])
+
+
+def _mean(sample: np.ndarray) -> Result:
+    return Result(float(sample.mean()), scatter=float(sample.std(ddof=1)))

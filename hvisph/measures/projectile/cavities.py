@@ -1,0 +1,177 @@
+"""Cavities: voids in the projectile, and inner and outer radius of a hollow body."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hvisph.measures.frame.impact_geometry import PROJECTILE, members
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.registry import Outcomes, measures
+from hvisph.measures.result import Result, UndefinedMeasureError
+
+CELLS_PER_SPACING = 3  # grid dx/3
+CLOSING_RADIUS = 5.0  # [dx]
+MOST_CELLS = 60_000_000  # above it the distance transforms would need several GB
+
+
+@measures("run", "void_fraction")
+def void_fraction(scene: Scene) -> Result:
+    """Return the area fraction of voids within the outline of the projectile's main body.
+
+    Discs of radius dx about the particles are drawn on a grid of dx/3. The outline is their morphological closing with
+    a disc of radius 5 dx, its holes filled. Below 0.07 a body is sound. Cavities that a body had at the start, the
+    largest ones of as many, are no voids. The scatter is half a grid cell along the outline's edge, over its area.
+    """
+    position = scene.position[scene.projectile]
+    start = _initial_position(scene)
+    if any(np.prod(3.0 * np.ptp(x, axis=0) / scene.spacing + 40.0) > MOST_CELLS for x in (position, start) if len(x)):
+        raise UndefinedMeasureError("the projectile's main body is too wide for a grid of dx/3")
+    from scipy import ndimage
+
+    outline, voids = _voids(position, scene.spacing)
+    cavities = len(_cavities(*_voids(start, scene.spacing))) if len(start) else 0
+    if cavities:
+        own = np.isin(ndimage.label(voids)[0], _cavities(outline, voids)[:cavities])
+        outline, voids = outline & ~own, voids & ~own
+    area = int(outline.sum())
+    edge = area - int(ndimage.binary_erosion(outline).sum())
+    return Result(float(voids.sum()) / area, scatter=0.5 * edge / area)
+
+
+def _initial_position(scene: Scene) -> np.ndarray:
+    """Return the initial position of the projectile's main body (n, 2) [m]; no rows where it is not known."""
+    if scene.start is None:
+        return np.empty((0, 2))
+    body = np.isin(scene.start.id, scene.now.id[scene.projectile])
+    return np.asarray(scene.start.fields["position"][body])
+
+
+def _voids(position: np.ndarray, spacing: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the cells of a body's outline, and those of them that no particle covers."""
+    from scipy import ndimage
+
+    covered = _draw_discs(position, spacing / CELLS_PER_SPACING, spacing)
+    reach = CLOSING_RADIUS * CELLS_PER_SPACING
+    dilated = ndimage.distance_transform_edt(~covered) <= reach
+    closed = ndimage.distance_transform_edt(dilated) > reach
+    outline = ndimage.binary_fill_holes(closed | covered)
+    return outline, outline & ~covered
+
+
+def _cavities(outline: np.ndarray, voids: np.ndarray) -> np.ndarray:
+    """Return the labels of voids within the outline that are as wide as dx or more, the largest first."""
+    from scipy import ndimage
+
+    labels = ndimage.label(voids)[0]
+    sizes = np.bincount(labels.ravel())[1:]
+    sizes[np.setdiff1d(labels[ndimage.binary_dilation(~outline)], 0) - 1] = 0
+    order = np.argsort(-sizes, kind="stable")
+    return 1 + order[sizes[order] >= 0.25 * np.pi * CELLS_PER_SPACING**2]
+
+
+def _draw_discs(position: np.ndarray, cell: float, radius: float) -> np.ndarray:
+    """Return the grid cells whose centre is within `radius` of a particle, with a margin for the closing."""
+    margin = int(CLOSING_RADIUS * CELLS_PER_SPACING) + CELLS_PER_SPACING + 3
+    place = (position - position.min(axis=0)) / cell + margin
+    shape = np.ceil(place.max(axis=0)).astype(int) + margin + 1
+    covered = np.zeros(shape, dtype=bool)
+    nearest = np.rint(place).astype(int)
+    reach = int(np.ceil(radius / cell)) + 1
+    steps = range(-reach, reach + 1)
+    for i in steps:
+        for j in steps:
+            node = nearest + np.array([i, j])
+            # the tolerance keeps cells that lie on a disc's edge, whatever the shift of the body
+            inside = ((node - place) ** 2).sum(axis=1) <= (radius / cell) ** 2 * (1.0 + 1e-9)
+            covered[node[inside, 0], node[inside, 1]] = True
+    return covered
+
+
+HOLLOW = 0.2  # share of the greatest distance from the middle within which a hollow body has nothing
+AS_A_WHOLE = 0.1  # share of the root-mean-square speed that the mean velocity of a body that flies as a whole has
+HALVINGS = 60
+
+
+@dataclass(frozen=True)
+class _Shell:
+    """A hollow body: its number, the axes across which it is hollow, and whether it is a sphere."""
+
+    body: int
+    axes: tuple[int, ...]
+    sphere: bool
+
+
+@measures("run", "inner_radius", "outer_radius")
+def radii(scene: Scene) -> Outcomes:
+    """Return inner and outer radius of the shell [m]."""
+    shell = _find_shell(scene)
+    rows = scene.fragments(shell.body)[0].particles
+    mass = scene.now.fields["mass"][rows]
+    flat = scene.position[rows][:, shell.axes]
+    flat = flat - np.average(flat, axis=0, weights=mass)
+    volume = float((mass / scene.now.fields["density"][rows]).sum())
+    along = [axis for axis in range(scene.now.dimensions) if axis not in shell.axes]
+    for axis in along:
+        volume /= float(np.ptp(scene.position[rows, axis])) + scene.spacing
+    square = float(np.average((flat**2).sum(axis=1), weights=mass)) + _particle_spread(scene, rows, len(shell.axes))
+    inner, outer = (_sphere_radii if shell.sphere else _ring_radii)(volume, square)
+    return {"inner_radius": inner, "outer_radius": outer}
+
+
+def _particle_spread(scene: Scene, rows: np.ndarray, axes: int) -> float:
+    """Return the mean square of distances within a particle [m^2], from its present volume where that is a cell."""
+    if scene.shot.whole.revolution:
+        axes += 1  # a ring's own curvature counts as a direction
+        return axes * scene.spacing**2 / 12.0
+    size = scene.now.fields["mass"][rows] / scene.now.fields["density"][rows]
+    return float(axes * np.mean(size ** (2.0 / scene.now.dimensions)) / 12.0)
+
+
+def _ring_radii(area: float, square: float) -> tuple[float, float]:
+    half = area / (2.0 * np.pi)
+    return float(np.sqrt(max(square - half, 0.0))), float(np.sqrt(square + half))
+
+
+def _sphere_radii(volume: float, square: float) -> tuple[float, float]:
+    cube = 0.75 * volume / np.pi  # b^3 - a^3
+    low, high = 0.0, float(np.sqrt(square / 0.6))
+    for _ in range(HALVINGS):
+        inner = 0.5 * (low + high)
+        outer = (inner**3 + cube) ** (1.0 / 3.0)
+        if 0.6 * (outer**5 - inner**5) / cube < square:
+            low = inner
+        else:
+            high = inner
+    inner = 0.5 * (low + high)
+    return inner, float((inner**3 + cube) ** (1.0 / 3.0))
+
+
+def _find_shell(scene: Scene) -> _Shell:
+    """Return the hollow body; raises `UndefinedMeasureError` where there is none."""
+    start = scene.start
+    if start is None or not {"velocity", "mass"} <= start.fields.keys() or "density" not in scene.now.fields:
+        raise UndefinedMeasureError("a single snapshot does not contain the initial shell")
+    rows = members(start, scene.shot.roles, PROJECTILE)
+    mass, velocity = start.fields["mass"][rows], start.fields["velocity"][rows]
+    speed = np.sqrt(np.average((velocity**2).sum(axis=1), weights=mass))
+    if np.sqrt((np.average(velocity, axis=0, weights=mass) ** 2).sum()) > AS_A_WHOLE * speed:
+        raise UndefinedMeasureError("a body flies as a whole")
+    for body in start.present:
+        position, weight = start.fields["position"][start.body == body], start.fields["mass"][start.body == body]
+        for axes in _hollow_axes(scene):
+            flat = position[:, axes]
+            distance = np.sqrt(((flat - np.average(flat, axis=0, weights=weight)) ** 2).sum(axis=1))
+            if distance.min() > HOLLOW * distance.max() and scene.fragments(body):
+                return _Shell(body, axes, len(axes) + scene.shot.whole.revolution == 3)
+    raise UndefinedMeasureError("no body is hollow")
+
+
+def _hollow_axes(scene: Scene) -> list[tuple[int, ...]]:
+    """Return the axes across which a body may be hollow: of a ring in the plane, of a tube, of a sphere."""
+    if scene.shot.whole.revolution:
+        return [(1,), (0, 1)]
+    if scene.now.dimensions == 2:
+        return [(0, 1)]
+    return [(1, 2), (0, 2), (0, 1), (0, 1, 2)]

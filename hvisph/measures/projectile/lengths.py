@@ -1,0 +1,192 @@
+"""Crater diameter, extension and penetration, as the papers on the impact of a cylinder on a plate define them.
+
+All of them are taken between particle centres: the material's surface lies half a spacing further out. In 3D the
+distance from the shot line takes the place of the side of it, and diameters are twice radii.
+"""
+
+from __future__ import annotations
+
+from math import degrees
+
+import numpy as np
+
+from hvisph.measures.frame.impact_geometry import PROJECTILE, members, own_spacings
+from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.registry import Outcomes, measures
+from hvisph.measures.result import Result, UndefinedMeasureError
+from hvisph.measures.target.perforation import NO, NOT_YET, layer_state
+
+CRATER_BIN = 0.25e-3  # [m], along the plate's thickness
+AXIS_STRIP = 1.0e-3  # [m], half-width of the strip about the shot line
+LIP_PARTICLES = {2: 5, 3: 40}  # front-most attached particles: of each side in 2D, all round in 3D
+LIP_REACH = 2.5  # in projectile widths: distance from the shot line within which a lip is looked for
+SAME = 1e-6  # [dx]; particles of a layer are no farther apart along x
+OBLIQUE = 0.05  # angle of a plate's normal to the shot line beyond which these measures are undefined [rad]
+
+
+@measures("run", "crater_diameter", "crater_diameter_min", needs=("layer",))
+def crater_diameter(scene: Scene) -> Outcomes:
+    """Return the crater's mean diameter and its minimum [m].
+
+    The inner edge of the target's main body on each side of the shot line is taken in bins over the plate's original
+    thickness, 0.25 mm each (a quarter of a thin plate; dx where that is coarser). The edges of the two sides added are
+    a bin's diameter.
+    """
+    require_normal_impact(scene)
+    diameter = _bin_diameters(scene)
+    if len(diameter) == 0:
+        raise UndefinedMeasureError("the target has left the place of the plate")
+    mean = Result(float(diameter.mean()), scatter=standard_error(diameter))
+    return {"crater_diameter": mean, "crater_diameter_min": float(diameter.min())}
+
+
+@measures("run", "crater_lip_diameter", needs=("layer",))
+def crater_lip_diameter(scene: Scene) -> Result:
+    """Return the distance between the five front-most particles of the two sides of the target [m].
+
+    They are within 2.5 projectile widths of the shot line, since a film of the target that hangs on the projectile is
+    attached, too; on a flat face they are those at the hole.
+    """
+    require_hole(scene)
+    means, errors = [], []
+    for side in scene.target_sides:
+        near = side[scene.radius[side] < LIP_REACH * scene.width]
+        if len(near) == 0:
+            raise UndefinedMeasureError("no attached particle of the target is near the shot line")
+        radius = scene.radius[_front_most(scene, near, LIP_PARTICLES[scene.now.dimensions])]
+        means.append(radius.mean())
+        errors.append(standard_error(radius))
+    share = 2.0 / len(means)
+    return Result(float(share * sum(means)), scatter=share * float(np.hypot.reduce(errors)))
+
+
+@measures("run", "extension")
+def extension(scene: Scene) -> Result:
+    """Return the length of the projectile's main body along the shot line [m].
+
+    Within 1 mm of the shot line (a fifth of a narrow projectile; 2 dx where that is coarser), in bins of 2 dx across
+    it, the median of the bins' largest x less the median of their smallest.
+    """
+    half_width = max(min(AXIS_STRIP, 0.2 * scene.width), 2.0 * scene.spacing)
+    three_d = scene.now.dimensions == 3
+    across = scene.radius[scene.projectile] if three_d else scene.lateral[scene.projectile, 0]
+    low = 0.0 if three_d else -half_width
+    inside = (across >= low) & (across < half_width)
+    if not inside.any():
+        raise UndefinedMeasureError("the projectile's main body has left the shot line")
+    number = max(1, round((half_width - low) / (2.0 * scene.spacing)))
+    bins = np.minimum(((across[inside] - low) * number / (half_width - low)).astype(int), number - 1)
+    x = scene.position[scene.projectile[inside], 0]
+    rear, front = np.full(number, np.inf), np.full(number, -np.inf)
+    np.minimum.at(rear, bins, x)
+    np.maximum.at(front, bins, x)
+    rear, front = rear[np.isfinite(rear)], front[np.isfinite(rear)]
+    scatter = float(np.hypot(standard_error(rear), standard_error(front)))
+    return Result(float(np.median(front) - np.median(rear)), scatter=scatter)
+
+
+@measures("run", "penetration", needs=("layer",))
+def penetration(scene: Scene) -> Result:
+    """Return the depth of the projectile's main body beyond the struck face [m]; negative before contact.
+
+    It is the 99 % quantile of x; its scatter is half the distance between the 98.5 and 99.5 % quantiles.
+    """
+    low, value, high = np.quantile(scene.position[scene.projectile, 0], [0.985, 0.99, 0.995])
+    return Result(float(value - scene.face), scatter=float(0.5 * (high - low)))
+
+
+def require_normal_impact(scene: Scene) -> None:
+    """Raise `UndefinedMeasureError` where the first layer is oblique: its own measures are along its normal."""
+    plate = scene.plate(scene.target)
+    if plate is not None and plate.obliquity > OBLIQUE:
+        oblique = f"'{scene.name(scene.target)}' is oblique by {degrees(plate.obliquity):.3g} degrees"
+        raise UndefinedMeasureError(f"{oblique}: the layer's own measures are along its normal")
+
+
+def require_hole(scene: Scene) -> None:
+    """Raise `UndefinedMeasureError` where the first layer has no hole with a lip along the shot line."""
+    require_normal_impact(scene)
+    state = layer_state(scene, scene.target).state
+    if state in (NO, NOT_YET):
+        yet = " yet" if state == NOT_YET else ""
+        raise UndefinedMeasureError(f"'{scene.name(scene.target)}' is not perforated{yet}: there is no hole's lip")
+
+
+def length_of(scene: Scene, x: np.ndarray) -> float:
+    """Return the length [m] of a projectile with particles at `x`, to the faces of its first and last layer."""
+    return float(np.ptp(x)) + 0.5 * sum(end_layers(scene))
+
+
+def initial_length(scene: Scene) -> float:
+    """Return the length of the projectile at the start, which is known [m]."""
+    assert scene.start is not None
+    rows = members(scene.start, scene.shot.roles, PROJECTILE)
+    return length_of(scene, scene.start.fields["position"][rows, 0])
+
+
+def end_layers(scene: Scene) -> tuple[float, float]:
+    """Return the thickness of the projectile's first and last layer along x at the start [m]: dx unless graded."""
+    spacing, start = scene.spacing, scene.start
+    if start is None:
+        return spacing, spacing
+    rows = np.flatnonzero(members(start, scene.shot.roles, PROJECTILE))
+    if np.ndim(own_spacings(start, rows, spacing)) == 0:
+        return spacing, spacing
+    x = np.sort(start.fields["position"].reshape(start.count, -1)[rows, 0])
+    gaps = np.diff(x)[np.diff(x) > SAME * spacing]
+    if len(gaps) < 2 or gaps.min() < 0.5 * spacing:  # no layers
+        return spacing, spacing
+    ends = [2.0 * gap * gap / (gap + following) for gap, following in (gaps[:2], gaps[:-3:-1])]
+    return float(ends[0]), float(ends[1])
+
+
+def _bin_diameters(scene: Scene) -> np.ndarray:
+    """Return diameters of the bins over the thickness in which every side has particles, shape (bins,) [m]."""
+    width = max(min(CRATER_BIN, 0.25 * scene.thickness), scene.spacing)
+    number = max(1, round(scene.thickness / width))
+    x = (scene.position[:, 0] - scene.face) * number / scene.thickness
+    bins = np.where((x >= 0.0) & (x < number), x, -1.0).astype(int)
+    if scene.now.dimensions == 3:
+        return np.array([edge for edge in _round_edges(scene, bins, number) if np.isfinite(edge)])
+    edges = np.full((len(scene.target_sides), number), np.inf)
+    for edge, side in zip(edges, scene.target_sides, strict=True):
+        within = side[bins[side] >= 0]
+        np.minimum.at(edge, bins[within], scene.radius[within])
+    diameter = edges.sum(axis=0) * (2.0 / len(edges))  # one side of a half model stands for both
+    return diameter[np.isfinite(diameter)]
+
+
+def _round_edges(scene: Scene, bins: np.ndarray, number: int) -> list[float]:
+    """Return twice the mean radius of the inner edge in each bin, over sectors of about 4 dx round the shot line [m].
+
+    A sector of that width holds particles, and a single stray one does not decide.
+    """
+    side = scene.target_sides[0]
+    edges = []
+    for k in range(number):
+        within = side[bins[side] == k]
+        if len(within) == 0:
+            continue
+        radius = scene.radius[within]
+        sectors = int(np.clip(2.0 * np.pi * radius.min() / (4.0 * scene.spacing), 1, 32))
+        angle = np.arctan2(scene.lateral[within, 1], scene.lateral[within, 0])
+        sector = np.minimum(((angle / (2.0 * np.pi) + 0.5) * sectors).astype(int), sectors - 1)
+        edge = np.full(sectors, np.inf)
+        np.minimum.at(edge, sector, radius)
+        edges.append(2.0 * float(edge[np.isfinite(edge)].mean()))
+    return edges
+
+
+def _front_most(scene: Scene, near: np.ndarray, number: int) -> np.ndarray:
+    """Return the `number` particles of `near` with the largest x; of a flat face, those at the hole."""
+    x = scene.position[near, 0]
+    limit = np.sort(x)[-min(number, len(x))]
+    tie = np.abs(x - limit) <= 1e-6 * scene.spacing
+    ahead, level = near[(x > limit) & ~tie], near[tie]
+    level = level[np.argsort(scene.radius[level], kind="stable")]
+    return np.concatenate([ahead, level[: number - len(ahead)]])
+
+
+def standard_error(sample: np.ndarray) -> float:
+    """Return the standard error of a sample's mean."""
+    return float(sample.std(ddof=1) / np.sqrt(len(sample))) if len(sample) > 1 else 0.0
