@@ -19,7 +19,7 @@ from pathlib import Path
 
 from selenium import webdriver
 
-from hvisph.visualization.html.build import report
+from hvisph.visualization.html.report import report
 
 PLAY = """
 const done = arguments[arguments.length - 1], play = document.getElementById('play'), slider = document.getElementById('time');

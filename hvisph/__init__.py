@@ -16,7 +16,7 @@ _LAZY = {
     "resume": ("hvisph.simulation.resume", "resume"),
     "measure": ("hvisph.measures.measure", "measure"),
     "open_run": ("hvisph.postprocessing.run_data", "open_run"),
-    "report": ("hvisph.visualization.html.build", "report"),
+    "report": ("hvisph.visualization.html.report", "report"),
     "sweep": ("hvisph.sweeps.start", "sweep"),
 }
 

@@ -6,7 +6,7 @@ import shutil
 import h5py
 import numpy as np
 
-from hvisph.output.seal import SEAL_LENGTH, append_seal
+from hvisph.output.sealed_hdf5 import SEAL_LENGTH, append_seal
 
 NUMBERS = (0, -1, 1, 1e300, -1e300, float("nan"), float("inf"), 2**40, 5e-324)
 PLAIN = (None, True, -1, 0, 2**70, 1e999, "", "x" * 1000, "\x1b[31m", [], [[]], {}, {"a": {}}, ["a", 1])

@@ -17,7 +17,7 @@ from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.options import GrayArtificialStress
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.setup.build import build
-from hvisph.sph.neighbours import rate_layout as slots_of
+from hvisph.sph.neighbours import particle_layout as slots_of
 from hvisph.verification.materials import ELASTIC
 
 FORMULATIONS = {

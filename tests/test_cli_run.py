@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 import hvisph
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.paths import bundled_cases, data_folder
-from hvisph.cli import interrupt
+from hvisph.cli import guard
 from hvisph.cli.loading import run_folder
 from hvisph.cli.main import app
 from hvisph.cli.text.formatting import duration, quantity, rounded, size, table
@@ -200,12 +200,12 @@ def test_bundled_cases_of_one_name_have_folders_of_their_own():
 
 
 def test_an_interrupt_lost_in_a_callback_is_raised_again():
-    with interrupt.noted_interrupts():
+    with guard.noted_interrupts():
         with pytest.raises(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)  # caught here, as llvmlite's callbacks do
         with pytest.raises(KeyboardInterrupt):
-            interrupt.raise_noted()
-        interrupt.raise_noted()  # once is enough
+            guard.raise_noted()
+        guard.raise_noted()  # once is enough
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 

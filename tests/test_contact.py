@@ -11,7 +11,7 @@ from hvisph.sph.contact.penalty_contact import Pressing
 from hvisph.sph.contact.repulsion import Contact
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.neighbours.pairs import Pairs
-from hvisph.sph.neighbours.rate_layout import slots
+from hvisph.sph.neighbours.particle_layout import slots
 
 SPRING = {"density": 2785.0, "eos": {"type": "elastic", "youngs_modulus": 70e9, "poisson_ratio": 0.3},
           "strength": {"type": "elastic"}}  # fmt: skip

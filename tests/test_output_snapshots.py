@@ -18,7 +18,7 @@ from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader, vtkXMLUnstructured
 
 from hvisph.core.errors import OutputError
 from hvisph.core.fields import CATALOGUE
-from hvisph.output import seal, sealed_hdf5
+from hvisph.output import sealed_hdf5
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.reader import read_snapshot, read_time
 from hvisph.output.snapshot import Snapshot
@@ -401,7 +401,7 @@ def test_the_series_forgets_what_is_forgotten(ran, tmp_path):
 def test_a_file_is_checked_once_and_again_when_it_changed(tmp_path, monkeypatch):
     path, checked = tmp_path / "000001.vtkhdf", []
     write_hdf5(path, make_snapshot())
-    monkeypatch.setattr(sealed_hdf5, "verify_seal", lambda file: checked.append(seal.verify_seal(file)))
+    monkeypatch.setattr(sealed_hdf5, "verify_seal", lambda file: checked.append(sealed_hdf5.verify_seal(file)))
     for _ in range(2):  # just written: a change might not show in its time
         read_snapshot(path)
     assert len(checked) == 2

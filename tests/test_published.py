@@ -9,8 +9,7 @@ from hvisph.casefile.paths import data_folder
 from hvisph.casefile.yaml_reader import read_yaml
 from hvisph.core.errors import CaseError
 from hvisph.measures.compare import row
-from hvisph.postprocessing.campaign import complete
-from hvisph.postprocessing.comparison import entries
+from hvisph.postprocessing.comparison import complete, entries
 
 IMPACTS = ("al_al", "steel_al")
 FILES = {

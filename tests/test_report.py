@@ -17,8 +17,8 @@ from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.run import run
-from hvisph.visualization.html.build import report
 from hvisph.visualization.html.frames import NOWHERE, STEPS, frames
+from hvisph.visualization.html.report import report
 from hvisph.visualization.html.setup_section import _describe_shape
 
 BROWSER = shutil.which("chromium") and shutil.which("chromedriver")

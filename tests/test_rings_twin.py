@@ -10,7 +10,7 @@ from hvisph.schemes.riemann.scheme import Riemann
 from hvisph.schemes.standard.options import MonaghanViscosity
 from hvisph.schemes.standard.scheme import Eulerian
 from hvisph.sph.kernels import QUARTIC_SPLINE
-from hvisph.sph.neighbours import rate_layout as places
+from hvisph.sph.neighbours import particle_layout as places
 from hvisph.sph.neighbours.symmetry_planes import AXIS
 from hvisph.sph.terms.limiters import LIMITERS
 

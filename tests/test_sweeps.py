@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from hvisph.core.errors import CaseError
-from hvisph.core.yaml_inline import format_differences, format_value
+from hvisph.core.text import format_differences, format_value
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.sweeps.analysis import following, verdict
 from hvisph.sweeps.experiment_comparison import against_experiment

@@ -7,7 +7,7 @@ from small_runs import METAL
 from hvisph.casefile.loader import load_case
 from hvisph.core.particles import Particles
 from hvisph.setup.build import build
-from hvisph.sph.neighbours import rate_layout
+from hvisph.sph.neighbours import particle_layout
 from hvisph.sph.neighbours.particle_layout import RowLayout
 from hvisph.sph.neighbours.symmetry_planes import Plane, turn_back
 
@@ -109,7 +109,7 @@ def test_each_plane_turns_the_rates_of_those_that_pass_it():
     particles, layout = Particles(2, 3), RowLayout(2, (("x", "vector"),))
     particles["position"] = [[-1.0, 1.0], [1.0, -1.0], [1.0, 1.0]]
     particles["mass"] = 1.0
-    rows, turned = particles["position"].copy(), np.ones((3, rate_layout.width(2)))
+    rows, turned = particles["position"].copy(), np.ones((3, particle_layout.width(2)))
     turn_back(particles, rows, layout, turned, np.array([2, 1, 0]), (Plane(0, 0.0), Plane(1, 0.0)))
     assert (particles["position"] == 1.0).all()
     # acceleration, power, |mu| and the gradient xx, xy, yx, yy; rows of rates stand in another order

@@ -22,7 +22,7 @@ from hvisph.casefile.loader import dump_case, load_case
 from hvisph.cli.main import app
 from hvisph.core import available_memory
 from hvisph.core.errors import CaseError, HvisphError, OutputError
-from hvisph.core.terminal_escape import harmless
+from hvisph.core.text import harmless
 from hvisph.output.checkpoint_file import list_checkpoints, read_checkpoint, write_checkpoint
 from hvisph.output.reader import list_snapshots, read_snapshot, read_summary
 from hvisph.precheck.estimate import estimate

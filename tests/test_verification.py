@@ -12,13 +12,10 @@ from typer.testing import CliRunner
 
 from hvisph.cli.main import app
 from hvisph.core.errors import CaseError
-from hvisph.exact.cantilever import Cantilever
-from hvisph.exact.collapsing_shell import Shell
-from hvisph.exact.elastic_ball import Ball, ThinRing
 from hvisph.exact.gas import GasState, Noh, riemann
+from hvisph.exact.structures import Ball, Cantilever, Shell, ThinRing
 from hvisph.verification.catalogue import PROBLEMS
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.problem import ALL, Options
+from hvisph.verification.problem import ALL, Figure, Options, limit
 from hvisph.verification.runner import judged, verdicts, with_formulation
 from hvisph.visualization.curves import label_and_scale
 

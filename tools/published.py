@@ -12,8 +12,7 @@ import numpy as np
 from hvisph import __version__
 from hvisph.measures.compare import Row, last_snapshot, row
 from hvisph.output.reader import read_history
-from hvisph.postprocessing.campaign import complete
-from hvisph.postprocessing.comparison import entries, is_run
+from hvisph.postprocessing.comparison import complete, entries, is_run
 from hvisph.verification.checkout import checkout_module
 from hvisph.visualization.run_gallery import gallery
 

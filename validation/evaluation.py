@@ -13,7 +13,7 @@ from hvisph.output import file_names
 from hvisph.sweeps.folder import SweepFolder
 from hvisph.sweeps.start import begin
 from hvisph.sweeps.table import Row, rows
-from hvisph.verification.finished_run import Ran
+from hvisph.verification.problem import Ran
 
 from .comparison import PENDING, compared
 from .evaluators import judge_of

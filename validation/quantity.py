@@ -10,7 +10,7 @@ import numpy as np
 
 from hvisph.measures.debris.groups import connected_groups
 from hvisph.sweeps.parameters import Values
-from hvisph.verification.finished_run import Ran, vectors
+from hvisph.verification.problem import Ran, vectors
 
 from .experiments import Measured
 

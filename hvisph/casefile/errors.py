@@ -13,7 +13,7 @@ from hvisph.case.model import PROBLEMS, Path
 from hvisph.case.units import kind_of
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.measure_catalogue import RENAMED
-from hvisph.core.yaml_inline import format_value
+from hvisph.core.text import format_value
 
 from .model_fields import Spot, keys_of, places, walk
 from .yaml_text import Place

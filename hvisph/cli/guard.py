@@ -1,11 +1,19 @@
-"""From errors to one message and an exit code: no command ends in a traceback."""
+"""Errors and interrupts as one message and an exit code.
+
+An interrupt that falls into a callback from compiled code, as while loops are being compiled, is
+reported there and forgotten. So it is also noted, and raised again at the next word from the run.
+"""
 
 from __future__ import annotations
 
 import os
+import signal
 import sys
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import wraps
+from types import FrameType
 from typing import Any
 
 import typer
@@ -66,3 +74,60 @@ def _end(message: str, code: int) -> None:
     if message:  # of several processes one speaks
         say(message, err=True, red=code == FAILED)
     raise typer.Exit(code) from None
+
+
+_noted = threading.Event()
+ENDING = (signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else []))  # Windows has no SIGHUP
+
+
+@contextmanager
+def noted_interrupts() -> Iterator[None]:
+    """Note every interrupt in this block, beside raising `KeyboardInterrupt` as always."""
+    _noted.clear()
+    ours = (
+        threading.current_thread() is threading.main_thread()
+        # a parent that had it ignored, as `nohup` does, meant it
+        and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    )
+    if ours:
+        signal.signal(signal.SIGINT, _note)
+    try:
+        yield
+    finally:
+        if ours:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def raise_noted() -> None:
+    """Raise `KeyboardInterrupt` if one was noted and has not ended the block."""
+    if _noted.is_set():
+        _noted.clear()
+        raise KeyboardInterrupt
+
+
+@contextmanager
+def ends_like_ctrl_c() -> Iterator[None]:
+    """Take SIGTERM, and SIGHUP of a closed terminal, for Ctrl-C in this block: who is asked to end stops workers first.
+
+    Signals that the parent had ignored stay ignored.
+    """
+    ours = threading.current_thread() is threading.main_thread()
+    before = {number: signal.getsignal(number) for number in ENDING} if ours else {}
+    for number, handler in before.items():
+        if handler is signal.SIG_DFL:
+            signal.signal(number, _interrupt)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            if handler is signal.SIG_DFL:
+                signal.signal(number, handler)
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
+    raise KeyboardInterrupt
+
+
+def _note(number: int, frame: FrameType | None) -> None:
+    _noted.set()
+    raise KeyboardInterrupt

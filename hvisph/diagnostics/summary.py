@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 from hvisph import __version__
 from hvisph.casefile.loader import case_hash
 from hvisph.core.errors import HvisphError
-from hvisph.diagnostics.model_validity import Holds
-from hvisph.diagnostics.warnings import remarks
 from hvisph.materials.validity_limits import outside_range, range_of
 from hvisph.measures.compare import compare_expected
 from hvisph.measures.correlations import correlations
@@ -23,6 +21,8 @@ from hvisph.precheck.hugoniot_check import beside
 from hvisph.setup.materials import material_of
 
 from .mass_fractions import shares
+from .model_validity import Holds
+from .warnings import remarks
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case

@@ -9,9 +9,10 @@ import numpy as np
 
 from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.measure_catalogue import told_share
-from hvisph.diagnostics.model_validity import Holds, validity_notes
 from hvisph.measures.debris.groups import connected_groups
 from hvisph.output.snapshot import Snapshot
+
+from .model_validity import Holds, validity_notes
 
 REVOLVED = tuple(name for name, one in KINEMATICS.items() if one.revolved)
 # Nearest neighbours below this share of the particle's own size are clumped; so many of a body say so.

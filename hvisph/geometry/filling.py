@@ -9,12 +9,11 @@ from typing import Any
 
 from hvisph.core.errors import CaseError, suggest_nearest
 from hvisph.core.shapes import arrangements_of
-from hvisph.geometry.lattices.concentric_rings import fill_rings
 from hvisph.geometry.lattices.cubic import fill_lattice
 from hvisph.geometry.lattices.hcp import fill_hcp
 from hvisph.geometry.lattices.hexagonal import fill_hexagonal
-from hvisph.geometry.lattices.lattice_two_rings import fill_lattice_two_rings
 from hvisph.geometry.lattices.relaxed import fill_relaxed
+from hvisph.geometry.lattices.rings import fill_lattice_two_rings, fill_rings
 
 from .lattice_count import Filling
 from .mass_fit import fill_exactly

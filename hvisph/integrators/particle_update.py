@@ -25,8 +25,7 @@ from hvisph.compiler.vector.partition import NONE, listed
 from hvisph.compiler.vector.prefetch import fetch_row
 from hvisph.sph.terms.viscosity import shear_share
 
-from .particle_records import Limits, Shown, State
-from .particle_steps import MORRIS_MONAGHAN, hoop_signal, ring_radius
+from .particle_steps import MORRIS_MONAGHAN, Limits, Shown, State, hoop_signal, ring_radius
 from .sums import COUNTED, HEATING, INTERNAL, KINETIC, LENGTH, MOMENTUM, PLASTIC, SIZE, SLIPPING, SPEED2, SUPPORT
 
 CHUNK = 256

@@ -11,10 +11,11 @@ from typing import Any, Protocol
 import numpy as np
 
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.measures.measure import measure
-from hvisph.measures.result import Result
 from hvisph.output import file_names, reader
 from hvisph.output.snapshot import Snapshot
+
+from .measure import measure
+from .result import Result
 
 COST = ("particles", "steps", "threads", "wall_seconds", "microseconds_per_particle_step")
 

@@ -18,12 +18,13 @@ from hvisph.measures.debris.fragments import FEWEST, BodyFragments, Fragments
 from hvisph.measures.frame.impact_geometry import PROJECTILE
 from hvisph.measures.frame.measurement_frame import InitialReference, Scene
 from hvisph.measures.frame.symmetry_completion import Whole
-from hvisph.measures.registry import evaluate
-from hvisph.measures.result import MASS_UNITS, Result, undefined_result
 from hvisph.measures.target.perforation_times import Moment, Timeline
 from hvisph.measures.target.plug import plug_of
 from hvisph.measures.target.targets import LayerMeasures, layer_measures, verdict
 from hvisph.output.snapshot import Snapshot
+
+from .registry import evaluate
+from .result import MASS_UNITS, Result, undefined_result
 
 History = Mapping[str, np.ndarray]
 LATELY = 0.1  # share of the run over which a swing counts

@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.registry import Outcomes, measures
-from hvisph.measures.result import Result, UndefinedMeasureError
+
+from .registry import Outcomes, measures
+from .result import Result, UndefinedMeasureError
 
 if TYPE_CHECKING:
     from hvisph.measures.frame.measurement_frame import Scene

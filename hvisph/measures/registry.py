@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from hvisph.core.measure_catalogue import SECTIONS, Measure, reported_measures
-from hvisph.measures.result import Result, UndefinedMeasureError, undefined_result
+
+from .result import Result, UndefinedMeasureError, undefined_result
 
 if TYPE_CHECKING:
     from hvisph.measures.frame.measurement_frame import Scene

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from hvisph.measures.debris.fragments import FEWEST
-from hvisph.measures.measure import Measures
-from hvisph.measures.result import Result
 from hvisph.output.atomic_write import write_text
+
+from .measure import Measures
+from .result import Result
 
 
 @dataclass(frozen=True)

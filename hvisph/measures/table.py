@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from hvisph.core.measure_catalogue import PER_DEPTH, Look, look_of
-from hvisph.measures.result import Result
+
+from .result import Result
 
 # Units of shares and angles, of which little is nothing; and what is next to nothing of any unit for people.
 UNSIZED = ("", "%", "deg")

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.registry import Outcome, Outcomes, measures
-from hvisph.measures.result import UndefinedMeasureError, weighted_quantile
+
+from .registry import Outcome, Outcomes, measures
+from .result import UndefinedMeasureError, weighted_quantile
 
 MOST = 0.999  # mass fraction that does not exceed the maximum
 

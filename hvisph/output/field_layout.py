@@ -15,7 +15,7 @@ import numpy as np
 
 from hvisph.core.fields import CATALOGUE, SYMMETRIC_LENGTH
 from hvisph.core.lazy_arrays import transform_arrays
-from hvisph.core.terminal_escape import harmless
+from hvisph.core.text import harmless
 
 from .snapshot import Snapshot
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from hvisph.core.errors import OutputError, suggest_nearest
-from hvisph.core.terminal_escape import harmless
+from hvisph.core.text import harmless
 
 from .foreign_names import BODY, ID, MATERIAL, SCALARS, SI, VELOCITY, Convention, bare
 from .snapshot import Snapshot

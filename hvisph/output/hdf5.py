@@ -3,8 +3,8 @@
 Group `VTKHDF` holds what ParaView reads: points, one vertex cell a particle, every field as point data.
 Dataset `hvisph/header` holds the rest as JSON: time, step, names, metadata, and the CRC-32 of each array, by which one
 that is read alone is told to be whole. Numbers are stored as they are unless asked for otherwise (`Form`); a seal
-(`hvisph.output.seal`) ends the file. Units and meanings are attributes, names of bodies and materials texts of the
-field data. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
+(`hvisph.output.sealed_hdf5`) ends the file. Units and meanings are attributes, names of bodies and materials texts
+of the field data. Format: https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/
 """
 
 from __future__ import annotations

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import FEW, CaseError, OutputError
-from hvisph.core.terminal_escape import harmless
+from hvisph.core.text import harmless
 
 from . import file_names
 from .atomic_write import reason

@@ -7,7 +7,7 @@ from datetime import datetime
 from pathlib import Path
 
 from hvisph.core.errors import OutputError
-from hvisph.core.terminal_escape import harmless
+from hvisph.core.text import harmless
 
 from .atomic_write import NO_LINK, reason, write_bytes
 

@@ -1,4 +1,8 @@
-"""HDF5 files with a seal: written beside and renamed, and checked to be whole before they are parsed.
+"""HDF5 files with a checksum at their end, written to a temporary name and renamed.
+
+The seal is one line, an XML comment with the CRC-32 of every byte before it. HDF5 ignores what follows
+its data and XML allows a comment after the last element, so the same seal serves both formats, and a
+damaged file is recognised before any library parses it.
 
 The seal tells a whole file from a damaged one. It is no protection against intent, so what a file holds is
 looked over before any of it is read: groups and plain arrays that lie in the file itself, no larger than it.
@@ -9,6 +13,7 @@ from __future__ import annotations
 import io
 import os
 import time as clock
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,7 +22,57 @@ from typing import Any, BinaryIO
 from hvisph.core.errors import OutputError
 
 from .atomic_write import reason, replacing
-from .seal import append_seal, has_seal, verify_seal
+
+_START = b"<!-- hvisph crc32 "
+_END = b" -->\n"
+SEAL_LENGTH = len(_START) + 8 + len(_END)
+_CHUNK = 1 << 20
+
+
+def append_seal(file: BinaryIO) -> None:
+    """Add the seal to `file`, open for reading and writing, over all that it holds."""
+    file.seek(0, 2)
+    checksum = _crc32(file, file.tell())
+    file.seek(0, 2)
+    file.write(_START + f"{checksum:08x}".encode() + _END)
+
+
+def has_seal(file: BinaryIO) -> bool:
+    """Tell whether `file`, open for reading, ends with a seal, fitting or not, and go back to its start."""
+    length = file.seek(0, 2) - SEAL_LENGTH
+    file.seek(max(length, 0))
+    seal = file.read(SEAL_LENGTH)
+    file.seek(0)
+    return length >= 0 and seal.startswith(_START) and seal.endswith(_END)
+
+
+def verify_seal(file: BinaryIO) -> None:
+    """Check the seal of `file`, open for reading, and go back to its start.
+
+    Raises
+    ------
+    OutputError
+        When there is no seal or the bytes do not fit it.
+    """
+    if not has_seal(file):
+        raise OutputError("it is truncated, or was changed after it was written (no checksum at its end)")
+    length = file.seek(-SEAL_LENGTH, 2)
+    stated = file.read(SEAL_LENGTH)[len(_START) : -len(_END)]
+    computed = f"{_crc32(file, length):08x}".encode()
+    file.seek(0)
+    if computed != stated:
+        raise OutputError("it is damaged, or was changed after it was written (its checksum does not fit)")
+
+
+def _crc32(file: BinaryIO, length: int) -> int:
+    """Return the CRC-32 of the first `length` bytes of `file`."""
+    file.seek(0)
+    checksum = 0
+    while length > 0 and (chunk := file.read(min(_CHUNK, length))):
+        checksum = zlib.crc32(chunk, checksum)
+        length -= len(chunk)
+    return checksum
+
 
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 MOST_OBJECTS = 1000  # groups and arrays; a snapshot has some thirty

@@ -1,7 +1,7 @@
 """Snapshots as VTU files: an unstructured grid of vertices, and the series that lists them.
 
 An array at a time is made, turned into text and written, numbers bit for bit, so that large states need no copy;
-time and hvisph's header are field data. A seal (`hvisph.output.seal`) ends the file as an XML comment.
+time and hvisph's header are field data. A seal (`hvisph.output.sealed_hdf5`) ends the file as an XML comment.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from . import field_layout
 from .atomic_write import reason, replacing, write_text
 from .foreign import snapshot_of_another_code
 from .foreign_names import SI, Convention
-from .seal import append_seal, has_seal, verify_seal
+from .sealed_hdf5 import append_seal, has_seal, verify_seal
 from .snapshot import Snapshot
 
 HEADER = "hvisph_header"

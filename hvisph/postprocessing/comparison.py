@@ -1,4 +1,4 @@
-"""What a comparison is made of: runs as they are, and cases to run first unless that has been done.
+"""Comparison of runs: existing ones, and cases to run first.
 
 A case has been run when a folder holds a run whose effective case has the same hash. Nothing that
 another case wrote is touched: where its folder is taken, the run goes into one with the hash in its name.
@@ -16,11 +16,49 @@ from pathlib import Path
 from hvisph.case.case import Case
 from hvisph.casefile.case_folder import bundled_name, case_folder, cases_in, run_name
 from hvisph.casefile.loader import case_hash, dump_case, find_case, load_case
-from hvisph.core.errors import CaseError
+from hvisph.core.errors import CaseError, OutputError
 from hvisph.measures.compare import Row, row
 from hvisph.output import file_names
 from hvisph.output.reader import list_snapshots
 from hvisph.output.run_folder import looks_like_a_run
+from hvisph.simulation.finalize import Outcome
+from hvisph.simulation.listener import Listener
+from hvisph.simulation.resume import resume
+from hvisph.simulation.run import run
+
+
+def complete(
+    entry: Entry, *, threads: int | None = None, force: bool = False, listener: Listener | None = None
+) -> Outcome | None:
+    """Run the case of an entry, or go on with it where it was interrupted; None where it has been run.
+
+    Parameters
+    ----------
+    entry
+        An entry of `hvisph.postprocessing.comparison.entries`.
+    threads, listener
+        As of `hvisph.simulation.run.run`.
+    force
+        Run again what has been run.
+
+    Raises
+    ------
+    CaseError
+        When the case cannot be run.
+    OutputError
+        When a file cannot be written, or another process is running the case.
+    """
+    if entry.case is None or (is_run(entry) and not force):
+        return None
+    begun = (entry.folder / file_names.CASE).is_file()
+    if begun and not force:
+        # its case has the same hash, or the entry would have another folder
+        try:
+            return resume(entry.folder, threads=threads, listener=listener)
+        except (CaseError, OutputError):
+            begun = True  # what is there cannot be gone on with: begin again, or fail for the same reason
+    return run(entry.case, entry.folder, force=begun, threads=threads, listener=listener)
+
 
 SNAPSHOTS = (".vtkhdf", ".h5", ".vtu")
 ENDED = ("done", "failed")

@@ -168,7 +168,7 @@ class OpenRun:
 
     def report(self, path: str | os.PathLike[str] | None = None) -> Path:
         """Write the run's report and return its file."""
-        from hvisph.visualization.html.build import report
+        from hvisph.visualization.html.report import report
 
         return report([self.path], path)
 

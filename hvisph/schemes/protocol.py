@@ -74,7 +74,7 @@ class AnyStepper(Protocol):
 
     @property
     def rates(self) -> np.ndarray:
-        """Rows of rates as `hvisph.sph.neighbours.rate_layout` lays them out."""
+        """Rows of rates as `hvisph.sph.neighbours.particle_layout` lays them out."""
 
     @property
     def place(self) -> np.ndarray:

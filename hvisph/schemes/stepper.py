@@ -16,7 +16,7 @@ from hvisph.integrators import particle_update as single
 from hvisph.integrators import sums as column
 from hvisph.materials import plane_stress, stress_update, thermodynamics, traction_limits
 from hvisph.materials.material_table import Material, fitted, pack
-from hvisph.sph.neighbours import rate_layout
+from hvisph.sph.neighbours import particle_layout
 from hvisph.sph.neighbours.cells import Grid
 from hvisph.sph.neighbours.ghost_rows import Halo
 from hvisph.sph.neighbours.pairs import Pairs
@@ -126,7 +126,7 @@ class Stepper:
         particles, dim, smoothing = self.particles, self.particles.dim, self.formulation.smoothing
         # Columns that a state lacks are never read: the branches that name them are compiled away.
         columns = {f"S_{name.upper()}": 0 for name in CATALOGUE} | particles.bindings()
-        offered = {"SHARE": 0, "C": 0} | layout.slots() | rate_layout.slots(dim) | columns | {
+        offered = {"SHARE": 0, "C": 0} | layout.slots() | particle_layout.slots(dim) | columns | {
             "DIM": dim, "PREVIOUS": int(previous != 0.0), "DRIFT": drift, "VARIABLE_H": int(smoothing.variable),
             "DENSITY_RATE": int("previous_density_rate" in particles.offsets),
             "PLANE_STRESS": int(particles.kinematics.thins), "AXISYMMETRIC": int(particles.kinematics.revolved),

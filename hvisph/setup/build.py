@@ -19,8 +19,7 @@ from hvisph.sph.neighbours.symmetry_planes import Plane
 
 from .bodies import PlacedBody
 from .gauges import Gauges
-from .initial_state import Beginning, begin
-from .particle_types import set_loads
+from .initial_state import Beginning, begin, set_loads
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case

@@ -1,4 +1,4 @@
-"""The state between two steps, for output: velocities run straight from one to the other, positions follow them.
+"""States between two steps, and the release of a finished run's arrays.
 
 So snapshots may show any moment, and no step is cut for them. Velocity, density, energy, stress and damage are
 linear in time, as the integrator takes them to be, and a stress between two on the yield surface is not beyond it.
@@ -9,6 +9,7 @@ s (1 - s) |dv|^2 / 2 at the share s of the step, is internal, so the total is th
 from __future__ import annotations
 
 from copy import copy
+from typing import Any
 
 import numpy as np
 
@@ -40,3 +41,25 @@ def interpolate_state(before: np.ndarray, particles: Particles, share: float, dt
     if "kernel_type" in at.offsets:  # there is nothing between the two
         at["kernel_type"] = particles["kernel_type"]
     return at
+
+
+def let_go(holder: Any, _seen: set[int] | None = None) -> None:
+    """Empty all arrays that an object of hvisph holds, and those of the objects that it holds itself.
+
+    It is no good for anything afterwards. What is constant, as frozen settings are, stays.
+    """
+    seen = set() if _seen is None else _seen
+    if id(holder) in seen or not hasattr(holder, "__dict__") or not type(holder).__module__.startswith("hvisph."):
+        return
+    seen.add(id(holder))
+    frozen = getattr(type(holder), "__dataclass_params__", None)
+    if frozen is not None and frozen.frozen:
+        return
+    for name, value in vars(holder).items():
+        if isinstance(value, np.ndarray):
+            vars(holder)[name] = np.empty((0, *value.shape[1:]), value.dtype)
+        elif isinstance(value, list | tuple):
+            for one in value:
+                let_go(one, seen)
+        else:
+            let_go(value, seen)

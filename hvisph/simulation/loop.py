@@ -36,8 +36,7 @@ from .clock import Clock, TimeStep
 from .domain_box import Domain
 from .finalize import Outcome, exit_code_of, sum_up
 from .fragmentation import tell_pieces
-from .free_memory import let_go
-from .interpolate_state import interpolate_state
+from .interpolate_state import interpolate_state, let_go
 from .listener import Listener, Reporter
 from .run_files import RunFiles
 from .signals import StopRequests

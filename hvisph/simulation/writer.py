@@ -28,7 +28,7 @@ from hvisph.output.vtu import write_pvd, write_vtu
 from hvisph.parallel.parallel_output import SLAB, Moment, Slabs, load_arrays
 from hvisph.schemes.derived_fields import diagnose
 from hvisph.setup.build import Setup
-from hvisph.setup.particle_types import in_box
+from hvisph.setup.initial_state import in_box
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case

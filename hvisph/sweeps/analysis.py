@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hvisph.case import sweep as models
-from hvisph.sweeps.statistics import convergence, rank_correlations, spread
-from hvisph.sweeps.threshold import Bracket, bracket, lambert_jonas, next_values
 
 from .experiment_comparison import against_experiment
 from .folder import ENDED
 from .parameters import FACTORS, Scale, Values, product
+from .statistics import convergence, rank_correlations, spread
 from .table import Row
+from .threshold import Bracket, bracket, lambert_jonas, next_values
 
 
 def verdict(vary: Any, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:

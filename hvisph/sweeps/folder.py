@@ -22,7 +22,7 @@ from hvisph.case.sweep import Sweep
 from hvisph.casefile.yaml_text import dump
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.output import atomic_write, file_names
-from hvisph.output.file_lock import FileLock
+from hvisph.output.run_folder import FileLock
 
 from .parameters import plain
 from .plan import Member, Plan, load_plan

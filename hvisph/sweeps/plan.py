@@ -18,7 +18,7 @@ from hvisph.casefile.overrides import overridden
 from hvisph.casefile.sweep_file import load_sweep
 from hvisph.casefile.yaml_text import Document, Place
 from hvisph.core.errors import CaseError
-from hvisph.core.yaml_inline import format_value
+from hvisph.core.text import format_value
 from hvisph.precheck.estimate import estimated_steps, rough_count
 
 from .design import points

@@ -8,9 +8,9 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from hvisph.core.yaml_inline import format_value
+from hvisph.core.text import format_value
 from hvisph.output import atomic_write
-from hvisph.output.file_lock import FileLock
+from hvisph.output.run_folder import FileLock
 
 from .folder import CLAIMS, TABLE, Standing, SweepFolder
 from .plan import Member

@@ -1,17 +1,146 @@
-"""What a problem is: trials, each of one or several runs, and how figures are drawn from them."""
+"""A verification problem: its trials, finished runs, and figures compared with exact values."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from functools import cached_property
+from math import isfinite
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from hvisph.case.case import Case
 from hvisph.core.particles import Particles
+from hvisph.output.reader import list_snapshots, read_history, read_snapshot
+from hvisph.output.snapshot import Snapshot
 from hvisph.setup.bodies import PlacedBody
 from hvisph.visualization.curves import Curve
 
-from .check import Figure
-from .finished_run import Ran
+
+@dataclass(frozen=True)
+class Figure:
+    """One number of a run beside the exact one.
+
+    Parameters
+    ----------
+    name
+        What it is.
+    found, exact
+        Computed and exact value, in `unit`.
+    tolerance
+        Largest difference that passes: a share of `scale`, or in `unit` where `scale` is zero.
+    unit
+        SI unit; empty for plain numbers.
+    scale
+        What the difference is measured by, positive; the size of the exact value unless given, 0 for none.
+    why
+        Why the tolerance is what it is.
+    at_most
+        Whether `found` only must not exceed `exact` by more than the tolerance.
+    """
+
+    name: str
+    found: float
+    exact: float
+    tolerance: float
+    unit: str = ""
+    scale: float | None = None
+    why: str = ""
+    at_most: bool = False
+
+    @property
+    def off(self) -> float:
+        """Difference, found - exact, over the scale, or in the unit where there is none."""
+        scale = abs(self.exact) if self.scale is None else self.scale
+        return (self.found - self.exact) / (scale or 1.0)
+
+    @property
+    def relative(self) -> bool:
+        """Whether `off` and `tolerance` are shares."""
+        return bool(abs(self.exact) if self.scale is None else self.scale)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the figure is as asked; a value that is not finite never is."""
+        return isfinite(self.found) and (self.off if self.at_most else abs(self.off)) <= self.tolerance
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the plain form, with None for what is not finite."""
+        plain = asdict(self) | {"off": self.off, "relative": self.relative, "passed": self.passed}
+        return {k: None if isinstance(v, float) and not isfinite(v) else v for k, v in plain.items()}
+
+
+def limit(name: str, computed: float, most: float, unit: str = "", why: str = "") -> Figure:
+    """Return a figure that is at best zero and passes up to `most`."""
+    return Figure(name, computed, 0.0, most, unit, 0.0, why, at_most=True)
+
+
+@dataclass
+class Ran:
+    """A run's case, folder and summary; files are read when asked for."""
+
+    case: Case
+    folder: Path
+    summary: dict[str, Any]
+
+    @cached_property
+    def snapshots(self) -> list[Snapshot]:
+        """All snapshots, in order of time."""
+        return [read_snapshot(path) for path in list_snapshots(self.folder)]
+
+    @property
+    def first(self) -> Snapshot:
+        """The start."""
+        return self.snapshots[0]
+
+    @property
+    def last(self) -> Snapshot:
+        """The end."""
+        return self.snapshots[-1]
+
+    @cached_property
+    def history(self) -> dict[str, np.ndarray]:
+        """Columns of the history."""
+        return read_history(self.folder)
+
+    @property
+    def dx(self) -> float:
+        """Particle spacing at the start [m]."""
+        return float(self.case.resolution)
+
+    @property
+    def drift(self) -> float:
+        """Change of momentum over all momentum at the start; 0 where nothing moved."""
+        return float(self.summary["conservation"]["momentum_drift"] or 0.0)
+
+    def momentum(self, body: int, snapshot: Snapshot | None = None) -> np.ndarray:
+        """Return the momentum of a body, shape (dim,) [kg m/s]."""
+        at = snapshot or self.last
+        own = at.body == body
+        return np.atleast_1d((at.fields["mass"][own, None] * vectors(at, "velocity")[own]).sum(axis=0))
+
+    def mean_velocity(self, body: int, snapshot: Snapshot | None = None) -> np.ndarray:
+        """Return the velocity of a body's centre of mass, shape (dim,) [m/s]."""
+        at = snapshot or self.last
+        return self.momentum(body, at) / at.fields["mass"][at.body == body].sum()
+
+    def kinetic_energy(self, snapshot: Snapshot | None = None) -> float:
+        """Return the kinetic energy [J]."""
+        at = snapshot or self.last
+        return float(0.5 * (at.fields["mass"] * (vectors(at, "velocity") ** 2).sum(axis=1)).sum())
+
+
+def vectors(snapshot: Snapshot, name: str) -> np.ndarray:
+    """Return a vector field, shape (n, dim), in one dimension too."""
+    return snapshot.fields[name].reshape(snapshot.count, -1)
+
+
+def stress_xx(snapshot: Snapshot) -> np.ndarray:
+    """Return the compressive stress along x, p - S_xx, shape (n,) [Pa]."""
+    return snapshot.fields["pressure"] - snapshot.fields["deviator"].reshape(snapshot.count, -1)[:, 0]
+
 
 SOLIDS = ("riemann", "eulerian", "total_lagrangian", "adaptive")  # those with an equation of state
 EULERIAN = ("riemann", "eulerian")  # those whose density may start anywhere

@@ -23,9 +23,7 @@ from hvisph.simulation.loop import Run
 from hvisph.simulation.run import set_threads
 from hvisph.visualization.curves import Curve
 
-from .check import Figure, limit
-from .finished_run import Ran
-from .problem import Options, Problem, Start, Trial
+from .problem import Figure, Options, Problem, Ran, Start, Trial, limit
 
 STRAIN = 0.85  # at which an adaptive particle turns: Young 2021
 # Limits that stop a run early would hide what it does.

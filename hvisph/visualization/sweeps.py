@@ -12,7 +12,7 @@ import numpy as np
 
 from hvisph.core.errors import CaseError
 from hvisph.core.measure_catalogue import look_of
-from hvisph.core.yaml_inline import format_differences
+from hvisph.core.text import format_differences
 
 from .history import store
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from hvisph_validation.quantity import Judge, Key, Shot, Value
 
-from hvisph.verification.finished_run import vectors
+from hvisph.verification.problem import vectors
 
 INNER = (0.25, 0.75)  # of the target: neither the wall-heated faces nor the free surface
 

@@ -14,7 +14,7 @@ from hvisph_validation.quantity import Judge, Key, Shot, Value, measure_of
 
 from hvisph.measures.debris.fragments import FEWEST
 from hvisph.sweeps.threshold import bracket
-from hvisph.verification.finished_run import vectors
+from hvisph.verification.problem import vectors
 
 THICK = "thick"
 REAR = 0.5  # of the thickness: failure behind it is spall

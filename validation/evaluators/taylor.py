@@ -14,7 +14,7 @@ import numpy as np
 from hvisph_validation.experiments import GROUP
 from hvisph_validation.quantity import Judge, Key, Shot, Value
 
-from hvisph.verification.finished_run import vectors
+from hvisph.verification.problem import vectors
 
 UNDEFORMED = 0.01  # of the diameter: what a micrometer on a turned bar tells
 

@@ -12,11 +12,9 @@ from dataclasses import replace
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.exact.collapsing_shell import Shell
+from hvisph.exact.structures import Shell
 from hvisph.setup.bodies import PlacedBody
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran, vectors
-from hvisph.verification.problem import EULERIAN, SOLIDS, Options, Problem, Start, Trial
+from hvisph.verification.problem import EULERIAN, SOLIDS, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 from hvisph.verification.problems.noh import SPHERE, Implosion, trial
 from hvisph.visualization.curves import Curve
 

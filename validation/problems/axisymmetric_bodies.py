@@ -12,13 +12,11 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.exact.elastic_ball import Ball, ThinRing
 from hvisph.exact.hugoniot import impedance_match
+from hvisph.exact.structures import Ball, ThinRing
 from hvisph.setup.bodies import PlacedBody
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran, stress_xx, vectors
 from hvisph.verification.materials import ELASTIC, POISSON_RATIO, RHO, YOUNGS_MODULUS, body_material, fluid
-from hvisph.verification.problem import SOLIDS, Options, Problem, Start, Trial
+from hvisph.verification.problem import SOLIDS, Figure, Options, Problem, Ran, Start, Trial, limit, stress_xx, vectors
 from hvisph.visualization.curves import Curve
 
 from .cantilever import swing

@@ -7,11 +7,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.exact.cantilever import Cantilever
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran
+from hvisph.exact.structures import Cantilever
 from hvisph.verification.materials import ELASTIC, POISSON_RATIO, RHO, YOUNGS_MODULUS
-from hvisph.verification.problem import Options, Problem, Start, Trial
+from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit
 from hvisph.visualization.curves import Curve
 
 LENGTH, HEIGHT, HELD = 32e-3, 4e-3, 2e-3  # [m]

@@ -10,9 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran
-from hvisph.verification.problem import Options, Problem, Start, Trial
+from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit
 
 SPEED, KEPT = 850.0, 680.0  # at impact, and the middle of 640 to 720 [m/s]
 CORE: dict[str, Any] = {

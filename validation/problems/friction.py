@@ -14,10 +14,8 @@ import numpy as np
 
 from hvisph.output.snapshot import Snapshot
 from hvisph.setup.bodies import PlacedBody
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.materials import ELASTIC
-from hvisph.verification.problem import SOLIDS, Options, Problem, Start, Trial
+from hvisph.verification.problem import SOLIDS, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 
 from .implosion import rings
 

@@ -7,9 +7,7 @@ from typing import Any
 
 from hvisph_validation.published_values import published_values
 
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran
-from hvisph.verification.problem import SOLIDS, Options, Problem, Start, Trial
+from hvisph.verification.problem import SOLIDS, Figure, Options, Problem, Ran, Start, Trial, limit
 
 METALS = {"al_al": "aluminium-howell-ball", "steel_al": "steel-howell-ball"}
 REFERENCE = "howell_ball"

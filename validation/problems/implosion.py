@@ -12,11 +12,9 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.exact.collapsing_shell import Shell
+from hvisph.exact.structures import Shell
 from hvisph.setup.bodies import PlacedBody
-from hvisph.verification.check import Figure
-from hvisph.verification.finished_run import Ran, vectors
-from hvisph.verification.problem import ALL, Options, Problem, Start, Trial
+from hvisph.verification.problem import ALL, Figure, Options, Problem, Ran, Start, Trial, vectors
 from hvisph.visualization.curves import Curve
 
 SHELLS = {

@@ -10,9 +10,7 @@ import numpy as np
 
 from hvisph.core.particles import Particles
 from hvisph.setup.bodies import PlacedBody
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran, vectors
-from hvisph.verification.problem import ALL, Options, Problem, Start, Trial
+from hvisph.verification.problem import ALL, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 
 from .random_collisions import BRITTLE
 

@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran, vectors
-from hvisph.verification.problem import Options, Problem, Start, Trial
+from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 
 from .spinning_disc import angular_momentum
 

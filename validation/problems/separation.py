@@ -12,10 +12,8 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.particles import Particles
-from hvisph.verification.check import Figure
-from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.materials import WATER
-from hvisph.verification.problem import Options, Problem, Start, Trial
+from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, vectors
 
 SPEED, END = 50.0, 20e-6  # of each half [m/s], [s]
 

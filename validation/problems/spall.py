@@ -13,9 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.verification.check import Figure
-from hvisph.verification.finished_run import Ran
-from hvisph.verification.problem import Options, Problem, Start, Trial
+from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial
 
 BULK, STRENGTH, EXPONENT, REFERENCE, SLOWEST = 75e9, 1.8e9, 0.2, 1e5, 1e4  # [Pa], [Pa], [-], [1/s], [1/s]
 ACROSS = 160  # particles along the bar, of which waves from its ends reach the middle after the failure

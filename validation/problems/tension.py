@@ -17,9 +17,7 @@ from hvisph.casefile.material_library import load_material
 from hvisph.core.particles import Particles
 from hvisph.setup.bodies import PlacedBody
 from hvisph.setup.materials import material_of
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran, vectors
-from hvisph.verification.problem import EULERIAN, Options, Problem, Start, Trial
+from hvisph.verification.problem import EULERIAN, Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 from hvisph.visualization.curves import Curve
 
 TENSION, END = 4e9, 3e-6  # [Pa], [s]

@@ -151,10 +151,10 @@ def _complete(asked: Sequence[Any], threads: int | None, force: bool, silent: bo
     todo = [entry for entry in asked if entry.case is not None and (force or not is_run(entry))]
     if not todo:
         return
-    from hvisph.cli.interrupt import noted_interrupts
+    from hvisph.cli.guard import noted_interrupts
     from hvisph.cli.loading import placed
     from hvisph.cli.text.run_report import listener_for
-    from hvisph.postprocessing.campaign import complete
+    from hvisph.postprocessing.comparison import complete
 
     for number, entry in enumerate(todo, 1):
         if not silent:

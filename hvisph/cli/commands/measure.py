@@ -11,7 +11,7 @@ import typer
 
 from hvisph.cli.options import JsonOption
 from hvisph.cli.text.echo import say, show
-from hvisph.core.terminal_escape import harmless
+from hvisph.core.text import harmless
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case

@@ -74,7 +74,7 @@ def animate(
 ) -> None:
     """Draw every snapshot of a run as one moving picture."""
     if out.suffix.lower() in (".html", ".htm"):
-        from hvisph.visualization.html.build import report
+        from hvisph.visualization.html.report import report
 
         path = report([run], out)
     else:

@@ -21,7 +21,7 @@ def report(
     quiet: QuietOption = False,
 ) -> None:
     """Write one self-contained page: verdict, player, measures, health, set-up. It needs no network."""
-    from hvisph.visualization.html.build import report as build
+    from hvisph.visualization.html.report import report as build
     from hvisph.visualization.html.sweep import is_sweep, sweep_report
 
     path = sweep_report(runs[0], out, each=each) if len(runs) == 1 and is_sweep(runs[0]) else build(runs, out)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from hvisph.cli.interrupt import noted_interrupts
+from hvisph.cli.guard import noted_interrupts
 from hvisph.cli.options import JsonOption, QuietOption, ReportOption, ThreadsOption
 from hvisph.cli.text.run_report import conclude, kept, listener_for
 from hvisph.parallel.mpi_launch import is_first

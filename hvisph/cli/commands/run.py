@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from hvisph.cli.interrupt import noted_interrupts
+from hvisph.cli.guard import noted_interrupts
 from hvisph.cli.loading import load, placed, run_folder
 from hvisph.cli.options import (
     CaseArgument,

@@ -162,7 +162,7 @@ def _work(source: str, threads: int | None, chosen: Any, wanted: Path | None) ->
 
 def _list(source: str, as_json: bool) -> None:
     from hvisph.cli.text.formatting import echo_json, table
-    from hvisph.core.yaml_inline import format_differences
+    from hvisph.core.text import format_differences
     from hvisph.sweeps.plan import load_plan
 
     members = load_plan(source).first()
@@ -178,7 +178,7 @@ def _list(source: str, as_json: bool) -> None:
 
 def go(folder: SweepFolder, how: Running, chosen: Any, only: str | None) -> None:
     """Compute what is left, telling of each case as it ends; leave the command where it is interrupted."""
-    from hvisph.cli.interrupt import ends_like_ctrl_c
+    from hvisph.cli.guard import ends_like_ctrl_c
     from hvisph.cli.text.sweep_log import Teller
     from hvisph.sweeps.start import driver
 

@@ -8,7 +8,7 @@ import sys
 
 import typer
 
-from hvisph.core.terminal_escape import harmless
+from hvisph.core.text import harmless
 
 # What writing ends with when nobody reads any more: the reader of a pipe has gone, or the terminal was closed.
 _NOBODY = {errno.EPIPE, errno.EIO}

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Sequence
 from typing import Any
 
-from hvisph.core.terminal_escape import harmless
+from hvisph.core.text import harmless
 
 from .echo import show
 

@@ -12,8 +12,8 @@ from rich.spinner import Spinner
 from rich.table import Table
 from rich.text import Text
 
-from hvisph.cli.interrupt import raise_noted
-from hvisph.core.terminal_escape import harmless
+from hvisph.cli.guard import raise_noted
+from hvisph.core.text import harmless
 from hvisph.simulation.listener import Progress
 
 from .echo import deaf

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from hvisph.cli.guard import FAILED
-from hvisph.core.terminal_escape import harmless
+from hvisph.core.text import harmless
 from hvisph.parallel.mpi_launch import is_first
 
 from .echo import say, show
@@ -71,7 +71,7 @@ def kept(folder: Path | str) -> Iterator[None]:
 def _page(folder: Path) -> Path | None:
     """Return the report of a run, just written; None where it cannot be, which is said and spoils nothing."""
     from hvisph.core.errors import HvisphError
-    from hvisph.visualization.html.build import report
+    from hvisph.visualization.html.report import report
 
     try:
         return report([folder])

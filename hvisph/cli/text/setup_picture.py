@@ -16,7 +16,7 @@ def draw_setup(case: Case, path: str) -> Path:
     """Draw the set-up of `case` into the file `path`."""
     from hvisph.precheck.first_contact import first_contact
     from hvisph.setup.bodies import placed_bodies
-    from hvisph.setup.particle_types import held_particles
+    from hvisph.setup.initial_state import held_particles
     from hvisph.visualization.setup import DrawnBody, Setup, setup_picture
 
     placed = placed_bodies(case)

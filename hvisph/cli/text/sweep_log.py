@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from hvisph.core.yaml_inline import format_differences, format_value
+from hvisph.core.text import format_differences, format_value
 
 from .echo import say
 from .formatting import duration, table, tables

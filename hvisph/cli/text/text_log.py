@@ -6,7 +6,7 @@ import time as wall
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hvisph.cli.interrupt import raise_noted
+from hvisph.cli.guard import raise_noted
 from hvisph.simulation.listener import Listener, Progress
 
 from .echo import say

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from hvisph.measures.debris.groups import LINK, by_size, connected_groups
+from .groups import LINK, by_size, connected_groups
 
 if TYPE_CHECKING:
     from hvisph.output.snapshot import Snapshot

@@ -15,10 +15,11 @@ import numpy as np
 from hvisph.core.errors import OutputError
 from hvisph.core.lazy_arrays import transform_arrays
 from hvisph.measures.debris.groups import ALIKE
-from hvisph.measures.frame.symmetry_completion import Mirror, Whole, whole_of
-from hvisph.measures.frame.target_geometry import ALIGNED, Plate, plate_of
 from hvisph.measures.target.perforation_path import with_openings
 from hvisph.output.snapshot import Snapshot
+
+from .symmetry_completion import Mirror, Whole, whole_of
+from .target_geometry import ALIGNED, Plate, plate_of
 
 PROJECTILE, LAYER, OTHER = "projectile", "layer", "other"
 STILL = 1e-6  # share of the highest speed below which a body stands still

@@ -18,9 +18,10 @@ import numpy as np
 from hvisph.core.errors import OutputError
 from hvisph.measures.debris.fragments import Fragments, Groups
 from hvisph.measures.debris.groups import LINK, Neighbours, connected_groups, main_body
-from hvisph.measures.frame.impact_geometry import PROJECTILE, Shot, line_of, members, own_spacings, shot_of, spacing_of
-from hvisph.measures.frame.target_geometry import RIM, Plate, plate_of
 from hvisph.output.snapshot import Snapshot
+
+from .impact_geometry import PROJECTILE, Shot, line_of, members, own_spacings, shot_of, spacing_of
+from .target_geometry import RIM, Plate, plate_of
 
 
 @dataclass(frozen=True)

@@ -16,11 +16,12 @@ import numpy as np
 
 from hvisph.measures.frame.impact_geometry import PROJECTILE, members
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.projectile.lengths import end_layers, initial_length
-from hvisph.measures.projectile.residual_projectile import HALF
 from hvisph.measures.registry import Outcomes, measures
 from hvisph.measures.result import Result, UndefinedMeasureError
 from hvisph.measures.target.target_damage import crater
+
+from .lengths import end_layers, initial_length
+from .residual_projectile import HALF
 
 WIDER = 1.5  # times the bar's width; a wider target is a plate
 SWOLLEN = 1.01  # times the initial diameter; a wider section has been deformed

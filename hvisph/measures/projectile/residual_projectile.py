@@ -6,11 +6,12 @@ import numpy as np
 
 from hvisph.measures.frame.impact_geometry import LAYER, PROJECTILE, members
 from hvisph.measures.frame.measurement_frame import Scene
-from hvisph.measures.projectile.lengths import initial_length, length_of
 from hvisph.measures.registry import Outcomes, measures
 from hvisph.measures.result import Result, UndefinedMeasureError
 from hvisph.measures.target.perforation import NO, NOT_YET, is_behind, layer_state
 from hvisph.output.snapshot import Snapshot
+
+from .lengths import initial_length, length_of
 
 HALF = 0.5  # mass fraction below which the heaviest fragment does not stand for the projectile
 

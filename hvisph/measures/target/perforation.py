@@ -22,7 +22,8 @@ from hvisph.measures.frame.impact_geometry import own_spacings
 from hvisph.measures.frame.measurement_frame import Perforation, Rim, Scene
 from hvisph.measures.frame.target_geometry import Plate
 from hvisph.measures.result import weighted_quantile
-from hvisph.measures.target.perforation_path import has_opened, is_open, place_of
+
+from .perforation_path import has_opened, is_open, place_of
 
 YES, NO, NOT_YET = "yes", "no", "not yet"
 SPENT = 1e-3  # share of the shot's kinetic energy below which nothing more is to come

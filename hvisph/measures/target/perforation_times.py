@@ -12,8 +12,9 @@ from hvisph.measures.projectile.lengths import length_of
 from hvisph.measures.projectile.residual_projectile import HALF
 from hvisph.measures.registry import Outcomes, measures
 from hvisph.measures.result import Result, UndefinedMeasureError
-from hvisph.measures.target.perforation import YES, is_behind, layer_state
-from hvisph.measures.target.targets import is_struck
+
+from .perforation import YES, is_behind, layer_state
+from .targets import is_struck
 
 
 class Moment:

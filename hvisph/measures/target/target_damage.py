@@ -15,7 +15,8 @@ from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.frame.target_geometry import RIM, Plate
 from hvisph.measures.registry import Outcome, Outcomes, measures
 from hvisph.measures.result import Result, UndefinedMeasureError
-from hvisph.measures.target.perforation import YES, layer_state
+
+from .perforation import YES, layer_state
 
 RECENTRED = 8  # goes at the centroid
 FEWEST_SECTORS, MOST_SECTORS = 8, 128

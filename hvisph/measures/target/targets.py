@@ -14,8 +14,9 @@ from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.frame.target_geometry import Plate
 from hvisph.measures.registry import evaluate, measures
 from hvisph.measures.result import Result, UndefinedMeasureError, weighted_quantile
-from hvisph.measures.target.perforation import NO, NOT_YET, YES, layer_state
 from hvisph.output.snapshot import Snapshot
+
+from .perforation import NO, NOT_YET, YES, layer_state
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from hvisph.core.errors import RunError
 from hvisph.core.particles import Particles
 from hvisph.materials.material_table import Material
 from hvisph.sph.contact import penalty_contact
-from hvisph.sph.neighbours import rate_layout as rate_slots
+from hvisph.sph.neighbours import particle_layout as rate_slots
 from hvisph.sph.neighbours.cells import Grid
 from hvisph.sph.neighbours.ghost_rows import Halo
 from hvisph.sph.neighbours.pairs import Pairs

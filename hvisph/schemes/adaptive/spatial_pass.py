@@ -18,7 +18,7 @@ from hvisph.sph.neighbours.pairs import Pairs
 from hvisph.sph.neighbours.particle_layout import RowLayout
 from hvisph.sph.neighbours.symmetry_planes import Plane
 
-from . import passes as composite_passes
+from . import loops as composite_passes
 
 
 class SpatialPass:

@@ -9,7 +9,7 @@ import numpy as np
 
 from hvisph.schemes.stepper import Stepper
 from hvisph.schemes.total_lagrangian.reference_update import ReferenceChanges
-from hvisph.sph.neighbours import rate_layout as rate_slots
+from hvisph.sph.neighbours import particle_layout as rate_slots
 from hvisph.sph.neighbours.ghost_rows import Halo
 from hvisph.sph.neighbours.particle_layout import RowLayout, aligned_zeros
 

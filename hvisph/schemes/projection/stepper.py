@@ -20,7 +20,7 @@ from hvisph.schemes.protocol import AnyFormulation
 from hvisph.schemes.stepper import fastest_sound
 from hvisph.schemes.trailing_mean import TrailingMean
 from hvisph.sph.kernels import scale
-from hvisph.sph.neighbours import rate_layout
+from hvisph.sph.neighbours import particle_layout
 from hvisph.sph.neighbours.ghost_rows import Halo
 from hvisph.sph.neighbours.particle_layout import RowLayout
 from hvisph.sph.neighbours.symmetry_planes import Plane
@@ -97,7 +97,7 @@ class ProjectionStepper:
         self.particles, self.formulation = particles, formulation
         self.table, self.models = pack(materials)
         self.place = np.arange(count, dtype=np.uint32)
-        self.rates = np.zeros((count, rate_layout.width(dim)))
+        self.rates = np.zeros((count, particle_layout.width(dim)))
         self.lengths, self.h_max = np.full(count, h), h
         self.signals = np.array([m.longitudinal_sound_speed for m in materials])[particles.material]
         self._h_limits = formulation.smoothing.smallest * h, formulation.smoothing.largest * h
@@ -115,7 +115,7 @@ class ProjectionStepper:
     def _compile_loops(self) -> list[Any]:
         """Return the loops of the four passes and of the step's completion."""
         dim, kernel = self.particles.dim, self.formulation.kernel
-        named = rate_layout.slots(dim) | self.particles.bindings() | {
+        named = particle_layout.slots(dim) | self.particles.bindings() | {
             "DIM": dim, "slope": kernel.slope, "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
             "respond": fitted(stress_update.respond, self.table, self.models),
         }  # fmt: skip

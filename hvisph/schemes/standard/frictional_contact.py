@@ -19,7 +19,7 @@ from hvisph.schemes.riemann import row as riemann_row
 from hvisph.sph.contact import contact_normal
 from hvisph.sph.contact import variable_resolution as unlike_spacings
 from hvisph.sph.kernels import Kernel
-from hvisph.sph.neighbours import rate_layout as sums_of_pairs
+from hvisph.sph.neighbours import particle_layout as sums_of_pairs
 from hvisph.sph.neighbours.contact_candidates import Selection
 from hvisph.sph.neighbours.ghost_rows import Halo
 from hvisph.sph.neighbours.pairs import Pairs, Pass

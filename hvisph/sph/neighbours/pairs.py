@@ -16,7 +16,7 @@ from hvisph.core.errors import RunError
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.kernels.kernel import scale
 
-from . import cells, rate_layout, traversal
+from . import cells, particle_layout, traversal
 from .ghost_rows import Halo, ImageCopies
 from .particle_layout import RowLayout, aligned_zeros
 from .symmetry_planes import Plane
@@ -128,9 +128,9 @@ class Pairs:
         self._sweeps = []
         for one in passes:
             widths = {"WIDTH": one.reads.used_width, "WHOLE": layout.used_width}
-            offered = shared | self.slots | rate_layout.slots(dim) | widths
+            offered = shared | self.slots | particle_layout.slots(dim) | widths
             law = bind(
-                one.law, one.options, offered | {"write_rates": rate_layout.writer(dim, one.slips)}, parts=one.parts
+                one.law, one.options, offered | {"write_rates": particle_layout.writer(dim, one.slips)}, parts=one.parts
             )
             only = self.slots[one.only] if one.only else 0
             self._sweeps.append((traversal.loop(dim, self.slots["H"], law, only, one.own_reach), one.into_rows))
@@ -144,7 +144,7 @@ class Pairs:
             self.room = aligned_zeros(1, rows + (dim + 1) * along)[0]
             self.sorted = self.room[:rows].reshape(-1, width)
             self.columns = self.room[rows:].reshape(-1, along)
-            self.rates = np.zeros((self._room, rate_layout.width(dim) + self._further))
+            self.rates = np.zeros((self._room, particle_layout.width(dim) + self._further))
             self.cells = np.zeros(self._room, np.uint32)
             self.order = np.zeros(self._room, np.uint32)
             self.place = np.zeros(self._room, np.uint32)

@@ -11,10 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran, vectors
 from hvisph.verification.materials import ELASTIC
-from hvisph.verification.problem import Options, Problem, Start, Trial
+from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 from hvisph.visualization.curves import Curve
 
 SPEED = 50.0  # [m/s]

@@ -15,9 +15,7 @@ import numpy as np
 from hvisph.core.kinematics import KINEMATICS
 from hvisph.core.particles import Particles
 from hvisph.exact.gas import Noh
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran, vectors
-from hvisph.verification.problem import Options, Problem, Start, Trial
+from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 from hvisph.visualization.curves import Curve
 
 GAMMA, END = 5.0 / 3.0, 0.6

@@ -11,9 +11,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from hvisph.exact.gas import GasState, riemann
-from hvisph.verification.check import Figure, limit
-from hvisph.verification.finished_run import Ran, vectors
-from hvisph.verification.problem import Options, Problem, Start, Trial
+from hvisph.verification.problem import Figure, Options, Problem, Ran, Start, Trial, limit, vectors
 from hvisph.visualization.curves import Curve
 
 GAMMA = 1.4

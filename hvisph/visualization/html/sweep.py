@@ -18,9 +18,9 @@ from hvisph.output.file_names import REPORT
 from hvisph.visualization.inline import embed_figure
 from hvisph.visualization.sweeps import sweep_figure
 
-from .build import report as run_report
+from .report import PAGE, template
+from .report import report as run_report
 from .small_multiples import multiples
-from .template import PAGE, template
 
 TABLE, RESULTS = "table.csv", "results.json"
 

@@ -1,10 +1,11 @@
-"""Building the page: content of each run into one template, written beside and renamed."""
+"""The page of a run: templates and their assembly."""
 
 from __future__ import annotations
 
 import json
 import os
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -14,7 +15,18 @@ from hvisph.output.file_names import REPORT
 from hvisph.visualization.inline import colour_tables
 
 from .content import Told
-from .template import PAGE, template
+
+PAGE = Path(__file__).with_name("page")
+
+
+@cache
+def template(name: str) -> Any:
+    """Return a template of the folder `page` by its file's name."""
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True)
+    return environment.from_string((PAGE / name).read_text(encoding="utf-8"))
+
 
 SECTIONS = [("verdict", "Verdict"), ("player", "Player"), ("measures-0", "Measures"), ("health-0", "Health"),
             ("setup-0", "Set-up")]  # fmt: skip
