@@ -108,7 +108,7 @@ INTERNAL = {
     "numba.core.runtime": "_nrt_python rtsys",
     "numba.core.serialize": "dumps",
     "numba.core.sigutils": "normalize_signature",
-    "numba.core.target_extension": "CPU dispatcher_registry jit_registry target_registry",
+    "numba.core.target_extension": "CPU dispatcher_registry jit_registry target_override target_registry",
     "numba.core.typeconv": "Conversion",
     "numba.core.typing": "templates",
     "numba.core.typing.templates": "AbstractTemplate ConcreteTemplate signature",

@@ -23,7 +23,7 @@ from numba.core.environment import lookup_environment
 from numba.core.externals import c_math_functions
 from numba.core.registry import CPUDispatcher, CPUTarget, cpu_target
 from numba.core.runtime import _nrt_python, rtsys
-from numba.core.target_extension import CPU, dispatcher_registry, jit_registry, target_registry
+from numba.core.target_extension import CPU, dispatcher_registry, jit_registry, target_override, target_registry
 from numba.core.typing import templates
 
 TARGET = "hvisph"
@@ -179,6 +179,11 @@ class LoopDispatcher(CPUDispatcher):
     """A function that is compiled for this target."""
 
     targetdescr = loop_target
+
+    def compile(self, sig: Any) -> Any:
+        """Return the entry for these types; numba takes the active target where it infers no types, as in parfors."""
+        with target_override(TARGET):
+            return super().compile(sig)
 
 
 dispatcher_registry[_LoopCPU] = LoopDispatcher
