@@ -2,8 +2,8 @@
 
     python tools/models.py --write [--pictures]
 
-Formula, limits and source are the docstring of the model's module; keys are those of its case model; every example
-runs. `--pictures` draws the pictures again.
+Formula, limits and source are the docstring of the model's module; every example runs. `--pictures` draws the
+pictures again.
 """
 
 from __future__ import annotations
@@ -112,17 +112,21 @@ def models() -> Iterator[tuple[str, str, str, str, list[Any]]]:
 def pages() -> dict[str, str]:
     """Return the pages by name."""
     parts: dict[str, list[str]] = {}
-    described: dict[str, dict[tuple[str, str, str], str]] = {}
+    earlier: dict[str, str] = {}
     for name, kind, heading, doc, case_models in models():
         page = kind if kind in PAGES else "thermal"
         if page not in parts:
             title, about = PAGES[page]
-            parts[page] = [f"# {title}\n", "Made by `tools/models.py`; do not edit.\n", _wrapped(about)]
+            parts[page] = [
+                f"# {title}\n",
+                "Made by `tools/models.py`; do not edit.\n",
+                _wrapped(f"{about} Keys: [the case file](../case-file/materials.md)."),
+            ]
             if page == "eos":
                 parts[page] += [_wrapped(INTRODUCTION), f"```yaml\n{case_text('eos-mie-gruneisen', 'eos')}\n```\n"]
             else:
                 parts[page] += ["Examples are materials for [this case](eos.md).\n"]
-        parts[page].append(section(name, kind, heading, doc, case_models, described.setdefault(page, {})))
+        parts[page].append(section(name, kind, heading, doc, case_models, earlier))
     return {page: "\n".join(text).replace("\n\n\n", "\n\n") for page, text in parts.items()}
 
 
@@ -161,56 +165,38 @@ def case_text(name: str, kind: str) -> str:
                       "gauges: {rear: {type: free_surface, at: [3.9 mm], every: 1}}", "time: {end: 2 us}"])  # fmt: skip
 
 
-def section(
-    name: str, kind: str, heading: str, doc: str, case_models: list[Any], described: dict[tuple[str, str, str], str]
-) -> str:
-    """Return the section of a model."""
+def section(name: str, kind: str, heading: str, doc: str, case_models: list[Any], earlier: dict[str, str]) -> str:
+    """Return the section of a model; a docstring of several models stands with the first of them."""
     first, _, rest = textwrap.dedent(doc).strip().partition("\n")
-    parts = [f"## {heading}\n", _wrapped(first), _prose(rest), f"![{heading}]({name}.png)\n"]
-    for model in case_models:
-        if len(case_models) > 1:
-            parts.append(_wrapped(f"`type: {model.model_fields['type'].default}`: {' '.join(model.__doc__.split())}"))
-        parts.append(_table(model, heading, described))
-    using = _using(kind, case_models)
-    if using:
-        more = f" and {len(using) - NAMED} more" if len(using) > NAMED else ""
-        parts.append(_wrapped(f"In the library: {', '.join(f'`{one}`' for one in using[:NAMED])}{more}."))
-    example = material_text(name, kind)
-    if example.startswith("{"):
+    using, example = _using(kind, case_models), material_text(name, kind)
+    known = f"In the library: {', '.join(f'`{one}`' for one in using[:NAMED])}" if using else ""
+    if len(using) > NAMED:
+        known += f" and {len(using) - NAMED} more"
+    if not example.startswith("{") and example not in using[:NAMED]:
+        known = f"{known}. Example: `material: {example}`".lstrip(". ")
+    known = f"{known}." if known else ""
+    if doc in earlier:
+        text = _wrapped(f"Formula: see [{earlier[doc]}](#{earlier[doc]}). {known}")
+    else:
+        earlier[doc] = heading
+        text = _prose(first, rest, known)
+    parts = [f"## {heading}\n", text]
+    if example.startswith("{") and not using:
         parts.append(f"```yaml\n{_folded(f'material: {example}')}\n```\n")
-    elif f"`{example}`" not in parts[-1]:
-        parts.append(f"Example: `material: {example}`.\n")
-    return "\n".join(parts)
+    return "\n".join([*parts, f"![{heading}]({name}.png)\n"])
 
 
-def _table(model: Any, heading: str, described: dict[tuple[str, str, str], str]) -> str:
-    """Return the table of a model's keys; those that an earlier section describes are only named."""
-    rows, as_above = [], {}
-    for key, field in model.model_fields.items():
-        if key == "type":
-            continue
-        default = "required" if field.is_required() else _default(field.default)
-        row = (f"`{key}`", default, field.description)
-        if described.setdefault(row, heading) == heading:
-            rows.append(f"| {' | '.join(row)} |")
-        else:
-            as_above.setdefault(described[row], []).append(row[0])
-    rows += [f"| {', '.join(keys)} | | as in [{where}](#{where.lower()}) |" for where, keys in as_above.items()]
-    return "\n".join(["| key | default | meaning |", "| --- | --- | --- |", *rows]) + "\n"
-
-
-def _prose(rest: str) -> str:
-    """Return the docstring's paragraphs, formulas as blocks."""
-    parts = []
+def _prose(first: str, rest: str, known: str) -> str:
+    """Return the first line and the prose of a docstring as a paragraph, its formulas as a block."""
+    formulas, prose = [], [first]
     for part in rest.strip("\n").split("\n\n"):
-        lines = part.split("\n")
-        if all(line.startswith("    ") or not line.strip() for line in lines):
-            parts.append("```text\n" + textwrap.dedent(part).strip("\n") + "\n```\n")
-        elif any(line.startswith(("    ", "- ")) for line in lines):
-            parts.append("\n".join(lines) + "\n")
+        if all(line.startswith("    ") or not line.strip() for line in part.split("\n")):
+            formulas.append(textwrap.dedent(part).strip("\n"))
         else:
-            parts.append(_wrapped(" ".join(lines)))
-    return "\n".join(parts)
+            prose.append(part)
+    blocks = "\n".join(block for block in formulas if block)
+    prose.append(known)
+    return _wrapped(" ".join(" ".join(prose).split())) + (f"\n```text\n{blocks}\n```\n" if blocks else "")
 
 
 def _wrapped(text: str) -> str:
@@ -221,18 +207,6 @@ def _wrapped(text: str) -> str:
 def _folded(text: str) -> str:
     """Return a line of YAML as several, indented after the first."""
     return "\n".join(textwrap.wrap(text, 100, subsequent_indent="  ", break_on_hyphens=False))
-
-
-def _default(value: Any) -> str:
-    if value is None or value == ():
-        return ""
-    return (
-        f"`{str(value).lower()}`"
-        if isinstance(value, bool)
-        else f"`{value:g}`"
-        if isinstance(value, float)
-        else f"`{value}`"
-    )
 
 
 def _using(kind: str, models: list[Any]) -> list[str]:

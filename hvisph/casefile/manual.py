@@ -23,8 +23,8 @@ PAGES = {
     "output": ("Time, gauges and output", ("time", "gauges", "output", "witness")),
     "conditions": ("Symmetry, supports and limits", ()),
 }
-# Blocks whose models are described elsewhere: equations of state, strength, damage.
-ELSEWHERE = {
+# Pages with formulas and sources of the models of a block.
+FORMULAS = {
     "bodies.material.eos": "eos",
     "bodies.material.strength": "strength",
     "bodies.material.damage": "damage",
@@ -91,9 +91,8 @@ class _Sections:
             return
         self.described[models] = path
         yield f"## `{path}`\n"
-        if path in ELSEWHERE:
-            yield _elsewhere(path, spot)
-            return
+        if path in FORMULAS:
+            yield f"Formulas and sources: [models](../models/{FORMULAS[path]}.md).\n"
         yield from _alternatives(spot) if spot.tagged else _model(models[0])
         fields = {name: info for model in reversed(models) for name, info in model.model_fields.items()}
         for name in dict.fromkeys(name for model in models for name in model.model_fields):
@@ -109,11 +108,6 @@ def _spot(path: str) -> Spot:
         info = next(model.model_fields[key] for model in spot.models.values() if key in model.model_fields)
         spot = spot_of(info.annotation, info)
     return spot
-
-
-def _elsewhere(path: str, spot: Spot) -> str:
-    names = ", ".join(f"`{tag}`" for tag in spot.models if tag)
-    return f"{names or 'Keys'}: see [the models](../models/{ELSEWHERE[path]}.md).\n"
 
 
 def _model(model: type[BaseModel]) -> Iterator[str]:

@@ -1,27 +1,18 @@
-"""Temperature of every material: what is left of the energy when the cold work of compression is taken out.
+"""Temperature from energy relative to the isentrope through the state at rest.
 
     T = T_s(rho) + (e - e_s(rho)) / c_v,    not below 1 K
     de_s/drho = p(rho, e_s)/rho^2,          e_s(rho0) = ambient energy
     dT_s/drho = T_s Gamma/rho,              T_s(rho0) = T_room,  Gamma = p_e/rho
 
-The isentrope through the state at rest is tabulated per material, linear between `POINTS` densities from
-0.5 to 3 rho0 and held outside; below rho0 T_s is T_room.
-
-A heat capacity that rises with temperature belongs to a scaled temperature, as Debye's does, where Gamma is a function
-of the density alone; it is no function of T and rho apart, or T would not be the slope of the energy by the entropy:
-
     T = theta tau,    e - e_s(rho) = theta h(tau),    h(tau) = int c dtau from T_room,    theta = T_s(rho)/T_room
 
-h is found from c_p(T) measured without pressure, less what goes into the expansion: at every T the density is the one
-that has no pressure with the measured heat. With a heat of melting T stays at the melting point until it is taken up:
-right for what is released; under pressure, where metals melt later, that rest comes too early. tau/T_room is tabulated
-at `HEAT_POINTS` even steps of h, straight on outside; 1/theta stands beside T_s, so that nothing is divided.
-
-`total_energy` takes all energy as heat,
-T = T_room + max(e, 0)/c_v, as Young 2021 does: a shock then counts the cold work of compression as heat,
-887 K in place of 490 K at 1 km/s in aluminium.
-
-Every model that asks for a temperature asks here.
+The isentrope is tabulated at `POINTS` densities from 0.5 to 3 rho0, linear between them and
+constant outside; T_s = T_room below rho0. A temperature-dependent heat capacity is a function of
+the scaled temperature tau = T/theta, otherwise T would not be the derivative of energy by entropy.
+h follows from c_p(T) measured at zero pressure, less the work of expansion, in `HEAT_POINTS` steps.
+With a heat of melting T stays at the melting point while material melts: right after release, early
+under pressure. `total_energy` takes all energy as heat, T = T_room + max(e, 0)/c_v (Young 2021):
+887 K instead of 490 K behind a shock of 1 km/s in aluminium.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
     Lindemann    T_m = T_m0 exp(2 a (1 - 1/eta)) eta^(2 (Gamma0 - a - 1/3)),    eta = rho/rho0
     Simon        T_m = T_m0 (1 + p/a)^(1/c),                                    p >= 0
 
-Lindemann's law in the form of Steinberg, Cochran & Guinan 1980, J. Appl. Phys. 51, 1498; Simon & Glatzel 1929,
-Z. anorg. Chem. 178, 309. The heat of melting is left out.
+Lindemann's law in the form of Steinberg, Cochran & Guinan 1980, J. Appl. Phys. 51, 1498; Simon &
+Glatzel 1929, Z. anorg. Chem. 178, 309. The heat of melting is neglected.
 """
 
 from __future__ import annotations

@@ -5,17 +5,13 @@
     alpha = 1 + (alpha0 - 1) ((p_s - p)/(p_s - p_e))^2          p_e < p < p_s
     alpha = 1                                                   p >= p_s
 
-Pores never open again: alpha is the least of its past. The elastic part below p_e keeps the sound speed of
-the solid. alpha solves alpha = A(p(alpha)) by bisection, since Newton's method cycles near p_e.
-
     p_rho = P_r alpha/d,  p_e = P_e/d,  d = alpha + A'(p - rho P_r)
 
-with P_r, P_e the slopes of the solid at (alpha rho, e), and A' the crush curve's slope, 0 on unloading. The time
-step takes the solid's sound speed, to which the material stiffens when it unloads. Temperature and melting are those
-of the solid at alpha rho; shear modulus and yield stress are the solid's over alpha.
-
-Herrmann 1969, J. Appl. Phys. 40, 2490; Carroll & Holt 1972, J. Appl. Phys. 43, 1626;
-Jutzi et al. 2008, Icarus 198, 242.
+Pores do not reopen: alpha is its smallest past value. Below p_e the sound speed is the solid's.
+alpha = A(p(alpha)) is solved by bisection. P_r and P_e are the slopes of the solid at (alpha rho,
+e), A' that of the crush curve, 0 on unloading. Temperature and melting are those of the solid;
+shear modulus and yield stress are divided by alpha. Herrmann 1969, J. Appl. Phys. 40, 2490; Carroll
+& Holt 1972, J. Appl. Phys. 43, 1626; Jutzi et al. 2008, Icarus 198, 242.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Grady-Kipp damage with Weibull flaws: brittle fracture by cracks that grow from flaws of random strength.
+"""Grady-Kipp damage: brittle fracture by crack growth from random Weibull flaws.
 
     flaws            N(<eps) = k eps^m per m^3, dealt out to the particles at random until each has one
     active           n_act = min(n, (eps/eps_min)^m0) for eps > eps_min,  m0 = ln n/ln(eps_max/eps_min);
@@ -7,13 +7,11 @@
     strain           eps = max(sigma_1, 0)/E, sigma_1 the greatest principal stress before damage is applied
     felt             (1 - D) S, and (1 - D) p for p < 0
 
-c_g = 0.4 c_l, R = (3V/4 pi)^(1/3) of the particle, V its volume. Each of N particles gets about ln N flaws. Taken for
-all there are, as by Benz and Asphaug, they cap the growth at n^(1/3) c_g/R: what is strained fast is too strong then,
-basalt at 0.5 mm and 1e6 1/s three times, and the more the coarser its particles are. Without random flaws the mesh
-shapes every result; with another seed the fragments differ. Weibull's k is per cubic metre: a set printed per cm^3 is
-1e6 times smaller.
-
-Grady & Kipp 1980, Int. J. Rock Mech. Min. Sci. 17, 147; Benz & Asphaug 1994, Icarus 107, 98; 1995, CPC 87, 253.
+c_g = 0.4 c_l, R = (3V/4 pi)^(1/3) with the volume V of the particle. Flaws are assigned at random
+until each particle has one, about ln N each; where the Weibull law has more active flaws, k V eps^m
+replaces their number, otherwise strength at high rates would depend on the spacing. Results depend
+on the seed. k is per cubic metre (1e6 times a value per cm^3). Grady & Kipp 1980, Int. J. Rock
+Mech. Min. Sci. 17, 147; Benz & Asphaug 1994, Icarus 107, 98; 1995, CPC 87, 253.
 """
 
 from __future__ import annotations

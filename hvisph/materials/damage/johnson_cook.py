@@ -1,20 +1,15 @@
-"""Johnson-Cook damage: plastic strain adds up to failure.
+"""Johnson-Cook damage: accumulated plastic strain over a failure strain.
 
     D = sum d eps_p / eps_f
     eps_f = (D1 + D2 exp(D3 sigma*)) (1 + D4 ln rate*) (1 + D5 T*)
     sigma* = -p / q,  q the von Mises stress;  rate* = max(rate / rate0, 1)
 
-Johnson & Cook 1985. sigma* is held at 1.5, up to which the formula was fitted, and eps_f at
-`FRACTURE_STRAIN_FLOOR`, since fits with a negative D1 leave the positive range. With
-`void_growth` they are not extrapolated: where eps_f begins to fall faster than exp(-1.5 sigma*),
-which is how voids let metals fail in tension (Rice & Tracey 1969, Hancock & Mackenzie 1976, from
-whom the formula has its form), it goes on by that law, at any tension. Below D = 1
-damage leaves the stress alone, or takes the share D_c D of the yield stress (the coupled model
-of Borvik, Hopperstad, Berstad & Langseth 2001, who call D_c D the damage); at D = 1 the particle
-has failed: it carries no deviator and no tension, but still compression. A cut-off of the pressure
-can go with it. Beside a spall strength that grows with the rate the formula ends at 1.5: beyond, where no
-tests of strain reach, plastic strain adds nothing and tension fails the material as in plate impacts. From the melting
-point on, where no shear is borne and so no strain adds up, any tension fails it.
+Johnson & Cook 1985. sigma* is limited to 1.5, the range of the fit, and eps_f to
+`FRACTURE_STRAIN_FLOOR`. With `high_triaxiality: void_growth` the fit continues as exp(-1.5 sigma*)
+where it would fall faster (Rice & Tracey 1969, Hancock & Mackenzie 1976). With `softening` D_c the
+yield stress is reduced by D_c D (Borvik, Hopperstad, Berstad & Langseth 2001). At D = 1 the
+particle has failed: no deviator and no tension. Beside a rate-dependent spall strength plastic
+strain adds no damage above sigma* = 1.5. Molten material fails under any tension.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""JH-2 damage of glass and ceramics: crushing strain, and bulking of what is crushed.
+"""JH-2 damage of glass and ceramics: crushing strain and bulking.
 
     D = sum d eps_p/(D1 x^D2),  x = max((p + T)/P_HEL, 0);    p >= -T (1 - D)
     dU = (Y_old^2 - Y_new^2)/(6 G)                          elastic energy lost as the strength falls
     dp = -K1 mu + sqrt((K1 mu + dp_old)^2 + 2 beta K1 dU)   added to the pressure where mu > 0
 
-Goes with the strength `johnson_holmquist`, whose x and Y these are, and a `polynomial` equation of state, whose
-A1 is K1.  Johnson & Holmquist 1994, AIP Conf. Proc. 309, 981.
+Requires the strength `johnson_holmquist`, whose x and Y these are, and a `polynomial` equation of
+state, whose A1 is K1. Johnson & Holmquist 1994, AIP Conf. Proc. 309, 981.
 """
 
 from __future__ import annotations

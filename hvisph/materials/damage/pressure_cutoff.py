@@ -1,14 +1,12 @@
-"""Spall by pressure cut-off: the pressure never falls below p_min.
+"""Spall by pressure cut-off: the pressure stays above p_min.
 
     p >= p_min,    p_min <= 0
 
-By itself the material keeps no memory of it: it goes on pulling with p_min however far it opens, and once compressed
-again it is as before, so that scabs heal. With `fails` it spalls: the first state below p_min fails for good. So does
-any tension, of this and of every other spall strength, where the energy is that of the melting point: a melt cavitates.
-
-With an exponent m the strength -p_min is that at one rate of expansion and grows with it (`rated_spall`):
-
     d D/dt = K r/(m s) (-p/s)^(1/m - 1)   where -p > s,    s = -p_min (r/rate_0)^m,  r = 1e4 1/s
+
+The cut-off is recoverable: after recompression the material is as before. With `permanent: true`
+the first state below p_min fails the material; molten material then fails under any tension. With
+an exponent m the spall strength grows with the rate of expansion (`rated_spall`).
 """
 
 from __future__ import annotations

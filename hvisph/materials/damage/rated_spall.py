@@ -1,16 +1,13 @@
-"""Spall strength that grows with the rate of expansion, as damage that tension adds up.
+"""Rate-dependent spall strength as damage accumulated by tension.
 
     d D/dt = K r/(m s) (-p/s)^(1/m - 1)   where -p > s,    D = 1 at once where -p >= sigma_0 (1e7/rate_0)^m
     s = sigma_0 (r/rate_0)^m,  r = 1e4 1/s,  K = rho0 c0^2 at rest
 
-Where the volume grows at one rate, tension is K rate t, and D reaches 1 at sigma_0 (rate/rate_0)^m: the power law in
-which plate impacts are reported (Kanel 2010, Int. J. Fract. 163, 173; Antoun et al. 2003, Spall Fracture). Written as
-a sum over time it is the criterion of Tuler & Butcher 1968, Int. J. Fract. Mech. 4, 431: held tension fails later
-and at less, pulses that follow one another add up, and no rate, which noise would shake, is ever measured.
-
-It holds from 1e4 1/s, slow plate impacts, to 1e7 1/s, where foils driven by lasers come close to what a crystal bears
-(Moshe et al. 1998, J. Appl. Phys. 83, 4004): less tension than at the one does no harm, more than at the other is
-not borne.
+At a constant rate of expansion the tension is K rate t, and D reaches 1 at sigma_0 (rate/rate_0)^m,
+the power law of plate impacts (Kanel 2010, Int. J. Fract. 163, 173; Antoun et al. 2003, Spall
+Fracture). As a sum over time it is the criterion of Tuler & Butcher 1968, Int. J. Fract. Mech. 4,
+431: sustained tension fails later and at a lower stress, and no strain rate is measured. Valid from
+1e4 1/s to 1e7 1/s (Moshe et al. 1998, J. Appl. Phys. 83, 4004).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Failure in tension: by principal stress, by plastic work in tension, and by Grady's energy of spall.
+"""Tensile failure by principal stress, by plastic work (Cockcroft-Latham), and by Grady's spall energy.
 
     principal stress    D = 1 once sigma_1 >= sigma_f, or (sigma_1 - sigma_3)/2 >= tau_f
     Cockcroft-Latham    D = sum max(sigma_1, 0) d eps_p / W_cr
@@ -6,9 +6,8 @@
                         brittle (3 rho c^2 K_c^2 rate)^(1/3), ductile (2 rho c^2 Y eps_c)^(1/2)
                         rate = max(tr D, 0); the limit is fixed when tension first passes half of it
 
-sigma_1 >= sigma_3 are the greatest and least principal stress, tension positive.
-
-Cockcroft & Latham 1968, J. Inst. Metals 96, 33; Grady 1988, J. Mech. Phys. Solids 36, 353 (eps_c 0.15).
+sigma_1 >= sigma_3 are the largest and smallest principal stress, tension positive. Cockcroft &
+Latham 1968, J. Inst. Metals 96, 33; Grady 1988, J. Mech. Phys. Solids 36, 353 (eps_c 0.15).
 """
 
 from __future__ import annotations

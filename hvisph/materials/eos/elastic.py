@@ -2,8 +2,8 @@
 
     p = K (rho / rho0 - 1),    K = E / (3 (1 - 2 nu))
 
-For bodies that stay nearly elastic, such as the steel sphere of Young 2021, section 3.3.
-Give the strength model the shear modulus of the same E and nu, G = E / (2 (1 + nu)).
+For bodies that stay nearly elastic (Young 2021, section 3.3). Give the strength the shear modulus
+of the same E and nu, G = E/(2 (1 + nu)).
 """
 
 from __future__ import annotations

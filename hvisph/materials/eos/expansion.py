@@ -1,17 +1,14 @@
-"""How condensed matter loosens: the share of its pressure that is left below the reference density.
+"""Reduction of the pressure of condensed matter below the reference density.
 
     p(eta) = f p_condensed(eta),    eta = rho/rho0 < 1
     f = eta [v + (3 - 2 v) eta + (v - 2) eta^2],    v = min(1, H/Gamma0),  H = 2/3
 
-p_condensed is the model's own form, with Gamma rho constant, which keeps all its thermal pressure at any density and
-pulls without end where it is cold. f is 1 with no slope at rho0, so that pressure and sound speed are continuous there,
-falls with the density, and leaves p = H rho (e - e_b) of a dilute gas of single atoms, e_b = c0^2/Gamma0 for a cold
-curve rho0 c0^2 (eta - 1): 14 MJ/kg in aluminium, whose cohesive energy is 12. Near rho0 little changes: f = 0.998 at
-eta = 0.97, 0.98 at 0.9.
-
-The expanded branch of PUFF has this structure, p = rho [H + (Gamma0 - H) eta^(1/2)] [e - e_s (1 - exp(...))], with a
-sublimation energy e_s of its own and a sound speed that jumps at rho0 (Wray 1973, BRL CR 130; /EOS/PUFF of Radioss). It
-is a bound on what loose matter pushes with, no model of boiling: where vapour matters take `tillotson` or `table`.
+p_condensed is the model's own form with Gamma rho constant. f is 1 with zero slope at rho0, so
+pressure and sound speed are continuous; it tends to the pressure H rho (e - e_b) of a monatomic
+gas, e_b = c0^2/Gamma0 for a cold curve rho0 c0^2 (eta - 1): 14 MJ/kg in aluminium, whose cohesive
+energy is 12. f = 0.998 at eta = 0.97, 0.98 at 0.9. Compare the expanded branch of PUFF (Wray 1973,
+BRL CR 130). It limits the pressure of dispersed material and is no model of vaporisation: use
+`tillotson` or `table` for that.
 """
 
 from __future__ import annotations

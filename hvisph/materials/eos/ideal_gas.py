@@ -2,8 +2,8 @@
 
     p = (gamma - 1) rho e,    c^2 = gamma (gamma - 1) e
 
-For tests against gas dynamics and for air between bodies. It carries no tension; a
-negative energy gives a negative pressure, and the sound speed its floor.
+For gas dynamics and for air between bodies. No tension; a negative energy gives a negative pressure
+and the minimum sound speed.
 """
 
 from __future__ import annotations

@@ -3,13 +3,11 @@
     V = rho0/rho
     p = F { A [1 - w/(R1 V)] exp(-R1 V) + B [1 - w/(R2 V)] exp(-R2 V) + w rho e }
 
-The explosive starts with its chemical energy, e = E0/rho0 (E0 per volume, as printed in tables).
-F is the share that has burnt: it rises from 0 to 1 while the detonation front, which runs from
-the given points at the speed D, that of Chapman and Jouguet unless given, crosses one and a half
-particle spacings; without points all has burnt at the start. What has not burnt bears nothing, and
-a front is never driven by pressure.
-
-Lee, Hornig & Kury 1968 (UCRL-50422); parameters: Dobratz & Crawford 1985 (UCRL-52997).
+The explosive starts with its chemical energy e = E0/rho0, E0 per volume. F is the burnt fraction:
+it rises from 0 to 1 while the detonation front, which starts at given points and runs at D
+(Chapman-Jouguet unless given), crosses one and a half spacings. Unburnt explosive has no pressure.
+Without points everything is burnt at the start. Lee, Hornig & Kury 1968 (UCRL-50422); parameters:
+Dobratz & Crawford 1985 (UCRL-52997).
 """
 
 from __future__ import annotations

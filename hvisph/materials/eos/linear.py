@@ -1,10 +1,9 @@
-"""Linear barotropic equation of state: pressure follows density, energy plays no part.
+"""Linear barotropic equation of state: pressure depends on density only.
 
     p = K (rho / rho0 - 1),    c^2 = K / rho0
 
-The model of Zisis 2013, eq. 3. Its non-dimensional form p = (rho - rho0)/Ca has
-K = rho0/Ca. A material without memory of heat: good for weak shocks only, and in
-expansion it pulls with up to K.
+Zisis 2013, eq. 3; its non-dimensional form p = (rho - rho0)/Ca has K = rho0/Ca. For weak shocks; in
+expansion the tension reaches K.
 """
 
 from __future__ import annotations

@@ -1,19 +1,15 @@
-"""Mie-Grueneisen equation of state on a cubic Us-up reference Hugoniot.
+"""Mie-Grueneisen equation of state on a cubic Us-up Hugoniot.
 
     mu = rho / rho0 - 1,    x = mu / (mu + 1)
     compression:  p = rho0 c0^2 mu [1 + (1 - gamma0/2) mu - a mu^2/2] / D^2 + (gamma0 + a mu) rho0 e
                   D = 1 - (s1 - 1) mu - s2 mu x - s3 mu x^2
     expansion:    p = f [rho0 c0^2 mu + (gamma0 + a mu) rho0 e]
 
-with U = c0 + s1 u + s2 u^2/U + s3 u^3/U^2 (Steinberg 1996; Young 2021, section 3.3). With
-a = s2 = s3 = 0 it is the textbook form p = p_H (1 - gamma0 eta/2) + gamma0 rho0 e with
-eta = 1 - rho0/rho and p_H = rho0 c0^2 eta / (1 - s1 eta)^2.
-
-Valid below the compression at which D vanishes (eta = 1/s1 for the linear Hugoniot). D is
-held at `DENOMINATOR_FLOOR` from there on: the pressure goes on rising, steeply and finite.
-f is the share of `expansion.py`, with which the pressure vanishes with the density; with
-`expansion: linear` it is 1, as printed: then matter at half a percent of its density keeps
-gamma0 rho0 e, gigapascals in hot debris, and its sound speed collapses the time step.
+The Hugoniot is U = c0 + s1 u + s2 u^2/U + s3 u^3/U^2 (Steinberg 1996; Young 2021, section 3.3).
+With a = s2 = s3 = 0 it is p = p_H (1 - gamma0 eta/2) + gamma0 rho0 e, eta = 1 - rho0/rho, p_H =
+rho0 c0^2 eta/(1 - s1 eta)^2. Valid below the compression at which D vanishes; beyond, D is held at
+`DENOMINATOR_FLOOR`. f reduces the pressure in expansion (`expansion.py`); with `expansion: linear`
+it is 1, as published, and hot dispersed material keeps pressures of gigapascals.
 """
 
 from __future__ import annotations

@@ -1,13 +1,12 @@
-"""Murnaghan equation of state: a bulk modulus that grows with pressure.
+"""Murnaghan equation of state: a bulk modulus that increases linearly with pressure.
 
     compression:  p = K/n ((rho/rho0)^n - 1) + Gamma rho0 (e - e_c),    K(p) = K + n p
     expansion:    p = f [K/n ((rho/rho0)^n - 1) + Gamma rho0 e]
     e_c = K/(n rho0) [((rho/rho0)^(n-1) - 1)/(n-1) + rho0/rho - 1]
 
-e_c is the energy of cold compression. f is the share of `expansion.py`: in expansion the pressure vanishes with
-the density, where K/n of tension would stay; e_c would grow without end and plays no part there. With Gamma = 0, the
-default, energy plays no part: for liquids and for solids that stay cold.  Murnaghan 1944, Proc. Natl. Acad. Sci.
-30, 244.
+e_c is the energy of cold compression; f reduces the pressure in expansion (`expansion.py`). With
+Gamma = 0, the default, the pressure is independent of energy: for liquids and solids that stay
+cold. Murnaghan 1944, Proc. Natl. Acad. Sci. 30, 244.
 """
 
 from __future__ import annotations

@@ -4,10 +4,9 @@
     compression:  p = A1 mu + A2 mu^2 + A3 mu^3 + (B0 + B1 mu) rho0 e
     expansion:    p = f [T1 mu + T2 mu^2 + B0 rho0 e]
 
-The common form of hydrocodes (Johnson & Holmquist 1994 call its coefficients K1, K2, K3; ceramics
-then have B0 = B1 = 0). A1 and T1 are bulk moduli, and T1 is A1 where it is not given. A fit holds
-up to the pressure it was fitted to, no further: with A3 < 0 it bends down. f, which the common form
-lacks, is the share of `expansion.py`: the pressure vanishes with the density.
+Johnson & Holmquist 1994 call the coefficients K1, K2, K3; ceramics have B0 = B1 = 0. A1 and T1 are
+bulk moduli; T1 = A1 unless given. Valid up to the pressure of its fit. f reduces the pressure in
+expansion (`expansion.py`).
 """
 
 from __future__ import annotations

@@ -3,10 +3,8 @@
     p = c0^2 (rho - rho0) + (gamma0 - 1) rho e
     c^2 = c0^2 + (gamma0 - 1) (e + p / rho)
 
-The form of Howell & Ball 2002 and Mehra & Chaturvedi 2006. `gamma0` is an adiabatic
-exponent: its effective Grueneisen coefficient is gamma0 - 1. Expansion has no branch of
-its own; c^2 falls below zero in tensions of the order of rho c0^2 / (gamma0 - 1), where
-the floor of the sound speed takes over.
+Howell & Ball 2002, Mehra & Chaturvedi 2006. The Grueneisen coefficient is gamma0 - 1. In tensions
+of the order of rho c0^2/(gamma0 - 1) c^2 is negative and the minimum sound speed is used.
 """
 
 from __future__ import annotations

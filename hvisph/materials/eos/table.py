@@ -1,12 +1,11 @@
-"""Tabulated equation of state, such as SESAME or ANEOS: p of density and energy by bicubic interpolation.
+"""Tabulated equation of state (SESAME, ANEOS): bicubic interpolation of p over density and energy.
 
     p(ln rho, x),    e = e_cold(rho) + range(rho) (exp(k x) - 1)/(exp(k) - 1),    0 <= x <= 1
 
-A table gives p and e of density and temperature. At the start e(T) is inverted in each density column
-by monotone cubics, and p is resampled on a grid of ln rho and x that is dense about rho0 and in cold material.
-The interpolant has continuous slopes, and the sound speed is taken from them: it belongs to the pressure.
-Outside the table: an ideal-gas tail p ~ rho below the least density, straight on above the greatest and beyond
-the energies.
+A table gives p and e over density and temperature. e(T) is inverted in each density column by
+monotone cubics, and p is resampled on a grid of ln rho and x, dense about rho0 and at low energy.
+The sound speed follows from the slopes of the interpolant. Outside the table: p ~ rho below the
+lowest density, linear above the highest and beyond the energies.
 """
 
 from __future__ import annotations

@@ -1,21 +1,16 @@
-"""Tillotson equation of state: from the shocked solid to the expanded vapour.
+"""Tillotson equation of state, from the shocked solid to the expanded vapour.
 
     eta = rho/rho0,  mu = eta - 1,  z = 1/eta - 1,  w = e/(E0 eta^2) + 1
     p_c = (a + b/w) rho e + A mu + B mu^2                                rho >= rho0 or e <= e_iv
     p_h = a rho e + [b rho e/w + A mu exp(-beta z)] exp(-alpha z^2)      rho < rho0 and e >= e_cv
     between them  p = [(e - e_iv) p_h + (e_cv - e) p_c]/(e_cv - e_iv)
 
-e_iv is the energy of incipient, e_cv that of complete vaporisation. The sound speed
-c^2 = p_rho + p p_e/rho^2 is that of the blended pressure: the weights' own slope
-(p_h - p_c)/(e_cv - e_iv), which some codes leave out, is part of p_e.
-
-In cold expansion B mu^2 bends the pressure up again below eta = 1 - A/(2B), to 2 GPa in ice at a
-tenth of its density, out of nothing: `cold_tension: fading` takes A mu eta^2 (3 - 2 eta) there, which
-leaves slope and curvature at rho0 to A and nothing to matter that is gone; `linear` takes A mu, `full`
-is as printed. Below `low_density` (a share of rho0; 0.9 in many codes, off here) cold material bears
-nothing. Below e = -E0 eta^2/2 the energy in w is held there, exponents at 70.
-
-Tillotson 1962 (General Atomic GA-3216); Melosh 1989, Impact Cratering, appendix II.
+e_iv and e_cv are the energies of incipient and complete vaporisation. The sound speed c^2 = p_rho +
+p p_e/rho^2 includes the slope of the blending weights. In cold expansion B mu^2 raises the pressure
+again below eta = 1 - A/(2B); `expansion: faded` uses A mu eta^2 (3 - 2 eta) instead, `linear` A mu,
+`full` the published form. Below `low_density` cold material has no pressure. Exponents are limited
+to 70 and e in w to -E0 eta^2/2. Tillotson 1962 (General Atomic GA-3216); Melosh 1989, Impact
+Cratering, appendix II.
 """
 
 from __future__ import annotations

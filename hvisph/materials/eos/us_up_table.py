@@ -1,16 +1,14 @@
-"""Mie-Grueneisen equation of state on a reference Hugoniot of straight pieces in Us and up.
+"""Mie-Grueneisen equation of state on a piecewise linear Us-up Hugoniot.
 
     eta = 1 - rho0/rho,    U = c_k + s_k u,    p_H = rho0 c_k^2 eta / (1 - s_k eta)^2
     compression:  p = p_H (1 - Gamma0 eta/2) + Gamma0 rho0 e
     expansion:    p = f [rho0 c0^2 mu + Gamma0 rho0 e],    mu = rho/rho0 - 1
 
-For changes of phase, which no smooth curve has: a steep piece up to the transition, a flat one where the phases mix,
-the line of the dense phase above. The points are those of a single shock, u from rest to the state. Where Us falls with
-up one shock splits in two by itself: what is measured as the second wave is slower than U here, and
-`exact.shock_train` says by how much. p rises with the density, Gamma rho is constant; the sound speed belongs to
-the pressure and jumps where pieces meet. On release matter goes back the way it came: no hysteresis of the phases.
-
-The last piece goes on to 1 - s eta = `DENOMINATOR_FLOOR`, from where on that is held. f is the share of `expansion.py`.
+For phase changes: a steep segment up to the transition, a flat one in the mixed-phase region, the
+line of the dense phase above. The points describe single shocks from rest. Where Us falls with up,
+the shock splits in two, and the measured second wave is slower than U (`exact.shock_train`).
+Release follows the same curve, without hysteresis. The last segment extends to 1 - s eta =
+`DENOMINATOR_FLOOR`. f: see `expansion.py`.
 """
 
 from __future__ import annotations

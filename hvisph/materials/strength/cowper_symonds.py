@@ -1,9 +1,10 @@
-"""Cowper-Symonds strength: linear hardening raised by the rate of strain.
+"""Cowper-Symonds strength: linear hardening with a rate factor.
 
     Y = (Y0 + H eps_p) (1 + (rate/D)^(1/q))
 
-For structures at moderate rates; heat plays no part. Mild steel D 40.4 1/s, q 5; aluminium 6500, 4; stainless
-steel 304 100, 10.  Cowper & Symonds 1957 (Brown University report 28); Jones 1989, Structural Impact.
+For structures at moderate rates; independent of temperature. Mild steel D = 40.4 1/s, q = 5;
+aluminium 6500, 4; stainless steel 304 100, 10. Cowper & Symonds 1957 (Brown University report 28);
+Jones 1989, Structural Impact.
 """
 
 from __future__ import annotations

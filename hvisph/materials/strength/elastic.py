@@ -1,4 +1,4 @@
-"""Elastic strength: Hooke's law in the deviator, without a yield limit."""
+"""Elastic strength: Hooke's law for the deviator, without yield."""
 
 from __future__ import annotations
 

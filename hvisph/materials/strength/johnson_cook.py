@@ -1,11 +1,10 @@
-"""Johnson-Cook strength: hardening, rate and heat.
+"""Johnson-Cook strength: hardening, rate and temperature.
 
     Y = (A + B eps_p^n) (1 + C ln rate*) (1 - T*^m)
     rate* = max(rate / rate0, 1),    T* = (T - T_room) / (T_melt - T_room) held in [0, 1]
 
-Johnson & Cook 1983. Slower than the reference rate the material is as at the reference
-rate; molten (T* = 1) it has no strength. The temperature is that of `isentrope`; plastic heat is
-in the energy already. T_melt is that without pressure, unless the material has a melting law.
+Johnson & Cook 1983. Below the reference rate the rate factor is 1; at T* = 1 the strength vanishes.
+T_melt is that at zero pressure unless the material has a melting law.
 """
 
 from __future__ import annotations

@@ -1,15 +1,13 @@
-"""JH-2 strength of glass and ceramics: an intact and a fractured surface, and damage from one to the other.
+"""JH-2 strength of glass and ceramics: intact and fractured surface, connected by damage.
 
     s_H = 3/2 (HEL - P_HEL),  x = max((p + T)/P_HEL, 0),  f = 1 + C ln(max(rate/(1 1/s), 1))
     intact       q_i = s_H A x^N f
     fractured    q_f = min(s_H B (max(p, 0)/P_HEL)^M f, SFMAX s_H)
     Y = q_i - D (q_i - q_f)
 
-Goes with the damage `johnson_holmquist` and a `polynomial` equation of state. Drawn apart, rho < rho0, it has
-the shear modulus of what it fills, G rho/rho0. A set of parameters checks itself:
-where K1 mu + K2 mu^2 + K3 mu^3 + (4/3) G mu/(1 + mu) = HEL, the pressure must be P_HEL.
-
-Johnson & Holmquist 1994, AIP Conf. Proc. 309, 981.
+Requires the damage `johnson_holmquist` and a `polynomial` equation of state. Below rho0 the shear
+modulus is G rho/rho0. Parameters are consistent if K1 mu + K2 mu^2 + K3 mu^3 + (4/3) G mu/(1 + mu)
+= HEL at the pressure P_HEL. Johnson & Holmquist 1994, AIP Conf. Proc. 309, 981.
 """
 
 from __future__ import annotations

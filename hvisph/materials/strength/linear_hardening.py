@@ -2,8 +2,8 @@
 
     Y = Y0 + H eps_p
 
-H is the plastic hardening modulus dY/d eps_p, not the tangent modulus E_t of the tensile
-curve: H = E E_t / (E - E_t).
+H is the plastic hardening modulus dY/d eps_p; from the tangent modulus E_t of a tensile curve H = E
+E_t/(E - E_t).
 """
 
 from __future__ import annotations

@@ -1,14 +1,13 @@
-"""Strength of rock: Lundborg's curve when intact, friction when broken, weaker near the melt.
+"""Strength of rock: Lundborg's curve when intact, friction when broken, thermal softening.
 
     intact    Y_i = Y0 + mu_i p/(1 + mu_i p/(Y_M - Y0)),  p >= 0;   Y0 in tension
     broken    Y_b = min(mu_b p, Y_i),                     p >= 0;   0 in tension
     Y = [(1 - D) Y_i + D Y_b] h
     heat      h = 1 - e/e_melt, or tanh(xi (T_m/T - 1)), xi = 1.2, or 1
 
-Without the limit Y_M it is Drucker-Prager's straight line Y0 + mu_i p. What has been drawn apart, rho < rho0, has the
-shear modulus of what it fills, G rho/rho0: its waves are no faster than those of whole rock.
-
-Lundborg 1968, Int. J. Rock Mech. Min. Sci. 5, 427; Collins, Melosh & Ivanov 2004, Meteorit. Planet. Sci. 39, 217.
+Without the limit Y_M the intact strength is Drucker-Prager's line Y0 + mu_i p. Below rho0 the shear
+modulus is G rho/rho0. Lundborg 1968, Int. J. Rock Mech. Min. Sci. 5, 427; Collins, Melosh & Ivanov
+2004, Meteorit. Planet. Sci. 39, 217.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Steinberg-Guinan and Steinberg-Lund strength: shear modulus and yield stress of pressure and heat.
+"""Steinberg-Guinan and Steinberg-Lund strength: pressure- and temperature-dependent G and Y.
 
     f = 1 + A p/eta^(1/3) - B (T - 300 K) >= 0,    G = G0 f
     Steinberg-Guinan    Y = min(Y0 (1 + beta (eps + eps_i))^n, Ymax) f
@@ -6,11 +6,10 @@
                         rate = 1/[exp(2 U/kT (1 - Y_T/Y_P)^2)/C1 + C2/Y_T],    Y_T <= Y_P
     T >= T_m of Lindemann:  G = Y = 0
 
-Steinberg-Guinan has no rate: it is for rates above some 1e5 1/s, where that of metals has saturated, and up to
-some 100 GPa. Steinberg-Lund goes down to 1e-4 1/s. `a_melt` is the coefficient of the melting law, not the
-Mie-Grueneisen a.
-
-Steinberg, Cochran & Guinan 1980, J. Appl. Phys. 51, 1498; Steinberg & Lund 1989, J. Appl. Phys. 65, 1528.
+Steinberg-Guinan is independent of rate: above about 1e5 1/s and up to about 100 GPa. Steinberg-Lund
+extends to 1e-4 1/s. `a_melt` is the coefficient of the melting law, not the Mie-Grueneisen a.
+Steinberg, Cochran & Guinan 1980, J. Appl. Phys. 51, 1498; Steinberg & Lund 1989, J. Appl. Phys. 65,
+1528.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
-"""Zerilli-Armstrong strength: dislocations in face-centred and body-centred cubic metals.
+"""Zerilli-Armstrong strength of face-centred and body-centred cubic metals.
 
     fcc    Y = C0 + C2 eps^(1/2) exp(-C3 T + C4 T ln r)
     bcc    Y = C0 + C1 exp(-C3 T + C4 T ln r) + C5 eps^n,        r = max(rate/(1 1/s), 1)
     T >= T_m:  Y = 0
 
-Heat softens hardening in fcc metals and the yield stress itself in bcc metals. Fitted to Taylor tests: rates up to
-some 1e6 1/s.  Zerilli & Armstrong 1987, J. Appl. Phys. 61, 1816.
+Temperature reduces the hardening of fcc metals and the yield stress of bcc metals. Fitted to Taylor
+tests, up to about 1e6 1/s. Zerilli & Armstrong 1987, J. Appl. Phys. 61, 1816.
 """
 
 from __future__ import annotations
