@@ -1,4 +1,4 @@
-"""What a run survives: kills, resumption, hostile input, damaged files, wild collisions; writes docs/robustness.md.
+"""Robustness campaigns: kills, resumption, hostile input, damaged files, collisions; writes docs/robustness.md.
 
     python benchmarks/robustness.py [--only NAME] [--seconds 400] [--trials N] [--tally FILE] [--out PAGE]
 
@@ -40,11 +40,10 @@ from hvisph.simulation.run import run  # noqa: E402
 HEAD = """\
 # Robustness
 
-What runs survive, and what is never silent. Each row is a campaign of numbered trials in `benchmarks/robustness.py`;
-`python benchmarks/robustness.py` makes them all, `--only NAME` one, `--seconds 400` a piece of it. Where the count is
-short of what is to be reached, no more has been run.
+Each row is a campaign of numbered, reproducible trials in `benchmarks/robustness.py`; `--only NAME`
+runs one, `--seconds 400` a part of it.
 
-| what | to reach | found |
+| what | required | found |
 | --- | --- | --- |"""
 
 LONGEST = 5.0  # [s] of processor time until a fuzzed case must be refused or accepted: waiting is not counted
@@ -203,15 +202,15 @@ CAMPAIGNS = [
     Campaign("damage", "damaged files", "500, none undetected or crashing", 500, damage, damage_told),
     Campaign("shorts", "fuzzed cases through runs of five steps", "2,000, no traceback, documented exit codes",
              2000, endurance.shorts, endurance.shorts_told),
-    Campaign("forged", "forged snapshots, checkpoints and summaries with a right seal",
+    Campaign("forged", "forged snapshots, checkpoints and summaries with a valid checksum",
              "500, a message, nothing read or written outside", 500, attacks.forged, attacks.forged_told),
     Campaign("foreign", "foreign files and links in run folders", "100 untouched", 100,
              attacks.foreign, attacks.foreign_told),
-    Campaign("caches", "five processes at once on a cold cache, on garbage, two versions sharing it",
+    Campaign("caches", "five processes at once on an empty or damaged cache, two versions sharing it",
              "20 rounds, right results", 20, endurance.caches, endurance.caches_told),
     Campaign("long", "long runs, all formulations", "1e5 steps, energy and momentum to 1e-12, no growth of memory",
              len(FORMULATIONS), endurance.long(100_000), endurance.long_told),
-    Campaign("memory", "memory promised by `check`", "within 20 %; a case just beyond is refused",
+    Campaign("memory", "memory estimated by `check`", "within 20 %; a larger case is refused",
              len(endurance.MEASURED), endurance.memory(3_000_000), endurance.memory_told),
     Campaign("cost", "cost of checkpoints", "below 2 % of the run time", 1, cost, lambda tally: "".join(tally["text"])),
     Campaign("collisions", "collisions of random bodies in 3D, all formulations, damage and spall, symmetry planes, domain",

@@ -126,9 +126,9 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
     model = one.model
     yield f"## {model.title}"
     yield ""
-    yield wrapped(f"`{one.name}`. {model.shows.strip()}")
-    for text in (model.set_up, model.stands_in, *(model.found or "").split("\n")):
-        if text and text.strip():
+    yield wrapped(f"`{one.name}`. {model.shows} {model.set_up} {model.stands_in or ''}")
+    for text in (model.found or "").split("\n"):
+        if text.strip():
             yield ""
             yield wrapped(text)
     if result is None:
@@ -213,8 +213,8 @@ def _beyond(one: Experiments, result: SetResult) -> Iterator[str]:
             group = f"{name} ({remark})" if remark else name
             beyond.setdefault(group, []).append(f"{row.measured.shot} {percent(off)}")
     if beyond:
-        lines = (wrapped(f"- {what}: {', '.join(shots)}", "  ") for what, shots in beyond.items())
-        yield from ["", "Beyond the largest error asked:", "", *lines]
+        groups = "; ".join(f"{what}: {', '.join(shots)}" for what, shots in beyond.items())
+        yield from ["", wrapped(f"Beyond the largest error asked: {groups}.")]
 
 
 def wrapped(text: str, indent: str = "") -> str:
