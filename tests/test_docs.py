@@ -19,7 +19,9 @@ from hvisph.sweeps.plan import load_plan
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
+MOST_LINES = 5500  # of all prose documentation
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
+PROSE = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(DOCS / page for page in PAGES)]
 LINK = re.compile(r"\]\((?!https?:|#)([^)#\s]+)")
 BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
 
@@ -96,14 +98,26 @@ def test_constants_of_the_default_scheme_are_those_of_the_code():
         assert getattr(importlib.import_module(f"hvisph.{module}"), name) == float(value), name
 
 
-def test_theory_uses_the_terms_of_the_glossary():
+@pytest.mark.parametrize("page", [page for page in PROSE if page.name != "glossary.md"], ids=lambda page: page.name)
+def test_pages_use_the_terms_of_the_glossary(page):
     table = (DOCS / "glossary.md").read_text(encoding="utf-8").split("## Replaced words")[1]
     phrases = re.findall(r"^\| ([a-z ]+) \| (?!preferred)", table, re.MULTILINE)
     assert len(phrases) > 20
-    for page in PAGES:
-        if page.startswith(("theory/", "formulations/")):
-            text = " ".join((DOCS / page).read_text(encoding="utf-8").lower().split())
-            assert not [phrase for phrase in phrases if re.search(rf"\b{phrase}", text)], page
+    text = " ".join(page.read_text(encoding="utf-8").lower().split())
+    assert not [phrase for phrase in phrases if re.search(rf"\b{phrase}", text)]
+
+
+@pytest.mark.parametrize("page", PROSE, ids=lambda page: page.name)
+def test_lines_of_prose_are_short(page):
+    """100 characters at most, apart from tables, pictures, formulas, code and links that cannot be broken."""
+    text = re.sub(r"```.*?```|\$\$.*?\$\$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+    lines = [line for line in text.splitlines() if len(line) > 100 and not line.lstrip().startswith(("|", "!"))]
+    assert not [line for line in lines if " " in line[2:].strip()]
+
+
+def test_the_documentation_stays_short():
+    """A budget of lines: what is added has to say something that no other page does."""
+    assert sum(len(page.read_text(encoding="utf-8").splitlines()) for page in PROSE) <= MOST_LINES
 
 
 def examples():
@@ -127,12 +141,11 @@ def test_examples_load(page, number, tmp_path):
     load_case(content)
 
 
-@pytest.mark.parametrize("page", ["howto/notebook.md", "api.md"])
-def test_the_python_of_a_page_runs(page, tmp_path, monkeypatch):
+def test_the_python_of_the_interface_page_runs(tmp_path, monkeypatch):
     pytest.importorskip("pandas")
     monkeypatch.chdir(tmp_path)
     space = {}
-    for text in blocks(page, "python"):
+    for text in blocks("api.md", "python"):
         exec(text, space)
     assert space["figure"].axes
 

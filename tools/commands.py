@@ -17,8 +17,8 @@ INDEX = PAGE.parents[1] / "hvisph" / "casefile" / "pages.json"
 HEAD = """\
 # Commands
 
-Made by `tools/commands.py`; do not edit. `hvisph COMMAND --help` prints the same. Exit codes: 0 done,
-2 invalid input, 3 a run failed; others are named below.
+Made by `tools/commands.py`; do not edit. `hvisph COMMAND --help` prints the same. Exit codes: 0
+done, 2 invalid input, 3 a run failed; others are named below.
 
 ## Common arguments and options
 

@@ -127,7 +127,7 @@ def pages() -> dict[str, str]:
             else:
                 parts[page] += ["Examples are materials for [this case](eos.md).\n"]
         parts[page].append(section(name, kind, heading, doc, case_models, earlier))
-    return {page: "\n".join(text).replace("\n\n\n", "\n\n") for page, text in parts.items()}
+    return {page: "\n".join([*text, *_examples(page)]).replace("\n\n\n", "\n\n") for page, text in parts.items()}
 
 
 def material_text(name: str, kind: str) -> str:
@@ -180,10 +180,18 @@ def section(name: str, kind: str, heading: str, doc: str, case_models: list[Any]
     else:
         earlier[doc] = heading
         text = _prose(first, rest, known)
-    parts = [f"## {heading}\n", text]
-    if example.startswith("{") and not using:
-        parts.append(f"```yaml\n{_folded(f'material: {example}')}\n```\n")
-    return "\n".join([*parts, f"![{heading}]({name}.png)\n"])
+    return "\n".join([f"## {heading}\n", text, f"![{heading}]({name}.png)\n"])
+
+
+def _examples(page: str) -> list[str]:
+    """Return the table of examples of a page's models that the library does not have."""
+    rows = []
+    for name, kind, heading, _, case_models in models():
+        example = material_text(name, kind)
+        if page == (kind if kind in PAGES else "thermal") and example.startswith("{") and not _using(kind, case_models):
+            rows.append(f"| {heading} | `material: {example}` |")
+    table = ["| model | example |", "| --- | --- |", *rows]
+    return ["## Examples\n", "\n".join(table) + "\n"] if rows else []
 
 
 def _prose(first: str, rest: str, known: str) -> str:
@@ -202,11 +210,6 @@ def _prose(first: str, rest: str, known: str) -> str:
 def _wrapped(text: str) -> str:
     """Return a paragraph in lines of the documentation's width."""
     return textwrap.fill(text, 100, break_on_hyphens=False, break_long_words=False) + "\n"
-
-
-def _folded(text: str) -> str:
-    """Return a line of YAML as several, indented after the first."""
-    return "\n".join(textwrap.wrap(text, 100, subsequent_indent="  ", break_on_hyphens=False))
 
 
 def _using(kind: str, models: list[Any]) -> list[str]:

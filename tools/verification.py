@@ -62,12 +62,12 @@ hvisph verify hugoniot --only "12 km/s" --set formulation.h_over_dx=1.4
 hvisph verify bars --resolution 0.05mm --keep runs/bars --pictures pictures
 ```
 
-Each problem is one file of `hvisph/verification/problems/` with its cases, its exact solution in
-`hvisph/exact` and its tolerances. Coarse forms run in the tests. The table shows for every problem
-how many figures are within their tolerance, and of every figure the trial that is farthest from the
-exact value (in parentheses); **bold** means outside the tolerance. Drifts of energy and momentum
-are at round-off and not shown. All trials, with reasons for the tolerances, are in
-[results.json](verification/results.json).
+Each problem is one file with its cases and tolerances, in `hvisph/verification/problems/` (five
+quick ones, installed) or `validation/problems/` (in a checkout). Coarse forms run in the tests. The
+table shows for every problem how many figures are within their tolerance, and of every figure the
+trial that is farthest from the exact value (in parentheses); **bold** means outside the tolerance.
+Drifts of energy and momentum are at round-off and not shown. All trials, with reasons for the
+tolerances, are in [results.json](verification/results.json).
 """
 
 

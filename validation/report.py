@@ -127,17 +127,14 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
     yield f"## {model.title}"
     yield ""
     yield wrapped(f"`{one.name}`. {model.shows} {model.set_up} {model.stands_in or ''}")
-    for text in (model.found or "").split("\n"):
+    note = "Not computed yet." if result is None else _resolutions(one, result, folder)
+    for text in f"{(model.found or '').strip()} {note}".split("\n"):
         if text.strip():
             yield ""
             yield wrapped(text)
     if result is None:
-        yield ""
-        yield "Not computed yet."
         return
     words = judge_of(model.judge).quantities
-    yield ""
-    yield from _resolutions(one, result, folder)
     for picture in draw(result, folder, words):
         yield ""
         yield f"![{model.title}: {picture.stem.rpartition('.')[2]}]({folder.name}/{picture.name})"
@@ -152,15 +149,14 @@ def _section(one: Experiments, result: SetResult | None, folder: Path) -> Iterat
         yield from failed
 
 
-def _resolutions(one: Experiments, result: SetResult, folder: Path) -> Iterator[str]:
-    """Yield resolution, wall time and the change with the second resolution."""
+def _resolutions(one: Experiments, result: SetResult, folder: Path) -> str:
+    """Return resolution, wall time and the change with the second resolution."""
     number = one.particles("second")
     second = None if result.across == number else stored(folder, one.name, number)
     text = f"{result.across:g} particles across, {result.seconds / 60.0:.1f} minutes of wall time on one core."
     if second is None:
         form: Form = "full" if result.across == number else "second"
-        yield wrapped(f"{text} The {form} resolution, {one.particles(form):g} across, is not computed yet.")
-        return
+        return f"{text} The {form} resolution, {one.particles(form):g} across, is not computed yet."
     there = {_key(row): row for row in second.rows}
     words = judge_of(one.model.judge).quantities
     changes: dict[str, list[float]] = {}
@@ -176,7 +172,7 @@ def _resolutions(one: Experiments, result: SetResult, folder: Path) -> Iterator[
             changes.setdefault(row.measured.quantity, []).append(abs(other.computed / row.computed - 1.0))
     said = [f"{words.get(name, name)} {percent(sum(changed) / len(changed), mean=True)}" if changed
             else f"{verdict_changes} verdicts" for name, changed in changes.items()]  # fmt: skip
-    yield wrapped(f"{text} Mean change with {number:g} across: {', '.join(said)}.")
+    return f"{text} Mean change with {number:g} across: {', '.join(said)}."
 
 
 def _key(row: Compared) -> tuple[str, str, float | None, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from inspect import cleandoc
+from textwrap import fill
 
 from pydantic import BaseModel
 
@@ -39,14 +40,16 @@ _HEAD = """\
 
 Made from the models by `python -m hvisph.casefile.schema --write`; do not edit.
 
-A case is one YAML file. Unknown keys are errors. Numbers are plain SI or carry a unit, such as `0.1 mm`,
-`3.1 km/s` or `27.6 GPa`; the dimension is checked. With `units: none` the case is non-dimensional and only
-plain numbers are allowed. The first line `# yaml-language-server: $schema=../schemas/case.schema.json` gives
-editors completion and checks. `hvisph help PATH` prints the same texts.
+A case is one YAML file. Unknown keys are errors. Numbers are plain SI or carry a unit, such as `0.1
+mm`, `3.1 km/s` or `27.6 GPa`; the dimension is checked. With `units: none` the case is
+non-dimensional and only plain numbers are allowed. The first line `# yaml-language-server:
+$schema=../schemas/case.schema.json` gives editors completion and checks. `hvisph help PATH` prints
+the same texts.
 
-Any field can be set from the command line: `--set time.end=2us`, `--set bodies.projectile.velocity.0='4 km/s'`.
-A file may start from another one with `base: other.yaml` and contain only the differences. In both, mappings
-merge key by key, anything else is replaced, null removes a key, and another `type` replaces the whole block.
+Any field can be set from the command line: `--set time.end=2us`, `--set
+bodies.projectile.velocity.0='4 km/s'`. A file may start from another one with `base: other.yaml`
+and contain only the differences. In both, mappings merge key by key, anything else is replaced,
+null removes a key, and another `type` replaces the whole block.
 """
 _NOTE = "Part of [the case file](README.md).\n"
 
@@ -112,7 +115,8 @@ def _spot(path: str) -> Spot:
 
 def _model(model: type[BaseModel]) -> Iterator[str]:
     """Yield the description and the table of a single block."""
-    yield cleandoc(model.__doc__ or "") + "\n"
+    for paragraph in cleandoc(model.__doc__ or "").split("\n\n"):
+        yield fill(paragraph, 100, break_on_hyphens=False, break_long_words=False) + "\n"
     rows = [f"| {' | '.join(row)} |" for row in _rows(model)]
     if rows:
         yield "\n".join(["| key | value | default | meaning |", "| --- | --- | --- | --- |", *rows]) + "\n"
@@ -157,9 +161,10 @@ def _units() -> Iterator[str]:
 
 def _measures() -> Iterator[str]:
     yield (
-        "`measures` lists names of this table. `expected` gives values, such as `crater_diameter: {value: 2.0 cm,\n"
-        "tolerance: 0.2 cm, source: AUTHOR YEAR}`; a tolerance may be a percentage, `12 %`. A run that misses an\n"
-        "expectation exits with code 1. Definitions: [measures](../measuring.md).\n"
+        "`measures` lists names of this table. `expected` gives values, such as\n"
+        "`crater_diameter: {value: 2.0 cm, tolerance: 0.2 cm, source: AUTHOR YEAR}`; a tolerance may be a\n"
+        "percentage, `12 %`. A run that misses an expectation exits with code 1. Definitions:\n"
+        "[measures](../measuring.md).\n"
     )
     rows = ["| name | meaning | dimensions |", "| --- | --- | --- |"]
     rows += [_measure_row(measure) for measure in CATALOGUE.values()]
