@@ -48,8 +48,8 @@ class Time(StrictModel):
     cfl: Annotated[float, Quantity(NUMBER, above=0, maximum=1)] = Field(
         default=COURANT,
         description="Courant number of the adaptive step [-], above 0 and at most 1; unless given 0.6 with `eulerian`, "
-        "0.5 with `total_lagrangian` and `adaptive`, 0.42 with `riemann` (0.35 in its printed form and without "
-        "reconstruction), 0.3 with others, for rings, and where alpha of the viscosity is below 1",
+        "0.5 with `total_lagrangian` and `adaptive`, 0.42 with `riemann` (0.35 with variant `original` and without "
+        "reconstruction), 0.3 with others, in axisymmetric cases, and where alpha of the viscosity is below 1",
     )
     step: PositiveTime | None = Field(
         default=None,

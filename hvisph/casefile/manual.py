@@ -115,8 +115,7 @@ def _spot(path: str) -> Spot:
 
 def _model(model: type[BaseModel]) -> Iterator[str]:
     """Yield the description and the table of a single block."""
-    for paragraph in cleandoc(model.__doc__ or "").split("\n\n"):
-        yield fill(paragraph, 100, break_on_hyphens=False, break_long_words=False) + "\n"
+    yield from map(_wrapped, cleandoc(model.__doc__ or "").split("\n\n"))
     rows = [f"| {' | '.join(row)} |" for row in _rows(model)]
     if rows:
         yield "\n".join(["| key | value | default | meaning |", "| --- | --- | --- | --- |", *rows]) + "\n"
@@ -148,15 +147,19 @@ def _rows(model: type[BaseModel]) -> Iterator[tuple[str, ...]]:
             yield f"`{name}`", value, default_text(name, info), info.description or ""
 
 
+def _wrapped(text: str) -> str:
+    return fill(text, 100, break_on_hyphens=False, break_long_words=False) + "\n"
+
+
 def _units() -> Iterator[str]:
     yield "## Units\n"
-    yield "Any unit known to [pint](https://pint.readthedocs.io) can be used; these are the usual ones.\n"
-    rows = ["| quantity | plain numbers are in | usual units |", "| --- | --- | --- |"]
+    quantities = []
     for dimension in DIMENSIONS:
         if dimension is not NUMBER:
             units = ", ".join(f"`{unit}`" for unit, (kind, _) in COMMON_UNITS.items() if kind is dimension)
-            rows.append(f"| {dimension.name.split(' ', 1)[1]} | {dimension.unit} | {units} |")
-    yield "\n".join(rows) + "\n"
+            quantities.append(f"{dimension.name.split(' ', 1)[1]} {dimension.unit} ({units})")
+    text = f"Plain numbers are in these units, usual others in parentheses: {'; '.join(quantities)}."
+    yield _wrapped(f"{text} Any unit known to [pint](https://pint.readthedocs.io) can be used.")
 
 
 def _measures() -> Iterator[str]:

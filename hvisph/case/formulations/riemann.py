@@ -82,7 +82,7 @@ def bears_any_tension(body: Any) -> bool:
 
 
 class RiemannFormulation(KernelOptions):
-    """Contact SPH (CON): each pair meets through an acoustic Riemann problem; nothing to tune."""
+    """Contact SPH (CON): the pair interaction is the solution of an acoustic Riemann problem."""
 
     retires: ClassVar[bool] = True
     meaningless: ClassVar[dict[str, str]] = NO_CONVERSION | {
