@@ -104,7 +104,7 @@ def _head(resolution: str | None) -> list[str]:
             "but SPH-projection, which has no energy equation."
         ),
         "",
-        "Lengths in cm, pressures in GPa; `computed` (published); **bold** outside the tolerance.",
+        _wrapped(f"Lengths in cm, pressures in GPa; `computed` (published); **bold** off by more. {PROJECTION}"),
     ]
 
 
@@ -176,8 +176,6 @@ def _measured(rows: dict[str, Row]) -> list[str]:
             _plain(found.value("void_fraction"), 100.0, 1),
         ]
         lines.append(_line(LABEL[name], *cells))
-    if "projection" in rows:
-        lines += ["", _wrapped(PROJECTION)]
     return lines
 
 

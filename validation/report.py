@@ -208,7 +208,7 @@ def _beyond(one: Experiments, result: SetResult) -> Iterator[str]:
             name = words.get(row.measured.quantity, row.measured.quantity)
             group = f"{name} ({remark})" if remark else name
             beyond.setdefault(group, []).append(f"{row.measured.shot} {percent(off)}")
-    if beyond:
+    if sum(map(len, beyond.values())) > 1:  # a single one is in the table of verdicts
         groups = "; ".join(f"{what}: {', '.join(shots)}" for what, shots in beyond.items())
         yield from ["", wrapped(f"Beyond the largest error asked: {groups}.")]
 

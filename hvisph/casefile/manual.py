@@ -51,7 +51,6 @@ bodies.projectile.velocity.0='4 km/s'`. A file may start from another one with `
 and contain only the differences. In both, mappings merge key by key, anything else is replaced,
 null removes a key, and another `type` replaces the whole block.
 """
-_NOTE = "Part of [the case file](README.md).\n"
 
 
 def case_manual() -> dict[str, str]:
@@ -61,8 +60,8 @@ def case_manual() -> dict[str, str]:
     for page, (title, paths) in PAGES.items():
         blocks = paths or tuple(name for name in Case.model_fields if name not in (*named, "measures", "expected"))
         sections = _Sections()
-        parts[f"{page}.md"] = [f"# {title}\n", _NOTE, *(text for path in blocks for text in sections.of(path))]
-    parts["measures.md"] = ["# Measures and expectations\n", _NOTE, *_measures()]
+        parts[f"{page}.md"] = [f"# {title}\n", *(text for path in blocks for text in sections.of(path))]
+    parts["measures.md"] = ["# Measures and expectations\n", *_measures()]
     return {name: "\n".join(text).rstrip() + "\n" for name, text in parts.items()}
 
 
@@ -172,9 +171,9 @@ def _measures() -> Iterator[str]:
     rows = ["| name | meaning | dimensions |", "| --- | --- | --- |"]
     rows += [_measure_row(measure) for measure in CATALOGUE.values()]
     yield "\n".join(rows) + "\n"
-    yield (
-        "`hvisph measure` and `summary.json` further give these measures of every layer, of the projectile and of the "
-        "debris cloud. Of a measure with variants the first one is its value.\n"
+    yield _wrapped(
+        "`hvisph measure` and `summary.json` also contain these measures of every layer, of the projectile and of the "
+        "debris cloud. The value of a measure with variants is that of the first one."
     )
     rows = ["| measures of | name | meaning | dimensions |", "| --- | --- | --- | --- |"]
     for section, measures in SECTIONS.items():
