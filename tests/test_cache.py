@@ -30,7 +30,7 @@ import numpy as np
 from hvisph.compiler.template_binding import bind
 from hvisph.compiler.threads.parallel_for import each
 from hvisph.compiler.jit import heard_compiling, specialise
-from hvisph.sph.neighbours import rate_layout as rates
+from hvisph.sph.neighbours import particle_layout as rates
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.kernels.kernel import scale
 from hvisph.schemes.total_lagrangian import law as reference

@@ -219,7 +219,7 @@ def test_rings_are_drawn_as_a_whole_section_and_a_view():
 def test_bundled_cases_of_shapes_weigh_what_their_shapes_do(name):
     pytest.importorskip("trimesh")
     for placed in placed_bodies(load_case(name)):
-        assert placed.volumes.sum() == pytest.approx(placed.asked, rel=1e-9)
+        assert placed.volumes.sum() == pytest.approx(placed.requested_volume, rel=1e-9)
 
 
 def test_a_mesh_of_sheet_is_named_a_unit_stands_alone_and_a_bad_file_names_its_body(tmp_path):

@@ -146,7 +146,7 @@ def test_the_lock_of_a_killed_run_is_free(tmp_path):
     path = tmp_path / "run"
     program = f"""
         import os
-        from hvisph.output.folder import RunFolder, clear_unfinished
+        from hvisph.output.run_folder import RunFolder, clear_unfinished
         run = RunFolder.create({str(path)!r})
         os.kill(os.getpid(), 9)
     """

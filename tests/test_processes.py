@@ -174,7 +174,7 @@ def test_a_run_goes_on_with_other_numbers_of_processes(name, tmp_path):
 
 # Space is cut anew, and all is built anew for it, every 16 steps.
 RESTLESS = """
-from hvisph.simulation import share
+from hvisph.parallel import subdomain as share
 share.CUT_EVERY, share.SELDOM, share.BALANCED, share.SETTLED = 16, 1, 0.0, 0.0
 from hvisph.cli.main import app
 app(prog_name="hvisph")
@@ -194,7 +194,7 @@ def test_where_space_is_cut_does_not_matter(name, tmp_path, monkeypatch):
 
 # The whole is gathered nowhere: files are written slab by slab.
 SLABBED = """
-from hvisph.simulation import slabs
+from hvisph.parallel import parallel_output as slabs
 slabs.MOST_GATHERED, slabs.SLAB = 0, 150
 from hvisph.cli.main import app
 app(prog_name="hvisph")

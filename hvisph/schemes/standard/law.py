@@ -89,6 +89,7 @@ from hvisph.compiler.tensors import (
 from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
 from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.axisymmetric import axis_regularization, axisymmetric_pair, hoop_share, mirror_weight
+from hvisph.sph.terms.kernel_correction import HUGE
 from hvisph.sph.terms.shape_matrix import sound_inverse
 from hvisph.sph.terms.viscosity import SOFTENING, approach, monaghan
 
@@ -100,7 +101,6 @@ EXPONENT = 4
 
 # A component of x_ab below this share of the distance is not tested: the plain gradient has next to none.
 LEVEL = 1e-3
-HUGE = 1e300
 
 
 def row_layout(dim: int, artificial_stress: bool, more: tuple[tuple[str, str], ...] = ()) -> RowLayout:

@@ -40,6 +40,8 @@ from hvisph.sph.neighbours.particle_layout import RowLayout
 
 from .shape_matrix import sound_inverse
 
+# Turns a positive number into one that is at least 1, and leaves 0.
+HUGE = 1e300
 COUPLED = 0  # off unless bound: pairs beside Total Lagrangian particles
 
 
