@@ -120,6 +120,15 @@ def test_the_documentation_stays_short():
     assert sum(len(page.read_text(encoding="utf-8").splitlines()) for page in PROSE) <= MOST_LINES
 
 
+def test_messages_of_the_page_on_errors_are_in_the_code():
+    source = "\n".join(path.read_text(encoding="utf-8") for path in (ROOT / "hvisph").rglob("*.py"))
+    source = re.sub(r'"\s*\n\s*f?"', "", source)  # texts of several lines
+    page = (DOCS / "troubleshooting.md").read_text(encoding="utf-8")
+    quoted = re.findall(r'^\|.*?"([^"|]+)"', page, re.MULTILINE)
+    assert len(quoted) > 20
+    assert not [text for text in quoted if text not in source]
+
+
 def examples():
     """Page and number of every YAML example of the pages for users."""
     return [(page, k) for page in PAGES if page.startswith("howto/") for k in range(len(blocks(page, "yaml")))]
