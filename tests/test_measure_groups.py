@@ -5,11 +5,17 @@ import pytest
 from measure_bodies import MM, ball, box, impact_end, impact_start, reordered, snapshot
 
 from hvisph.measures.debris import groups
-from hvisph.measures.debris.fragments import fragments
+from hvisph.measures.debris.fragments import Fragments, Groups
 from hvisph.measures.debris.groups import connected_groups, main_body
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.projectile.cavities import void_fraction
 from hvisph.measures.registry import evaluate
+
+
+def fragments(snapshot, body, spacing):
+    members = np.flatnonzero(snapshot.body == body)
+    labels = connected_groups(snapshot.fields["position"][members], spacing)
+    return Fragments.from_groups(snapshot, Groups.from_labels(members, labels), body)
 
 
 def test_groups_are_linked_at_two_spacings():

@@ -7,7 +7,7 @@ from matplotlib.image import imread
 from measure_bodies import MM, ball, box, impact_end, snapshot
 
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.measure_catalogue import told_share, told_time
+from hvisph.core.measure_catalogue import format_share, format_time
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.visualization.curves import label_and_scale
 from hvisph.visualization.history import draw_particles, picture
@@ -77,14 +77,14 @@ def test_curves_have_units_that_suit_them():
     assert label_and_scale("time", False, shown=[np.array([0.0, 2.0, np.nan])]) == ("time [s]", 1.0)
     assert label_and_scale("time", False, shown=[np.zeros(2)]) == ("time [us]", 1e6)
     assert label_and_scale("time", True, shown=[np.array([0.0, 3e-9])]) == ("time", 1.0)
-    assert (told_time(8e-6, ".2f"), told_time(3e-9), told_time(0.0), told_time(2.0)) == (
+    assert (format_time(8e-6, ".2f"), format_time(3e-9), format_time(0.0), format_time(2.0)) == (
         "8.00 us",
         "3 ns",
         "0 us",
         "2 s",
     )
-    assert told_time(1e-9, ".2f", 3e-9) == "1 ns"
-    assert [told_share(share) for share in (1.0, 0.998, 0.98, 0.003)] == ["100 %", "100 %", "98 %", "0.3 %"]
+    assert format_time(1e-9, ".2f", 3e-9) == "1 ns"
+    assert [format_share(share) for share in (1.0, 0.998, 0.98, 0.003)] == ["100 %", "100 %", "98 %", "0.3 %"]
 
 
 def test_given_limits_are_kept(tmp_path):

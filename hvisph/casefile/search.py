@@ -10,7 +10,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from hvisph.case.case import Case
-from hvisph.core.measure_catalogue import CATALOGUE
+from hvisph.core.measure_catalogue import SECTIONS
 
 from .material_library import Library
 from .model_fields import inner_of, places
@@ -114,7 +114,9 @@ def _entries(commands: Sequence[tuple[str, str]]) -> Iterator[Entry]:
         if mark not in seen:
             seen.add(mark)
             yield entry
-    yield from (Entry("measure", f"measures.{name}", one.meaning) for name, one in CATALOGUE.items())
+    for section, measures in SECTIONS.items():
+        head = "measures" if section == "run" else section
+        yield from (Entry("measure", f"{head}.{name}", one.meaning) for name, one in measures.items())
     library = Library()
     for name in library.names():
         notes = library.notes(name)

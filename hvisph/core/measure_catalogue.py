@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-# How many of a unit for people are in the SI unit that it stands for; what is not named here is shown as it is.
+# Number of each unit of tables in the SI unit.
 PER_SI = {"cm": 1e2, "mm": 1e3, "GPa": 1e-9, "%": 1e2, "us": 1e6, "g": 1e3, "mm^2": 1e6, "deg": math.degrees(1.0)}
-# Units of what is as large as the bodies, the largest first, for grains of dust and for asteroids; the least size of
-# each in SI that is no rounding, and the number from which on the unit that people use has too many digits.
+# Units by quantity, the largest first, from grains of dust to asteroids; the least size in SI that is no round-off, and
+# the number from which on the unit of tables has too many digits.
 _LENGTHS = {"km": 1e-3, "m": 1.0, "mm": 1e3, "um": 1e6, "nm": 1e9}
 _TIMES = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9, "ps": 1e12, "fs": 1e15}
 _SIZED: dict[str, tuple[dict[str, float], float, float]] = {
@@ -34,15 +34,15 @@ _SHORT = 0.1  # and below which the end of an axis has
 
 
 @dataclass(frozen=True)
-class Look:
-    """How a table shows a number.
+class NumberFormat:
+    """Format of a number in tables.
 
     Parameters
     ----------
     label, short
-        What people call it; and where many columns leave little room: the papers' symbol, if they have one.
+        Its name in words, and a short one for narrow columns: the symbol of the papers, if there is one.
     unit
-        Unit for people.
+        Unit of tables.
     decimals
         Digits after the point; -1 for significant figures.
     """
@@ -54,21 +54,18 @@ class Look:
 
     @property
     def factor(self) -> float:
-        """How many of `unit` are in the SI unit."""
+        """Number of `unit` in the SI unit."""
         unit = self.unit.split("/m")[0]
         return PER_SI.get(unit, _OTHERS.get(unit, 1.0))
 
-    def fitting(self, size: float, few: float = _SMALL) -> Look:
-        """Return this look, or that in the unit which suits a number of `size` [SI] where it has too many digits.
-
-        Below `few` of this unit it has too few of them.
-        """
+    def scale_to(self, size: float, few: float = _SMALL) -> NumberFormat:
+        """Return the format in the unit that suits a number of `size` [SI]; this one from `few` of its unit on."""
         unit, slash, depth = self.unit.partition("/m")
         ladder, least, many = _SIZED.get(unit, ({}, math.inf, math.inf))
         if not least <= abs(size) < math.inf or few <= abs(size) * self.factor < many:
             return self
         best = next((u for u, factor in ladder.items() if abs(size) * factor >= 1.0), list(ladder)[-1])
-        return Look(self.label, self.short, f"{best}{slash}{depth}", -1)
+        return NumberFormat(self.label, self.short, f"{best}{slash}{depth}", -1)
 
 
 @dataclass(frozen=True)
@@ -87,7 +84,7 @@ class Measure:
         Numbers of dimensions in which it has a meaning.
     meaning
         One line for the manual.
-    look
+    display
         Format in tables.
     variants
         Further definitions of the same quantity by name, with their meanings; the first one is its value.
@@ -98,7 +95,7 @@ class Measure:
     unit: str
     dims: tuple[int, ...]
     meaning: str
-    look: Look
+    display: NumberFormat
     variants: Mapping[str, str]
 
     def unit_in(self, space: int) -> str:
@@ -119,8 +116,8 @@ def _section(section: str, *rows: tuple[Any, ...]) -> dict[str, Measure]:
     for name, unit, dims, meaning, label, shown, decimals, *rest in rows:
         variants = next((column for column in rest if isinstance(column, dict)), {})
         short = next((column for column in rest if isinstance(column, str)), name.replace("_", " "))
-        look = Look(label, short, shown, decimals)
-        measures[name] = Measure(section, name, unit, dims, f"{meaning} [{unit or '-'}]", look, variants)
+        display = NumberFormat(label, short, shown, decimals)
+        measures[name] = Measure(section, name, unit, dims, f"{meaning} [{unit or '-'}]", display, variants)
     return measures
 
 
@@ -286,16 +283,16 @@ RENAMED = {
     "radial_velocity_90": "cloud_velocity.radial_90", "half_angle": "cloud_half_angle",
 }  # fmt: skip
 
-# What is asked first of a shot, and how many measures a table of several runs shows.
+# The main measures, and the number of measures in a table of several runs.
 MAIN = ("perforated", "crater_diameter", "penetration", "residual_velocity", "final_length", "foot_diameter",
         "centre_pressure_peak")  # fmt: skip
 MOST_COLUMNS = 5
 
 # What a run has conserved stands in tables beside its measures.
 DRIFTS = {
-    "energy_drift": Look("energy drift", "energy drift", "%", 5),
-    "momentum_drift": Look("momentum drift", "momentum drift", "", -1),
-    "angular_momentum_drift": Look("angular momentum drift", "angular momentum drift", "", -1),
+    "energy_drift": NumberFormat("energy drift", "energy drift", "%", 5),
+    "momentum_drift": NumberFormat("momentum drift", "momentum drift", "", -1),
+    "angular_momentum_drift": NumberFormat("angular momentum drift", "angular momentum drift", "", -1),
 }
 
 
@@ -305,16 +302,16 @@ def axis_unit(unit: str, values: Any) -> tuple[str, float]:
     It is `unit`, that of people, unless they are very small or large; what is not finite does not count.
     """
     finite = [abs(float(value)) for value in values if math.isfinite(value)]
-    look = Look("", "", unit, -1).fitting(max(finite, default=0.0), _SHORT)
-    return look.unit, look.factor
+    display = NumberFormat("", "", unit, -1).scale_to(max(finite, default=0.0), _SHORT)
+    return display.unit, display.factor
 
 
-def told_share(share: float) -> str:
+def format_share(share: float) -> str:
     """Return a share in per cent, in two figures."""
     return "100 %" if round(100.0 * share, 0) == 100.0 else f"{100.0 * share:.2g} %"
 
 
-def told_time(time: float, digits: str = ".4g", end: float | None = None) -> str:
+def format_time(time: float, digits: str = ".4g", end: float | None = None) -> str:
     """Return a time [s] in the unit that suits it, or a run's `end`; `digits` is a format for microseconds."""
     unit, factor = axis_unit("us", [time if end is None else end])
     return f"{time * factor:{digits if unit == 'us' else '.4g'}} {unit}"
@@ -338,8 +335,8 @@ def main_measures(names: Sequence[str]) -> list[str]:
     return [*(name for name in MAIN if name in names), *(name for name in names if name not in MAIN)][:MOST_COLUMNS]
 
 
-def look_of(name: str, unit: str = "", unitless: bool = False) -> Look:
-    """Return how a table shows a number.
+def format_of(name: str, unit: str = "", unitless: bool = False) -> NumberFormat:
+    """Return the format of a number in tables.
 
     Parameters
     ----------
@@ -353,14 +350,16 @@ def look_of(name: str, unit: str = "", unitless: bool = False) -> Look:
     measure, _, variant = name.partition(".")
     known = next((section[measure] for section in SECTIONS.values() if measure in section), None)
     if known is not None:
-        look = known.look
+        display = known.display
         if variant:
-            look = replace(look, label=f"  {variant.replace('_', ' ')}")
+            display = replace(display, label=f"  {variant.replace('_', ' ')}")
     else:
         words = name.replace("_", " ")
-        look = DRIFTS.get(name) or Look(words, words, unit, -1)
-    if unitless and look.unit != "%":
-        return Look(look.label, look.short, "", -1)
-    if look.unit in ("g", "N s", "J") and "/m" in unit:  # per metre in 2D
-        return Look(look.label, look.short, f"{look.unit}/m{unit.partition('/m')[2]}", look.decimals)
-    return look
+        display = DRIFTS.get(name) or NumberFormat(words, words, unit, -1)
+    if unitless and display.unit != "%":
+        return NumberFormat(display.label, display.short, "", -1)
+    if display.unit in ("g", "N s", "J") and "/m" in unit:  # per metre in 2D
+        return NumberFormat(
+            display.label, display.short, f"{display.unit}/m{unit.partition('/m')[2]}", display.decimals
+        )
+    return display

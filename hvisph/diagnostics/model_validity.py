@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.core.measure_catalogue import axis_unit, told_share, told_time
+from hvisph.core.measure_catalogue import axis_unit, format_share, format_time
 from hvisph.output.snapshot import Snapshot
 
 LOOKED_AT = ("mass", "density", "internal_energy", "temperature", "pressure", "damage")
@@ -93,12 +93,12 @@ def _messages(seen: _Seen, limits: Holds, plain: bool) -> Iterator[str]:
         return f"{value:.3g}" if plain else f"{1e-9 * value:.3g} GPa"
 
     def at(time: float) -> str:
-        return f"{time:.3g}" if plain else told_time(time, ".3g")
+        return f"{time:.3g}" if plain else format_time(time, ".3g")
 
     if seen.first is not None:
         most = "" if seen.at == seen.first else f", first at {at(seen.first)}"
         yield (
-            f"{told_share(seen.share)} of its mass has left the range of its material at {at(seen.at)}"
+            f"{format_share(seen.share)} of its mass has left the range of its material at {at(seen.at)}"
             f"{most} ({limits.words}): what it does from there on is no statement of the model"
         )
     if limits.tension is not None and seen.torn > LEFT:

@@ -8,7 +8,7 @@ from itertools import chain
 import numpy as np
 
 from hvisph.core.kinematics import KINEMATICS
-from hvisph.core.measure_catalogue import told_share
+from hvisph.core.measure_catalogue import format_share
 from hvisph.measures.debris.groups import connected_groups
 from hvisph.output.snapshot import Snapshot
 
@@ -82,7 +82,7 @@ def _of_body(now: Snapshot, mine: np.ndarray, position: np.ndarray, spacing: flo
     share = float((nearest < reach).mean())
     if share > CLUMPS:
         yield (
-            f"{told_share(share)} of its particles have a neighbour within {CLUMPED:g} of their own size: they have "
+            f"{format_share(share)} of its particles have a neighbour within {CLUMPED:g} of their own size: they have "
             "clumped, and what lies between them is not resolved"
         )
 
@@ -95,7 +95,7 @@ def _tearing(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spaci
     share = 1.0 - float(sizes[sound].sum()) / len(position)
     if share > TORN and share > float((connected_groups(before, spacing, LINK) != 0).mean()) + TORN:
         yield (
-            f"{told_share(share)} of it has torn off, and its material has no model of damage: where and when a "
+            f"{format_share(share)} of it has torn off, and its material has no model of damage: where and when a "
             "lattice of particles tears is not physics; give the material `damage`"
         )
 
@@ -138,7 +138,7 @@ def _isolated_vapour(now: Snapshot, start: Snapshot) -> Iterator[str]:
     if held > HELD * at_start:
         most = float(pressure[alone].max())
         told = f"{most:.3g}" if now.metadata.get("units") == "none" else f"{1e-9 * most:.3g} GPa"
-        share = told_share(float(mass[alone].sum() / mass.sum()))
+        share = format_share(float(mass[alone].sum() / mass.sum()))
         yield (
             f"{share} of the mass flies alone, out of reach of all others, under up to {told}: nothing is there "
             f"for it to expand against, so that it keeps {100 * held / at_start:.2g} % of the energy at the start as "

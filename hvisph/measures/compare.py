@@ -42,7 +42,7 @@ class Row:
     measures
         As in ``summary.json``: SI.
     conservation
-        Drifts by name; empty where the files do not tell.
+        Drifts by name; empty where they are not known.
     cost
         Particles, steps, threads, wall time [s] and microseconds per particle-step; empty likewise.
     published
@@ -199,8 +199,8 @@ def _value_of(entry: Any, name: str, default: Any = None) -> Any:
 
 def mean_difference(times: np.ndarray, values: np.ndarray, exact: np.ndarray) -> float:
     """Return the mean over time of the size of `values` - `exact`, both at `times`; NaN is left out."""
-    seen = np.isfinite(values)
-    times, difference = times[seen], np.abs(values - exact)[seen]
+    finite = np.isfinite(values)
+    times, difference = times[finite], np.abs(values - exact)[finite]
     if len(times) < 2:
         return float("nan")
     return float(np.trapezoid(difference, times) / (times[-1] - times[0]))

@@ -225,7 +225,7 @@ def undefined_measures(now: Snapshot, reason: str) -> Measures:
 
 
 def recent_moments(times: Sequence[float], end: float) -> list[int]:
-    """Return the numbers of the moments before `end` [s] that tell the swing: one to three of the last tenth."""
+    """Return the numbers of the moments before `end` [s] for the swing: one to three of the last tenth."""
     recent = [number for number, time in enumerate(times) if time >= end * (1.0 - LATELY) * (1.0 - 1e-9)]
     if not recent:
         return [len(times) - 1] if len(times) else []
@@ -237,7 +237,7 @@ def add_swing(results: Mapping[str, Result], end: float, earlier: Sequence[tuple
              ) -> dict[str, Result]:  # fmt: skip
     """Return the results at time `end` [s] with their swing: half of their range over the last tenth of the run.
 
-    A single earlier moment that lies further back tells a drift, of which the share of a tenth of the run counts.
+    A single earlier moment that lies further back gives a drift, of which the share of a tenth of the run counts.
     """
     swung = dict(results)
     for name, result in results.items():
@@ -309,7 +309,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
         return measure_snapshot(read(path), source=str(path))
     files = reader.snapshots_in(path)
     first = read(files[0])
-    # a folder whose first snapshots are gone does not tell how the run began
+    # the start is unknown where the first snapshots are gone
     start = first if first.step == 0 else None
     # a folder of another code's files has no history; a damaged one is an error
     history = reader.read_history(path) if (path / files_of.HISTORY).exists() else None
@@ -325,20 +325,20 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
 def measure_in_time(now: Snapshot, files: Sequence[Path], start: Snapshot | None = None,
                     history: History | None = None, source: str = "",
                     read: Callable[[Path], Snapshot] | None = None) -> Measures:  # fmt: skip
-    """Measure one moment with what only earlier ones tell: temporal scatter, and times of perforation and exit.
+    """Measure one moment with temporal scatter and times of perforation and exit, which follow from earlier ones.
 
     `files` are the snapshots up to it in order of time, `start` is the first of them, if it is the run's first, and
     `read` reads one of them; `history` and `source` are as in `measure_snapshot`.
     """
     from hvisph.output import file_names, reader
 
-    begun = None if start is None else InitialReference(start)
+    initial = None if start is None else InitialReference(start)
     read = read or partial(reader.read_snapshot, lazily=True)
-    scene = Scene.from_snapshot(now, begun)
+    scene = Scene.from_snapshot(now, initial)
     scene.history = history
     if files:
         last = len(files) - 1
-        scene.timeline = Timeline(_loader(files, begun, read), len(files), {last: Moment(lambda: scene)})
+        scene.timeline = Timeline(_loader(files, initial, read), len(files), {last: Moment(lambda: scene)})
     measured = measure_scene(scene, source)
     earlier = [file for file in files if file.stem != file_names.POST_MORTEM][:-1]
     if not earlier:
@@ -349,23 +349,23 @@ def measure_in_time(now: Snapshot, files: Sequence[Path], start: Snapshot | None
         if before.time < (1.0 - LATELY) * now.time:
             break
         recent.append(before)
-    return _add_swing(measured, [measure_snapshot(one, begun) for one in reversed(recent)])
+    return _add_swing(measured, [measure_snapshot(one, initial) for one in reversed(recent)])
 
 
 def _loader(
-    files: Sequence[Path], begun: InitialReference | None, read: Callable[[Path], Snapshot]
+    files: Sequence[Path], initial: InitialReference | None, read: Callable[[Path], Snapshot]
 ) -> Callable[[int], Scene]:
     """Return what makes the scene of a snapshot by its number; of a large run no more than one is held."""
-    return lru_cache(maxsize=1)(lambda number: Scene.from_snapshot(read(files[number]), begun))
+    return lru_cache(maxsize=1)(lambda number: Scene.from_snapshot(read(files[number]), initial))
 
 
-def _measure_series(files: Sequence[Path], begun: InitialReference | None, history: History | None, source: str,
+def _measure_series(files: Sequence[Path], initial: InitialReference | None, history: History | None, source: str,
                     read: Callable[[Path], Snapshot]) -> Measures:  # fmt: skip
     """Measure all moments of a run; the last one holds the series."""
-    load, known = _loader(files, begun, read), dict[int, Moment]()
+    load, known = _loader(files, initial, read), dict[int, Moment]()
     series: list[Measures] = []
     for number, file in enumerate(files):
-        scene = Scene.from_snapshot(read(file), begun)
+        scene = Scene.from_snapshot(read(file), initial)
         scene.history = history
         known[number] = moment = Moment(partial(lambda one: one, scene))
         scene.timeline = Timeline(load, number + 1, known, series=True)

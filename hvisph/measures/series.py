@@ -28,7 +28,7 @@ class Column:
 
 
 def moments(measured: Measures) -> tuple[Measures, ...]:
-    """Return the series of what was measured: one moment where only one was asked for."""
+    """Return the moments of a series, or the single moment."""
     return measured.series or (measured,)
 
 
@@ -59,10 +59,10 @@ def columns(measured: Measures, sections: bool = False) -> dict[str, Column]:
             parts |= {f"layer.{layer.body}": layer.results for layer in moment.layers}
             for section, results in parts.items():
                 row |= _cells(f"{section}.", results)
-        told = {name for row in rows for name, (_, value) in row.items() if value is not None}
+        valued = {name for row in rows for name, (_, value) in row.items() if value is not None}
         inner = ("projectile.", "cloud.", "layer.")
         rows = [
-            {name: cell for name, cell in row.items() if name in told or not name.startswith(inner)} for row in rows
+            {name: cell for name, cell in row.items() if name in valued or not name.startswith(inner)} for row in rows
         ]
     units = {name: unit for row in rows for name, (unit, _) in row.items()}
     return {

@@ -1,4 +1,4 @@
-"""Measures as rows of text for people: centimetres or millimetres, gigapascals, per cent."""
+"""Measures as rows of text, in units of the field."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hvisph.core.measure_catalogue import PER_DEPTH, Look, look_of
+from hvisph.core.measure_catalogue import PER_DEPTH, NumberFormat, format_of
 
 from .result import Result
 
-# Units of shares and angles, of which little is nothing; and what is next to nothing of any unit for people.
+# Units of fractions and angles, whose small values are not enlarged; and what counts as zero in any unit of tables.
 UNSIZED = ("", "%", "deg")
 LEAST = 1e-6
-_TIME = Look("time", "t", "us", 2)
+_TIME = NumberFormat("time", "t", "us", 2)
 
 
 @dataclass(frozen=True)
@@ -67,16 +67,16 @@ def rows(results: Mapping[str, Result | float | None], expected: Sequence[Mappin
 
 
 def _row(name: str, result: Result, entry: Mapping[str, Any] | None, unitless: bool) -> Row:
-    look = look_of(name, result.unit, unitless)
+    display = format_of(name, result.unit, unitless)
     notes = [result.reason, result.note, "" if result.settled else "not settled"]
     if result.time is not None:
         notes.append(f"at t = {result.time:.4g}" if unitless else f"at {_format_number(result.time, None, _TIME)}")
-    value, target = _format_measure(name, result.value, result.uncertainty, look), ""
+    value, target = _format_measure(name, result.value, result.uncertainty, display), ""
     if entry is not None:
-        target = _format_measure(name, entry["expected"], entry["tolerance"], look)
+        target = _format_measure(name, entry["expected"], entry["tolerance"], display)
         notes.append(entry["source"])
     passed = entry["passed"] if entry is not None else None
-    return Row(name, look.label, value, target, passed, "; ".join(note for note in notes if note))
+    return Row(name, display.label, value, target, passed, "; ".join(note for note in notes if note))
 
 
 def body_rows(plain: Mapping[str, Any], unitless: bool = False) -> list[tuple[str, str, str, str]]:
@@ -84,7 +84,9 @@ def body_rows(plain: Mapping[str, Any], unitless: bool = False) -> list[tuple[st
     table = []
     for name, body in (plain.get("bodies") or {}).items():
         space = 3 if plain["whole"]["kind"] == "revolution" else len(body["velocity"])
-        mass, energy = (Look("", "", "" if unitless else f"{unit}{PER_DEPTH[space]}", -1) for unit in ("g", "J"))
+        mass, energy = (
+            NumberFormat("", "", "" if unitless else f"{unit}{PER_DEPTH[space]}", -1) for unit in ("g", "J")
+        )
         parts = ", ".join(f"{one + 0.0:.4g}" for one in body["velocity"])
         velocity = f"({parts})" if len(body["velocity"]) > 1 else parts
         table.append((name, _format_number(body["mass"], None, mass), f"{velocity}{'' if unitless else ' m/s'}",
@@ -92,31 +94,31 @@ def body_rows(plain: Mapping[str, Any], unitless: bool = False) -> list[tuple[st
     return table
 
 
-def _format_measure(name: str, value: float | None, spread: float | None, look: Look) -> str:
+def _format_measure(name: str, value: float | None, spread: float | None, display: NumberFormat) -> str:
     if name == "perforated" and value is not None:
         return "yes" if value else "no"
-    return _format_number(value, spread, look)
+    return _format_number(value, spread, display)
 
 
-def _format_number(value: float | None, spread: float | None, look: Look) -> str:
+def _format_number(value: float | None, spread: float | None, display: NumberFormat) -> str:
     if value is None:
         return "-"
 
-    look = look.fitting(max(abs(value), abs(spread or 0.0)))
-    fixed = look.decimals >= 0 and not _is_tiny(value, spread, look)
+    display = display.scale_to(max(abs(value), abs(spread or 0.0)))
+    fixed = display.decimals >= 0 and not _is_tiny(value, spread, display)
 
     def number(figure: float) -> str:
-        figure *= look.factor
-        text = f"{figure:.{look.decimals}f}" if fixed else f"{figure:.3g}"
+        figure *= display.factor
+        text = f"{figure:.{display.decimals}f}" if fixed else f"{figure:.3g}"
         return text if float(text) else text.lstrip("-")  # what rounds to nothing has no sign
 
     # a spread that rounds to nothing says nothing
     shown = f" ± {number(spread)}" if spread and float(number(spread)) > 0.0 else ""
-    return f"{number(value)}{shown} {look.unit}".rstrip()
+    return f"{number(value)}{shown} {display.unit}".rstrip()
 
 
-def _is_tiny(value: float, spread: float | None, look: Look) -> bool:
+def _is_tiny(value: float, spread: float | None, display: NumberFormat) -> bool:
     """Whether a size is too small for the digits of its kind, and known better: of dust, or of a gas."""
-    last, size = 10.0**-look.decimals, abs(value) * look.factor
-    known = abs(spread or 0.0) * look.factor < 0.5 * last
-    return look.unit not in UNSIZED and known and LEAST < size < 10.0 * last
+    last, size = 10.0**-display.decimals, abs(value) * display.factor
+    known = abs(spread or 0.0) * display.factor < 0.5 * last
+    return display.unit not in UNSIZED and known and LEAST < size < 10.0 * last

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from hvisph.casefile.embedded_case import formulation, symmetry_axes
 from hvisph.core.errors import CaseError
-from hvisph.core.measure_catalogue import axis_unit, told_time
+from hvisph.core.measure_catalogue import axis_unit, format_time
 from hvisph.output.reader import snapshots_at
 from hvisph.output.snapshot import Snapshot
 from hvisph.visualization.particles import Moment
@@ -41,7 +41,7 @@ def moment_of(snapshot: Snapshot, name: str = "") -> Moment:
     """Return a snapshot to show, with its name, and below it time, spacing and formulation, in its title."""
     unitless = snapshot.metadata.get("units") == "none"
     told = []
-    told.append(f"t = {snapshot.time:.4g}" if unitless else f"t = {told_time(snapshot.time, '.2f')}")
+    told.append(f"t = {snapshot.time:.4g}" if unitless else f"t = {format_time(snapshot.time, '.2f')}")
     spacing = snapshot.metadata.get("spacing")
     if isinstance(spacing, float):
         unit, factor = axis_unit("mm", [spacing])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from hvisph.core.errors import CaseError, suggest_nearest
-from hvisph.core.measure_catalogue import axis_unit, told_time
+from hvisph.core.measure_catalogue import axis_unit, format_time
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.output.atomic_write import replacing
 from hvisph.output.snapshot import Snapshot
@@ -232,5 +232,5 @@ def colour_bar_extension(values: np.ndarray, low: float, high: float) -> Literal
 
 def _title(snapshot: Snapshot, width: int) -> str:
     title = textwrap.fill(str(snapshot.metadata.get("title", "")), width)
-    moment = f"t = {snapshot.time:.4g}" if _unitless(snapshot) else f"t = {told_time(snapshot.time, '.2f')}"
+    moment = f"t = {snapshot.time:.4g}" if _unitless(snapshot) else f"t = {format_time(snapshot.time, '.2f')}"
     return f"{title}\n{moment}" if title else moment

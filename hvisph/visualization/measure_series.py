@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.core.measure_catalogue import look_of
+from hvisph.core.measure_catalogue import format_of
 from hvisph.measures.debris.fragments import FEWEST
 from hvisph.measures.measure import Measures
 from hvisph.measures.series import columns, moments
@@ -61,7 +61,7 @@ def _kind(name: str, unit: str) -> str:
 
 def _legend(name: str) -> str:
     if not name.startswith("fragments."):
-        return look_of(name).label
+        return format_of(name).label
     body, _, what = name.removeprefix("fragments.").rpartition(".")
     words = {
         "number": f"fragments of {FEWEST} particles or more",

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hvisph.core.errors import CaseError
-from hvisph.core.measure_catalogue import look_of
+from hvisph.core.measure_catalogue import format_of
 from hvisph.core.text import format_differences
 
 from .history import store
@@ -88,42 +88,42 @@ def _panels(verdicts: Mapping[str, Any], draw: Any) -> Figure:
         raise CaseError("no case is done: there is nothing to draw")
     figure, axes = _figure(len(names))
     for name, one in zip(names, axes, strict=True):
-        draw(one, verdicts[name], look_of(name))
+        draw(one, verdicts[name], format_of(name))
     return figure
 
 
-def _convergence(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
+def _convergence(axes: Axes, one: Mapping[str, Any], display: Any) -> None:
     """Results over spacing, with their uncertainties, and the curve to infinite resolution."""
-    h, f = np.array(one["spacings"]), np.array(one["values"]) * look.factor
-    spread = [0.0 if u is None else u * look.factor for u in one["uncertainties"]]
+    h, f = np.array(one["spacings"]), np.array(one["values"]) * display.factor
+    spread = [0.0 if u is None else u * display.factor for u in one["uncertainties"]]
     axes.errorbar(h, f, spread, fmt="o", color=INK, capsize=3)
     note = one["verdict"]
     if one["order"] is not None:
-        limit, fine = one["extrapolated"] * look.factor, int(np.argmin(h))
+        limit, fine = one["extrapolated"] * display.factor, int(np.argmin(h))
         x = np.linspace(0.0, h.max(), 60)
         axes.plot(x, limit + (f[fine] - limit) * (x / h[fine]) ** one["order"], color=FAINT)
         axes.plot([0.0], [limit], "D", color=ACCENT)
         note = f"order {one['order']:.2f}, index {100 * one['index']:.2g} %"
     axes.set_xlim(left=0.0)
     axes.set_xlabel(f"spacing [{one['spacing_unit']}]" if one.get("spacing_unit") else "spacing")
-    axes.set_ylabel(f"{look.label} [{look.unit}]" if look.unit else look.label)
+    axes.set_ylabel(f"{display.label} [{display.unit}]" if display.unit else display.label)
     axes.set_title(note, fontsize=9)
 
 
-def _against(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
+def _against(axes: Axes, one: Mapping[str, Any], display: Any) -> None:
     """Draw what was computed over what was measured, and the line on which both are the same."""
-    measured, computed = (np.array(one[key]) * look.factor for key in ("measured", "computed"))
+    measured, computed = (np.array(one[key]) * display.factor for key in ("measured", "computed"))
     low, high = min(0.0, *measured, *computed), max(*measured, *computed)
     axes.plot([low, high], [low, high], color=FAINT)
     axes.plot(measured, computed, "o", color=INK)
-    unit = f" [{look.unit}]" if look.unit else ""
+    unit = f" [{display.unit}]" if display.unit else ""
     axes.set_xlabel(f"measured{unit}")
     axes.set_ylabel(f"computed{unit}")
     off = "" if one["mean"] is None else f": {100.0 * one['mean']:+.2g} % in the mean"
-    axes.set_title(f"{look.label}{off}", fontsize=9)
+    axes.set_title(f"{display.label}{off}", fontsize=9)
 
 
-def _tornado(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
+def _tornado(axes: Axes, one: Mapping[str, Any], display: Any) -> None:
     """Rank correlations with each input, the strongest on top."""
     ranks = {path: rank or 0.0 for path, rank in one["rank_correlation"].items()}
     paths = sorted(ranks, key=lambda path: abs(ranks[path]))
@@ -132,8 +132,8 @@ def _tornado(axes: Axes, one: Mapping[str, Any], look: Any) -> None:
     axes.axvline(0.0, color="black", linewidth=0.8)
     axes.set_xlim(-1.0, 1.0)
     axes.set_xlabel("rank correlation")
-    spread = f"{one['mean'] * look.factor:.4g} ± {one['sd'] * look.factor:.2g} {look.unit}"
-    axes.set_title(f"{look.label}: {spread}", fontsize=9)
+    spread = f"{one['mean'] * display.factor:.4g} ± {one['sd'] * display.factor:.2g} {display.unit}"
+    axes.set_title(f"{display.label}: {spread}", fontsize=9)
 
 
 def _limits(verdicts: Sequence[Mapping[str, Any]]) -> Figure:
@@ -193,18 +193,18 @@ def _measures(rows: Sequence[Mapping[str, Any]], record: Sequence[str] | None) -
     x, ticks, label = _places([cells[first] for cells in told], paths[first])
     figure, panels = _figure(len(names))
     for name, axes in zip(names, panels, strict=True):
-        look = look_of(name)
+        display = format_of(name)
         for colour, (group, members) in zip(_colours(len(groups)), groups.items(), strict=True):
             values = {k: done[k]["measures"].get(name, {}).get("value") for k in members}
             shown = sorted((k for k in members if isinstance(values[k], int | float)), key=x.__getitem__)
-            axes.plot([x[k] for k in shown], [values[k] * look.factor for k in shown],
+            axes.plot([x[k] for k in shown], [values[k] * display.factor for k in shown],
                       "o-" if len(groups) > 1 else "o", color=colour, label=group, linewidth=1)  # fmt: skip
         if ticks:
             axes.set_xticks(range(len(ticks)), ticks, rotation=30, ha="right", fontsize=7)
         if name == "perforated":
             axes.set_yticks([0, 1], ["no", "yes"])
         axes.set_xlabel(label)
-        axes.set_ylabel(f"{look.label} [{look.unit}]" if look.unit else look.label)
+        axes.set_ylabel(f"{display.label} [{display.unit}]" if display.unit else display.label)
     if 1 < len(groups) <= MOST_GROUPS:
         panels[0].legend(fontsize=7)
     return figure

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from hvisph.core.measure_catalogue import Look, look_of, main_measures
+from hvisph.core.measure_catalogue import NumberFormat, format_of, main_measures
 
 from .formatting import duration, table, tables
 
@@ -48,38 +48,38 @@ def _measures(rows: Sequence[Row], unitless: bool, every: bool) -> str:
     names = shown_measures(rows)
     most = names if every or any(row.published for row in rows) else main_measures(names)
     left, names = len(names) - len(most), most
-    looks = {name: _look(rows, name, unitless).fitting(_largest(rows, name)) for name in names}
+    displays = {name: _look(rows, name, unitless).scale_to(_largest(rows, name)) for name in names}
     lines = [
-        ["", *(look.short for look in looks.values())],
-        ["", *(look.unit for look in looks.values())],
+        ["", *(display.short for display in displays.values())],
+        ["", *(display.unit for display in displays.values())],
     ]
-    lines += [[row.name, *(_cell(row, name, look) for name, look in looks.items())] for row in rows]
+    lines += [[row.name, *(_cell(row, name, display) for name, display in displays.items())] for row in rows]
     more = f"\n  {left} more with --all" if left else ""
     return tables(lines) + more
 
 
-def _look(rows: Sequence[Row], name: str, unitless: bool) -> Look:
+def _look(rows: Sequence[Row], name: str, unitless: bool) -> NumberFormat:
     own = next((row.measures[name]["unit"] for row in rows if name in row.measures), "")
-    return look_of(name, own, unitless)
+    return format_of(name, own, unitless)
 
 
 def _largest(rows: Sequence[Row], name: str) -> float:
     return max((abs(row.value(name) or 0.0) for row in rows), default=0.0)
 
 
-def _cell(row: Row, name: str, look: Look) -> str:
+def _cell(row: Row, name: str, display: NumberFormat) -> str:
     value = row.value(name)
     if value is None:
         return "-" + (MISSED if name in row.missed else "")
     off = row.differences.get(name)
     # a published void fraction of none needs no difference
-    shown = f" ({_number(off, look, '+')})" if off is not None and row.published[name]["value"] else ""
-    return _number(value, look) + shown + (MISSED if name in row.missed else "")
+    shown = f" ({_number(off, display, '+')})" if off is not None and row.published[name]["value"] else ""
+    return _number(value, display) + shown + (MISSED if name in row.missed else "")
 
 
-def _number(value: float, look: Look, sign: str = "") -> str:
-    value *= look.factor
-    return f"{value:{sign}.{look.decimals}f}" if look.decimals >= 0 else f"{value:{sign}.4g}"
+def _number(value: float, display: NumberFormat, sign: str = "") -> str:
+    value *= display.factor
+    return f"{value:{sign}.{display.decimals}f}" if display.decimals >= 0 else f"{value:{sign}.4g}"
 
 
 def _cost(rows: Sequence[Row]) -> str:

@@ -63,7 +63,7 @@ def sections_table(plain: Mapping[str, Any], unitless: bool = False, variants: b
     variants
         Whether to show all variants of a measure.
     """
-    from hvisph.core.measure_catalogue import look_of
+    from hvisph.core.measure_catalogue import format_of
     from hvisph.measures.table import rows
 
     blocks = []
@@ -77,7 +77,7 @@ def sections_table(plain: Mapping[str, Any], unitless: bool = False, variants: b
         if names:
             heads = [column["body"] if name == "layer" else "" for column in columns]
             lines = [(name, *heads)]
-            lines += [(look_of(one).label, *(_noted(column.get(one)) for column in cells)) for one in names]
+            lines += [(format_of(one).label, *(_noted(column.get(one)) for column in cells)) for one in names]
             blocks.append(table(lines))
     return "\n\n".join(blocks)
 

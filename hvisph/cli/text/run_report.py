@@ -86,10 +86,10 @@ SHARES = {"failed": "failed", "above_melting": "above melting", "beyond_range": 
 
 def _state(summary: dict[str, Any], unitless: bool) -> list[str]:
     """Return a line on shares of the mass that are not nothing, and one on the pressure beside its estimate."""
-    from hvisph.core.measure_catalogue import told_share
+    from hvisph.core.measure_catalogue import format_share
 
     told = summary.get("shares") or {}
-    parts = [f"{told_share(told[name])} {word}" for name, word in SHARES.items() if told.get(name)]
+    parts = [f"{format_share(told[name])} {word}" for name, word in SHARES.items() if told.get(name)]
     lines = [f"of the mass: {', '.join(parts)}"] if parts else []
     pressures = summary.get("pressures") or {}
     if pressures.get("impedance_match") and pressures.get("highest"):

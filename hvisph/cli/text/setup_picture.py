@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hvisph.core.kinematics import KINEMATICS
-from hvisph.core.measure_catalogue import told_time
+from hvisph.core.measure_catalogue import format_time
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -29,7 +29,7 @@ def draw_setup(case: Case, path: str) -> Path:
     contact = first_contact(placed)
     if contact is not None:
         time, one, other = contact
-        shown = told_time(time) if case.units == "si" else f"{time:.4g}"
+        shown = format_time(time) if case.units == "si" else f"{time:.4g}"
         notes.append(f"first contact: {one} and {other} at {shown}")
     planes = [("xyz".index(plane.axis), plane.at) for plane in case.symmetry]
     gauges = {name: gauge.at for name, gauge in case.gauges.items()}

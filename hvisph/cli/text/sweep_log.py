@@ -118,18 +118,18 @@ def summary(sweep: Any, rows: Sequence[dict[str, Any]], said: dict[str, Any], pa
 
 
 def _rows(rows: Sequence[dict[str, Any]], record: Sequence[str] | None) -> str:
-    from hvisph.core.measure_catalogue import look_of
+    from hvisph.core.measure_catalogue import format_of
 
     paths = list(dict.fromkeys(key for row in rows for key in row["values"]))
     names = _main(record, rows)
     sizes = {name: [abs(row["measures"].get(name, {}).get("value") or 0.0) for row in rows] for name in names}
-    looks = {name: look_of(name).fitting(max(sizes[name], default=0.0)) for name in names}
-    head = ["", *_shortest(paths), "", *(looks[name].short for name in names)]
-    units = ["", *("" for _ in paths), "", *(looks[name].unit for name in names)]
+    displays = {name: format_of(name).scale_to(max(sizes[name], default=0.0)) for name in names}
+    head = ["", *_shortest(paths), "", *(displays[name].short for name in names)]
+    units = ["", *("" for _ in paths), "", *(displays[name].unit for name in names)]
     lines = [head, units]
     values = [format_differences([row["values"].get(path) for row in rows]) for path in paths]
     for row, *own in zip(rows[:SHOWN_ROWS], *values, strict=False):
-        cells = [_cell(name, row["measures"].get(name, {}).get("value"), looks[name]) for name in names]
+        cells = [_cell(name, row["measures"].get(name, {}).get("value"), displays[name]) for name in names]
         lines.append([str(row["number"]), *own, row["status"], *cells])
     more = f"\n  and {len(rows) - SHOWN_ROWS} more" if len(rows) > SHOWN_ROWS else ""
     return tables(lines, kept=2 + len(paths)) + more
@@ -146,31 +146,33 @@ def _shortest(paths: Sequence[str]) -> list[str]:
     return shown
 
 
-def _cell(name: str, value: Any, look: Any) -> str:
+def _cell(name: str, value: Any, display: Any) -> str:
     if value is None:
         return "-"
     if isinstance(value, bool) or name == "perforated":
         return "yes" if value else "no"
-    number = float(value) * look.factor
-    return f"{number:.4g}" if look.decimals < 0 else f"{number:.{look.decimals}f}"
+    number = float(value) * display.factor
+    return f"{number:.4g}" if display.decimals < 0 else f"{number:.{display.decimals}f}"
 
 
 def _converge(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
-    from hvisph.core.measure_catalogue import look_of
+    from hvisph.core.measure_catalogue import format_of
 
     lines = [["", "unit", "finest", "order", "extrapolated", "index", ""]]
     for name, one in verdict.items():
         if record is not None and name not in record:
             continue
-        look = look_of(name)
+        display = format_of(name)
         finest = one["values"][one["spacings"].index(min(one["spacings"]))]
         if name == "perforated":
-            lines.append([look.label, "", _cell(name, finest, look), "-", "-", "-", one["verdict"]])
+            lines.append([display.label, "", _cell(name, finest, display), "-", "-", "-", one["verdict"]])
             continue
         order = f"{one['order']:.2f}" if one["order"] is not None else "-"
-        limit = f"{one['extrapolated'] * look.factor:.4g}" if one["extrapolated"] is not None else "-"
+        limit = f"{one['extrapolated'] * display.factor:.4g}" if one["extrapolated"] is not None else "-"
         index = f"{100 * one['index']:.2g} %" if one["index"] is not None else "-"
-        lines.append([look.label, look.unit, f"{finest * look.factor:.4g}", order, limit, index, one["verdict"]])
+        lines.append(
+            [display.label, display.unit, f"{finest * display.factor:.4g}", order, limit, index, one["verdict"]]
+        )
     return table(lines)
 
 
@@ -201,25 +203,25 @@ def _limit(verdict: dict[str, Any]) -> str:
 
 
 def _experiment(verdict: dict[str, Any]) -> str:
-    from hvisph.core.measure_catalogue import look_of
+    from hvisph.core.measure_catalogue import format_of
 
     lines = [["against the experiment", "shots", "mean", "worst"]]
     for name, one in verdict.items():
         off = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
-        lines.append([look_of(name).label, str(len(one["cases"])), *off])
+        lines.append([format_of(name).label, str(len(one["cases"])), *off])
     return table(lines)
 
 
 def _sample(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
-    from hvisph.core.measure_catalogue import look_of
+    from hvisph.core.measure_catalogue import format_of
 
     paths = list(next(iter(verdict.values()))["rank_correlation"]) if verdict else []
     lines = [["", "unit", "mean", "sd", "5 %", "50 %", "95 %", *_shortest(paths)]]
     for name, one in verdict.items():
         if record is not None and name not in record:
             continue
-        look = look_of(name)
-        numbers = [f"{one[key] * look.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
+        display = format_of(name)
+        numbers = [f"{one[key] * display.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
         ranks = ["-" if rank is None else f"{rank:+.2f}" for rank in one["rank_correlation"].values()]
-        lines.append([look.label, look.unit, *numbers, *ranks])
+        lines.append([display.label, display.unit, *numbers, *ranks])
     return table(lines)

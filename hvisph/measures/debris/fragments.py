@@ -9,10 +9,14 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from .groups import LINK, by_size, connected_groups
+from .groups import by_size
 
 if TYPE_CHECKING:
     from hvisph.output.snapshot import Snapshot
+
+
+FEWEST = 5  # particles of a fragment that is counted and listed
+ALIKE = 1e-9  # masses that differ by less, relatively, are one mass: round-off of their sums
 
 
 @dataclass(frozen=True)
@@ -129,7 +133,7 @@ class Fragments(Sequence[Fragment]):
 
     @property
     def heaviest(self) -> Fragment:
-        """The one of most mass, which need not be that of most particles: those of rings and graded bodies differ."""
+        """The heaviest one, which need not have most particles: masses differ in axisymmetric and graded bodies."""
         most = self.masses.max()  # of those as heavy, but for rounding, the one of most particles
         return self[int(np.argmax(self.masses >= (1.0 - 1e-9) * most))]
 
@@ -146,17 +150,6 @@ class Fragments(Sequence[Fragment]):
             centre, velocity = self.back(centre, velocity)
         return Fragment(self.body, int(self.groups.counts[k]), float(self.masses[k]), centre, velocity,
                         self.extents[k], self.groups.particles(k))  # fmt: skip
-
-
-def fragments(snapshot: Snapshot, body: int, spacing: float, link: float = LINK) -> Fragments:
-    """Return the connected groups of a body, the largest first; `link` is the linking distance in spacings [m]."""
-    members = np.flatnonzero(snapshot.body == body)
-    labels = connected_groups(snapshot.fields["position"][members], spacing, link)
-    return Fragments.from_groups(snapshot, Groups.from_labels(members, labels), body)
-
-
-FEWEST = 5  # particles of a fragment that is counted and listed
-ALIKE = 1e-9  # masses that differ by less, relatively, are one mass: round-off of their sums
 
 
 @dataclass(frozen=True)
@@ -217,7 +210,7 @@ class BodyFragments:
         return MassDistribution(masses[last], last + 1, np.cumsum(masses)[last] / self.mass)
 
     def as_dict(self, fewest: int = FEWEST) -> dict[str, Any]:
-        """Return the plain form for JSON: SI, null for what the snapshot does not tell.
+        """Return the plain form for JSON: SI, null for what is not known.
 
         Fragments of fewer than `fewest` particles are summed up under `smaller`.
         """

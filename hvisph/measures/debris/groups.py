@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 LINK = 2.0  # particles nearer than this many spacings belong together
 NEAR = 1.3  # spacings within which nearly all neighbours of sound matter are linked already, at few pairs each
-MOST_CELLS = 30_000_000  # above it all is looked at
+MOST_CELLS = 30_000_000  # above it the grid is not used
 ALIKE = 1.2  # spacings of a body that differ by no more than this factor are one
 
 
@@ -69,7 +69,7 @@ def _components_by_pairs(position: np.ndarray, pairs: np.ndarray, reach: float) 
     """Return the connected components (n,) of the pairs that are nearer than `reach`; indices (m, 2), the lower first.
 
     One pair of each particle with an earlier one makes trees, whose roots are found by going to the parent's parent;
-    of the others only those of two trees are looked at.
+    of the others only those between two trees matter.
     """
     numbers = np.arange(len(position), dtype=np.int32)
     parent = numbers.copy()
@@ -137,7 +137,7 @@ def _join_components(position: np.ndarray, labels: np.ndarray, apart: np.ndarray
 
     if len(apart) == 0:
         return labels
-    # a hair more than the reach: the pairs themselves decide
+    # slightly more than the reach: the pairs decide
     rows = np.flatnonzero(_may_reach(position, position[apart], reach * (1.0 + 1e-6)))
     near = cKDTree(position[apart]).query(position[rows], distance_upper_bound=reach * (1.0 + 1e-9))[0] < np.inf
     rows = rows[near]

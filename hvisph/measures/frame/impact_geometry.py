@@ -1,4 +1,4 @@
-"""The shot: who hits what, along which line, seen in which axes, and how much of it was computed.
+"""Impact geometry: roles of the bodies, shot line, measurement axes and symmetry.
 
 All of it follows from a run's first snapshot. Later snapshots hold it in their metadata under ``shot``, so that
 each can be measured alone.
@@ -33,14 +33,14 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
     Where nothing moves, or the start is not known, the first body is the projectile and all others are layers.
     """
     count = max(len(now.bodies), int(now.body.max(initial=-1)) + 1)
-    told = [*given, *[None] * count][:count]
-    if PROJECTILE in told or start is None or "velocity" not in start.fields:
-        roles = [PROJECTILE if body == 0 and PROJECTILE not in told else LAYER for body in range(count)]
-        return tuple(role or roles[body] for body, role in enumerate(told))
+    known = [*given, *[None] * count][:count]
+    if PROJECTILE in known or start is None or "velocity" not in start.fields:
+        roles = [PROJECTILE if body == 0 and PROJECTILE not in known else LAYER for body in range(count)]
+        return tuple(role or roles[body] for body, role in enumerate(known))
     velocity = np.array([_mean(start, "velocity", body) for body in range(count)])
     speed = np.sqrt((velocity**2).sum(axis=1))
     moves = speed > STILL * speed.max(initial=0.0)
-    free = [body for body in range(count) if told[body] is None]
+    free = [body for body in range(count) if known[body] is None]
     first = next((body for body in free if moves[body]), free[0] if free else 0)
     alike = np.sqrt(((velocity - velocity[first]) ** 2).sum(axis=1)) <= STILL * speed[first]
     if alike[free].all() or not moves[first]:  # what rests beside what rests is no part of it
@@ -50,7 +50,7 @@ def roles_of(start: Snapshot | None, now: Snapshot, given: Sequence[str | None] 
     for body in range(count):
         if roles[body] == LAYER and moves[first] and _is_behind(start, body, alike, velocity[first] - velocity[body]):
             roles[body] = OTHER
-    return tuple(role or roles[body] for body, role in enumerate(told))
+    return tuple(role or roles[body] for body, role in enumerate(known))
 
 
 def shot_direction(start: Snapshot, roles: Sequence[str]) -> np.ndarray:
@@ -115,13 +115,13 @@ class Shot:
     frame
         Orthonormal rows (dim, dim): the shot direction and directions across it, in the case's axes.
     plates
-        The layers before they were struck, in the order in which the shot line meets them.
+        The initial geometry of the layers, in the order along the shot line.
     speed
         Of the impact: the projectile's against the first layer's [m/s]; None where it is not known.
     masses
         Mass of every body at the start, of the whole [kg; kg/m in 2D, kg/m^2 in 1D].
     energy
-        Kinetic energy of the whole at the start, seen from the layers [J; per metre in 2D].
+        Kinetic energy of the whole at the start, relative to the layers [J; per metre in 2D].
     drift
         Velocity of the layers at the start (dim,), in the case's axes [m/s]; empty where they rest, or one flies apart.
     """
@@ -141,7 +141,7 @@ class Shot:
         return bool(self.frame) and not np.array_equal(self.frame, np.eye(len(self.frame)))
 
     def in_frame(self, snapshot: Snapshot) -> Snapshot:
-        """Return the whole model in the axes of the shot, as seen from its layers; itself where nothing is to do."""
+        """Return the whole model in the axes of the shot, which move along with its layers."""
         snapshot = _remove_drift(self.whole.complete(snapshot), self.drift)
         return _rotate(snapshot, np.array(self.frame)) if self.is_rotated else snapshot
 
@@ -202,11 +202,11 @@ def shot_of(start: Snapshot | None, now: Snapshot) -> Shot:
         return Shot(roles, whole, _as_rows(np.eye(now.dimensions)))
     complete = whole.complete(start)
     frame = _frame(complete, roles)
-    seen = _rotate(complete, frame)
-    speed, energy = _impact(seen, roles)
-    mass = seen.fields.get("mass")
-    masses = [] if mass is None else np.bincount(seen.body, mass, len(roles)).tolist()
-    plates = _plates(seen, roles, line_of(seen, roles), spacing)
+    framed = _rotate(complete, frame)
+    speed, energy = _impact(framed, roles)
+    mass = framed.fields.get("mass")
+    masses = [] if mass is None else np.bincount(framed.body, mass, len(roles)).tolist()
+    plates = _plates(framed, roles, line_of(framed, roles), spacing)
     return Shot(roles, whole, _as_rows(frame), plates, speed, tuple(masses), energy, _drift(complete, roles))
 
 
@@ -229,18 +229,18 @@ def spacing_of(snapshot: Snapshot) -> float:
     return float(np.median(cKDTree(position).query(position, k=2)[0][:, 1]))
 
 
-def _plates(seen: Snapshot, roles: tuple[str, ...], axis: np.ndarray, spacing: float) -> tuple[Plate, ...]:
-    position = seen.fields["position"].reshape(seen.count, -1)
-    layers = [body for body, role in enumerate(roles) if role == LAYER and (seen.body == body).any()]
-    plates = [_with_openings(plate_of(body, position[seen.body == body], axis, spacing), seen, roles, spacing)
+def _plates(framed: Snapshot, roles: tuple[str, ...], axis: np.ndarray, spacing: float) -> tuple[Plate, ...]:
+    position = framed.fields["position"].reshape(framed.count, -1)
+    layers = [body for body, role in enumerate(roles) if role == LAYER and (framed.body == body).any()]
+    plates = [_with_openings(plate_of(body, position[framed.body == body], axis, spacing), framed, roles, spacing)
               for body in layers]  # fmt: skip
-    return tuple(sorted(plates, key=lambda plate: float(position[seen.body == plate.body, 0].mean())))
+    return tuple(sorted(plates, key=lambda plate: float(position[framed.body == plate.body, 0].mean())))
 
 
-def _with_openings(plate: Plate, seen: Snapshot, roles: tuple[str, ...], spacing: float) -> Plate:
-    position, own = seen.fields["position"].reshape(seen.count, -1), np.flatnonzero(seen.body == plate.body)
-    projectile = position[members(seen, roles, PROJECTILE)]
-    return with_openings(plate, position[own], projectile, own_spacings(seen, own, spacing), spacing)
+def _with_openings(plate: Plate, framed: Snapshot, roles: tuple[str, ...], spacing: float) -> Plate:
+    position, own = framed.fields["position"].reshape(framed.count, -1), np.flatnonzero(framed.body == plate.body)
+    projectile = position[members(framed, roles, PROJECTILE)]
+    return with_openings(plate, position[own], projectile, own_spacings(framed, own, spacing), spacing)
 
 
 def own_spacings(start: Snapshot, rows: np.ndarray, spacing: float) -> float | np.ndarray:
@@ -263,7 +263,7 @@ def _frame(start: Snapshot, roles: tuple[str, ...]) -> np.ndarray:
     if np.abs(along - np.eye(dim)[0]).max() < ALIGNED:
         along = np.eye(dim)[0]
     if dim == 1:
-        return np.eye(1)  # layers are told by their order
+        return np.eye(1)  # layers differ by their order
     if dim == 2:
         return np.array([along, [-along[1], along[0]]])
     across = _lateral_axis(start, roles, along)
@@ -315,7 +315,7 @@ def _drift(start: Snapshot, roles: tuple[str, ...]) -> tuple[float, ...]:
 
 
 def _remove_drift(snapshot: Snapshot, drift: tuple[float, ...]) -> Snapshot:
-    """Return a snapshot as seen by who goes along with a `drift` [m/s] since the start; itself without one."""
+    """Return a snapshot in axes that move at the velocity `drift` [m/s] since the start."""
     if not drift:
         return snapshot
     gone = {"position": snapshot.time * np.array(drift), "velocity": np.array(drift)}
@@ -326,14 +326,14 @@ def _remove_drift(snapshot: Snapshot, drift: tuple[float, ...]) -> Snapshot:
     return replace(snapshot, fields=transform_arrays(snapshot.fields, shift))
 
 
-def _impact(seen: Snapshot, roles: tuple[str, ...]) -> tuple[float | None, float | None]:
-    """Return the speed of the impact and the kinetic energy as seen from the layers; None where they are not known."""
-    if not {"velocity", "mass"} <= seen.fields.keys():
+def _impact(framed: Snapshot, roles: tuple[str, ...]) -> tuple[float | None, float | None]:
+    """Return impact speed and kinetic energy relative to the layers; None where they are not known."""
+    if not {"velocity", "mass"} <= framed.fields.keys():
         return None, None
-    layers = mean_of(seen, "velocity", roles, LAYER)
-    relative = seen.fields["velocity"].reshape(seen.count, -1) - layers
-    energy = 0.5 * float((seen.fields["mass"] * (relative**2).sum(axis=1)).sum())
-    speed = float(np.sqrt(((mean_of(seen, "velocity", roles, PROJECTILE) - layers) ** 2).sum()))
+    layers = mean_of(framed, "velocity", roles, LAYER)
+    relative = framed.fields["velocity"].reshape(framed.count, -1) - layers
+    energy = 0.5 * float((framed.fields["mass"] * (relative**2).sum(axis=1)).sum())
+    speed = float(np.sqrt(((mean_of(framed, "velocity", roles, PROJECTILE) - layers) ** 2).sum()))
     return speed, energy
 
 

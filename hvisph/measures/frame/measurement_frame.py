@@ -68,7 +68,7 @@ class InitialReference:
         self.start = start
         self.neighbours = Neighbours(start, spacing_of(start))
         self._shots: dict[int, Shot] = {}
-        self._seen: tuple[Shot, Snapshot] | None = None
+        self._start_in_frame: tuple[Shot, Snapshot] | None = None
         self.rims: dict[int, Rim] = {}
 
     def shot(self, now: Snapshot) -> Shot:
@@ -80,9 +80,9 @@ class InitialReference:
 
     def start_in_frame(self, shot: Shot) -> Snapshot:
         """Return the start of the whole model in the axes of the shot, which is the same at all moments."""
-        if self._seen is None or self._seen[0] != shot:
-            self._seen = (shot, shot.in_frame(self.start))
-        return self._seen[1]
+        if self._start_in_frame is None or self._start_in_frame[0] != shot:
+            self._start_in_frame = (shot, shot.in_frame(self.start))
+        return self._start_in_frame[1]
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def reference(start: Snapshot) -> dict[str, Any]:
 
 @dataclass
 class Scene:
-    """One moment of a run, seen along its shot line.
+    """One moment of a run in the axes of its shot.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Scene:
         The run's first snapshot, where there is one, likewise.
     shot
         What is known of the shot.
-    begun
+    initial
         What is known of the start, the same for all moments of a run.
     history
         Columns of ``history.csv`` by name, where there are any.
@@ -147,7 +147,7 @@ class Scene:
     now: Snapshot
     start: Snapshot | None = None
     shot: Shot = field(default_factory=lambda: Shot(()))
-    begun: InitialReference | None = field(default=None, repr=False)
+    initial: InitialReference | None = field(default=None, repr=False)
     history: Mapping[str, np.ndarray] | None = field(default=None, repr=False)
     timeline: Any = field(default=None, repr=False)  # a `Timeline`, whose moments have scenes themselves
     states: dict[int, Perforation] = field(default_factory=dict, init=False, repr=False)
@@ -162,15 +162,15 @@ class Scene:
             self.shot = shot_of(self.start, self.now)
 
     @classmethod
-    def from_snapshot(cls, now: Snapshot, begun: InitialReference | Snapshot | None = None) -> Scene:
-        """Return the scene of a snapshot as a file holds it; `begun` is the run's first one, or its reference."""
-        if begun is None:
+    def from_snapshot(cls, now: Snapshot, initial: InitialReference | Snapshot | None = None) -> Scene:
+        """Return the scene of a snapshot as a file holds it; `initial` is the run's first one, or its reference."""
+        if initial is None:
             shot = shot_of(None, now)
             return cls(shot.in_frame(now), None, shot)
-        begun = begun if isinstance(begun, InitialReference) else InitialReference(begun)
-        shot = begun.shot(now)
-        start = begun.start_in_frame(shot)
-        return cls(start if now is begun.start else shot.in_frame(now), start, shot, begun)
+        initial = initial if isinstance(initial, InitialReference) else InitialReference(initial)
+        shot = initial.shot(now)
+        start = initial.start_in_frame(shot)
+        return cls(start if now is initial.start else shot.in_frame(now), start, shot, initial)
 
     @cached_property
     def position(self) -> np.ndarray:
@@ -195,7 +195,7 @@ class Scene:
     def spacings(self, rows: np.ndarray) -> float | np.ndarray:
         """Return the spacing of the particles `rows` [m]: dx, or where a body has several, of each its own.
 
-        It is that of the start, which the smoothing lengths of then tell.
+        It follows from the initial smoothing lengths.
         """
         start = self.start
         if start is None or "smoothing_length" not in start.fields or not len(rows):
@@ -206,7 +206,7 @@ class Scene:
 
     @cached_property
     def support(self) -> float:
-        """Reach of the kernel [m]: 2h where the files do not name it, and h is 1.4 dx where they do not tell."""
+        """Reach of the kernel [m]; 2h, and h = 1.4 dx, where the files do not contain them."""
         reach = float(self.now.metadata.get("kernel_reach", 2.0))
         h = self.now.fields.get("smoothing_length")
         return reach * (float(np.median(h)) if h is not None else 1.4 * self.spacing)
@@ -327,7 +327,9 @@ class Scene:
             count = self.now.count // self.shot.whole.images
             part = np.flatnonzero(np.isin(self.now.body[:count], bodies))
             likely = (
-                self.begun.neighbours.pairs(bodies, self.now.id[part] // self.shot.whole.images) if self.begun else None
+                self.initial.neighbours.pairs(bodies, self.now.id[part] // self.shot.whole.images)
+                if self.initial
+                else None
             )
             spacing = self.spacings(part)
             labels = connected_groups(self.now.fields["position"][part], spacing, likely=likely)
@@ -415,7 +417,7 @@ class Scene:
 
     def first_rim(self, body: int) -> Rim:
         """Return a layer's rim at the start, which is known."""
-        known = self.begun.rims if self.begun else {}
+        known = self.initial.rims if self.initial else {}
         if body not in known:
             plate = self.plate(body)
             assert plate is not None

@@ -46,7 +46,7 @@ class Whole:
     mirrors
         The planes of symmetry; of a solid of revolution its axis, as the plane r = 0.
     revolution
-        Whether the part is the section of a solid of revolution, its particles rings with the whole ring's mass.
+        Whether the part is the section of a solid of revolution: particles have the mass of the whole circumference.
     """
 
     mirrors: tuple[Mirror, ...] = ()
@@ -54,7 +54,7 @@ class Whole:
 
     @property
     def factor(self) -> int:
-        """How many parts the whole has; masses of rings are those of the whole already."""
+        """How many parts the whole has; masses of axisymmetric particles are those of the whole already."""
         return 1 if self.revolution else 2 ** len(self.mirrors)
 
     @property
@@ -163,7 +163,7 @@ def _half(coordinate: np.ndarray, spacing: float) -> bool:
 def _crosses(velocity: np.ndarray, touching: np.ndarray, axis: int) -> bool:
     """Whether the projectile moves along the axis, so that its plane is a wall.
 
-    A ring that closes about its middle moves along the axis, too, but not beside the plane.
+    An imploding ring moves along the axis, too, but not beside the plane.
     """
     mean = np.abs(velocity.mean(axis=0))
     beside = abs(float(velocity[touching, axis].mean())) if touching.any() else 0.0

@@ -28,7 +28,7 @@ class Plate:
     thickness
         Along the normal, at the shot line [m].
     entry
-        Where the shot line meets the struck face, coordinates in the plane (dim - 1) [m].
+        Intersection of the shot line with the struck face, coordinates in the plane (dim - 1) [m].
     low, high
         Outermost particles from there, in the plane, (dim - 1) [m].
     edges

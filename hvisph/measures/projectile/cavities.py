@@ -123,7 +123,7 @@ def radii(scene: Scene) -> Outcomes:
 def _particle_spread(scene: Scene, rows: np.ndarray, axes: int) -> float:
     """Return the mean square of distances within a particle [m^2], from its present volume where that is a cell."""
     if scene.shot.whole.revolution:
-        axes += 1  # a ring's own curvature counts as a direction
+        axes += 1  # the curvature of the circumference counts as a direction
         return axes * scene.spacing**2 / 12.0
     size = scene.now.fields["mass"][rows] / scene.now.fields["density"][rows]
     return float(axes * np.mean(size ** (2.0 / scene.now.dimensions)) / 12.0)

@@ -44,7 +44,7 @@ def crater_diameter(scene: Scene) -> Outcomes:
 def crater_lip_diameter(scene: Scene) -> Result:
     """Return the distance between the five front-most particles of the two sides of the target [m].
 
-    They are within 2.5 projectile widths of the shot line, since a film of the target that hangs on the projectile is
+    They are within 2.5 projectile widths of the shot line, since a film of the target on the projectile is
     attached, too; on a flat face they are those at the hole.
     """
     require_hole(scene)

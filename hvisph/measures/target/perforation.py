@@ -1,7 +1,7 @@
 """State of a layer: perforated or not.
 
 A layer is perforated where a path leads through what is attached to its rim, the groups linked at 2 dx that hold
-particles of the rim. They are drawn as balls of 1.5 dx on a grid in the layer's own axes; the layer is open where the
+particles of the rim. They are balls of 1.5 dx on a grid in the layer's own axes; the layer is open where the
 space before it and the space behind it, within its edges, are connected. A path is therefore wider than about three
 spacings, of any direction. Fragments stuck in the layer close it. Loose rubble does not: failed material of less than
 the density of the loosest packing of spheres (Onoda & Liniger 1990). A layer that was open before the impact is
@@ -28,7 +28,7 @@ from .perforation_path import has_opened, is_open, place_of
 YES, NO, NOT_YET = "yes", "no", "not yet"
 SPENT = 1e-3  # share of the shot's kinetic energy below which nothing more is to come
 LOOSE = 0.56  # share of the density at the start below which grains do not touch
-SLOW = 0.03  # share of the shot's speed below which a piece is stuck
+SLOW = 0.03  # share of the shot's speed below which a fragment is stuck
 
 
 def layer_state(scene: Scene, body: int) -> Perforation:

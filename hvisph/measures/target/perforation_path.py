@@ -1,6 +1,6 @@
 """Ways through a layer: whether space before it and space behind it are connected, and what was so at the start.
 
-Particles are drawn as balls on a grid in the layer's own axes; what is beyond the layer's edges is not looked at. A
+Particles are balls on a grid in the layer's own axes, within the layer's edges. A
 layer that was open before it was struck - a mesh, a honeycomb, a plate with holes or of several parts - has a new way
 where one leads through space that is wider than it was at the start.
 """
@@ -77,7 +77,7 @@ class Grid:
         return np.asarray(far[(slice(None), *[slice(self.pad, -self.pad)] * (len(self.shape) - 1))])
 
     def free(self, place: np.ndarray, reach: float) -> np.ndarray:
-        """Return where `clearance` is more than a `reach` of some cells [m], which fewer steps tell."""
+        """Return where `clearance` is more than `reach`, a few cells [m]: the same at less cost."""
         cells, near = self.fill(place), np.zeros(self.shape, dtype=bool)
         steps = range(-int(reach / self.cell) - 1, int(reach / self.cell) + 2)
         for step in product(steps, repeat=len(self.shape)):

@@ -18,7 +18,7 @@ from .targets import is_struck
 
 
 class Moment:
-    """One snapshot as far as it tells of the layers; `scene` returns its scene, which is not kept."""
+    """State of the layers at one snapshot; `scene` returns the scene of the snapshot, which is not kept."""
 
     def __init__(self, scene: Callable[[], Scene]):
         self.scene = scene
@@ -64,7 +64,7 @@ class Timeline:
     count
         Number of snapshots up to the moment.
     known
-        Those that have been looked at.
+        Those that have been loaded.
     series
         Whether all moments of the run are measured.
     """

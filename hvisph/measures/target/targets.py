@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.measure_catalogue import look_of
+from hvisph.core.measure_catalogue import format_of
 from hvisph.measures.frame.impact_geometry import PROJECTILE
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.frame.target_geometry import Plate
@@ -100,9 +100,9 @@ def _layer_verdict(layer: LayerMeasures, unitless: bool) -> str:
     time = layer.results["perforation_time"]
     if time.value is None:
         return f"{layer.body}: perforated"
-    look = look_of("perforation_time", "s", unitless)
-    value, spread = (f"{look.factor * figure:.3g}" for figure in (time.value, time.uncertainty or 0.0))
-    return f"{layer.body}: perforated at {value} ± {spread} {look.unit}".rstrip()
+    display = format_of("perforation_time", "s", unitless)
+    value, spread = (f"{display.factor * figure:.3g}" for figure in (time.value, time.uncertainty or 0.0))
+    return f"{layer.body}: perforated at {value} ± {spread} {display.unit}".rstrip()
 
 
 NEAR = 2.0  # [dx] before the struck face

@@ -1,4 +1,4 @@
-"""What a page draws of a history, and the moments worth a look."""
+"""What a page draws of a history, and the moments worth a display."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.core.measure_catalogue import axis_unit, look_of
+from hvisph.core.measure_catalogue import axis_unit, format_of
 from hvisph.measures.measure import Measures
 from hvisph.output.snapshot import Snapshot
 from hvisph.visualization.inline import chart
@@ -60,13 +60,13 @@ def measured_charts(measured: Measures) -> list[dict[str, str]]:
         lines, bands = {}, {}
         for name in names:
             results = [moment.results.get(name) for moment in shown]
-            look = look_of(name, unit, measured.unitless)
+            display = format_of(name, unit, measured.unitless)
             values = np.array([_or_nan(one and one.value) for one in results])
             if np.isfinite(values).sum() > 1:
-                lines[look.label] = values
-                bands[look.label] = np.array([_or_nan(one and one.uncertainty) for one in results])
+                lines[display.label] = values
+                bands[display.label] = np.array([_or_nan(one and one.uncertainty) for one in results])
         if lines:
-            shown_in = look_of(names[0], unit).unit
+            shown_in = format_of(names[0], unit).unit
             charts.append(_chart(time, lines, caption.lower(), shown_in, caption, measured.unitless, bands))
     return charts
 
@@ -94,7 +94,7 @@ def _column(history: Mapping[str, np.ndarray], name: str) -> np.ndarray:
 
 def moments(history: Mapping[str, np.ndarray], last: Snapshot, measures: Mapping[str, Any],
             layers: Sequence[Mapping[str, Any]] = ()) -> list[tuple[str, float]]:  # fmt: skip
-    """Return the moments of a run that are worth a look, by name, in order of time [s]."""
+    """Return the moments of a run that are worth a display, by name, in order of time [s]."""
     end = last.time
     named: list[tuple[str, Any]] = [("contact", _contact(history))] if len(last.bodies) > 1 else []
     named.append(("peak pressure", measures.get("centre_pressure_peak", {}).get("time")))

@@ -12,7 +12,7 @@ import numpy as np
 from hvisph.casefile.embedded_case import symmetry_axes
 from hvisph.casefile.loader import load_case
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.measure_catalogue import told_share, told_time
+from hvisph.core.measure_catalogue import format_share, format_time
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import debris, measure
 from hvisph.measures.result import Result
@@ -109,7 +109,7 @@ class Told:
     def verdict(self) -> tuple[str, str]:
         """Return what became of the run in a sentence or two, and whether that is good."""
         status = self.summary.get("status", "unfinished")
-        moment = f"{self.last.time:.4g}" if self.unitless else _in_micro(told_time(self.last.time))
+        moment = f"{self.last.time:.4g}" if self.unitless else _in_micro(format_time(self.last.time))
         begin = {"done": "ended as planned at", "interrupted": "was interrupted at", "failed": "failed at",
                  "unfinished": "has not ended; shown up to"}  # fmt: skip
         parts = [f"The run {begin.get(status, status)} {moment}."]
@@ -151,7 +151,7 @@ class Told:
     def _moments(self) -> list[tuple[str, float, str]]:
         marks = moments(self.history, self.last, self.measures, self.summary.get("layers", ()))
         return [
-            (name, t, f"{t:.4g}" if self.unitless else _in_micro(told_time(t, ".2f", self.last.time)))
+            (name, t, f"{t:.4g}" if self.unitless else _in_micro(format_time(t, ".2f", self.last.time)))
             for name, t in marks
         ]
 
@@ -224,7 +224,7 @@ class Told:
 def _share_remarks(told: Mapping[str, float | None]) -> list[tuple[bool, str]]:
     """Return the shares of the mass that the summary holds, in words; what no material tells is left out."""
     known = [(share, good, words) for name, good, words in SHARES if (share := told.get(name)) is not None]
-    return [(share < good, f"{told_share(share)} of the mass {words}") for share, good, words in known]
+    return [(share < good, f"{format_share(share)} of the mass {words}") for share, good, words in known]
 
 
 def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
@@ -237,10 +237,10 @@ def _state_remarks(last: Snapshot) -> list[tuple[bool, str]]:
     if energy is not None:
         least = float(np.abs(energy).max()) * 1e-6
         share = float(mass[energy < -least].sum() / mass.sum())
-        lines.append((share < 1e-3, f"{told_share(share)} of the mass has a negative internal energy"))
+        lines.append((share < 1e-3, f"{format_share(share)} of the mass has a negative internal energy"))
     damage = last.fields.get("damage")
     if damage is not None and damage.any():
-        lines.append((True, f"{told_share(float(mass[damage >= 1.0].sum() / mass.sum()))} of the mass has failed"))
+        lines.append((True, f"{format_share(float(mass[damage >= 1.0].sum() / mass.sum()))} of the mass has failed"))
     return lines
 
 

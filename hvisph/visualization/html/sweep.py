@@ -12,7 +12,7 @@ from typing import Any
 
 from hvisph.casefile.yaml_reader import read_yaml
 from hvisph.core.errors import CaseError, OutputError
-from hvisph.core.measure_catalogue import look_of
+from hvisph.core.measure_catalogue import format_of
 from hvisph.output.atomic_write import write_text
 from hvisph.output.file_names import REPORT
 from hvisph.visualization.inline import embed_figure
@@ -96,24 +96,24 @@ def _measures_table(said: Mapping[str, Any]) -> tuple[list[str], list[list[str]]
     if "converge" in said:
         rows = []
         for name, one in said["converge"].items():
-            look = look_of(name)
-            limit = "-" if one["extrapolated"] is None else f"{one['extrapolated'] * look.factor:.4g} {look.unit}"
+            display = format_of(name)
+            limit = "-" if one["extrapolated"] is None else f"{one['extrapolated'] * display.factor:.4g} {display.unit}"
             order = "-" if one["order"] is None else f"{one['order']:.2f}"
             index = "-" if one["index"] is None else f"{100.0 * one['index']:.2g} %"
-            rows.append([look.label, order, limit, index, one["verdict"]])
+            rows.append([display.label, order, limit, index, one["verdict"]])
         return ["measure", "order", "extrapolated", "index", ""], rows
     if "sample" in said:
         rows = []
         for name, one in said["sample"].items():
-            look = look_of(name)
-            numbers = [f"{one[key] * look.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
-            rows.append([look.label, look.unit, *numbers])
+            display = format_of(name)
+            numbers = [f"{one[key] * display.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
+            rows.append([display.label, display.unit, *numbers])
         return ["measure", "unit", "mean", "deviation", "5 %", "50 %", "95 %"], rows
     if "experiment" in said:
         rows = []
         for name, one in said["experiment"].items():
             off = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
-            rows.append([look_of(name).label, str(len(one["cases"])), *off])
+            rows.append([format_of(name).label, str(len(one["cases"])), *off])
         return ["against the experiment", "shots", "mean", "worst"], rows
     return [], []
 
