@@ -19,7 +19,7 @@ from hvisph.simulation.run import run  # noqa: E402
 
 # As METAL, and it spalls.
 SPALLING = METAL | {"damage": {"type": "pressure_cutoff", "pressure": -1.2e9}}
-KEPT = {"eulerian": {"angular_momentum": "kept"}}  # free by default, as published
+KEPT = {"eulerian": {"conserve_angular_momentum": True}}  # free by default, as published
 SOLIDS = [DAMAGED, SPALLING]  # both in every case, so that all seeds of a formulation share their compiled loops
 LIMITS = {"momentum": 1e-12, "angular momentum": 1e-3, "energy": 1e-12, "internal energy below zero": 1e-3}
 

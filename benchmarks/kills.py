@@ -45,8 +45,8 @@ def kinds():
     made |= {
         "riemann predictor-corrector": (2, {"time": {"integrator": "predictor_corrector"}}),
         "riemann variable h": (2, _formulation("riemann", **variable)),
-        "riemann printed": (2, _formulation("riemann", form="printed")),
-        "riemann welded": (2, _formulation("riemann", contact={"type": "welded"})),
+        "riemann printed": (2, _formulation("riemann", variant="original")),
+        "riemann welded": (2, _formulation("riemann", contact={"type": "bonded"})),
         "riemann mirrored": (2, {"symmetry": [{"axis": "y", "at": 0.0}]}),
         "riemann in a domain": (2, {"domain": {"max": [3.5e-3, None]}}),  # the rear of the second body leaves
         "riemann with gauges": (2, {"gauges": {"here": {"type": "fixed", "at": [1e-3, 0.0], "fields": ["pressure"]}}}),
@@ -59,14 +59,14 @@ def kinds():
         "plane stress": (2, _formulation("eulerian") | {"kinematics": "plane_stress"}),
         "axisymmetric": (2, {"kinematics": "axisymmetric"}),
         "axisymmetric eulerian": (2, _formulation("eulerian") | {"kinematics": "axisymmetric"}),
-        "total_lagrangian renewed": (2, _formulation("total_lagrangian", renew_reference=0.05)),
+        "total_lagrangian renewed": (2, _formulation("total_lagrangian", reference_update_strain=0.05)),
         "total_lagrangian repulsive": (
             2,
-            _formulation("total_lagrangian", contact={"type": "repulsive", "stiffness": 1.0}),
+            _formulation("total_lagrangian", contact={"type": "penalty", "stiffness": 1.0}),
         ),
         "total_lagrangian hourglass": (3, _formulation("total_lagrangian", hourglass=0.1)),
         "adaptive predictor-corrector": (2, _formulation("adaptive") | {"time": {"integrator": "predictor_corrector"}}),
-        "adaptive printed": (2, _formulation("adaptive", contact={"type": "welded"}, viscosity_gradient="reference")),
+        "adaptive printed": (2, _formulation("adaptive", contact={"type": "bonded"}, viscosity_gradient="reference")),
     }
     return made
 

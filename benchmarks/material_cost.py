@@ -22,7 +22,7 @@ from hvisph.simulation.run import set_threads
 GAS = "{type: stiffened_gas, sound_speed: 5328, gamma: 2.0}"
 GRUENEISEN = "{type: mie_gruneisen, sound_speed: 5328, gamma: 2.0, s1: 1.338}"
 TILLOTSON = ("{type: tillotson, bulk_modulus: 75.2 GPa, b_modulus: 65 GPa, a: 0.5, b: 1.63, reference_energy: 5e6, alpha: 5, "
-             "beta: 5, incipient_energy: 3e6, complete_energy: 13.9e6}")  # fmt: skip
+             "beta: 5, incipient_energy: 3e6, vaporization_energy: 13.9e6}")  # fmt: skip
 MISES = "{type: von_mises, shear_modulus: 27.6 GPa, yield_stress: 0.3 GPa}"
 COOK = ("{type: johnson_cook, shear_modulus: 27.6 GPa, a: 265 MPa, b: 426 MPa, n: 0.34, c: 0.015, m: 1.0, "
         "melt_temperature: 775, heat_capacity: 875, room_temperature: 294}")  # fmt: skip

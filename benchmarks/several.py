@@ -33,23 +33,23 @@ def _row(materials, name, further=None, **options):
 def cases():
     """Return cases by name: those of the tests, and options beside theirs."""
     rings, plane = {"kinematics": "axisymmetric"}, {"symmetry": [{"axis": "y"}]}
-    loaded = {"watch": {"negative_energy": None}}  # bodies that touch start so, and their repulsion takes it from heat
+    loaded = {"limits": {"negative_energy": None}}  # bodies that touch start so, and their repulsion takes it from heat
     predicted = {"time": {"end": 5e-7, "integrator": "predictor_corrector"}}
     return CASES | {
         "eulerian corrected": _row([METAL, DAMAGED], "eulerian", plane, correction={"type": "mixed"}),
-        "eulerian friction": _row([METAL, HARDENING], "eulerian", contact={"type": "separating", "friction": 0.2}),
+        "eulerian friction": _row([METAL, HARDENING], "eulerian", contact={"type": "frictional", "friction": 0.2}),
         "eulerian rings": _row([METAL, DAMAGED], "eulerian", rings),
         "riemann rings": _row([METAL, HARDENING], "riemann", rings),
         "riemann variable h": _row([GAS, GAS], "riemann", smoothing_length={"type": "variable"}),
         "riemann predicted": _row([METAL, HARDENING], "riemann", predicted),
         "total_lagrangian rings": _row([METAL, DAMAGED], "total_lagrangian", rings),
         "total_lagrangian repulsive": _row(
-            [METAL, HARDENING], "total_lagrangian", loaded, contact={"type": "repulsive", "stiffness": 1.0}
+            [METAL, HARDENING], "total_lagrangian", loaded, contact={"type": "penalty", "stiffness": 1.0}
         ),
         "total_lagrangian hourglass": _row([METAL, DAMAGED], "total_lagrangian", predicted, hourglass=0.1),
         "adaptive rings": _row([METAL, DAMAGED], "adaptive", rings, conversion={"strain": 0.05, "damage": True}),
         "adaptive welded": _row(
-            [METAL, DAMAGED], "adaptive", contact={"type": "welded"}, conversion={"strain": 0.05, "damage": True}
+            [METAL, DAMAGED], "adaptive", contact={"type": "bonded"}, conversion={"strain": 0.05, "damage": True}
         ),
     }
 

@@ -23,7 +23,7 @@ RUNS = {
         "Total Lagrangian": ("al_al/adaptle", [NEVER, "time.max_steps=500"]),
         "Eulerian": ("al_al/sav1_artificial_stress", []),
         "Eulerian in contact": ("al_al/sav1_artificial_stress",
-                                ["formulation.contact={type: repulsive, stiffness: 0.025}"]),
+                                ["formulation.contact={type: penalty, stiffness: 0.025}"]),
         "adaptive": ("al_al/adaptle", []),
     },
     "3D, debris at 1 mm": {

@@ -109,7 +109,7 @@ class Pairs:
         cloud = self.cloud
         _, e, _ = self.geometry(a, b)
         of_a, of_b = cloud.face[a] @ e, -cloud.face[b] @ e
-        looks = self.formulation.faces and max(of_a, of_b, of_a + of_b) > FACING_COSINE
+        looks = self.formulation.face_contact and max(of_a, of_b, of_a + of_b) > FACING_COSINE
         return looks or cloud.body[a] != cloud.body[b]
 
     def gradient(self, a, values, singular):

@@ -55,9 +55,9 @@ def test_infinite_limit_is_total_lagrangian_bit_for_bit():
 
 
 def test_limit_zero_is_eulerian_from_the_first_step_on():
-    plain = {"artificial_stress": {"type": "none"}, "contact": {"type": "repulsive"}}
+    plain = {"artificial_stress": {"type": "none"}, "contact": {"type": "penalty"}}
     one = impact(adaptive(strain=0.0) | plain)
-    other = impact({"type": "eulerian", "momentum_form": "product", "contact": {"type": "repulsive"}})
+    other = impact({"type": "eulerian", "momentum_form": "product", "contact": {"type": "penalty"}})
     for setup in (one, other):
         advance(setup, 1e-6)
     assert eulerian_count(one) == one.particles.count
@@ -81,9 +81,9 @@ def test_all_eulerian_without_contact_is_the_eulerian_formulation(correction):
         setup.particles["velocity"][:, 1] = 50.0 * np.sin(2000.0 * x[:, 0])
         return setup
 
-    one = flying({"type": "total_lagrangian", "contact": {"type": "welded"}, "spatial_correction": corrected},
+    one = flying({"type": "total_lagrangian", "contact": {"type": "bonded"}, "spatial_correction": corrected},
                  "eulerian")  # fmt: skip
-    other = flying({"type": "eulerian", "momentum_form": "product", "contact": {"type": "welded"},
+    other = flying({"type": "eulerian", "momentum_form": "product", "contact": {"type": "bonded"},
                     "correction": corrected})  # fmt: skip
     for setup in (one, other):
         advance(setup, 1.0, steps=30)
@@ -288,9 +288,9 @@ class Line:
         return here
 
 
-@pytest.mark.parametrize(("guard_damage", "turned"), [(True, [1, 3]), (False, [])])
-def test_what_fails_after_it_turned_lets_its_neighbours_go(guard_damage, turned):
-    conversion = Conversion(damage=True, guard_damage=guard_damage)
+@pytest.mark.parametrize(("fallback_damage", "turned"), [(True, [1, 3]), (False, [])])
+def test_what_fails_after_it_turned_lets_its_neighbours_go(fallback_damage, turned):
+    conversion = Conversion(damage=True, fallback_damage=fallback_damage)
     lagrangian = np.array([True, True, False, True, True])
     damage = np.array([0.0, 0.2, 1.0, 0.9, 0.0])
     everyone = np.ones(5, bool)
@@ -308,5 +308,5 @@ def test_what_has_failed_and_flies_alone_keeps_a_density():
     """Without a floor the density of lone rings fell to nothing, and below."""
     failing = impact(adaptive(damage=True), material=BRITTLE).stepper.formulation
     assert failing.sparsest(2) == pytest.approx(10.0 / (7.0 * np.pi), rel=1e-12)  # W(0) h^2 of the cubic spline
-    for limits in ({"strain": 0.5}, {"damage": True, "guard_damage": False}):
+    for limits in ({"strain": 0.5}, {"damage": True, "fallback_damage": False}):
         assert impact(adaptive(**limits), material=BRITTLE).stepper.formulation.sparsest(2) == 0.0

@@ -16,7 +16,7 @@ from hvisph.sph.kernels import CUBIC_SPLINE
 
 FORMS = {
     "consistent": {"type": "riemann"},
-    "printed": {"type": "riemann", "form": "printed"},
+    "printed": {"type": "riemann", "variant": "original"},
     "standard": {"type": "eulerian", "viscosity": {"type": "monaghan", "alpha": 1, "beta": 2},
                  "artificial_stress": {"type": "gray"}},
 }  # fmt: skip
@@ -27,7 +27,7 @@ BEAD = {"material": GOLD, "shape": {"type": "sphere", "diameter": 3e-3}, "positi
 
 def shot(form="consistent", **further):
     """A sphere that meets a disc, friction between them."""
-    formulation = {**FORMS[form], "contact": {"type": "separating", "friction": 0.3}}
+    formulation = {**FORMS[form], "contact": {"type": "frictional", "friction": 0.3}}
     bodies = {
         "shot": {"material": METAL, "shape": {"type": "sphere", "diameter": 4e-3}, "velocity": [3000.0, 0.0, 0.0]},
         "disc": {"material": GOLD, "shape": {"type": "cylinder", "diameter": 8e-3, "length": 3e-3}},
@@ -87,7 +87,7 @@ def test_a_case_in_3d_becomes_axisymmetric_by_one_key():
 
 
 @pytest.mark.parametrize(("place", "change"), [
-    ("formulation.contact.type", {"formulation": {"type": "total_lagrangian", "contact": {"type": "repulsive"}}}),
+    ("formulation.contact.type", {"formulation": {"type": "total_lagrangian", "contact": {"type": "penalty"}}}),
     ("kinematics", {"formulation": {"type": "projection"}}),
     ("symmetry.0", {"symmetry": [{"axis": "y", "at": 1e-3}]}),
     ("formulation.correction", {"formulation": {"type": "eulerian", "correction": {"type": "gradient"},
@@ -115,7 +115,7 @@ def test_rings_leave_out_what_no_hoop_balances(scheme, key, solid):
     plane = {"kinematics": "plane_strain", "bodies": {"one": disc}}
     assert getattr(shot(formulation=scheme).formulation, key) == solid
     assert getattr(shot(formulation=scheme, **plane).formulation, key) != solid
-    given = {"viscosity_in_shear": "whole"} if key == "viscosity_in_shear" else {"artificial_stress": {"type": "gray"}}
+    given = {"viscosity_in_shear": "full"} if key == "viscosity_in_shear" else {"artificial_stress": {"type": "gray"}}
     case = shot(formulation=scheme | given)
     assert getattr(case.formulation, key) != solid
     assert ("run away" in " ".join(axisymmetric_warnings(case))) == (key == "artificial_stress")
@@ -192,7 +192,7 @@ def test_rings_in_shear_have_less_of_the_viscosity_but_at_the_axis():
     assert left[inside] == pytest.approx(np.maximum(0.1, 1.0 - 0.5 * r / h)[inside], rel=1e-6)
 
 
-LAGRANGIAN = {"type": "adaptive", "renew_reference": 0.1, "conversion": {"strain": 0.3}}
+LAGRANGIAN = {"type": "adaptive", "reference_update_strain": 0.1, "conversion": {"strain": 0.3}}
 
 
 @pytest.mark.parametrize(("form", "integrator"), [("consistent", "leapfrog"), ("standard", "predictor_corrector"),

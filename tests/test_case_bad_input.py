@@ -252,14 +252,14 @@ JC = (
         ),
         (
             f"{{{LINEAR}, damage: {{type: pressure_cutoff, pressure: -1e9, spall_exponent: 0.2}}}}",
-            ["damage", "fails: true"],
+            ["damage", "permanent: true"],
         ),
         (
             f"{{{LINEAR}, damage: {{type: cockcroft_latham, critical_work: 1e8, spall_exponent: 0.2}}}}",
             ["damage", "give spall_strength"],
         ),
         (
-            f"{{{LINEAR}, damage: {{type: pressure_cutoff, pressure: -1e9, fails: true, spall_rate: 10}}}}",
+            f"{{{LINEAR}, damage: {{type: pressure_cutoff, pressure: -1e9, permanent: true, spall_rate: 10}}}}",
             ["damage.spall_rate", "at least"],
         ),
         ("{eos: {type: linear, bulk_modulus: 1}}", ["density: missing"]),

@@ -67,7 +67,7 @@ def test_the_courant_number_goes_with_the_formulation(formulation, number):
         more = [f"formulation={{type: {formulation}, viscosity: {{type: monaghan, alpha: 2.5}}}}"]
         assert load_case("quickstart", overrides=more).time.cfl == number
     else:  # what dissipates all that slopes do not explain
-        for way in ("form: printed", "reconstruction: none"):
+        for way in ("variant: original", "reconstruction: none"):
             assert load_case("quickstart", overrides=[f"formulation={{type: riemann, {way}}}"]).time.cfl == 0.35
     fixed = load_case("quickstart", overrides=[*change, "time.step=1 ns"])
     assert not any("cfl" in warning for warning in warnings_of(fixed))

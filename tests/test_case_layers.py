@@ -35,7 +35,7 @@ def test_both_readings():
     light = material_of(load_case(case).bodies["b"].material)
     assert light.eos.bulk_modulus == pytest.approx(0.5 / 4.0)
     assert light.bulk_sound_speed == pytest.approx(4.0**-0.5)  # whatever the density
-    case["bodies"]["b"]["material"]["eos"] = {"type": "linear", "cauchy_number": 4.0, "reading": "density_ratio"}
+    case["bodies"]["b"]["material"]["eos"] = {"type": "linear", "cauchy_number": 4.0, "definition": "density_ratio"}
     ratio = material_of(load_case(case).bodies["b"].material)
     assert ratio.eos.bulk_modulus == pytest.approx(1.0 / 4.0)
     assert ratio.bulk_sound_speed == pytest.approx((0.25 / 0.5) ** 0.5)
@@ -51,7 +51,7 @@ def test_survives_being_written_out():
     [
         ({"type": "linear", "cauchy_number": 4.0, "bulk_modulus": 1.0}, "leave one out"),
         ({"type": "linear"}, "give the bulk modulus K or a cauchy_number"),
-        ({"type": "linear", "bulk_modulus": 1.0, "reading": "density_ratio"}, "beside `cauchy_number`"),
+        ({"type": "linear", "bulk_modulus": 1.0, "definition": "density_ratio"}, "beside `cauchy_number`"),
         ({"type": "linear", "bulk_modulus": "2 GPa"}, "only plain numbers are allowed"),
         ({"type": "linear", "cauchy_number": 0}, "must be above 0"),
     ],

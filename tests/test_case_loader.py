@@ -91,7 +91,7 @@ def test_no_units():
         "time": {"end": "0.75", "step": 1e-4},
     }
     case = load_case(data)
-    assert case.bodies["gamma"].arrangement == "even"
+    assert case.bodies["gamma"].arrangement == "uniform"
     assert case.bodies["gamma"].velocity == (0.5,)
     with pytest.raises(CaseError, match="only plain numbers are allowed"):
         load_case(data | {"resolution": "1 mm"})

@@ -75,7 +75,7 @@ OPTIONS = {
     "mirror_adaptive_corrected": MIRROR | {"formulation": {
         "type": "adaptive", "conversion": {"strain": 0.02}, "hourglass": 0.5,
         "spatial_correction": {"type": "mixed", "factor": 7.5}}},
-    "renewed": MIRROR | {"formulation": {"type": "adaptive", "conversion": {"strain": 0.08}, "renew_reference": 0.02}},
+    "renewed": MIRROR | {"formulation": {"type": "adaptive", "conversion": {"strain": 0.08}, "reference_update_strain": 0.02}},
     "retiring": {"domain": {"max": [None, 3.2e-3], "min": [None, -3.2e-3]}, "time": {"end": 2e-6}},
 }  # fmt: skip
 
@@ -99,7 +99,7 @@ def test_flaws_pores_and_burn_resume_with_the_same_bits(tmp_path, formulation):
     rock = HARDENING | {"damage": {"type": "grady_kipp", "weibull_k": 1e35, "weibull_m": 9.0, "seed": 3}}
     foam = HARDENING | {"density": 2700.0, "damage": {"type": "none"},
                         "porosity": {"distension": 1.5, "elastic_pressure": 1e7, "solid_pressure": 5e8}}  # fmt: skip
-    jwl = {"type": "jwl", "a": 371.2e9, "b": 3.231e9, "r1": 4.15, "r2": 0.95, "omega": 0.3, "energy_density": 7e9,
+    jwl = {"type": "jwl", "a": 371.2e9, "b": 3.231e9, "r1": 4.15, "r2": 0.95, "omega": 0.3, "detonation_energy": 7e9,
            "detonation": {"points": [[0.0, 0.0]], "speed": 6930.0}}  # fmt: skip
     materials = [rock, foam, {"density": 1630.0, "eos": jwl}]
     if formulation == "total_lagrangian":  # what remembers is the same; with the loops of `test_brittle_bodies`

@@ -16,7 +16,7 @@ from hvisph.cli.main import app
 from hvisph.compiler.jit import heard_compiling
 from hvisph.precheck.estimate import INTERPRETER
 
-COMMANDS = ("run", "resume", "check", "measure", "cases", "materials", "explain", "schema", "doctor")
+COMMANDS = ("run", "resume", "check", "measure", "cases", "materials", "help", "schema", "doctor")
 
 
 @pytest.fixture(autouse=True)
@@ -95,7 +95,7 @@ def test_an_interrupt_while_the_command_is_loaded_shows_no_traceback(tmp_path):
         (["cases", "al_all"], ["al_al"]),
         (["materials", "coper-ofhc"], ["copper-ofhc"]),
         (["schema", "cases"], ["case"]),
-        (["explain", "time.clf"], ["cfl"]),
+        (["help", "time.clf"], ["cfl"]),
     ],
 )
 def test_bad_input_is_one_message_and_code_2(arguments, words):
@@ -114,13 +114,13 @@ def test_an_unexpected_error_is_a_bug_and_no_traceback(monkeypatch):
 
     monkeypatch.setattr("hvisph.casefile.explain.explain", broken)
     monkeypatch.delenv("HVISPH_DEBUG", raising=False)
-    found = call("explain", "time")
+    found = call("help", "time")
     assert found.exit_code == 3
     assert "ZeroDivisionError: by nothing" in found.stderr
     assert "report" in found.stderr
     assert "in detail" not in found.stderr
     monkeypatch.setenv("HVISPH_DEBUG", "1")
-    assert isinstance(call("explain", "time").exception, ZeroDivisionError)
+    assert isinstance(call("help", "time").exception, ZeroDivisionError)
 
 
 def test_cases_lists_prints_and_copies():
@@ -162,13 +162,13 @@ def test_schemas_are_those_of_the_package():
     jsonschema.Draft202012Validator.check_schema(json.loads(call("schema", "summary").stdout))
 
 
-def test_explain():
-    found = call("explain", "time.cfl").stdout
+def test_help_describes_a_key():
+    found = call("help", "time.cfl").stdout
     assert "0.3" in found
     assert "Courant" in found
-    assert "bodies" in call("explain").stdout
-    assert "diameter: " in call("explain", "bodies.b.shape.disc").stdout  # a type by its name
-    assert call("explain", "formulation.riemann.form").stdout == call("explain", "formulation.form").stdout
+    assert "bodies" in call("help", "case").stdout
+    assert "diameter: " in call("help", "bodies.b.shape.disc").stdout  # a type by its name
+    assert call("help", "formulation.riemann.variant").stdout == call("help", "formulation.variant").stdout
 
 
 def test_doctor_tries_a_compiled_loop():

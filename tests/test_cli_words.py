@@ -26,10 +26,9 @@ def said(*arguments, code=0):
      ("weldox 460", "steel-weldox-460e"), ("bodies.projectile.shape", "cylinder"), ("paraview", "docs/howto/paraview.md"), ("quickstart", "quickstart"), ("animate", "hvisph animate")],
 )  # fmt: skip
 def test_words_are_found(word, found):
-    assert found in said("help", word)
-    explained = said("explain", word)
-    assert found in explained or "cylinder" in explained or "velocity" in explained
-    assert max(map(len, explained.splitlines())) <= 100
+    text = said("help", word)
+    assert found in text
+    assert max(map(len, text.splitlines())) <= 100
 
 
 @pytest.mark.parametrize(
@@ -38,11 +37,11 @@ def test_words_are_found(word, found):
      ("measures.residual_velocity", "[m/s]"), ("bodies.target.material.eos", "mie_gruneisen:")],
 )  # fmt: skip
 def test_places_are_explained_as_the_pages_write_them(path, part):
-    assert part in said("explain", path)
+    assert part in said("help", path)
 
 
 def test_words_that_are_not_there_say_what_is_near():
-    assert "near it" in said("help", "residual_velocty", code=2)
+    assert "similar" in said("help", "residual_velocty", code=2)
     assert "Usage" in said("help")
 
 

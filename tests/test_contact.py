@@ -83,7 +83,7 @@ def test_pressing_is_the_gradient_of_its_energy_and_balances():
     random = np.random.default_rng(5)
     position, body, starts = random.uniform(0.0, 3.0, (14, 2)), np.arange(14) % 3, random.uniform(0.1, 0.5, 14)
     displaced, step = random.uniform(-2.0, 2.0, (14, 2)), 1e-6
-    law = Pressing(own_faces=True)
+    law = Pressing(self_contact=True)
     found = rates_of(position, body, 2, law=law, START=starts, D=displaced, TIED=1.0)
     for i, f in ((0, 0), (7, 1), (4, 0)):
         away = np.zeros_like(position)
@@ -108,7 +108,7 @@ def test_friction_is_coulombs_and_heats_both_sides():
     body = np.repeat([0.0, 1.0], len(x))
     velocity = np.where(body[:, None] == 0.0, [[5.0, 0.0]], [[0.0, 0.0]])
     for mu in (0.1, 0.3):
-        law = Pressing(friction=mu, own_faces=False)
+        law = Pressing(friction=mu, self_contact=False)
         found = rates_of(position, body, 2, velocity=velocity, law=law, START=law.touching(CUBIC_SPLINE, 1.4, 2))
         middle = (body == 0.0) & (np.abs(position[:, 0]) < 2.5)
         along, into = found[middle, :2].sum(axis=0)
@@ -127,7 +127,9 @@ def test_friction_at_rest_is_a_dashpot():
     shears = []
     for slip in (1e-6, 2e-6):
         velocity = np.array([[slip, 0.0], [0.0, 0.0]])
-        found = rates_of(position, body, 2, velocity=velocity, law=Pressing(friction=0.5, own_faces=False), START=0.0)
+        found = rates_of(
+            position, body, 2, velocity=velocity, law=Pressing(friction=0.5, self_contact=False), START=0.0
+        )
         shears.append(-found[0, 0])
         assert 0.0 < shears[-1] < 1e-3 * found[0, 1]
     assert shears[1] == pytest.approx(2.0 * shears[0], rel=1e-9)
@@ -138,7 +140,7 @@ def test_the_image_of_a_ring_is_no_face_of_its_body():
     position, displaced = np.array([[0.0, 0.4], [0.0, -0.4]]), np.array([[0.0, -4.0], [0.0, 4.0]])
 
     def push(ring):
-        found = rates_of(position, np.zeros(2), 2, law=Pressing(own_faces=True), revolved=True, START=0.0, D=displaced,
+        found = rates_of(position, np.zeros(2), 2, law=Pressing(self_contact=True), revolved=True, START=0.0, D=displaced,
                          TIED=1.0, RING=np.array([0.4, ring]))  # fmt: skip
         return found[0, 1]
 
@@ -177,7 +179,7 @@ def bars(formulation, speed=20.0, end="20 us", gap=0.5e-3, turned=0.0, material=
 
 @pytest.mark.parametrize("kind", ["eulerian", "total_lagrangian"])
 def test_equal_bars_exchange_their_velocities(kind):
-    setup = build(bars({"type": kind, "contact": {"type": "repulsive"}}))
+    setup = build(bars({"type": kind, "contact": {"type": "penalty"}}))
     particles = setup.particles
     momentum, total = (
         (particles["mass"] * particles["velocity"][:, 0]).sum(),
@@ -194,7 +196,7 @@ def test_equal_bars_exchange_their_velocities(kind):
 def test_contact_gives_its_own_limit_of_the_step():
     times = []
     for stiffness in (0.025, 0.1):
-        setup = build(bars({"type": "total_lagrangian", "contact": {"type": "repulsive", "stiffness": stiffness}}))
+        setup = build(bars({"type": "total_lagrangian", "contact": {"type": "penalty", "stiffness": stiffness}}))
         setup.particles["position"][setup.particles.body == 0, 0] += 0.5e-3  # the bodies touch
         setup.stepper.start()
         hourglass, (time, name, particle) = setup.stepper.limits()
@@ -208,7 +210,7 @@ def test_doubtful_stiffness_is_said():
     from hvisph.precheck.contact_rules import contact_warnings
 
     def case(**contact):
-        return bars({"type": "eulerian", "contact": {"type": "repulsive"} | contact}, speed=1000.0)
+        return bars({"type": "eulerian", "contact": {"type": "penalty"} | contact}, speed=1000.0)
 
     assert contact_warnings(case()) == []
     assert "pass through each other" in contact_warnings(case(absolute_stiffness=1e12))[0]
@@ -233,8 +235,8 @@ def test_unloaded_bodies_meet_part_and_keep_their_account(speed, turned):
     assert (particles["mass"] * particles["velocity"][:, 0]).sum() == pytest.approx(0.5 * mass * speed, rel=1e-12)
 
 
-@pytest.mark.parametrize(("own_faces", "left"), [(True, 3.0), (False, 20.0)])
-def test_parts_of_one_body_meet_as_bodies_do(own_faces, left):
+@pytest.mark.parametrize(("self_contact", "left"), [("all", 3.0), ("none", 20.0)])
+def test_parts_of_one_body_meet_as_bodies_do(self_contact, left):
     """Two bars that are one body strike each other: they part as two bodies do, or pass where they are told to."""
     bar = {"type": "box", "size": [4e-3, 3e-3]}
     parts = [{"shape": bar, "position": [x, 0.0]} for x in (-3e-3, 3e-3)]
@@ -242,7 +244,7 @@ def test_parts_of_one_body_meet_as_bodies_do(own_faces, left):
         "kinematics": "plane_strain", "resolution": 0.5e-3,
         "bodies": {"pair": {"material": SPRING, "shape": {"type": "union", "parts": parts},
                             "position": [0.0, 0.0]}},
-        "formulation": {"type": "total_lagrangian", "contact": {"type": "separating", "own_faces": own_faces}},
+        "formulation": {"type": "total_lagrangian", "contact": {"type": "frictional", "self_contact": self_contact}},
         "time": {"end": 1.0},
     }))  # fmt: skip
     particles = setup.particles
@@ -282,7 +284,7 @@ def test_stiffness_follows_the_pressure_to_come():
 
 
 def test_bodies_that_pass_through_each_other_stop_the_run():
-    setup = build(bars({"type": "total_lagrangian", "contact": {"type": "separating", "stiffness": 1e-6}}, speed=1000.0,
+    setup = build(bars({"type": "total_lagrangian", "contact": {"type": "frictional", "stiffness": 1e-6}}, speed=1000.0,
                        gap=0.0))  # fmt: skip
     seen = []
     advance(setup, 3e-6, watch=lambda one: seen.append([name for _, name, _ in one.stepper.limits()]), steps=300)
@@ -296,12 +298,12 @@ def test_bodies_that_pass_through_each_other_stop_the_run():
 
 def test_refused():
     with pytest.raises(CaseError, match="Total Lagrangian bodies"):
-        bars({"type": "riemann", "contact": {"type": "separating", "stiffness": 0.3}})
+        bars({"type": "riemann", "contact": {"type": "frictional", "stiffness": 0.3}})
     with pytest.raises(CaseError, match="only one body"):
         load_case({
             "kinematics": "plane_strain", "resolution": 0.5e-3,
             "bodies": {"left": {"material": SPRING, "shape": {"type": "box", "size": [4e-3, 3e-3]}}},
-            "formulation": {"type": "eulerian", "contact": {"type": "repulsive"}}, "time": {"end": "1 us"},
+            "formulation": {"type": "eulerian", "contact": {"type": "penalty"}}, "time": {"end": "1 us"},
         })  # fmt: skip
     with pytest.raises(CaseError, match="fixed smoothing length"):
-        bars({"type": "eulerian", "contact": {"type": "repulsive"}, "smoothing_length": {"type": "variable"}})
+        bars({"type": "eulerian", "contact": {"type": "penalty"}, "smoothing_length": {"type": "variable"}})

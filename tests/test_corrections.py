@@ -283,7 +283,7 @@ def test_no_correction_is_the_standard_formulation():
         (CORRECTED | {"density_dissipation": {"type": "zisis"}}, "density_dissipation"),
         (CORRECTED | {"density_form": "mass"}, "density_form"),
         (CORRECTED | {"viscosity": {"type": "balsara"}}, "viscosity"),
-        (CORRECTED | {"contact": {"type": "repulsive"}}, "contact"),
+        (CORRECTED | {"contact": {"type": "penalty"}}, "contact"),
         ({"type": "eulerian", "correction": {"type": "mixed", "factor": 1.0}}, "factor"),
         ({"type": "eulerian", "correction": {"type": "mixd"}}, "did you mean 'mixed'"),
         ({"type": "eulerian", "correction": {"type": "none", "factor": 2.0}}, "factor"),

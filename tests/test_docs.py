@@ -143,7 +143,7 @@ def test_examples_load(page, number, tmp_path):
         return
     if "vary" in content:
         content["case"] = "quickstart"
-        load_plan(content | {"vary": content["vary"] | {"for": {"bodies.target.shape.size.0": ["2 mm"]}}})
+        load_plan(content | {"vary": content["vary"] | {"parameters": {"bodies.target.shape.size.0": ["2 mm"]}}})
         return
     if not {"bodies", "resolution", "time"} <= content.keys():  # a part of a case: laid over the quickstart
         content = {"base": "quickstart", **content}

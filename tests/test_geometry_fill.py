@@ -18,7 +18,7 @@ PUBLISHED = [
     (Box([2 * MM, 50.1 * MM]), "square", 0.1 * MM, 10_020),
     (Sphere(12 * MM), "cubic", 1 * MM, 912),
     (Box([3 * MM, 100 * MM, 100 * MM]), "cubic", 1 * MM, 30_000),
-    (Interval(0.5), "even", 1 / 400, 200),
+    (Interval(0.5), "uniform", 1 / 400, 200),
 ]
 SHAPES = [
     Interval(1.0),

@@ -54,7 +54,7 @@ ROUND = {
     "sphere, cubic": (Sphere(9.7), "cubic"),
     "sphere, hcp": (Sphere(9.7), "hcp"),
     "hollow sphere": (HollowSphere(11.0, 6.0), "cubic"),
-    "interval": (Interval(7.0), "even"),
+    "interval": (Interval(7.0), "uniform"),
 }
 
 

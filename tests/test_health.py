@@ -104,7 +104,7 @@ def test_a_negative_energy_is_said_once():
             most = staticmethod(np.atleast_1d)  # of one process: its own
 
     Setup.stepper.sums[0] = 100.0
-    watch = Watch(Setup, load_case(CASE).watch)
+    watch = Watch(Setup, load_case(CASE).limits)
     assert watch.warning(1e-6) == ""
     Setup.stepper.sums[1] = -0.5 * UNNOTICED * 100.0
     assert watch.warning(1e-6) == ""

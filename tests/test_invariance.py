@@ -28,7 +28,7 @@ def impact(formulation, change=None, steps=60):
     case = row_of(
         [HARDENING, METAL, DAMAGED], formulation={"type": formulation}, dx=DX, speed=2000.0,
         time={"end": 1e-5, "step": STEP, "max_steps": steps}, output={"checkpoint_every": None},
-        watch={"energy_drift": None, "speed_over_initial": None},
+        limits={"energy_drift": None, "speed_over_initial": None},
     )  # fmt: skip
     setup = build(case)
     particles = setup.particles

@@ -40,7 +40,7 @@ def test_a_length_stays_between_its_limits(tmp_path):
 
 def test_contact_sph_counts_no_change_of_a_length_at_its_limit():
     smoothing = {"type": "variable", "min_over_initial": 0.95, "max_over_initial": 1.02}
-    form = {"type": "riemann", "smoothing_length": smoothing, "contact": {"type": "welded"}}
+    form = {"type": "riemann", "smoothing_length": smoothing, "contact": {"type": "bonded"}}
     setup = build(row_of([GAS, GAS], dim=1, dx=2e-4, formulation=form))
     setup.stepper.start()
     start = setup.stepper.lengths[0]

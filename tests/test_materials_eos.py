@@ -27,7 +27,7 @@ from hvisph.materials.eos import (
 from hvisph.materials.material_table import Material, pack
 
 RHO0 = 2785.0
-ALUMINIUM = Tillotson(75.2e9, 65e9, 0.5, 1.63, 5e6, 5.0, 5.0, 3e6, 13.9e6, cold_tension="full")
+ALUMINIUM = Tillotson(75.2e9, 65e9, 0.5, 1.63, 5e6, 5.0, 5.0, 3e6, 13.9e6, expansion="full")
 
 
 def tabulated(material, heat_capacity=900.0):

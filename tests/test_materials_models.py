@@ -281,7 +281,7 @@ def recalled(material, rho, e=0.0, damage=0.0, memory=stress_update.NOTHING, dt=
 
 def test_cut_off_with_memory_spalls_and_without_heals():
     healing = Material("al", 2703.0, EOS, VonMises(27e9, 0.3e9), PressureCutoff(-1e9))
-    spalling = Material("al", 2703.0, EOS, VonMises(27e9, 0.3e9), PressureCutoff(-1e9, fails=True))
+    spalling = Material("al", 2703.0, EOS, VonMises(27e9, 0.3e9), PressureCutoff(-1e9, permanent=True))
     assert recalled(healing, 2600.0)[2:4] == (0.0, -1e9)
     assert recalled(spalling, 2600.0)[2:4] == (1.0, 0.0)
     assert recalled(spalling, 2690.0, damage=1.0)[3] == 0.0
@@ -299,7 +299,7 @@ def test_a_spall_strength_fails_beside_damage_of_another_cause(damage):
 
 
 def rated(exponent=0.2, damage=None):
-    damage = PressureCutoff(-1.8e9, fails=True) if damage is None else damage
+    damage = PressureCutoff(-1.8e9, permanent=True) if damage is None else damage
     eos, strength = Linear(2703.0 * 5240.0**2), VonMises(27e9, 0.3e9)
     return Material("al", 2703.0, eos, strength, damage, spall_strength=1.8e9, spall_exponent=exponent)
 

@@ -14,8 +14,8 @@ from hvisph.output.hdf5 import Form, write_hdf5
 from hvisph.output.reader import list_snapshots, read_snapshot
 from hvisph.simulation.run import run
 
-REGIONS = {"front": {"box": {"min": [0.0, None]}, "bodies": ["body_1"]}, "thinned": {"one_in": 5}}
-LEAN = {"precision": "single", "compress": "gzip", "constants": "once", "whole_every": 2, "regions": REGIONS}
+REGIONS = {"front": {"box": {"min": [0.0, None]}, "bodies": ["body_1"]}, "thinned": {"stride": 5}}
+LEAN = {"precision": "single", "compress": "gzip", "static_fields": "once", "full_every": 2, "regions": REGIONS}
 
 
 @pytest.fixture(scope="module")

@@ -86,5 +86,5 @@ def test_readme_speaks_of_what_there_is():
 
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     assert not [name for name in bundled_cases() if "/" not in name and f"`{name}`" not in text]
-    commands = [command.callback.__name__ for command in app.registered_commands]
+    commands = [command.callback.__name__.replace("_", "-") for command in app.registered_commands]
     assert not [name for name in commands if f"{name}" not in text]

@@ -91,7 +91,7 @@ def shows_it_all(shot, planes):
 
 @pytest.mark.parametrize("kind", ["rings", "quarter"])
 def test_the_cloud_of_a_whipple_shield_is_in_the_picture(kind, tmp_path):
-    cut = "{base: aluminium-howell-ball, damage: {type: pressure_cutoff, pressure: -2 GPa, fails: true}}"
+    cut = "{base: aluminium-howell-ball, damage: {type: pressure_cutoff, pressure: -2 GPa, permanent: true}}"
     settings = ["time.end=3us", "output.every=1us", "bodies.bumper.shape.diameter=12 mm",
                 "bodies.wall.shape.diameter=14 mm", f"bodies.projectile.material={cut}", f"bodies.bumper.material={cut}",
                 "formulation={type: eulerian}"]  # fmt: skip

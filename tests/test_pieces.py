@@ -75,7 +75,7 @@ def halves(formulation, gap=2e-3, shape=None, **contact):
         "kinematics": "plane_strain", "resolution": 0.5e-3,
         "bodies": {"pair": {"material": SPRING, "shape": shape or {"type": "union", "parts": parts},
                             "position": [0.0, 0.0]}},
-        "formulation": {"type": formulation} | ({"contact": {"type": "separating", **contact}} if contact else {}),
+        "formulation": {"type": formulation} | ({"contact": {"type": "frictional", **contact}} if contact else {}),
         "time": {"end": 1.0},
     })  # fmt: skip
 
@@ -112,40 +112,43 @@ def test_halves_of_a_body_part_as_two_bodies_do(formulation):
     (as_left, as_right), *_ = struck(two)
     assert (left, right) == (as_left, as_right)  # to the last bit
     if formulation == "riemann":  # of one number they weld
-        (left, right), *_ = struck(build(halves(formulation, own_faces=False)))
+        (left, right), *_ = struck(build(halves(formulation, self_contact="none")))
         assert abs(right - left) < 0.1
 
 
 def test_faces_that_look_at_each_other_part_where_the_body_is_one():
     """Prongs, which no number tells apart: of one piece as far as anybody knows, they part as two bodies do."""
     (as_left, as_right), *_ = struck(build(halves("riemann")))
-    (left, right), energy, momentum, gap = struck(build(halves("riemann", own_faces=False, folds=True)))
+    setup = build(halves("riemann", self_contact="all"))
+    setup.stepper.pieces = None  # the two pieces have one number
+    (left, right), energy, momentum, gap = struck(setup)
     assert energy < 1e-12
     assert momentum < 1e-12
     assert gap > 1.3
     assert right - left == pytest.approx(as_right - as_left, abs=1.0)  # of 20 m/s; welded 0
 
 
-def test_folds_are_of_riemann():
-    for formulation, says in (
-        ("eulerian", "is of 'riemann'"),
-        ("total_lagrangian", "is of 'riemann'; give `own_faces`"),
+def test_each_formulation_has_its_own_kinds_of_self_contact():
+    for formulation, given, allowed in (
+        ("eulerian", "all", "'fragments'"),
+        ("total_lagrangian", "fragments", "'all' or 'none'"),
     ):
-        with pytest.raises(CaseError, match=f"formulation.contact.folds: {says}"):
-            halves(formulation, folds=True)
+        said = f"formulation.contact.self_contact: '{given}' is not available with '{formulation}'; give {allowed}"
+        with pytest.raises(CaseError, match=said):
+            halves(formulation, self_contact=given)
 
 
 def test_a_body_in_one_piece_is_as_it_was_to_the_last_bit(tmp_path):
-    for own in (False, True):
-        case = row_of([METAL, METAL], formulation={"type": "riemann", "contact": {"type": "separating", "own_faces": own}},
+    for own in ("none", "fragments"):
+        case = row_of([METAL, METAL], formulation={"type": "riemann", "contact": {"type": "frictional", "self_contact": own}},
                       time={"end": 6e-7}, output={"every": 3e-7})  # fmt: skip
-        run(case, tmp_path / str(own), threads=1)
-    assert_same_results(tmp_path / "False", tmp_path / "True")
+        run(case, tmp_path / own, threads=1)
+    assert_same_results(tmp_path / "none", tmp_path / "fragments")
 
 
 def closing(**further):
     """Two bars of one body that fly at each other, of any number of dimensions, for runs with files."""
-    case = halves("riemann", gap=2e-3, folds=True)
+    case = halves("riemann", gap=2e-3, self_contact="all")
     body = case.bodies["pair"]
     velocity = {"type": "linear", "gradient": [[-1e5, 0.0], [0.0, 0.0]]}
     return load_case(case.model_dump(mode="json", exclude_unset=True) | {
@@ -166,7 +169,7 @@ def test_pieces_go_on_after_a_resume_and_with_any_number_of_threads(tmp_path):
 
 def test_a_plug_that_has_left_does_not_weld_again():
     """A piece is told from its body once it is farther away than kernels reach, not before."""
-    setup = build(halves("riemann", gap=0.5e-3, own_faces=True))  # a slit narrower than the kernel's reach
+    setup = build(halves("riemann", gap=0.5e-3, self_contact="fragments"))  # a slit narrower than the kernel's reach
     tell_pieces(setup, 0)
     assert set(setup.stepper.pieces) == {0}
     particles = setup.particles
@@ -183,5 +186,5 @@ def test_a_plug_that_has_left_does_not_weld_again():
 def test_one_body_in_one_piece_alone_has_no_contact():
     case = halves("riemann", shape=BAR)
     assert not build(case).stepper.formulation.parted
-    assert build(halves("riemann", shape=BAR, own_faces=True)).stepper.formulation.parted
-    assert replace(build(halves("riemann")).stepper.formulation, parted=False).own_faces
+    assert build(halves("riemann", shape=BAR, self_contact="fragments")).stepper.formulation.parted
+    assert replace(build(halves("riemann")).stepper.formulation, parted=False).fragment_contact

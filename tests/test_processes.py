@@ -51,7 +51,7 @@ CASES = {
     # failed particles leave lists, bodies touch from the first step on, references are renewed
     "total_lagrangian": lambda: row_of(
         [METAL, DAMAGED, HARDENING],
-        formulation={"type": "total_lagrangian", "renew_reference": 0.2},
+        formulation={"type": "total_lagrangian", "reference_update_strain": 0.2},
         gauges=GAUGES,
         time={"end": 8e-7},
         output={"every": 3e-7},
@@ -108,7 +108,7 @@ CASES = {
         dx=0.1e-3,
         time={"end": 4e-7},
         output={"every": 3e-7},
-        formulation={"type": "eulerian", "smoothing_length": {"type": "variable"}, "contact": {"type": "welded"}},
+        formulation={"type": "eulerian", "smoothing_length": {"type": "variable"}, "contact": {"type": "bonded"}},
     ),
 }
 
@@ -227,7 +227,7 @@ def test_a_whole_that_is_never_gathered_gives_the_same_files(tmp_path, monkeypat
 
 @needs_mpi
 def test_a_failure_ends_all_processes_with_one_message(tmp_path):
-    case = row_of([METAL, METAL], formulation={"type": "eulerian"}, watch={"energy_drift": 1e-30})
+    case = row_of([METAL, METAL], formulation={"type": "eulerian"}, limits={"energy_drift": 1e-30})
     said = launch(2, "run", written(case, tmp_path), "--out", tmp_path / "run", "--quiet")
     assert said.returncode == 3
     assert said.stderr.count("error: the run failed: total energy has changed") == 1

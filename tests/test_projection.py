@@ -91,7 +91,7 @@ def full(tensor, dim):
     return tensor[:, at]
 
 
-def twin(before, deviator, printed, guard, force):
+def twin(before, deviator, printed, min_support, force):
     """A step in plain NumPy, with the deviator that the first pass arrived at."""
     dim = before["position"].shape[1]
     x, u, m, rho, h, p = (
@@ -108,7 +108,7 @@ def twin(before, deviator, printed, guard, force):
     c = 8.0 * (apart * g).sum(axis=2) / ((rho[:, None] + rho) ** 2 * (r2 + (0.1 * 1.5 * DX) ** 2))
     diagonal = c @ m
     found = ((rho - density) / (rho * STEP**2) + c @ (m * p)) / diagonal
-    found[-diagonal * rho * h**2 * FULLNESS[dim] < guard] = 0.0
+    found[-diagonal * rho * h**2 * FULLNESS[dim] < min_support] = 0.0
     if printed:
         pair = (found / rho**2)[:, None] + found / rho**2
     else:
@@ -131,13 +131,13 @@ def near(found, expected):
 @pytest.mark.parametrize(("dim", "printed"), [(1, False), (2, False), (2, True), (3, False)])
 def test_passes_follow_the_formulas(dim, printed):
     particles = block(dim)
-    guard = 0.45
+    min_support = 0.45
     force = np.array([3e9, -1e9, 2e9])[:dim]
-    made = stepper_of(particles, printed=printed, guard=guard, body_force=tuple(force))
+    made = stepper_of(particles, printed=printed, min_support=min_support, body_force=tuple(force))
     before = {name: particles[name].copy() for name in particles.names}
     made.predict(STEP)
     made.evaluate()
-    expected = twin(before, particles["deviator"], printed, guard, force)
+    expected = twin(before, particles["deviator"], printed, min_support, force)
     gradient = made.rates[:, dim + 2 :].reshape(-1, dim, dim)
     assert near(gradient, expected["gradient"])
     assert near(particles["pressure"], expected["pressure"])

@@ -53,7 +53,7 @@ def test_effective_case_loads_to_itself(tmp_path):
     [
         ({"formulation": {"viscosity": {"type": "none"}}}, "viscosity"),
         ({"formulation": {"body_force": [1.0]}}, "body_force"),
-        ({"formulation": {"guard": 1.0}}, "guard"),
+        ({"formulation": {"min_support": 1.0}}, "min_support"),
         ({"materials": (METAL, DAMAGED)}, "damage"),
         ({"units": "none"}, "time.step"),
         ({"kinematics": "plane_stress"}, "kinematics"),
@@ -70,7 +70,7 @@ def test_an_integrator_is_named_as_not_used():
 
 
 def test_only_the_printed_form_between_two_densities_warns(tmp_path):
-    printed = {"pressure_gradient": "printed"}
+    printed = {"pressure_gradient": "original"}
     assert warnings_of(two((METAL, STEEL))) == []
     assert warnings_of(two((METAL, METAL), formulation=printed)) == []
     case = two((METAL, STEEL), formulation=printed, time={"end": 5e-9})
@@ -130,7 +130,7 @@ def test_a_resumed_run_has_the_same_bits(tmp_path):
 
 
 def test_runaway_stops_the_run(tmp_path):
-    case = two(watch={"speed_over_initial": 1.01}, time={"end": 1e-6})
+    case = two(limits={"speed_over_initial": 1.01}, time={"end": 1e-6})
     outcome = run(case, tmp_path / "run", threads=1)
     assert outcome.exit_code == 3
     assert outcome.summary["failure"]["criterion"] == "runaway"

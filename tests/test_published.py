@@ -129,7 +129,7 @@ def test_steel_gets_further_than_aluminium(twin):
         ("{type: riemann, viscosity: {type: monaghan}}", "viscosity: has no meaning with riemann: the Riemann"),
         ("{type: riemann, correction: {type: mixed}}", "correction: has no meaning with riemann"),
         ("{type: projection, eos: {type: linear}}", "comes from no equation of state"),
-        ("{type: projection, contact: {type: repulsive}}", "bodies meet in the pressure's Poisson equation"),
+        ("{type: projection, contact: {type: penalty}}", "bodies meet in the pressure's Poisson equation"),
         ("{type: riemann, reconstuction: none}", "did you mean 'reconstruction'"),
     ],
 )
@@ -139,6 +139,6 @@ def test_options_of_another_scheme_are_refused_with_the_reason(formulation, reas
 
 
 def test_contact_needs_two_bodies():
-    formulation = "formulation={type: eulerian, contact: {type: repulsive}}"
+    formulation = "formulation={type: eulerian, contact: {type: penalty}}"
     with pytest.raises(CaseError, match="only one body"):
         load_case("al_al", [formulation, "bodies.target=null"])

@@ -200,7 +200,7 @@ def test_a_gauge_may_be_a_coarse_spacing_from_the_nearest_particle(tmp_path):
         ),
         ({"type": "material", "at": 0.1, "fields": ["velocity", "velocity_x"]}, "gauges.A.fields", "twice"),
         ({"type": "material", "at": 0.1, "fields": ["velocity_y"]}, "gauges.A.fields.0", "unknown field"),
-        ({"type": "material", "at": 0.1, "fields": ["viscosity_share"]}, "gauges.A.fields", "not a field of"),
+        ({"type": "material", "at": 0.1, "fields": ["viscosity_factor"]}, "gauges.A.fields", "not a field of"),
         ({"type": "free_surface", "at": 0.1, "direction": "+y"}, "gauges.A.direction", "no axis y"),
         ({"type": "material", "at": 0.1, "every": 0}, "gauges.A.every", "greater than or equal to 1"),
     ],

@@ -92,7 +92,7 @@ def test_rates_turn_with_the_body(formulation, dim):
 @pytest.mark.parametrize("unlike_spacings", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_faces_of_one_body(unlike_spacings):
     """Compiled as the formulas have it, in balance, and turned as the body is."""
-    formulation = Riemann(parted=True, friction=0.3, faces=True, unlike=unlike_spacings)
+    formulation = Riemann(parted=True, friction=0.3, face_contact=True, unlike=unlike_spacings)
     cloud, q = random_cloud(2), turn(2)
     alone = replace(cloud, body=0.0 * cloud.body)
     for one in (cloud, alone):

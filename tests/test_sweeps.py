@@ -89,7 +89,7 @@ def test_a_sample_is_reproducible_and_follows_its_distributions(method):
         ({"type": "grid", "values": {SPEED: ["2 km"]}}, "case 0"),
         ({"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "much", "count": 2}}}, "no number"),
         (
-            {"type": "bisect", "path": SPEED, "between": ["2 km/s", "2 km/s"], "until": "1 m/s"},
+            {"type": "bisect", "path": SPEED, "bracket": ["2 km/s", "2 km/s"], "tolerance": "1 m/s"},
             "two values that differ",
         ),
         ({"type": "list", "file": "absent.csv"}, "cannot be read"),
@@ -192,8 +192,8 @@ def test_the_curve_of_residual_velocities_is_found():
 
 
 def test_a_bisection_finds_a_made_up_limit():
-    vary = {"type": "bisect", "path": SPEED, "between": ["200 m/s", "900 m/s"], "until": "10 m/s",
-            "for": {"bodies.target.shape.size.0": ["2 mm", "3 mm"]}}  # fmt: skip
+    vary = {"type": "bisect", "path": SPEED, "bracket": ["200 m/s", "900 m/s"], "tolerance": "10 m/s",
+            "parameters": {"bodies.target.shape.size.0": ["2 mm", "3 mm"]}}  # fmt: skip
     made = plan(**vary)
     limits = {"2 mm": 431.0, "3 mm": 613.0}
     rows = []
@@ -206,7 +206,7 @@ def test_a_bisection_finds_a_made_up_limit():
                          "measures": {"perforated": {"value": through, "uncertainty": None, "unit": ""}}})  # fmt: skip
         members = made.members(following(made.sweep.vary, made.base.value, rows, 3), len(rows))
     for found in verdict(made.sweep.vary, made.base.value, rows)["limits"]:
-        limit = limits[found["for"]["bodies.target.shape.size.0"]]
+        limit = limits[found["parameters"]["bodies.target.shape.size.0"]]
         assert found["below"] < limit < found["above"]
         assert found["above"] - found["below"] <= 10.0
     assert len(rows) == 2 * (2 + 3 * 4)  # 700 m/s in four rounds of a quarter each: 2.7 m/s
@@ -214,7 +214,7 @@ def test_a_bisection_finds_a_made_up_limit():
 
 def told(between, outcomes):
     """What a bisection over the plate's thickness says, and what it would try next, of shots at these values [mm]."""
-    vary = {"type": "bisect", "path": "bodies.target.shape.size.0", "between": between, "until": "0.5 mm"}
+    vary = {"type": "bisect", "path": "bodies.target.shape.size.0", "bracket": between, "tolerance": "0.5 mm"}
     made = plan(**vary)
     rows = [{"number": number, "values": {vary["path"]: f"{value} mm"}, "status": "done", "message": "",
              "measures": {"perforated": {"value": yes, "uncertainty": None, "unit": ""}}}
@@ -250,8 +250,8 @@ def test_a_limit_that_was_not_found_is_no_success(tmp_path):
     from hvisph.cli.main import app
 
     settings = [word for path, value in SMALL.items() for word in ("--set", f"{path}={value}")]
-    done = CliRunner().invoke(app, ["limit", "quickstart", "--vary", SPEED, "--between", "2,3km/s", *settings,
-                                    "--event", "penetration", "--above", "1", "--out", str(tmp_path / "sweep"),
+    done = CliRunner().invoke(app, ["ballistic-limit", "quickstart", "--vary", SPEED, "--bracket", "2,3km/s", *settings,
+                                    "--event", "penetration", "--threshold", "1", "--out", str(tmp_path / "sweep"),
                                     "--workers", "1", "--threads", "1"])  # fmt: skip
     assert done.exit_code == 1
     assert "no limit: it happens at no value that was tried: end at a higher one" in done.stdout
@@ -274,7 +274,7 @@ def test_killed_workers_lose_nothing(tmp_path):
     vary = {"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "4 km/s", "count": 4}}}
     settings = SMALL | {"time.end": "1.5 us", "output.every": "0.5 us", "output.checkpoint_every": 0.02}
     folder = begin({"case": "quickstart", "set": settings, "vary": vary, "record": ["penetration"]}, tmp_path / "sweep")
-    command = [sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--work", "--threads", "1"]
+    command = [sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--worker", "--threads", "1"]
     for _ in range(2):
         begun = len(list((folder.path / "claims").glob("*.jsonl")))
         worker = subprocess.Popen(command)
@@ -320,7 +320,7 @@ def test_a_command_forks_its_workers_and_replaces_one_that_is_killed(tmp_path):
     while len(starts()) < 2 and command.poll() is None:
         time.sleep(0.02)
     worker = starts()[0]["pid"]
-    assert "--work" not in Path(f"/proc/{worker}/cmdline").read_text().split("\0")  # it is no command of its own
+    assert "--worker" not in Path(f"/proc/{worker}/cmdline").read_text().split("\0")  # it is no command of its own
     os.kill(worker, signal.SIGKILL)
 
     assert command.wait() == 0
@@ -387,10 +387,10 @@ def test_correlations_stand_beside_a_limit(tmp_path):
         "bodies": {"shot": {"material": "aluminium-2024-t351", "shape": {"type": "sphere", "diameter": "5 mm"}, "velocity": ["3 km/s", 0]},
                    "plate": {"material": "aluminium-6061-t6", "shape": {"type": "cylinder", "diameter": "30 mm", "length": "6 mm"}}},
     }  # fmt: skip
-    vary = {"type": "bisect", "path": "bodies.shot.velocity.0", "between": ["1 km/s", "7 km/s"], "until": "1 km/s"}
+    vary = {"type": "bisect", "path": "bodies.shot.velocity.0", "bracket": ["1 km/s", "7 km/s"], "tolerance": "1 km/s"}
     (tmp_path / "case.yaml").write_text(json.dumps(case))
     made = load_plan({"case": str(tmp_path / "case.yaml"), "vary": vary})
-    limit = {"for": {}, "path": vary["path"], "unit": "km/s", "limit": 2.5, "shots": [{"value": 3.0}]}
+    limit = {"parameters": {}, "path": vary["path"], "unit": "km/s", "limit": 2.5, "shots": [{"value": 3.0}]}
     (one,) = beside_limit(made, limit)["correlations"]
     # Cour-Palais: 1.8 times the depth of the crater is the plate's thickness
     depth = 5.24 * 0.5 ** (19 / 18) * 95.0**-0.25 * (2785.0 / 2703.0) ** 0.5 * (one["value"] / 5050.0) ** (2 / 3)

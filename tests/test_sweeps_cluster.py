@@ -52,7 +52,7 @@ def events(folder):
 def computing():
     """The processes that compute: workers of the sweep, below those of the cluster."""
     below = psutil.Process().children(recursive=True)
-    return [process for process in below if "--work" in _command(process)]
+    return [process for process in below if "--worker" in _command(process)]
 
 
 def _command(process):

@@ -347,7 +347,7 @@ def test_inverted_particle_stops_with_its_place():
     case = body()
     setup = build(case)
     setup.stepper.start()
-    watch = Watch(setup, case.watch)
+    watch = Watch(setup, case.limits)
     setup.particles["position"][:, 0] *= -1.0  # every particle is inverted
     setup.stepper.predict(0.0)
     setup.stepper.evaluate()
@@ -424,7 +424,7 @@ def test_a_particle_whose_list_makes_no_sense_leaves_too():
 
 
 def test_renewed_reference_changes_no_density_and_no_strain():
-    setup = build(body(renew_reference=0.1))
+    setup = build(body(reference_update_strain=0.1))
     stepper = setup.stepper
     stepper.start()
     turn = np.array([[0.8, -0.6], [0.6, 0.8]])

@@ -120,7 +120,7 @@ def test_results_are_read_as_they_were_stored(tmp_path):
 def test_what_is_no_set_is_named():
     with pytest.raises(CaseError, match="did you mean 'taylor'"):
         Experiments("tailor")
-    assert call("j2", "--coarse", "--second").exit_code == 2
+    assert call("j2", "--coarse", "--second-resolution").exit_code == 2
     assert json.loads(call("--json").stdout)[0]["name"] == NAMES[0]
 
 

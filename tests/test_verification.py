@@ -184,7 +184,7 @@ def test_what_cannot_run_is_refused_and_what_stops_fails():
     assert refused.status == "refused"
     assert "friction_of_the_moon" in refused.message
     assert refused.passed is None
-    stopped = judged(problem, trial, "eulerian", ["watch.energy_drift=1e-30"], threads=1)
+    stopped = judged(problem, trial, "eulerian", ["limits.energy_drift=1e-30"], threads=1)
     assert (stopped.status, stopped.passed) == ("failed", False)
     assert "energy" in stopped.message
 

@@ -58,6 +58,6 @@ def test_impact_with_a_switch(tmp_path, kind):
 def test_a_switch_is_refused_with_a_contact_algorithm():
     from hvisph.core.errors import CaseError
 
-    settings = ["formulation.viscosity={type: balsara}", "formulation.contact={type: repulsive}"]
+    settings = ["formulation.viscosity={type: balsara}", "formulation.contact={type: penalty}"]
     with pytest.raises(CaseError, match="formulation.viscosity.type"):
         load_case("al_al", overrides=settings)

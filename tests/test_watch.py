@@ -98,19 +98,19 @@ def test_a_crowd_is_said_to_be_one(tmp_path, monkeypatch):
 
 
 def test_a_collapsed_step_names_its_criterion(tmp_path):
-    case = row_of([METAL, METAL], watch={"step_over_initial": 1e-2, "energy_drift": None}, **EULERIAN)
+    case = row_of([METAL, METAL], limits={"step_over_initial": 1e-2, "energy_drift": None}, **EULERIAN)
     failure = spoiled(case, tmp_path / "run", spoil_with("smoothing_length", 2e-6)).summary["failure"]
     assert (failure["criterion"], failure["particle"]) == ("step_collapse", 17)
     assert "below 0.01 of the first, by the criterion '" in failure["message"]
 
 
 def test_limits_are_the_cases(tmp_path):
-    case = row_of([METAL, METAL], watch={"speed_over_initial": 1.01}, speed=800.0, time={"end": 3e-6}, **EULERIAN)
+    case = row_of([METAL, METAL], limits={"speed_over_initial": 1.01}, speed=800.0, time={"end": 3e-6}, **EULERIAN)
     outcome = spoiled(case, tmp_path / "low", spoil_with("velocity", 820.0))
     assert outcome.summary["failure"]["criterion"] == "runaway"
     assert ("give it a damage" in outcome.summary["failure"]["message"]) == ("damage" not in METAL)
     held = METAL | {"damage": {"type": "pressure_cutoff", "pressure": -1e9}}
-    case = row_of([held, held], watch={"speed_over_initial": 1.01}, speed=800.0, time={"end": 3e-6}, **EULERIAN)
+    case = row_of([held, held], limits={"speed_over_initial": 1.01}, speed=800.0, time={"end": 3e-6}, **EULERIAN)
     outcome = spoiled(case, tmp_path / "held", spoil_with("velocity", 820.0))
     assert "give it a damage" not in outcome.summary["failure"]["message"]
     loose = {"speed_over_initial": None, "energy_drift": None, "density": False}

@@ -46,7 +46,7 @@ MATERIALS = {
     "polynomial": "glass-soda-lime",
     "murnaghan": "{density: 2700, eos: {type: murnaghan, bulk_modulus: 26.7 GPa, exponent: 4}}",
     "jwl": "{density: 1630, eos: {type: jwl, a: 371.2 GPa, b: 3.231 GPa, r1: 4.15, r2: 0.95, omega: 0.3, "
-           "energy_density: 7 GPa, detonation: {points: [[0]], speed: 6930 m/s}}}",
+           "detonation_energy: 7 GPa, detonation: {points: [[0]], speed: 6930 m/s}}}",
     "table": f"{{density: 2700, eos: {{type: table, file: {TABLE}}}}}",
     "ideal_gas": "{density: 1.2, eos: {type: ideal_gas, gamma: 1.4}}",
     "strength elastic": f"{{density: 2703, eos: {ALUMINIUM}, strength: {{type: elastic, shear_modulus: 27.6 GPa}}}}",
@@ -63,7 +63,7 @@ MATERIALS = {
                       "yield_stress: 250 MPa, hardening_modulus: 500 MPa, reference_rate: 40.4 1/s, exponent: 5}}",
     "rock": "granite",
     "strength johnson_holmquist": "glass-soda-lime",
-    "pressure_cutoff": f"{{base: {METAL}, damage: {{type: pressure_cutoff, pressure: -1.2 GPa, fails: true}}}}",
+    "pressure_cutoff": f"{{base: {METAL}, damage: {{type: pressure_cutoff, pressure: -1.2 GPa, permanent: true}}}}",
     "damage johnson_cook": METAL,
     "grady_kipp": "basalt",
     "grady_spall": f"{{base: {METAL}, damage: {{type: grady_spall, toughness: 29 MPa m^0.5, yield_stress: 290 MPa}}}}",

@@ -116,7 +116,7 @@ class Experiments:
             name = str(values.pop(SHOT))
             limit = self.model.limits[name]
             fixed = {path: value for path, value in values.items() if not path.startswith(EXPERIMENT)}
-            vary = {"type": "bisect", "path": limit.path, "between": list(limit.between), "until": limit.until,
+            vary = {"type": "bisect", "path": limit.path, "bracket": list(limit.bracket), "tolerance": limit.tolerance,
                     "points": 1}  # fmt: skip
             sweeps[name] = {"title": f"{self.model.title}: {name}", "case": case, "set": fixed, "vary": vary}
         return sweeps

@@ -40,8 +40,8 @@ This page is made by `hvisph validate --page docs/validation.md`; do not edit it
 hvisph validate                      # lists the sets
 hvisph validate taylor shield        # computes them; the same command continues after an interruption
 hvisph validate taylor --table       # every number: measured, computed, off
-hvisph validate --all --second       # the coarser resolution, for the discretization error
-hvisph validate taylor --across 40   # another resolution
+hvisph validate --all --second-resolution      # the coarser resolution, for the discretization error
+hvisph validate taylor --particles-across 40   # another resolution
 ```
 
 A set is a folder of `cases/validation`: a case, `shots.csv` with the differences, `measured.csv` with every measured

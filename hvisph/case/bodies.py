@@ -54,7 +54,7 @@ class Body(StrictModel):
     shape: Shape = Field(description="Shape, about the body's centre")
     arrangement: Arrangement | None = Field(
         default=None,
-        description="How particles fill the shape; by default `even` in 1D, `square` in 2D, `cubic` in 3D",
+        description="How particles fill the shape; by default `uniform` in 1D, `square` in 2D, `cubic` in 3D",
     )
     mass: Literal["exact", "nominal"] = Field(
         default="exact",
@@ -69,7 +69,7 @@ class Body(StrictModel):
     grading: Grading | None = Field(
         default=None,
         description="Spacing that grows towards the rim, for a box or an interval, of rings for a cylinder, a tube "
-        "or a ring of a box; even unless given",
+        "or a ring of a box; uniform unless given",
     )
     velocity: VelocityVector = Field(
         default=(),

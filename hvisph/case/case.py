@@ -19,7 +19,7 @@ from .bodies import Body
 from .expected import Expectations, MeasureName
 from .formulations import Formulation, RiemannFormulation
 from .gauges import Gauge
-from .limits import Watch, Witness
+from .limits import RunLimits, Witness
 from .model import StrictModel, refuse
 from .output import Output
 from .regions import BoxRegion, Clamp, InitialLoad, SymmetryPlane
@@ -82,7 +82,7 @@ class Case(StrictModel):
         description="Box outside of which particles are retired: they leave the computation, and their mass, "
         "momentum and energy stay in the balance; none unless given",
     )
-    watch: Watch = Field(default=Watch(), description="What stops a run that has failed")
+    limits: RunLimits = Field(default=RunLimits(), description="Limits beyond which a run is stopped")
     output: Output = Field(default=Output(), description="What is written, and how often")
     witness: Witness | None = Field(
         default=None,

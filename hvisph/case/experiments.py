@@ -44,8 +44,8 @@ class Limit(StrictModel):
 
     set: Settings = Field(default={}, description="Settings of this shot, by path")
     path: Text = Field(default="bodies.projectile.velocity.0", description="The setting that is varied")
-    between: tuple[Bound, Bound] = Field(description="A value below the limit and one above it")
-    until: Bound = Field(description="Width of the bracket at which to stop")
+    bracket: tuple[Bound, Bound] = Field(description="A value below the limit and one above it")
+    tolerance: Bound = Field(description="Width of the bracket at which to stop")
 
 
 class ExperimentSet(StrictModel):

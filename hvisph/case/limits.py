@@ -1,4 +1,4 @@
-"""Watch: what stops a run that has left its physics."""
+"""Limits beyond which a run is stopped, and the witness plane."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Witness(StrictModel):
     x: Annotated[float, Quantity(LENGTH)] = Field(description="Where it is, along the shot line [m]")
 
 
-class Watch(StrictModel):
+class RunLimits(StrictModel):
     """Limits beyond which a run stops, with a snapshot of its state; values that are not finite always do."""
 
     energy_drift: Annotated[float, Quantity(NUMBER, above=0)] | None = Field(

@@ -24,8 +24,8 @@ class OutputRegion(Region):
         description="Region whose particles are meant, as they stand at the moment; all unless given",
     )
     bodies: tuple[str, ...] = Field(default=(), description="Bodies of which they are; all unless given")
-    one_in: Annotated[int, Field(strict=True, ge=1, le=10**9)] = Field(
-        default=1, description="Of the particles, by their numbers, every so many-th is written, at least 1"
+    stride: Annotated[int, Field(strict=True, ge=1, le=10**9)] = Field(
+        default=1, description="Every how many-th particle, by its number, is written, at least 1"
     )
 
 
@@ -50,10 +50,10 @@ class Output(StrictModel):
         description="Wall time between checkpoints [s], from which `hvisph resume` goes on; at most "
         "2 % of the run is spent on them; null for one at the end only",
     )
-    whole_every: Annotated[int, Field(strict=True, ge=1, le=10**9)] = Field(
+    full_every: Annotated[int, Field(strict=True, ge=1, le=10**9)] = Field(
         default=1,
-        description="Moments of output between snapshots of the whole, at least 1; regions are written at all, and the "
-        "first and the last state are always whole",
+        description="Output times between snapshots of all particles, at least 1; regions are written at every output "
+        "time, the first and the last state in full",
     )
     regions: dict[Annotated[str, Field(pattern=r"^[A-Za-z0-9_]{1,64}$")], OutputRegion] = Field(
         default={}, description="Parts of the model by name, written as `regions/NAME.NNNNNN.vtkhdf`", max_length=100
@@ -71,8 +71,8 @@ class Output(StrictModel):
     compress: Literal["none", "gzip"] = Field(
         default="none", description="Compression of HDF5 snapshots: gzip takes about half of the room, and time"
     )
-    constants: Literal["each", "once"] = Field(
+    static_fields: Literal["each", "once"] = Field(
         default="each",
-        description="Whether each HDF5 snapshot holds mass, body and material, or the first for all: then later ones "
-        "cannot be read without it",
+        description="Whether `each` HDF5 snapshot holds mass, body and material, or only the first one (`once`), "
+        "without which later ones cannot be read",
     )

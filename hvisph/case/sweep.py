@@ -146,21 +146,21 @@ class Event(StrictModel):
     """What tells the two sides of a limit apart."""
 
     measure: Text = Field(default="perforated", description="A measure of the summary; true counts as 1")
-    above: Annotated[float, Quantity(NUMBER)] = Field(
-        default=0.5, description="The event has happened where the measure is above this [SI]"
+    threshold: Annotated[float, Quantity(NUMBER)] = Field(
+        default=0.5, description="The event has occurred where the measure is above this value [SI]"
     )
     absent: Literal["below", "above", "undecided"] = Field(
         default="undecided", description="What a measure without a value counts as; undecided ends the search"
     )
 
 
-class _Bisect(StrictModel):
-    """The value of a setting at which something begins to happen, such as a ballistic limit."""
+class Bisect(StrictModel):
+    """Bisection for the value of a setting at which an event begins to occur, such as a ballistic limit."""
 
     type: Literal["bisect"] = "bisect"
     path: Text = Field(description="The setting, such as bodies.projectile.velocity.0")
-    between: tuple[Bound, Bound] = Field(description="A value where it does not happen and one where it does")
-    until: Bound = Field(description="Width of the bracket at which to stop, in the same unit")
+    bracket: tuple[Bound, Bound] = Field(description="A value where the event does not occur and one where it does")
+    tolerance: Bound = Field(description="Width of the bracket at which to stop, in the same unit")
     points: Annotated[int, Field(strict=True, ge=1, le=64)] | None = Field(
         default=None, description="Shots a round; as many as workers unless given"
     )
@@ -168,21 +168,12 @@ class _Bisect(StrictModel):
     residual: Text = Field(
         default="residual_velocity", description="Measure of the residual velocity, for the fit beyond the limit"
     )
+    parameters: dict[str, list[Value]] = Field(
+        default={}, description="By path of a setting: values for each of which the limit is determined"
+    )
 
 
-Bisect = create_model(  # `for` is a word of Python's
-    "Bisect",
-    __base__=_Bisect,
-    __doc__=_Bisect.__doc__,
-    **{  # type: ignore[call-overload]
-        "for": (
-            dict[str, list[Value]],
-            Field(default={}, description="By path of a setting: values for each of which the limit is looked for"),
-        )
-    },
-)
-
-Vary = Annotated[Grid | Listed | Sample | Converge | Bisect, Field(discriminator="type")]  # type: ignore[valid-type]
+Vary = Annotated[Grid | Listed | Sample | Converge | Bisect, Field(discriminator="type")]
 
 
 class Sweep(StrictModel):
@@ -200,7 +191,7 @@ class Sweep(StrictModel):
         description="What stays of a run that is done: all its files, the last snapshot only, or none of them; case, "
         "history, log and summary always stay, and so does all of a run that failed",
     )
-    limit: PositiveTime | None = Field(
+    time_limit: PositiveTime | None = Field(
         default=None, description="Wall time of one case [s] after which it is interrupted, with a checkpoint"
     )
     stop_after_failures: Count | None = Field(

@@ -34,7 +34,7 @@ def default_courant(data: dict[str, Any]) -> float | None:
         if isinstance(alpha, int | float) and alpha < DAMPED:
             return None
     kind = str(formulation.get("type", "riemann"))
-    if kind == "riemann" and (formulation.get("form") == "printed" or formulation.get("reconstruction") == "none"):
+    if kind == "riemann" and (formulation.get("variant") == "original" or formulation.get("reconstruction") == "none"):
         return FIRM
     return COURANT_OF.get(kind)
 

@@ -16,6 +16,7 @@ from hvisph.core.measure_catalogue import RENAMED
 from hvisph.core.text import format_value
 
 from .model_fields import Spot, keys_of, places, walk
+from .renamed import renamed_field, renamed_key, renamed_value
 from .yaml_text import Place
 
 MOST_SHOWN = 20
@@ -60,6 +61,8 @@ def translate(
         else:
             problems = [_explain(root, path, detail, data)]
         for where, message in problems:
+            if where[-2:-1] == ("fields",):
+                message = renamed_field(at(data, where)) or message
             errors.setdefault((where, message), located(where, message, places))
     return list(errors.values())
 
@@ -158,6 +161,8 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
             spaced = _short(str(path[-1])).replace(":", ": ", 1)
             return path, f"unknown key; YAML wants a space after a colon: '{spaced}'"
         allowed = keys_of(parent, at(data, path[:-1])) if parent else []
+        if now := renamed_key(path, allowed):
+            return path, now
         key, remark = OTHER_WORDS.get(str(path[-1]), ("", ""))
         if key in allowed:
             return path, f"unknown key; give '{key}'{remark}"
@@ -176,10 +181,14 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
         return path, _untagged(spot, value)
     if kind == "union_tag_invalid":
         tag = str(detail["ctx"]["tag"])
+        if now := renamed_value("type", tag):
+            return (*path, "type"), now
         ours = OTHER_TYPES.get(tag.lower().replace("-", "_"), "")
         if spot and ours in spot.models:
             return (*path, "type"), f"unknown '{_short(tag)}'; here it is '{ours}'"
         return (*path, "type"), f"unknown '{_short(tag)}'{suggest_nearest(tag, list(spot.models) if spot else [])}"
+    if kind == "literal_error" and (now := renamed_value(path[-1], value)):
+        return path, now
     if kind == "literal_error" and path[-1] == "kinematics" and (other := OTHER_VALUES.get(str(value).lower())):
         return path, f"unknown {_shown(value)}; write {other}"
     if kind == "literal_error":

@@ -21,6 +21,7 @@ from .mapping import plain_document
 from .material_library import Library, library, library_of, load_material, material_names
 from .overrides import merged, overridden, with_bases
 from .paths import bundled_cases
+from .renamed import renamed_key
 from .yaml_reader import read_yaml
 from .yaml_text import Document, Place, dump
 
@@ -191,8 +192,9 @@ def _read_base(path: pathlib.Path) -> Document:
     known = [*Case.model_fields, "base"]
     for key in document.value:
         if key not in known:
+            now = renamed_key((key,), known)
             close = get_close_matches(key, known, n=1, cutoff=0.7)
             what = f"unknown key '{key}'; did you mean '{close[0]}'?" if close else "is no case file: it has other keys"
             place = document.places.get((key,), Place(str(path)))
-            raise CaseError(what, file=place.file, line=place.line)
+            raise CaseError(now or what, where=key if now else "", file=place.file, line=place.line)
     return document

@@ -1,4 +1,4 @@
-"""Finding a word among keys, values, measures, materials, cases and pages: for `hvisph help` and `explain`."""
+"""Finding a word among keys, values, measures, materials, cases and pages: for `hvisph help`."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ class _App(typer.Typer):
 
 
 def _name(command: CommandInfo) -> str:
-    return command.name or command.callback.__name__  # type: ignore[union-attr]
+    return command.name or command.callback.__name__.replace("_", "-")  # type: ignore[union-attr]
 
 
 app = _App(
@@ -105,12 +105,11 @@ for command in (
     cases.cases,
     materials.materials,
     point.point,
-    explain.explain,
     explain.help,
     sweep.sweep,
     sweep.converge,
-    sweep.limit,
-    limits.limits,
+    sweep.ballistic_limit,
+    limits.correlations,
     schema.schema,
     doctor.doctor,
 ):

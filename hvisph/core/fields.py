@@ -74,11 +74,16 @@ CATALOGUE: dict[str, Field] = {
         Field("reference_position", "vector", "m", "position in the reference configuration"),
         Field("previous_hoop_rate", "scalar", "1/s", "rate of the circumference at the last evaluation"),
         Field("previous_density_rate", "scalar", "1/s", "rate of ln(rho) by dissipation at the last evaluation"),
-        Field("density_lead", "scalar", "", "ln of density over the number of particles, since the start"),
-        Field("previous_spin", "axial", "m^2/s", "angular momentum a mass that pairs made and have not taken back"),
-        Field("viscosity_share", "scalar", "", "own share of the viscosity by Morris and Monaghan's switch", 0.1),
+        Field("density_correction", "scalar", "", "ln of density over number density, relative to the start"),
+        Field(
+            "torque_residual",
+            "axial",
+            "m^2/s",
+            "angular momentum per mass not yet compensated",
+        ),
+        Field("viscosity_factor", "scalar", "", "coefficient alpha of Morris and Monaghan's viscosity", 0.1),
         Field("thickness", "scalar", "", "thickness over that at the start, in plane stress", 1.0),
-        Field("memory", "scalar", "", "distension of pores; time since ignition [s]; pressure of bulking [Pa]"),
+        Field("history_variable", "scalar", "", "distension; time since ignition [s]; bulking pressure [Pa]"),
         Field("flaw_strain", "scalar", "", "strain of the weakest flaw; or Grady's limit to tension [Pa]"),
         Field("flaw_exponent", "scalar", "", "exponent of the number of active flaws"),
         Field("flaws", "scalar", "", "number of flaws"),
@@ -87,8 +92,8 @@ CATALOGUE: dict[str, Field] = {
 }
 
 _AXES = "xyz"
-# What snapshots alone hold: a gauge stands somewhere, and these belong to a particle.
-_OF_SNAPSHOTS = ("displacement", "peak_pressure", "failed")
+# Fields that no gauge records: they belong to a particle, not to a point in space.
+_NOT_OF_GAUGES = ("displacement", "peak_pressure", "failed", "torque_residual")
 
 
 def component_names(name: str, dim: int) -> list[str]:
@@ -107,7 +112,7 @@ def recordable(dim: int) -> list[str]:
     """Return the names of all fields, and components of fields, that a gauge can record in `dim` dimensions."""
     columns_of_all = []
     for name in CATALOGUE:
-        if not name.startswith("previous_") and name not in _OF_SNAPSHOTS:
+        if not name.startswith("previous_") and name not in _NOT_OF_GAUGES:
             columns = component_names(name, dim)
             columns_of_all += [name, *columns] if columns != [name] else columns
     return columns_of_all

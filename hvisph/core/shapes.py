@@ -38,7 +38,7 @@ class Arrangement:
 ARRANGEMENTS: dict[str, Arrangement] = {
     arrangement.name: arrangement
     for arrangement in (
-        Arrangement("even", (1,)),
+        Arrangement("uniform", (1,)),
         Arrangement("square", (2,)),
         Arrangement("cubic", (3,)),
         Arrangement("hexagonal", (2,)),
@@ -46,7 +46,7 @@ ARRANGEMENTS: dict[str, Arrangement] = {
         Arrangement("relaxed", (2, 3)),
         Arrangement("rings", (2,), ("disc",)),
         Arrangement("lattice_two_rings", (2,), ("disc",)),
-        Arrangement("given", (1, 2, 3), ("particles",)),
+        Arrangement("from_file", (1, 2, 3), ("particles",)),
     )
 }
 

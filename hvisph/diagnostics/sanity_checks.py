@@ -184,7 +184,7 @@ class Watch:
                 "density", worst, time, step,
                 f"a density of {worst.density:.4g} kg/m^3 is outside the range of the equation of state of '"
                 f"{self._setup.materials[material]}', 0 to {limits[material]:.4g} kg/m^3, as of {count} of "
-                f"{share.count} particles (where these are few, in a jet or a spike, watch.density: false goes on "
+                f"{share.count} particles (where these are few, in a jet or a spike, limits.density: false goes on "
                 "without this limit)",
             )  # fmt: skip
 

@@ -21,7 +21,7 @@ from .shapes import Shape
 
 # How each arrangement of the catalogue is made, and those that lay even numbers of layers where asked to.
 FUNCTIONS: dict[str, Callable[..., Filling]] = {
-    "even": fill_lattice,
+    "uniform": fill_lattice,
     "square": fill_lattice,
     "cubic": fill_lattice,
     "hexagonal": fill_hexagonal,
@@ -34,7 +34,7 @@ FUNCTIONS: dict[str, Callable[..., Filling]] = {
 # less than this share of its box is refused: wires or drops that a slip of the unit has thrown far apart.
 MOST_PLACES = 5e7
 LEAST_SHARE = 1 / 300
-PAIRED = ("even", "square", "cubic", "relaxed")
+PAIRED = ("uniform", "square", "cubic", "relaxed")
 
 
 def allowed_arrangements(shape: Shape) -> list[str]:
@@ -52,7 +52,7 @@ def fill(
     shape
         One of `hvisph.geometry.shapes`.
     arrangement
-        A name in the catalogue; None for the shape's default (even, square or cubic).
+        A name in the catalogue; None for the shape's default (uniform, square or cubic).
     dx
         Particle spacing [m].
     exact

@@ -59,7 +59,7 @@ def load_state(state, i):
     return State(own_vector(state, i, S_POSITION, DIM), own_vector(state, i, S_VELOCITY, DIM), state[i, S_DENSITY],
                  state[i, S_INTERNAL_ENERGY], state[i, S_SMOOTHING_LENGTH],
                  own_full_symmetric(state, i, S_DEVIATOR, DIM), state[i, S_PLASTIC_STRAIN], state[i, S_DAMAGE],
-                 (state[i, S_MEMORY], state[i, S_FLAW_STRAIN], state[i, S_FLAW_EXPONENT], state[i, S_FLAWS],
+                 (state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN], state[i, S_FLAW_EXPONENT], state[i, S_FLAWS],
                   state[i, S_STRAIN_RATE])
                  if REMEMBERS else NOTHING)  # fmt: skip
 
@@ -75,7 +75,7 @@ def store(state, i, now):
     state[i, S_PLASTIC_STRAIN] = now.plastic_strain
     state[i, S_DAMAGE] = now.damage
     if REMEMBERS:
-        state[i, S_MEMORY], state[i, S_FLAW_STRAIN] = now.memory[0], now.memory[1]
+        state[i, S_HISTORY_VARIABLE], state[i, S_FLAW_STRAIN] = now.memory[0], now.memory[1]
         state[i, S_STRAIN_RATE] = now.memory[4]
 
 

@@ -91,14 +91,16 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
         if PLANE_STRESS:
             state[s, S_THICKNESS] *= thicker
         if SWITCH == MORRIS_MONAGHAN:
-            state[s, S_VISCOSITY_SHARE] = viscous_share(state[s, S_VISCOSITY_SHARE], l, c, now.h, dt, coefficients)
+            state[s, S_VISCOSITY_FACTOR] = viscous_share(state[s, S_VISCOSITY_FACTOR], l, c, now.h, dt, coefficients)
         if PREVIOUS:
             remember(state, s, u, acting)
         if DENSITY_CORRECTION:
-            state[s, S_DENSITY_LEAD] = min(max(state[s, S_DENSITY_LEAD] + dt * rates[s, R_CORRECTION], -AFAR), AFAR)
+            state[s, S_DENSITY_CORRECTION] = min(
+                max(state[s, S_DENSITY_CORRECTION] + dt * rates[s, R_CORRECTION], -AFAR), AFAR
+            )
         if ANGULAR_MOMENTUM:
             made = times(dt, own_axial(rates, s, R_SPIN, DIM))
-            put(state, s, S_PREVIOUS_SPIN, plus(own_axial(state, s, S_PREVIOUS_SPIN, DIM), made))
+            put(state, s, S_TORQUE_RESIDUAL, plus(own_axial(state, s, S_TORQUE_RESIDUAL, DIM), made))
     speed2 = dot(now.u, now.u)
     kinetic, internal = 0.5 * mass * speed2, mass * now.e
     add_lanes(counted, KINETIC, here, kinetic, of_energy)
@@ -124,8 +126,8 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
     ring = ring_radius(ahead.x, ahead.h) if AXISYMMETRIC else 0.0
     planar = mass / (2.0 * pi * ring) if AXISYMMETRIC else mass
     per_step = AHEAD / stage if stage > 0.0 else 0.0
-    spin = times(per_step, own_axial(state, s, S_PREVIOUS_SPIN, DIM)) if ANGULAR_MOMENTUM else no_axial(DIM)
-    lead = state[s, S_DENSITY_LEAD] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
+    spin = times(per_step, own_axial(state, s, S_TORQUE_RESIDUAL, DIM)) if ANGULAR_MOMENTUM else no_axial(DIM)
+    lead = state[s, S_DENSITY_CORRECTION] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
     signal = pack(rows, s, coefficients, Shown(
         ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
         times(thickness, ahead.s), tags[s, 1], ring, spin, lead))  # fmt: skip
@@ -143,7 +145,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
             failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
             1.0 if h_low < ahead.h < h_high else 0.0, density_at_rest(table, m)))  # fmt: skip
     if SWITCH:
-        share = state[s, S_VISCOSITY_SHARE] if SWITCH == MORRIS_MONAGHAN else 1.0
+        share = state[s, S_VISCOSITY_FACTOR] if SWITCH == MORRIS_MONAGHAN else 1.0
         share = viscous_share(share, l, c, ahead.h, stage, coefficients)
         rows[s, SHARE] = share
         # a small share lets no step grow: the shock that raises it may be a step away

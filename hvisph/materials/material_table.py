@@ -128,7 +128,7 @@ class Material:
     @property
     def can_fail(self) -> bool:
         """Whether damage may reach 1: a cut-off that holds its tension never does."""
-        return bool(getattr(self.damage, "fails", not isinstance(self.damage, NoDamage)))
+        return bool(getattr(self.damage, "permanent", not isinstance(self.damage, NoDamage)))
 
     def at_temperature(self, temperature: float) -> tuple[float, float]:
         """Return density [kg/m^3] and energy [J/kg] of the material at no pressure and `temperature` [K].

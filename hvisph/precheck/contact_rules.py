@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hvisph.case.formulations.contact import RepulsiveContact
+from hvisph.case.formulations.contact import PenaltyContact
 
 from .impact_pair import meeting
 
@@ -20,7 +20,7 @@ SHARE = 0.5
 def contact_warnings(case: Case) -> list[str]:
     """Return what is doubtful about the contact of the two bodies that meet first; nothing where there is none."""
     model = getattr(case.formulation, "contact", None)
-    chosen = isinstance(model, RepulsiveContact) or getattr(model, "stiffness", None) is not None
+    chosen = isinstance(model, PenaltyContact) or getattr(model, "stiffness", None) is not None
     if not chosen or len(case.bodies) < 2:
         return []
     from hvisph.setup.formulations import contact_of

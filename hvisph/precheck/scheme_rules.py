@@ -51,7 +51,7 @@ def _slow(case: Case, kind: Regime) -> Iterator[str]:
     elastic = kind.pressure < ELASTIC * kind.strength
     slow = BOUNCING if math.isinf(kind.strength) else SLOW
     if elastic and fastest < slow * slowest and case.time.end > CROSSINGS * size / slowest:
-        lost = "" if model.angular_momentum == "kept" else ", and loses spin,"
+        lost = "" if model.conserve_angular_momentum else ", and loses spin,"
         yield (
             f"formulation: the bodies stay elastic and move slowly over {case.time.end * slowest / size:.3g} crossings "
             f"of their waves, and '{model.type}' damps swinging and bouncing{lost} within a few; take total_lagrangian"
@@ -75,10 +75,10 @@ def _strong(case: Case, kind: Regime) -> Iterator[str]:
     met = meeting(case)
     material = material_of_body(next(iter(case.bodies.values())) if met is None else case.bodies[met.second])
     share = 0.5 * kind.velocity / material.bulk_sound_speed
-    if model.type == "riemann" and model.form == "printed" and share > STRONG / 2:
+    if model.type == "riemann" and model.variant == "original" and share > STRONG / 2:
         yield (
-            "formulation.form: 'printed' loses stress behind strong shocks, 2 % at 3 km/s and 37 % at 24 in aluminium; "
-            "take 'consistent'"
+            "formulation.variant: 'original' underestimates the stress behind strong shocks, by 2 % at 3 km/s and "
+            "37 % at 24 km/s in aluminium; take 'corrected'"
         )
     if model.type == "eulerian" and getattr(model, "density_form", "mass") == "volume" and share > 1.5 * STRONG:
         yield (
@@ -88,7 +88,7 @@ def _strong(case: Case, kind: Regime) -> Iterator[str]:
     if model.type == "total_lagrangian" and kind.strength is not None and kind.pressure > SHOCK * kind.strength:
         yield (
             "formulation: an impact pressure of more than ten times the strength brings strains that reference kernels "
-            "do not survive; take riemann, adaptive, which lets such particles go, or give renew_reference: 0.3"
+            "do not survive; take riemann, adaptive, which lets such particles go, or give reference_update_strain: 0.3"
         )
 
 
@@ -137,12 +137,12 @@ def _gas(case: Case) -> Iterator[str]:
 def _loaded(case: Case) -> Iterator[str]:
     """Repulsion between bodies that are placed nearer than a spacing begins with energy of its own."""
     contact = getattr(case.formulation, "contact", None)
-    if contact is None or contact.type != "repulsive" or case.formulation.type != "eulerian":
+    if contact is None or contact.type != "penalty" or case.formulation.type != "eulerian":
         return
     for name, body in list(case.bodies.items())[1:]:
         if body.position is None and body.gap < 0.5 * case.resolution:
             yield (
-                f"formulation.contact: 'repulsive' starts loaded where bodies touch: bodies.{name} is pushed off at "
-                f"rest; give it a gap of {case.resolution:g}, or take 'separating'"
+                f"formulation.contact: 'penalty' starts loaded where bodies touch: bodies.{name} is pushed off at "
+                f"rest; give it a gap of {case.resolution:g}, or take 'frictional'"
             )
             return

@@ -15,7 +15,7 @@ NAMES = ("pressure", "sound_speed", "von_mises_stress", "temperature")
 
 def _diagnose(s, state, tags, table, models, pressure, sound_speed, von_mises, temperature):
     m, rho, e = np.uint64(tags[s, 2]), state[s, S_DENSITY], state[s, S_INTERNAL_ENERGY]
-    memory = state[s, S_MEMORY] if REMEMBERS else 1.0
+    memory = state[s, S_HISTORY_VARIABLE] if REMEMBERS else 1.0
     p, c = remembered_state(table, models, m, rho, e, state[s, S_DAMAGE], memory)
     temperature[s] = temperature_of(table, models, m, rho, e, p, memory)
     pressure[s] = p
@@ -37,9 +37,9 @@ def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dic
     fields = {name: np.zeros(particles.count) for name in NAMES}
     options = {"remembered_state": fitted(thermodynamics.remembered_state, table, models),
                "temperature_of": fitted(thermodynamics.temperature_of, table, models),
-               "REMEMBERS": int("memory" in particles.offsets),
+               "REMEMBERS": int("history_variable" in particles.offsets),
                "COMPONENTS": particles["deviator"].shape[1]}  # fmt: skip
-    one = bind(_diagnose, options, {"S_MEMORY": 0} | particles.bindings())
+    one = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0} | particles.bindings())
     each(one)(particles.count, particles.data, particles.tags, table, models, *fields.values())
     if "pressure" in particles.offsets:  # a scheme whose pressure is no function of the state
         fields["pressure"] = particles["pressure"].copy()

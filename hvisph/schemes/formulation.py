@@ -33,7 +33,7 @@ class Formulation(AnyFormulation, Protocol):
         """Whether particles in shear flow show their neighbours less of the linear viscosity."""
 
     @property
-    def own_faces(self) -> bool:
+    def fragment_contact(self) -> bool:
         """Whether pieces that have come apart from a body are told from it."""
 
     def layout(self, dim: int) -> RowLayout:

@@ -118,7 +118,7 @@ class Stepper:
         self.pairs.place[:count] = np.arange(count, dtype=np.uint32)
         self.pairs.numbers = particles.numbers()
         self.separating = formulation.separating(h, particles, planes)
-        if formulation.own_faces:
+        if formulation.fragment_contact:
             self.pieces = particles.body.copy()
 
     def _specialised_update(self, layout: RowLayout, previous: float, drift: float = 0.5) -> Any:
@@ -132,9 +132,9 @@ class Stepper:
             "PLANE_STRESS": int(particles.kinematics.thins), "AXISYMMETRIC": int(particles.kinematics.revolved),
             "SWITCH": self.formulation.switch,
             "SHEARS": int(self.formulation.softens),
-            "DENSITY_CORRECTION": int("density_lead" in particles.offsets),
-            "ANGULAR_MOMENTUM": int("previous_spin" in particles.offsets), "AHEAD": self.stage_share,
-            "NOTHING": stress_update.NOTHING, "REMEMBERS": int("memory" in particles.offsets),
+            "DENSITY_CORRECTION": int("density_correction" in particles.offsets),
+            "ANGULAR_MOMENTUM": int("torque_residual" in particles.offsets), "AHEAD": self.stage_share,
+            "NOTHING": stress_update.NOTHING, "REMEMBERS": int("history_variable" in particles.offsets),
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
         }  # fmt: skip
         offered |= {of.py_func.__name__: fitted(of, self.table, self.models) for of in OF_MATERIALS}

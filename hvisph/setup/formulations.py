@@ -45,7 +45,7 @@ def formulation_of(case: Case) -> AnyFormulation:
     kinematics = KINEMATICS[case.kinematics]
     revolved: dict[str, Any] = {"revolved": kinematics.revolved}
     turns = kinematics.dim > 1 and not kinematics.revolved
-    if model.type in ("total_lagrangian", "adaptive") or model.parted:
+    if model.type in ("total_lagrangian", "adaptive") or model.contact_algorithm:
         return _composite(model, case)
     match model.type:
         case "eulerian":
@@ -58,47 +58,47 @@ def formulation_of(case: Case) -> AnyFormulation:
                 product=model.momentum_form == "product",
                 mass_form=model.density_form == "mass",
                 shears=model.viscosity_in_shear == "reduced",
-                spins=turns and model.angular_momentum == "kept",
+                spins=turns and model.conserve_angular_momentum,
                 **revolved,
-                **_separating(model, case),
+                **_frictional(model, case),
             )
         case "riemann":
             return Riemann(
                 **shared,
                 reconstruction=LIMITERS[model.reconstruction],
-                consistent=model.form == "consistent",
-                held=model.tension == "held",
-                spins=turns and model.angular_momentum == "kept",
-                faces=model.contact.type == "separating" and model.contact.folds,
+                consistent=model.variant == "corrected",
+                held=model.tension_stabilization,
+                spins=turns and model.conserve_angular_momentum,
+                face_contact=model.contact.type == "frictional" and model.contact.self_contact == "all",
                 **revolved,
-                **_separating(model, case),
+                **_frictional(model, case),
             )
         case "projection":
             from hvisph.schemes.projection.scheme import Projection
 
             return Projection(
                 **shared,
-                printed=model.pressure_gradient == "printed",
-                guard=model.guard,
+                printed=model.pressure_gradient == "original",
+                min_support=model.min_support,
                 body_force=model.body_force,
                 pressure_average=model.pressure_average,
             )
     raise ValueError(model.type)
 
 
-def _separating(model: Any, case: Case) -> dict[str, Any]:
-    """Return whether bodies part and slide, and their friction; a single body has pieces alone, if it is to."""
+def _frictional(model: Any, case: Case) -> dict[str, Any]:
+    """Return the options of frictional contact: between bodies, or within a single one on request."""
     contact = model.contact
-    if contact.type != "separating" or (len(case.bodies) < 2 and not (contact.own_faces or contact.folds)):
+    if contact.type != "frictional" or (len(case.bodies) < 2 and contact.self_contact in (None, "none")):
         return {}
-    return {"parted": True, "friction": contact.friction, "own_faces": contact.own_faces is not False}
+    return {"parted": True, "friction": contact.friction, "fragment_contact": contact.self_contact != "none"}
 
 
 def _correction(model: Any) -> KernelCorrection:
     if model.type == "none":
         return NoCorrection()
     return KernelCorrection(
-        model.type != "gradient", model.type != "shepard", model.factor, model.tested == "components"
+        model.type != "gradient", model.type != "shepard", model.factor, model.limiter == "components"
     )
 
 
@@ -125,8 +125,8 @@ def _viscosity(model: Any) -> MonaghanViscosity:
 
 def contact_of(model: Any) -> Pressing | Contact:
     """Return the repulsion between bodies that a case's contact describes."""
-    if model.type == "separating":
-        return Pressing(model.stiffness or 1.0, friction=model.friction, own_faces=model.own_faces is not False)
+    if model.type == "frictional":
+        return Pressing(model.stiffness or 1.0, friction=model.friction, self_contact=model.self_contact != "none")
     return Contact(model.stiffness, model.exponent, model.absolute_stiffness)
 
 
@@ -140,7 +140,7 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         "h_over_dx": model.h_over_dx,
         "viscosity": _viscosity(model.viscosity),
         "artificial_stress": _artificial_stress(model.artificial_stress),
-        "contact": contact_of(model.contact) if model.parted else Welded(),
+        "contact": contact_of(model.contact) if model.contact_algorithm else Welded(),
         "revolved": KINEMATICS[case.kinematics].revolved,
         "courant": case.time.cfl,
     }
@@ -159,9 +159,9 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
         hourglass=model.hourglass,
         secant=model.hourglass_stiffness == "secant",
         shears=model.viscosity_in_shear == "reduced",
-        failed_leave=model.failed_particles != "stay",
-        keeps_volume=model.failed_particles != "leave_with_jump",
-        renew_strain=model.renew_reference,
+        failed_leave=model.failed_particles != "retained",
+        keeps_volume=model.failed_particles != "removed_renormalized",
+        renew_strain=model.reference_update_strain,
         conversion=Conversion()
         if limits is None
         else Conversion(
@@ -169,8 +169,8 @@ def _composite(model: Any, case: Case) -> TotalLagrangian:
             damage=limits.damage,
             neighbours=limits.neighbours,
             bodies=tuple(number for number, kind in enumerate(kinds) if kind == "adaptive"),
-            guard=limits.guard,
-            guard_strain=limits.guard_strain,
-            guard_damage=limits.guard_damage,
+            fallback=limits.fallback,
+            fallback_strain=limits.fallback_strain,
+            fallback_damage=limits.fallback_damage,
         ),
     )

@@ -17,7 +17,7 @@ from .bodies import PlacedBody
 from .materials import material_of
 
 # Fields that hold a particle's memory, in the order of `materials.stress_update.NOTHING`.
-MEMORY = ("memory", "flaw_strain", "flaw_exponent", "flaws", "strain_rate")
+MEMORY = ("history_variable", "flaw_strain", "flaw_exponent", "flaws", "strain_rate")
 
 
 def body_material(body: PlacedBody, dim: int, dx: float) -> Material:

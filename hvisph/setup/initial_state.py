@@ -170,7 +170,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
         formulation = replace(formulation, unlike=bool(np.ptp(lengths) > UNLIKE * h))
         contact: Any = getattr(case.formulation, "contact", None)
         if _in_pieces(case, contact, placed):
-            formulation = replace(formulation, parted=True, friction=contact.friction, own_faces=True)
+            formulation = replace(formulation, parted=True, friction=contact.friction, fragment_contact=True)
     particles["smoothing_length"] = lengths
     means = [particles["velocity"][particles.body == number].mean(axis=0) for number in range(len(placed))]
     own = [materials[particles.material[particles.body == number][0]] for number in range(len(placed))]
@@ -195,8 +195,8 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
 
 
 def _in_pieces(case: Case, contact: Any, placed: list[PlacedBody]) -> bool:
-    """Whether the only body of a case begins in several pieces that are to part as bodies do."""
-    if len(placed) > 1 or contact is None or contact.type != "separating" or contact.own_faces is not None:
+    """Whether the only body of a case begins in several pieces in frictional contact."""
+    if len(placed) > 1 or contact is None or contact.type != "frictional" or contact.self_contact is not None:
         return False
     (body,) = placed
     if body.model.shape.type not in SEVERAL:

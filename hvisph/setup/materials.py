@@ -115,7 +115,13 @@ def _melting(melting: MeltingModel | None) -> Lindemann | Simon | None:
 def _failed_friction(damage: DamageModel) -> float:
     if damage.type == "none" or damage.type == "johnson_holmquist":
         return 0.0
-    return KEEPS_STRESS if damage.failed == "keeps_stress" else damage.friction if damage.failed == "rubble" else 0.0
+    return (
+        KEEPS_STRESS
+        if damage.failed_strength == "unchanged"
+        else damage.friction
+        if damage.failed_strength == "rubble"
+        else 0.0
+    )
 
 
 def _eos(eos: EosModel, density: float, internal_energy: float) -> EquationOfState:
@@ -133,14 +139,14 @@ def _eos(eos: EosModel, density: float, internal_energy: float) -> EquationOfSta
             return UsUpTable(eos.us_up, eos.gamma)
         case "tillotson":
             return Tillotson(eos.bulk_modulus, eos.b_modulus, eos.a, eos.b, eos.reference_energy, eos.alpha, eos.beta,
-                             eos.incipient_energy, eos.complete_energy, eos.cold_tension,
+                             eos.incipient_energy, eos.vaporization_energy, eos.expansion,
                              eos.low_density)  # fmt: skip
         case "polynomial":
             return Polynomial(eos.a1, eos.a2, eos.a3, eos.b0, eos.b1, eos.t1 or 0.0, eos.t2)
         case "murnaghan":
             return Murnaghan(eos.bulk_modulus, eos.exponent, eos.gamma)
         case "jwl":
-            return JonesWilkinsLee(eos.a, eos.b, eos.r1, eos.r2, eos.omega, eos.energy_density, density)
+            return JonesWilkinsLee(eos.a, eos.b, eos.r1, eos.r2, eos.omega, eos.detonation_energy, density)
         case "table":
             return Table(_grid(Path(eos.file), eos.number), density)
         case "ideal_gas":
@@ -194,7 +200,7 @@ def _damage(damage: DamageModel) -> Model:
         case "none":
             return NoDamage()
         case "pressure_cutoff":
-            return PressureCutoff(damage.pressure, damage.fails)
+            return PressureCutoff(damage.pressure, damage.permanent)
         case "grady_kipp":
             return GradyKipp(damage.weibull_k, damage.weibull_m, damage.seed)
         case "grady_spall":

@@ -35,7 +35,7 @@ STATE, TAGS, PEAKS = "state", "tags", "peaks"
 # Checkpoints take at most this share of a run's wall time, whatever cadence is asked for.
 MOST_TIME = 0.02
 # What may differ between the case of a checkpoint and the case that goes on: it touches no step.
-MAY_CHANGE = ("time.end", "time.max_steps", "output.checkpoint_every", "watch", "title", "source", "expected",
+MAY_CHANGE = ("time.end", "time.max_steps", "output.checkpoint_every", "limits", "title", "source", "expected",
               "witness")  # fmt: skip
 
 
@@ -146,7 +146,7 @@ class Keeper:
         taken = share.world.from_first(whole)
         mine = {name: share.dealt(given.get(name)) for name in rows}
         with share.world.raise_together(), _fits(checkpoint):
-            renews = header["case"]["formulation"].get("renew_reference") is not None
+            renews = header["case"]["formulation"].get("reference_update_strain") is not None
             refuse_other_particles(mine[STATE], mine[TAGS], particles, renews)
         with _fits(checkpoint):
             return self._restore(checkpoint.header, mine, taken)

@@ -135,7 +135,7 @@ class Run:
         """Evaluate the start and, to go on, take the state from the checkpoint."""
         tell_pieces(self.setup, 0)
         self.setup.stepper.start()
-        self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.watch)
+        self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.limits)
         self.start = self.writer.start()
         self.keeper = Keeper(
             self.case,

@@ -56,7 +56,7 @@ class RunFiles:
         self.folder, self.writer, self.state = folder, writer, Files()
         self._text, self._observer, self._clock = text, observer, clock
         self._cadence = Cadence(case.output.checkpoint_every)
-        self._whole_every = case.output.whole_every
+        self._full_every = case.output.full_every
         self._writes = not isinstance(folder, SilentFolder)
 
     def write_case(self) -> None:
@@ -110,7 +110,7 @@ class RunFiles:
             if snapshot is None:
                 return
             self.writer.write(snapshot, number, whole=self._clock.done)
-        if number % self._whole_every == 0 or self._clock.done:
+        if number % self._full_every == 0 or self._clock.done:
             self.state.written = snapshot.time
         self.folder.log.write(f"snapshot {number} at {snapshot.time:.6g} s, step {snapshot.step}")
 

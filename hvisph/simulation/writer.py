@@ -190,13 +190,13 @@ class SnapshotWriter:
         output, numbered = self.output, isinstance(number, int)
         if isinstance(number, int):
             self._write_regions(snapshot, number)
-            if not whole and number % output.whole_every:
+            if not whole and number % output.full_every:
                 return
         shown = _reduce_fields(snapshot, output)
         if "hdf5" in output.formats or not numbered:
             first = self.folder.snapshot_path(0).name
             known = numbered and number != 0 and snapshot.count == self._count  # particles leave, and none comes
-            once = output.constants == "once" and known
+            once = output.static_fields == "once" and known
             write_hdf5(
                 self.folder.snapshot_path(number), shown, Form(output.compress == "gzip", first if once else None)
             )
@@ -232,7 +232,7 @@ def _in_region(snapshot: Snapshot, region: OutputRegion) -> np.ndarray:
     bodies = [snapshot.bodies.index(body) for body in region.bodies]
     for begin in range(0, snapshot.count, SLAB):
         rows = slice(begin, begin + SLAB)
-        inside = in_box(region.box, position[rows]) & (snapshot.id[rows] % region.one_in == 0)
+        inside = in_box(region.box, position[rows]) & (snapshot.id[rows] % region.stride == 0)
         if bodies:
             inside &= np.isin(snapshot.body[rows], bodies)
         chosen.append(begin + np.flatnonzero(inside))

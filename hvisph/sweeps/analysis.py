@@ -41,13 +41,13 @@ def following(vary: Any, base: Mapping[str, Any], rows: Sequence[Row], points: i
     """Return the cases of the next round of a bisection, `points` for each limit; none of other sweeps."""
     if not isinstance(vary, models.Bisect):
         return []
-    without, beyond, width = Scale(vary.path, [*vary.between, vary.until], base).numbers
+    without, beyond, width = Scale(vary.path, [*vary.bracket, vary.tolerance], base).numbers
     cases: list[Values] = []
     for fixed, group in _groups(vary, [row for row in rows if row["status"] == "done"]):
         decided = _decided(vary.event, group)
         if len(decided) < len(group):  # a shot that tells nothing now would tell nothing again
             continue
-        scale = Scale(vary.path, [*vary.between, vary.until, *(row["values"][vary.path] for row in group)], base)
+        scale = Scale(vary.path, [*vary.bracket, vary.tolerance, *(row["values"][vary.path] for row in group)], base)
         known = bracket(scale.numbers[3:], [yes for _, yes in decided], beyond < without)
         cases += [fixed | {vary.path: scale.value(number)} for number in next_values(known, points, width)]
     return cases
@@ -56,7 +56,7 @@ def following(vary: Any, base: Mapping[str, Any], rows: Sequence[Row], points: i
 def _groups(vary: models.Bisect, rows: Sequence[Row]) -> list[tuple[Values, list[Row]]]:
     return [
         (fixed, [row for row in rows if all(row["values"].get(path) == value for path, value in fixed.items())])
-        for fixed in product(getattr(vary, "for"))
+        for fixed in product(vary.parameters)
     ]
 
 
@@ -65,7 +65,7 @@ def _happened(event: models.Event, row: Row) -> bool | None:
     value = row["measures"].get(event.measure, {}).get("value")
     if value is None:
         return None if event.absent == "undecided" else event.absent == "above"
-    return float(value) > event.above
+    return float(value) > event.threshold
 
 
 def _decided(event: models.Event, rows: Sequence[Row]) -> list[tuple[Row, bool]]:
@@ -77,7 +77,7 @@ def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Se
     decided = _decided(vary.event, rows)
     undecided = [row["number"] for row in rows if _happened(vary.event, row) is None]
     rows, happened = [row for row, _ in decided], [yes for _, yes in decided]
-    scale = Scale(vary.path, [*vary.between, *(row["values"][vary.path] for row in rows)], base)
+    scale = Scale(vary.path, [*vary.bracket, *(row["values"][vary.path] for row in rows)], base)
     (without, beyond), numbers = scale.numbers[:2], scale.numbers[2:]
     limits = bracket(numbers, happened, beyond < without)
     shots = [
@@ -91,7 +91,7 @@ def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Se
         factor = FACTORS[scale.unit]
         curve = lambert_jonas([factor * s["value"] for s in through], [abs(s["residual"]) for s in through],
                               bracket([factor * number for number in numbers], happened))  # fmt: skip
-    return {"for": fixed, "path": vary.path, "unit": scale.unit, **limits.as_dict(), "shots": shots,
+    return {"parameters": fixed, "path": vary.path, "unit": scale.unit, **limits.as_dict(), "shots": shots,
             "undecided": undecided, "open": _open(limits, without, beyond, decided, undecided),
             "lambert_jonas": None if curve is None else curve.as_dict()}  # fmt: skip
 

@@ -32,7 +32,7 @@ def beside_limit(plan: Plan, limit: Mapping[str, Any]) -> dict[str, Any]:
     if limit["limit"] is None or "velocity" not in limit["path"] or limit["unit"] not in FACTORS:
         return {}
     try:
-        case = plan.case(limit["for"] | {limit["path"]: f"{limit['limit']!r} {limit['unit']}".strip()})
+        case = plan.case(limit["parameters"] | {limit["path"]: f"{limit['limit']!r} {limit['unit']}".strip()})
     except CaseError:
         return {}
     impact, _ = impact_of(case)

@@ -44,10 +44,10 @@ def points(vary: Any, base: Mapping[str, Any], folder: Path) -> list[Values]:
     elif isinstance(vary, models.Converge):
         cases = [{vary.path: value} for value in _unlike(vary, base)]
     else:
-        scale = Scale(vary.path, [*vary.between, vary.until], base)
+        scale = Scale(vary.path, [*vary.bracket, vary.tolerance], base)
         if scale.numbers[0] == scale.numbers[1] or not scale.numbers[2] > 0.0:
-            raise CaseError("needs two values that differ, and a width above 0", where="between")
-        fixed = product(getattr(vary, "for"))
+            raise CaseError("needs two values that differ, and a width above 0", where="bracket")
+        fixed = product(vary.parameters)
         cases = [{**one, vary.path: scale.value(number)} for one in fixed for number in scale.numbers[:2]]
     if len(cases) > models.MOST_CASES:
         raise CaseError(f"makes {len(cases)} cases, more than {models.MOST_CASES}")

@@ -126,7 +126,7 @@ class LocalCrew:
 
 def worker_command(folder: SweepFolder, threads: int, options: Sequence[str] = ()) -> list[str]:
     """Return the command of one worker."""
-    return [sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--work", "--threads", str(threads), *options]
+    return [sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--worker", "--threads", str(threads), *options]
 
 
 class Driver:

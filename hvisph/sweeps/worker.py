@@ -112,7 +112,7 @@ class Worker:
         """Run a case to its end, its limit or a signal; False after a signal."""
         newest = next(iter(list_checkpoints(self.folder.run_folder(member) / file_names.CHECKPOINT)), None)
         self.folder.note(member, "start", checkpoint=newest.name if newest else None)
-        listener = _Limited(self.sweep.limit, lambda: self._tell(member), self._wanted)
+        listener = _Limited(self.sweep.time_limit, lambda: self._tell(member), self._wanted)
         try:
             outcome = self._run(member, listener)
         except KeyboardInterrupt:

@@ -27,7 +27,7 @@ from .problem import Figure, Options, Problem, Ran, Start, Trial, limit
 
 STRAIN = 0.85  # at which an adaptive particle turns: Young 2021
 # Limits that stop a run early would hide what it does.
-WATCH = {"energy_drift": None, "speed_over_initial": None}
+LIMITS = {"energy_drift": None, "speed_over_initial": None}
 
 
 @dataclass
@@ -183,7 +183,7 @@ def with_formulation(start: Start, formulation: str, settings: Iterable[str]) ->
     if formulation == "adaptive":
         asked = {"conversion": {"strain": STRAIN, "damage": _can_fail(start.case)}} | asked
     whole = start.case | {"formulation": {"type": formulation} | asked}
-    whole["watch"] = WATCH | start.case.get("watch", {})
+    whole["limits"] = LIMITS | start.case.get("limits", {})
     whole["output"] = {"formats": ["hdf5"], "checkpoint_every": None} | start.case.get("output", {})
     return load_case(whole, settings)
 

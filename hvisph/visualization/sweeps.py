@@ -167,7 +167,7 @@ def _limits(verdicts: Sequence[Mapping[str, Any]]) -> Figure:
         axes.set_xlabel(f"{one['path']} [{one['unit'] or 'SI'}]")
         axes.set_ylabel("residual velocity [m/s]")
         axes.legend(title="went through", fontsize=8)
-        axes.set_title(", ".join(f"{path} = {value}" for path, value in one["for"].items()), fontsize=9)
+        axes.set_title(", ".join(f"{path} = {value}" for path, value in one["parameters"].items()), fontsize=9)
     return figure
 
 

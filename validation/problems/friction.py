@@ -60,7 +60,7 @@ def _over_plate(name: str, shape: str, mu: float, dx: float, place: Placing | No
         "time": {"end": END},
     }
     if mu:  # without friction: whatever contact a formulation has by default
-        case["formulation"] = {"contact": {"type": "separating", "friction": mu}}
+        case["formulation"] = {"contact": {"type": "frictional", "friction": mu}}
 
     def figures(runs: Sequence[Ran]) -> Iterator[Figure]:
         (ran,) = runs

@@ -37,7 +37,7 @@ def _expanding(rate: float) -> Trial:
     exact = _tension(rate)
     end = 1.3 * exact / BULK / rate
     length = 3.0 * (BULK / 2700.0) ** 0.5 * end
-    damage = {"type": "pressure_cutoff", "pressure": -STRENGTH, "fails": True, "spall_exponent": EXPONENT}
+    damage = {"type": "pressure_cutoff", "pressure": -STRENGTH, "permanent": True, "spall_exponent": EXPONENT}
     case: dict[str, Any] = {
         "title": f"expansion at {rate:g} 1/s",
         "kinematics": "uniaxial_strain",

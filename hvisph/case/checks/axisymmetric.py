@@ -97,8 +97,8 @@ def axisymmetric_problems(case: Surroundings) -> Iterator[Problem]:
     if formulation.type == "projection":
         why = "its Poisson equation is that of the plane"
         yield Problem(("kinematics",), f"'projection' has no axisymmetric form: {why}; use another formulation")
-    elif formulation.contact.type == "repulsive":
-        yield Problem(("formulation", "contact", "type"), "'repulsive' has no axisymmetric form; use separating")
+    elif formulation.contact.type == "penalty":
+        yield Problem(("formulation", "contact", "type"), "'penalty' has no axisymmetric form; use frictional")
     if formulation.type == "eulerian":
         yield from _without(formulation, "correction", "type", "none", "gradients are renormalised as it is")
         yield from _without(formulation, "density_dissipation", "type", "none", "its exchange is one of the plane")

@@ -46,9 +46,9 @@ def spacing_warnings(case: Surroundings) -> Iterator[str]:
         ratio = max(spacings) / min(spacings)
         if ratio > UNLIKE:
             yield (
-                f"bodies.{one} and bodies.{other}: spacings that differ {ratio:.3g} times; where they touch 2 to 6 % "
-                "of a wave comes back, and `separating` contact bears little until they are pressed; "
-                "`grading` within one body gives back 0.2 to 0.5 %"
+                f"bodies.{one} and bodies.{other}: particle spacings in the ratio {ratio:.3g}; 2 to 6 % of a wave is "
+                "reflected at their interface, and `frictional` contact transmits little until they are compressed; "
+                "`grading` within one body reflects 0.2 to 0.5 %"
             )
         masses = [body.material.density * dx**case.dim for body, dx in zip((first, second), spacings, strict=True)]
         unequal = max(masses) / min(masses)
@@ -98,13 +98,13 @@ def _thickness(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
 
 def _spacing(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
     contact = getattr(case.formulation, "contact", None)
-    parted = contact is not None and contact.type == "repulsive"
+    penalty = contact is not None and contact.type == "penalty"
     for key in ("resolution", "grading"):
-        if getattr(body, key) is not None and (getattr(case.formulation, "type", "") not in UNLIKE_SPACINGS or parted):
+        if getattr(body, key) is not None and (getattr(case.formulation, "type", "") not in UNLIKE_SPACINGS or penalty):
             yield Problem(
                 (*path, key),
                 f"spacings of a body's own need the formulation {' or '.join(UNLIKE_SPACINGS)}, with contact "
-                "separating or welded: Total Lagrangian bodies have one smoothing length",
+                "frictional or bonded: Total Lagrangian bodies have one smoothing length",
             )
     grading = body.grading
     if grading is None:

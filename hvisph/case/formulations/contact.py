@@ -1,4 +1,4 @@
-"""How bodies meet: they touch and separate, are welded, or repel each other."""
+"""Contact between bodies: frictional, bonded, or by a penalty force."""
 
 from __future__ import annotations
 
@@ -13,49 +13,45 @@ from hvisph.case.model import Problem, StrictModel
 from hvisph.case.units import PositiveNumber, Quantity
 
 
-class SeparatingContact(StrictModel):
-    """Bodies press on each other and slide with Coulomb's friction, and part freely; those that touch at rest stay so.
+class FrictionalContact(StrictModel):
+    """Contact pressure, Coulomb friction and free separation between bodies.
 
-    The Riemann problem of each pair, which takes no energy but that of slip. Total Lagrangian bodies: a repulsion that
-    starts unloaded; what it holds is an account of its own and comes back.
+    The contact stress is that of each pair's Riemann problem, which dissipates the work of friction alone. Between
+    Total Lagrangian bodies it is a penalty force, unloaded at the start, with an elastic energy that is recovered.
     """
 
-    type: Literal["separating"] = "separating"
+    type: Literal["frictional"] = "frictional"
     friction: Annotated[float, Quantity(NUMBER, minimum=0, maximum=10)] = Field(
         default=0.0, description="Coefficient of friction mu [-], 0 to 10"
     )
-    own_faces: bool | None = Field(
+    self_contact: Literal["none", "fragments", "all"] | None = Field(
         default=None,
-        description="Whether faces of one body that meet press, slide and part as bodies do. Of Total Lagrangian "
-        "bodies those farther apart at the start than kernels reach; if not they pass through each other. Of "
-        "`riemann` and `eulerian` those of pieces that have come farther apart than that; if not they weld. Yes unless "
-        "given, but for a body of one piece alone in its case with `riemann` or `eulerian`",
-    )
-    folds: bool = Field(
-        default=False,
-        description="Of `riemann` alone: whether faces of one body that is connected elsewhere, prongs or a shell that "
-        "folds, press, slide and part as well, told by the directions in which they face; a step takes a fifth longer",
+        description="Contact within one body: `none`; `fragments`, between pieces farther apart than the kernel "
+        "support (`riemann`, `eulerian`); `all`, also between surfaces of one connected piece (`riemann`, 20 % more "
+        "time a step; Total Lagrangian bodies). Without it `riemann` and `eulerian` surfaces bond, Total Lagrangian "
+        "ones penetrate. Default: `all` for Total Lagrangian bodies, else `fragments`; `none` for a single connected "
+        "body",
     )
     stiffness: PositiveNumber | None = Field(
         default=None,
-        description="Of Total Lagrangian bodies alone: stiffness at first touch over that of a spacing of each "
-        "material [-], above 0; unless given 1, and more where the impact needs it",
+        description="Initial contact stiffness over that of one particle spacing of each material [-], above 0; Total "
+        "Lagrangian bodies only; 1 unless given, more where the impact velocity requires it",
     )
 
 
-class WeldedContact(StrictModel):
-    """Bodies that touch are one for good: the kernel sums bear tension and shear between them as within a body."""
+class BondedContact(StrictModel):
+    """Permanently bonded bodies: kernel sums transmit tension and shear between them as within one body."""
 
-    type: Literal["welded"] = "welded"
+    type: Literal["bonded"] = "bonded"
 
 
-class RepulsiveContact(StrictModel):
-    """Repulsion between particles of different bodies, without friction (Vignjevic et al. 2006).
+class PenaltyContact(StrictModel):
+    """Frictionless penalty force between particles of different bodies (Vignjevic et al. 2006).
 
-    No kernel force acts between bodies then.
+    No kernel sum acts between the bodies.
     """
 
-    type: Literal["repulsive"] = "repulsive"
+    type: Literal["penalty"] = "penalty"
     stiffness: PositiveNumber = Field(
         default=0.025,
         description="k, stiffness K over rho0 c0^2/dx^d of each material [-], above 0; a pair takes the softer K",
@@ -65,22 +61,25 @@ class RepulsiveContact(StrictModel):
     )
     absolute_stiffness: PositiveNumber | None = Field(
         default=None,
-        description="K [Pa/m^d] for all bodies, above 0, in place of `stiffness`; it carries about 20 K dx^2 of "
-        "pressure in 2D and 40 K dx^3 in 3D",
+        description="K [Pa/m^d] of all bodies, above 0, instead of `stiffness`; supports a pressure of about "
+        "20 K dx^2 in 2D and 40 K dx^3 in 3D",
     )
 
 
-Contact = Annotated[SeparatingContact | WeldedContact | RepulsiveContact, Field(discriminator="type")]
+Contact = Annotated[FrictionalContact | BondedContact | PenaltyContact, Field(discriminator="type")]
 
 
-def stiffness_problems(contact: Any, formulation: str) -> Iterator[Problem]:
-    """Yield what separating bodies of `formulation` have not to choose."""
-    if isinstance(contact, SeparatingContact) and contact.folds and formulation != "riemann":
-        yield Problem(("formulation", "contact", "folds"), f"is of 'riemann', not of '{formulation}'; leave it out")
-    if isinstance(contact, SeparatingContact) and contact.stiffness is not None:
+def frictional_problems(contact: Any, formulation: str) -> Iterator[Problem]:
+    """Yield the options of frictional contact that `formulation` does not have."""
+    if isinstance(contact, FrictionalContact) and contact.self_contact == "all" and formulation == "eulerian":
+        yield Problem(
+            ("formulation", "contact", "self_contact"), "'all' is not available with 'eulerian'; give 'fragments'"
+        )
+    if isinstance(contact, FrictionalContact) and contact.stiffness is not None:
         yield Problem(
             ("formulation", "contact", "stiffness"),
-            f"is of Total Lagrangian bodies; '{formulation}' solves the Riemann problem of each pair; leave it out",
+            f"is an option of Total Lagrangian bodies; '{formulation}' solves the Riemann problem of each pair; "
+            "leave it out",
         )
 
 
@@ -89,8 +88,8 @@ def unavailable(contact: Any, formulation: str) -> Iterator[Problem]:
     yield Problem(("formulation", "contact", "type"), f"'{contact.type}' is not available with '{formulation}'")
 
 
-def parted_problems(case: Surroundings, smoothing_length: str, what: str) -> Iterator[Problem]:
-    """Yield what is not available where bodies are in pieces: Total Lagrangian, or parted by a contact algorithm.
+def separate_bodies_problems(case: Surroundings, smoothing_length: str, what: str) -> Iterator[Problem]:
+    """Yield the options that are not available with a contact algorithm or with Total Lagrangian bodies.
 
     Parameters
     ----------
@@ -99,7 +98,7 @@ def parted_problems(case: Surroundings, smoothing_length: str, what: str) -> Ite
     smoothing_length
         The type of the formulation's smoothing length.
     what
-        What wants it fixed, with its verb.
+        What requires a fixed one, with its verb.
     """
     if smoothing_length == "variable":
         reason = f"{what} of a fixed smoothing length; leave it out"
@@ -107,10 +106,10 @@ def parted_problems(case: Surroundings, smoothing_length: str, what: str) -> Ite
     if case.time.integrator == "staggered":
         yield Problem(
             ("time", "integrator"),
-            "'staggered' is for Eulerian bodies that are welded or separating; leave it out here",
+            "'staggered' requires Eulerian bodies in bonded or frictional contact; leave it out",
         )
     if case.kinematics == "plane_stress":
         yield Problem(
             ("kinematics",),
-            "plane_stress is for Eulerian and Riemann bodies that are welded or separating; use plane_strain",
+            "plane_stress requires eulerian or riemann bodies in bonded or frictional contact; use plane_strain",
         )

@@ -1,4 +1,4 @@
-"""When Total Lagrangian particles turn Eulerian."""
+"""Criteria for the conversion of Total Lagrangian to Eulerian particles."""
 
 from __future__ import annotations
 
@@ -12,27 +12,28 @@ from hvisph.case.units import PositiveNumber, Quantity
 
 
 class ConversionLimits(StrictModel):
-    """What turns a Total Lagrangian particle Eulerian, for good."""
+    """Criteria for the permanent conversion of a Total Lagrangian particle to an Eulerian one."""
 
     strain: Annotated[float, Quantity(NUMBER, minimum=0)] | None = Field(
         default=None,
-        description="Equivalent deviatoric Green-Lagrange strain at which a particle turns [-], at least 0; 0 is "
+        description="Equivalent deviatoric Green-Lagrange strain at which a particle converts [-], at least 0; 0: "
         "Eulerian from the first step on; none unless given",
     )
-    damage: bool = Field(default=False, description="Whether a failed particle (damage 1) turns")
+    damage: bool = Field(default=False, description="Whether a failed particle (damage 1) converts")
     neighbours: bool = Field(
-        default=True, description="Whether the reference neighbours of a particle that turns do, too"
+        default=True, description="Whether the reference neighbours of a converted particle convert, too"
     )
-    guard: bool = Field(
+    fallback: bool = Field(
         default=True,
-        description="Whether Total Lagrangian particles turn whose Eulerian neighbours have lost a sound "
-        "deformation gradient: J outside 0.2 to 5, or strain above `guard_strain`",
+        description="Whether Total Lagrangian particles with Eulerian neighbours convert where the deformation "
+        "gradient is no longer valid: J outside 0.2 to 5, or strain above `fallback_strain`",
     )
-    guard_strain: PositiveNumber | None = Field(
+    fallback_strain: PositiveNumber | None = Field(
         default=None,
-        description="Strain limit of the guard [-], above 0; 1.5 in 1D and 2D, 1 in 3D unless given",
+        description="Strain limit of the fallback [-], above 0; 1.5 in 1D and 2D, 1 in 3D unless given",
     )
-    guard_damage: bool = Field(
+    fallback_damage: bool = Field(
         default=True,
-        description="Whether the guard turns the neighbours of Eulerian particles that fail, too; with `damage: true`",
+        description="Whether the fallback also converts the neighbours of failed Eulerian particles; with "
+        "`damage: true`",
     )

@@ -28,10 +28,10 @@ class _Limited(StrictModel):
         "less than 1/C_f of it along the pair, takes the plain one [-], above 1; unless given, 7.5 without "
         "artificial stress and 90 with it",
     )
-    tested: Literal["pair", "components"] = Field(
+    limiter: Literal["pair", "components"] = Field(
         default="pair",
-        description="What C_f is held against: `pair` does not depend on the frame; `components` tests each component "
-        "of the gradient, as published, so that a turned case differs",
+        description="Criterion of C_f: `pair`, independent of the frame of reference; `components` limits each "
+        "component of the gradient, as published, so that results depend on the orientation of the axes",
     )
 
 

@@ -10,9 +10,9 @@ from pydantic import Field, model_validator
 from hvisph.case.context import Surroundings
 from hvisph.case.model import Problem, refuse
 
-from .contact import Contact, RepulsiveContact, SeparatingContact, parted_problems, stiffness_problems
+from .contact import Contact, FrictionalContact, PenaltyContact, frictional_problems, separate_bodies_problems
 from .correction import Correction, NoCorrection, fill_correction
-from .options import NO_CONVERSION, AngularMomentum, KernelOptions
+from .options import NO_CONVERSION, KernelOptions
 from .viscosity import (
     ArtificialStress,
     DensityDissipation,
@@ -31,11 +31,11 @@ class EulerianFormulation(KernelOptions):
 
     type: Literal["eulerian"] = "eulerian"
     viscosity: Viscosity = Field(default=MonaghanViscosity(), description="Artificial viscosity")
-    viscosity_in_shear: Literal["reduced", "whole"] = Field(
-        default="whole",
-        description="Linear viscosity of particles that flow: `whole`, which hardens plastic flow, or `reduced` by the "
-        "share of the change of volume in the rate of strain (to 0.88 in a plane shock, 0.1 in shear); solid "
-        "rings have it `reduced` unless given",
+    viscosity_in_shear: Literal["reduced", "full"] = Field(
+        default="full",
+        description="Linear viscosity in plastic flow: `full`, which raises the flow stress, or `reduced` by the "
+        "volumetric share of the strain rate (to 0.88 in a plane shock, 0.1 in shear); `reduced` by default for solids "
+        "in axisymmetric cases",
     )
     artificial_stress: ArtificialStress = Field(
         default=NoArtificialStress(), description="Artificial stress against the tensile instability"
@@ -57,12 +57,12 @@ class EulerianFormulation(KernelOptions):
     density_dissipation: DensityDissipation = Field(
         default=NoDensityDissipation(), description="Density dissipation at material interfaces"
     )
-    angular_momentum: AngularMomentum = Field(
-        default="free",
-        description="`kept`: what pairs make by shear beside their line of centres is taken back a step later, and "
-        "turning strains nothing, for a tenth of a step in 2D and a third in 3D; `free`: as published",
+    conserve_angular_momentum: bool = Field(
+        default=False,
+        description="Whether the torque of non-central pair forces is compensated in the following step and rigid "
+        "rotation causes no strain; 10 % more time a step in 2D, 30 % in 3D",
     )
-    contact: Contact = Field(default=SeparatingContact(), description="How bodies meet")
+    contact: Contact = Field(default=FrictionalContact(), description="Contact between bodies")
 
     @model_validator(mode="before")
     @classmethod
@@ -75,27 +75,27 @@ class EulerianFormulation(KernelOptions):
         return self
 
     @property
-    def _cannot_keep(self) -> str:
-        """What leaves angular momentum free, in words; empty where nothing does."""
+    def _prevents_conservation(self) -> str:
+        """Option that excludes the conservation of angular momentum; empty where there is none."""
         if self.correction.type != "none":
             return f"correction '{self.correction.type}'"
-        return "repulsive contact" if self.parted else ""
+        return "contact penalty" if self.contact_algorithm else ""
 
     @property
-    def parted(self) -> bool:
-        """Whether a contact algorithm, and no kernel sum, acts between bodies."""
-        return isinstance(self.contact, RepulsiveContact)
+    def contact_algorithm(self) -> bool:
+        """Whether a contact algorithm instead of the kernel sums acts between bodies."""
+        return isinstance(self.contact, PenaltyContact)
 
     def problems(self, case: Surroundings) -> Iterator[Problem]:
         """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
         yield from super().problems(case)
-        yield from stiffness_problems(self.contact, self.type)
-        if not self.parted:
+        yield from frictional_problems(self.contact, self.type)
+        if not self.contact_algorithm:
             return
         if len(case.bodies) < 2:
             yield Problem(("formulation", "contact"), "there is only one body; leave it out")
-        yield from parted_problems(case, self.smoothing_length.type, "contact is")
-        why = "not available where a contact algorithm parts the bodies"
+        yield from separate_bodies_problems(case, self.smoothing_length.type, "contact is")
+        why = "not available with contact penalty"
         if self.viscosity.type not in ("none", "monaghan"):
             yield Problem(("formulation", "viscosity", "type"), f"{why}; give 'monaghan'")
         if self.density_dissipation.type != "none":
@@ -106,8 +106,9 @@ class EulerianFormulation(KernelOptions):
             yield Problem(("formulation", "correction", "type"), f"{why}; give 'none'")
 
     def _beside_the_correction(self) -> Iterator[Problem]:
-        if self._cannot_keep and self.angular_momentum == "kept":
-            yield Problem(("angular_momentum",), f"not kept with {self._cannot_keep}; leave it out or give 'free'")
+        if self._prevents_conservation and self.conserve_angular_momentum:
+            reason = f"not available with {self._prevents_conservation}; leave it out or give false"
+            yield Problem(("conserve_angular_momentum",), reason)
         kind = self.correction.type
         if kind == "none":
             return
@@ -124,5 +125,5 @@ class EulerianFormulation(KernelOptions):
             yield Problem(("density_dissipation", "type"), f"{why}; give 'none'")
         if self.density_form != "volume":
             yield Problem(("density_form",), f"{why}; give 'volume'")
-        if self.parted:
-            yield Problem(("contact", "type"), f"{why}; give 'welded'")
+        if self.contact_algorithm:
+            yield Problem(("contact", "type"), f"{why}; give 'bonded'")

@@ -40,10 +40,6 @@ class VariableSmoothingLength(StrictModel):
 SmoothingLength = Annotated[FixedSmoothingLength | VariableSmoothingLength, Field(discriminator="type")]
 
 
-# Whether pairs take back the angular momentum that their shear makes.
-AngularMomentum = Literal["kept", "free"]
-
-
 class KernelOptions(StrictModel):
     """What every kernel-based formulation shares."""
 
@@ -65,8 +61,8 @@ class KernelOptions(StrictModel):
         return REACH[self.kernel]
 
     @property
-    def parted(self) -> bool:
-        """Whether a contact algorithm, and no kernel sum, acts between bodies."""
+    def contact_algorithm(self) -> bool:
+        """Whether a contact algorithm instead of the kernel sums acts between bodies."""
         return False
 
     # Whether bodies, or regions of them, may have kernels of their own kind; whether a particle may leave the

@@ -44,7 +44,7 @@ class ProjectionFormulation(KernelOptions):
         "artificial_stress": "its pressure keeps particles in order",
         "correction": "its Poisson equation is that of the plain kernel gradient",
         "contact": "bodies meet in the pressure's Poisson equation",
-        "momentum_form": "give pressure_gradient: conjugate or printed",
+        "momentum_form": "give pressure_gradient: conjugate or original",
         "density_form": "density is restored each step",
         "density_dissipation": "density is restored each step",
     }
@@ -53,16 +53,15 @@ class ProjectionFormulation(KernelOptions):
     h_over_dx: Annotated[float, Quantity(NUMBER, minimum=1.0, maximum=2.5)] = Field(
         default=1.5, description="Initial smoothing length h over the resolution dx [-], 1 to 2.5"
     )
-    pressure_gradient: Literal["conjugate", "printed"] = Field(
+    pressure_gradient: Literal["conjugate", "original"] = Field(
         default="conjugate",
-        description="Pair pressure: `conjugate` is (P_a + P_b)/(rho_a rho_b); `printed` is the paper's eq. 31, "
+        description="Pair pressure: `conjugate` is (P_a + P_b)/(rho_a rho_b); `original` is the paper's eq. 31, "
         "P_a/rho_a^2 + P_b/rho_b^2, which fails where bodies of different densities meet",
     )
-    guard: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
+    min_support: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
         default=0.3,
-        description="Fullness of a particle's neighbourhood below which it has no pressure [-], at least 0 and "
-        "below 1; inside a body it is 1, at a flat surface 0.5. It stops small detached groups, whose Poisson "
-        "equation is ill-posed, from pumping each other",
+        description="Completeness of the kernel support below which a particle has zero pressure [-], at least 0 and "
+        "below 1; 1 inside a body, 0.5 at a plane surface. The Poisson equation of small detached groups is ill-posed",
     )
     pressure_average: Annotated[float, Quantity(TIME, above=0)] = Field(
         default=2e-7,
@@ -100,9 +99,9 @@ class ProjectionFormulation(KernelOptions):
             name = case.time.integrator
             yield f"time.integrator: '{name}' is not used by projection, which has a step of its own"
         densities = {body.material.density for body in case.bodies.values()}
-        if self.pressure_gradient == "printed" and len(densities) > 1:
+        if self.pressure_gradient == "original" and len(densities) > 1:
             between = " and ".join(f"{density:g}" for density in (min(densities), max(densities)))
             yield (
-                "formulation.pressure_gradient: 'printed' is for bodies of one density; between "
+                "formulation.pressure_gradient: 'original' requires bodies of one density; between "
                 f"{between} kg/m^3 it fails at the published time step, use conjugate"
             )

@@ -1,4 +1,4 @@
-"""Contact SPH by Riemann problems, CON: as printed, and the form whose density keeps to the particles' spacing."""
+"""Contact SPH (CON) by Riemann problems: the corrected and the original variant."""
 
 from __future__ import annotations
 
@@ -12,13 +12,21 @@ from hvisph.case.dimensions import NUMBER
 from hvisph.case.model import Problem, refuse
 from hvisph.case.units import Quantity
 
-from .contact import Contact, RepulsiveContact, SeparatingContact, stiffness_problems, unavailable
-from .options import NO_CONVERSION, AngularMomentum, Kernel, KernelOptions
+from .contact import Contact, FrictionalContact, PenaltyContact, frictional_problems, unavailable
+from .options import NO_CONVERSION, Kernel, KernelOptions
 
-# What goes with each form unless given.
-FORMS: dict[str, dict[str, Any]] = {
-    "printed": {"tension": "plain", "angular_momentum": "free", "contact": {"type": "welded"}},
-    "consistent": {"tension": "held", "angular_momentum": "kept", "contact": {"type": "separating"}},
+# Defaults of each variant.
+VARIANTS: dict[str, dict[str, Any]] = {
+    "original": {
+        "tension_stabilization": False,
+        "conserve_angular_momentum": False,
+        "contact": {"type": "bonded"},
+    },
+    "corrected": {
+        "tension_stabilization": True,
+        "conserve_angular_momentum": True,
+        "contact": {"type": "frictional"},
+    },
 }
 
 # Equations of state of what expands without end.
@@ -43,19 +51,19 @@ def gas_formulation(data: dict[str, Any]) -> dict[str, Any] | None:
     if not isinstance(formulation, dict) or not isinstance(bodies, dict):
         return None
     if formulation.get("type") == "eulerian":
-        parted = "repulsive" in str(formulation.get("contact"))
-        given = parted or "density_form" in formulation or "correction" in formulation
+        penalty = "penalty" in str(formulation.get("contact"))
+        given = penalty or "density_form" in formulation or "correction" in formulation
         gases = bool(bodies) and all(is_gas(body, ("ideal_gas",)) for body in bodies.values())
         return formulation | {"density_form": "mass"} if gases and not given else None
     if formulation.get("type") != "riemann":
         return None
-    if formulation.get("form") == "printed":
+    if formulation.get("variant") == "original":
         return None
-    if formulation.get("reconstruction") == "none" and "form" not in formulation:
+    if formulation.get("reconstruction") == "none" and "variant" not in formulation:
         return None
     if not any(map(is_gas, bodies.values())):
         return None
-    free = {} if all(map(is_gas, bodies.values())) else {"angular_momentum": "free"}
+    free = {} if all(map(is_gas, bodies.values())) else {"conserve_angular_momentum": False}
     return {"smoothing_length": following(bodies.values(), str(data.get("kinematics")))} | free | formulation
 
 
@@ -90,7 +98,7 @@ class RiemannFormulation(KernelOptions):
         "artificial_stress": "the contact stress of each pair keeps particles from clumping",
         "correction": "its pair forces are those of the plain kernel gradient, equal and opposite",
         "momentum_form": "each pair has one contact stress",
-        "density_form": "the contact velocity of each pair gives the rate of density; see `form`",
+        "density_form": "the contact velocity of each pair gives the rate of density; see `variant`",
         "density_dissipation": "the contact velocity of each pair smooths density at interfaces",
     }
 
@@ -105,47 +113,46 @@ class RiemannFormulation(KernelOptions):
     )
     reconstruction: Literal["none", "minmod", "van_leer", "van_albada"] = Field(
         default="van_albada",
-        description="Limiter of the reconstruction of the states that meet; `none` is first order, as published",
+        description="Slope limiter of the reconstruction of the Riemann states; `none` is first order, as published",
     )
-    form: Literal["consistent", "printed"] = Field(
-        default="consistent",
-        description="`consistent`: density keeps to the particles' spacing through shocks of any strength, impedances "
-        "are those of shocks, tractions what the material bears, gradients exact at free faces; `printed`: CON as "
-        "published, which loses 2 % of the stress at 3 km/s and 37 % at 24. With reconstruction `none` it is "
-        "`printed` unless given",
+    variant: Literal["corrected", "original"] = Field(
+        default="corrected",
+        description="`corrected`: density consistent with the particle spacing through shocks of any strength, shock "
+        "impedances, tractions limited by the strength of the material, exact gradients at free surfaces; `original`: "
+        "CON as published, whose stress is 2 % too low at 3 km/s and 37 % at 24 km/s. Default with reconstruction "
+        "`none`: `original`",
     )
-    tension: Literal["held", "plain"] = Field(
-        default="held",
-        description="`held`: particles of a solid keep their order in tension until it has flowed by 0.2 of plastic "
-        "strain; `plain`: tension brings them into disorder and tears the lattice. `plain` with form `printed`",
+    tension_stabilization: bool = Field(
+        default=True,
+        description="Whether solids are stabilized against the tensile instability, up to a plastic strain of 0.2; "
+        "not available with variant `original`",
     )
-    angular_momentum: AngularMomentum = Field(
-        default="kept",
-        description="`kept`: what pairs make by shear beside their line of centres is taken back a step later; `free`: "
-        "it stays. `free` with form `printed`",
+    conserve_angular_momentum: bool = Field(
+        default=True,
+        description="Whether the torque of non-central pair forces is compensated in the following step; not available "
+        "with variant `original`",
     )
     contact: Contact = Field(
-        default=SeparatingContact(), description="How bodies meet; `welded` unless given with form `printed`"
+        default=FrictionalContact(), description="Contact between bodies; default with variant `original`: `bonded`"
     )
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_what_depends_on_form(cls, data: Any) -> Any:
+    def _fill_variant_defaults(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
-        form = data.get("form", "printed" if data.get("reconstruction") == "none" else "consistent")
-        known = FORMS.get(form, {}) if isinstance(form, str) else {}
-        return {"form": form} | known | data
+        variant = data.get("variant", "original" if data.get("reconstruction") == "none" else "corrected")
+        known = VARIANTS.get(variant, {}) if isinstance(variant, str) else {}
+        return {"variant": variant} | known | data
 
     @model_validator(mode="after")
-    def _nothing_held_as_printed(self) -> RiemannFormulation:
-        held = {"tension": ("held", "plain"), "angular_momentum": ("kept", "free")}
-        if self.form == "printed":
+    def _refuse_corrections_of_original(self) -> RiemannFormulation:
+        if self.variant == "original":
             refuse(
                 [
-                    Problem((name,), f"'{no}' is for form 'consistent'; leave it out or give '{yes}'")
-                    for name, (no, yes) in held.items()
-                    if getattr(self, name) == no
+                    Problem((name,), "true requires variant 'corrected'; leave it out or give false")
+                    for name in ("tension_stabilization", "conserve_angular_momentum")
+                    if getattr(self, name)
                 ]
             )
         return self
@@ -153,6 +160,6 @@ class RiemannFormulation(KernelOptions):
     def problems(self, case: Surroundings) -> Iterator[Problem]:
         """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
         yield from super().problems(case)
-        yield from stiffness_problems(self.contact, self.type)
-        if isinstance(self.contact, RepulsiveContact):
+        yield from frictional_problems(self.contact, self.type)
+        if isinstance(self.contact, PenaltyContact):
             yield from unavailable(self.contact, self.type)

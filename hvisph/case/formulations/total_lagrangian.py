@@ -12,7 +12,7 @@ from hvisph.case.model import Problem
 from hvisph.case.regions import EulerianRegion, region_problems
 from hvisph.case.units import NonNegativeNumber, PositiveNumber
 
-from .contact import Contact, RepulsiveContact, SeparatingContact, parted_problems
+from .contact import Contact, FrictionalContact, PenaltyContact, separate_bodies_problems
 from .conversion import ConversionLimits
 from .correction import Correction, NoCorrection, fill_factor
 from .options import NO_CONVERSION, KernelOptions
@@ -45,10 +45,10 @@ class TotalLagrangianFormulation(KernelOptions):
         default=NoCorrection(),
         description="Correction of the kernel in the current configuration, for Eulerian particles and those near them",
     )
-    viscosity_in_shear: Literal["reduced", "whole"] = Field(
+    viscosity_in_shear: Literal["reduced", "full"] = Field(
         default="reduced",
-        description="Linear viscosity of Total Lagrangian particles that flow: `reduced` by the share of the change of "
-        "volume in the rate of strain (to 0.88 in a plane shock, 0.1 in shear), or `whole`, which hardens plastic flow",
+        description="Linear viscosity of Total Lagrangian particles in plastic flow: `reduced` by the volumetric share "
+        "of the strain rate (to 0.88 in a plane shock, 0.1 in shear), or `full`, which raises the flow stress",
     )
     hourglass: NonNegativeNumber = Field(
         default=10.0,
@@ -59,16 +59,17 @@ class TotalLagrangianFormulation(KernelOptions):
         description="Stiffness that it goes with: the secant modulus E Y/(Y + E eps_p) (1 - D), or E, as printed, "
         "which hardens a body that flows (coefficients below 1 then)",
     )
-    failed_particles: Literal["leave", "leave_with_jump", "stay"] = Field(
-        default="leave",
-        description="Whether a failed Total Lagrangian particle leaves its neighbours' lists, which keep their volume, "
-        "or `leave_with_jump`: it jumps to that of what is left, which makes energy; it bears no stress",
+    failed_particles: Literal["removed", "removed_renormalized", "retained"] = Field(
+        default="removed",
+        description="Failed Total Lagrangian particles carry no stress; `removed` from the neighbour lists, whose "
+        "particles keep their reference volume, `removed_renormalized`: kernel sums renormalized over the remaining "
+        "neighbours, which does not conserve energy, or `retained`",
     )
-    renew_reference: PositiveNumber | None = Field(
+    reference_update_strain: PositiveNumber | None = Field(
         default=None,
-        description="Equivalent strain since the last renewal at which all Total Lagrangian particles take their "
-        "present places as the reference [-], above 0; 0.3 for distortions beyond what fixed kernels bear. Surfaces "
-        "of one body that meet bond. Never unless given",
+        description="Equivalent strain since the last update at which the current configuration becomes the reference "
+        "of all Total Lagrangian particles [-], above 0; 0.3 for distortions that a fixed reference does not permit. "
+        "Touching surfaces of one body bond. No update unless given",
     )
     artificial_stress: ArtificialStress = Field(
         default=NoArtificialStress(), description="Artificial stress of the Eulerian particles"
@@ -77,7 +78,7 @@ class TotalLagrangianFormulation(KernelOptions):
         default="both",
         description="Whether it acts between Eulerian and Total Lagrangian particles, on both sides or on neither",
     )
-    contact: Contact = Field(default=SeparatingContact(), description="How bodies meet")
+    contact: Contact = Field(default=FrictionalContact(), description="Contact between bodies")
     eulerian_regions: tuple[EulerianRegion, ...] = Field(
         default=(), description="Regions that are Eulerian from the start", max_length=100
     )
@@ -88,22 +89,25 @@ class TotalLagrangianFormulation(KernelOptions):
         return fill_factor(data, "spatial_correction", cls.model_fields["artificial_stress"].default.type)
 
     @property
-    def parted(self) -> bool:
-        """Whether a contact algorithm, and no kernel sum, acts between bodies."""
-        return isinstance(self.contact, RepulsiveContact | SeparatingContact)
+    def contact_algorithm(self) -> bool:
+        """Whether a contact algorithm instead of the kernel sums acts between bodies."""
+        return isinstance(self.contact, PenaltyContact | FrictionalContact)
 
     def problems(self, case: Surroundings) -> Iterator[Problem]:
         """Yield what is wrong with this formulation in `case`, by paths from the case's root."""
         yield from super().problems(case)
-        if self.renew_reference is not None and self.viscosity_gradient == "reference":
+        if self.reference_update_strain is not None and self.viscosity_gradient == "reference":
             yield Problem(
-                ("formulation", "renew_reference"),
+                ("formulation", "reference_update_strain"),
                 "the printed viscosity is for one reference density; leave out viscosity_gradient",
             )
-        if isinstance(self.contact, SeparatingContact) and self.contact.folds:
-            yield Problem(("formulation", "contact", "folds"), "is of 'riemann'; give `own_faces` here")
-        yield from parted_problems(case, self.smoothing_length.type, "reference kernels are")
-        if self.spatial_correction.type != "none" and not self.parted and len(case.bodies) > 1:
+        if isinstance(self.contact, FrictionalContact) and self.contact.self_contact == "fragments":
+            yield Problem(
+                ("formulation", "contact", "self_contact"),
+                f"'fragments' is not available with '{self.type}'; give 'all' or 'none'",
+            )
+        yield from separate_bodies_problems(case, self.smoothing_length.type, "reference kernels are")
+        if self.spatial_correction.type != "none" and not self.contact_algorithm and len(case.bodies) > 1:
             yield Problem(
                 ("formulation", "spatial_correction"),
                 "where bodies meet through the kernel their corrections would mix; leave contact out",

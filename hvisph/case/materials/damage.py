@@ -31,14 +31,14 @@ class NoDamage(StrictModel):
 class _Failing(StrictModel):
     """What all models have in common that let a material fail."""
 
-    failed: Literal["fluid", "rubble", "keeps_stress"] = Field(
+    failed_strength: Literal["fluid", "rubble", "unchanged"] = Field(
         default="fluid",
-        description="What has failed: `fluid` bears pressure alone, `rubble` also friction, `keeps_stress` is only "
-        "marked: in AdapTLE it turns Eulerian, and the crack is what opens between Eulerian particles",
+        description="Strength of failed material: `fluid`, pressure only; `rubble`, also friction; `unchanged`, marked "
+        "as failed only: with `adaptive` it converts to Eulerian particles, between which cracks open",
     )
     friction: NonNegativeNumber = Field(
         default=0.6,
-        description="Friction of rubble, Y = friction p, no more than the whole material bears [-], at least 0",
+        description="Coefficient of friction of `rubble`, Y = friction p up to that of intact material [-], at least 0",
     )
 
 
@@ -76,16 +76,18 @@ class _RatedSpalling(_Spalling, _Rated):
 
 
 class PressureCutoff(_Rated):
-    """Tension is limited: p >= pressure. With `fails` what reaches it has spalled; a melt does under any tension."""
+    """Tension limit p >= pressure. With `permanent` material at the limit has spalled, melt under any tension."""
 
     type: Literal["pressure_cutoff"] = "pressure_cutoff"
     pressure: NegativePressure = Field(description="Lowest pressure that the material bears [Pa]; negative, tension")
-    fails: bool = Field(default=False, description="Whether it fails there for good; without, scabs heal")
+    permanent: bool = Field(
+        default=False, description="Whether material at the limit fails permanently; if not, spall heals"
+    )
 
     @model_validator(mode="after")
-    def _rated_fails(self) -> Self:
-        if self.spall_exponent and not self.fails:
-            raise ValueError("spall_exponent adds up damage: give fails: true, too")
+    def _rated_permanent(self) -> Self:
+        if self.spall_exponent and not self.permanent:
+            raise ValueError("spall_exponent requires permanent: true")
         return self
 
 
@@ -108,11 +110,11 @@ class JohnsonCookDamage(_RatedSpalling):
         description="D_c of Borvik 2001, share of the yield stress that is gone when the material fails: it bears "
         "1 - D_c D of it [-], at least 0 and below 1",
     )
-    high_triaxiality: Literal["held", "void_growth"] = Field(
-        default="held",
-        description="What follows the range of the tests in tension: `held`, s* at 1.5, up to which the formula was "
-        "fitted; `void_growth`, for fits that leave no strain (d1 < 0 < d2, -1.5 < d3 < 0): exp(-1.5 s*) of Rice & "
-        "Tracey 1969 from where the fit falls faster",
+    high_triaxiality: Literal["constant", "void_growth"] = Field(
+        default="constant",
+        description="Failure strain beyond the tested range of triaxiality: `constant` above s* = 1.5, up to which the "
+        "formula was fitted; `void_growth`, for fits whose failure strain vanishes (d1 < 0 < d2, -1.5 < d3 < 0): "
+        "exp(-1.5 s*) of Rice & Tracey 1969 where the fit falls faster",
     )
     pressure_cutoff: NegativePressure | None = Field(
         default=None,
@@ -122,9 +124,7 @@ class JohnsonCookDamage(_RatedSpalling):
     @model_validator(mode="after")
     def _falls_faster(self) -> Self:
         if self.high_triaxiality == "void_growth" and not (self.d1 < 0 < self.d2 and -1.5 < self.d3 < 0):
-            raise ValueError(
-                "high_triaxiality: void_growth goes on with fits of d1 < 0 < d2 and -1.5 < d3 < 0; give held"
-            )
+            raise ValueError("high_triaxiality: void_growth requires d1 < 0 < d2 and -1.5 < d3 < 0; give constant")
         return self
 
     @model_validator(mode="after")

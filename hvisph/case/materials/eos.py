@@ -33,7 +33,7 @@ class LinearEos(StrictModel):
     """p = K (rho/rho0 - 1), blind to energy.
 
     In a case with `units: none` a Cauchy number Ca may stand for K: p = (rho - rho0)/Ca, that is
-    K = rho0/Ca and a sound speed of Ca^-1/2 whatever rho0 is. The other reading of Zisis 2013,
+    K = rho0/Ca and a sound speed of Ca^-1/2 whatever rho0 is. The other definition in Zisis 2013,
     p = (rho/rho0 - 1)/Ca, is K = 1/Ca.
     """
 
@@ -46,9 +46,9 @@ class LinearEos(StrictModel):
         description="Cauchy number Ca = rho0 v^2/K of the impact velocity v = 1 [-], above 0; only with "
         "`units: none`, and in place of the modulus",
     )
-    reading: Literal["density_difference", "density_ratio"] = Field(
+    definition: Literal["density_difference", "density_ratio"] = Field(
         default="density_difference",
-        description="What Ca divides: `density_difference` rho - rho0, `density_ratio` rho/rho0 - 1",
+        description="Definition of Ca: `density_difference` p = (rho - rho0)/Ca, `density_ratio` p = (rho/rho0 - 1)/Ca",
     )
 
     @model_validator(mode="after")
@@ -62,8 +62,8 @@ class LinearEos(StrictModel):
         if self.cauchy_number is not None and units != "none":
             message = "has a meaning only in a case with `units: none`; give `bulk_modulus` in Pa"
             refuse([Problem(("cauchy_number",), message)])
-        if self.cauchy_number is None and self.reading != "density_difference":
-            refuse([Problem(("reading",), "has a meaning only beside `cauchy_number`; leave it out")])
+        if self.cauchy_number is None and self.definition != "density_difference":
+            refuse([Problem(("definition",), "has a meaning only beside `cauchy_number`; leave it out")])
         return self
 
     def modulus(self, density: float) -> float:
@@ -71,7 +71,7 @@ class LinearEos(StrictModel):
         if self.bulk_modulus is not None:
             return self.bulk_modulus
         assert self.cauchy_number is not None
-        return (density if self.reading == "density_difference" else 1.0) / self.cauchy_number
+        return (density if self.definition == "density_difference" else 1.0) / self.cauchy_number
 
 
 class ElasticEos(StrictModel):
@@ -125,7 +125,8 @@ class MieGruneisenEos(StrictModel):
     gamma: NonNegativeNumber = Field(description="Grueneisen coefficient Gamma0 at reference density [-], at least 0")
     a: Number = Field(default=0.0, description="First-order volume correction to Gamma0 [-]")
     expansion: Literal["vanishing", "linear"] = Field(
-        default="vanishing", description="Below rest density: pressure that vanishes with it, or the printed line"
+        default="vanishing",
+        description="Pressure below the reference density: vanishing with density, or the published line",
     )
 
     @model_validator(mode="after")
@@ -199,11 +200,11 @@ class TillotsonEos(StrictModel):
     alpha: NonNegativeNumber = Field(description="Exponent alpha of the expanded vapour [-]")
     beta: NonNegativeNumber = Field(description="Exponent beta of the expanded vapour [-]")
     incipient_energy: PositiveSpecificEnergy = Field(description="e_iv, energy of incipient vaporisation [J/kg]")
-    complete_energy: PositiveSpecificEnergy = Field(description="e_cv, energy of complete vaporisation [J/kg]")
-    cold_tension: Literal["fading", "linear", "full"] = Field(
-        default="fading",
-        description="Cold expansion: A mu that fades with the density, A mu, or A mu + B mu^2 as printed, which bends "
-        "the pressure up again and makes energy of nothing",
+    vaporization_energy: PositiveSpecificEnergy = Field(description="e_cv, energy of complete vaporisation [J/kg]")
+    expansion: Literal["faded", "linear", "full"] = Field(
+        default="faded",
+        description="Pressure in cold expansion: `faded` A mu eta^2 (3 - 2 eta), `linear` A mu, `full` A mu + B mu^2 "
+        "as published, whose pressure rises again and does not conserve energy",
     )
     low_density: Annotated[float, Quantity(NUMBER, minimum=0, below=1)] = Field(
         default=0.0, description="rho/rho0 below which cold material bears nothing; 0.9 in many codes, off unless given"
@@ -211,9 +212,9 @@ class TillotsonEos(StrictModel):
 
     @model_validator(mode="after")
     def _energies_rise(self) -> TillotsonEos:
-        if self.complete_energy <= self.incipient_energy:
+        if self.vaporization_energy <= self.incipient_energy:
             message = f"must be above the incipient_energy, {self.incipient_energy:g} J/kg"
-            refuse([Problem(("complete_energy",), message)])
+            refuse([Problem(("vaporization_energy",), message)])
         return self
 
 
@@ -250,7 +251,7 @@ class Detonation(StrictModel):
     speed: PositiveVelocity | None = Field(
         default=None,
         description="Detonation speed D [m/s]; unless given that of Chapman and Jouguet, which a, b, r1, "
-        "r2, omega and energy_density come to",
+        "r2, omega and detonation_energy come to",
     )
     time: NonNegativeTime = Field(default=0.0, description="When it starts [s], at least 0")
 
@@ -264,7 +265,7 @@ class JwlEos(StrictModel):
     r1: PositiveNumber = Field(description="R1 [-]")
     r2: PositiveNumber = Field(description="R2 [-]")
     omega: PositiveNumber = Field(description="w, the Grueneisen coefficient of the products [-]")
-    energy_density: PositivePressure = Field(description="Chemical energy per volume E0 [J/m^3 = Pa], such as 7 GPa")
+    detonation_energy: PositivePressure = Field(description="Chemical energy per volume E0 [J/m^3 = Pa], such as 7 GPa")
     detonation: Detonation | None = Field(
         default=None, description="Front of the detonation; unless given, all has burnt at the start"
     )

@@ -1,4 +1,4 @@
-"""`hvisph limits`: what empirical correlations say of a case, without running it."""
+"""`hvisph correlations`: empirical correlations for a case, without running it."""
 
 from __future__ import annotations
 
@@ -8,29 +8,29 @@ from hvisph.cli.loading import load
 from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption
 
 
-def limits(
+def correlations(
     case: CaseArgument,
     resolution: ResolutionOption = None,
     settings: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Tell what correlations say: crater, hole, single and Whipple walls; those out of their range are silent."""
+    """Evaluate the empirical correlations whose range covers a case: crater, hole, single and Whipple walls."""
     loaded = load(case, settings, resolution)
-    from hvisph.measures.correlations import correlations
+    from hvisph.measures import correlations as formulas
     from hvisph.precheck.correlation_input import impact_of
 
     impact, reason = impact_of(loaded)
-    known = correlations(impact) if impact is not None else []
+    known = formulas.correlations(impact) if impact is not None else []
     if as_json:
         from hvisph.cli.text.formatting import echo_json
 
         echo_json({"correlations": [one.as_dict() for one in known], "reason": reason})
         return
     typer.echo(loaded.title or case)
-    typer.echo(limits_text([one.as_dict() for one in known], reason))
+    typer.echo(correlations_text([one.as_dict() for one in known], reason))
 
 
-def limits_text(known: list[dict[str, object]], reason: str = "") -> str:
+def correlations_text(known: list[dict[str, object]], reason: str = "") -> str:
     """Return correlations in their plain form as text."""
     from hvisph.cli.text.formatting import table
     from hvisph.core.measure_catalogue import axis_unit

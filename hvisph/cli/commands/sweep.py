@@ -1,4 +1,4 @@
-"""`hvisph sweep`, `converge` and `limit`: many runs and what they say together."""
+"""`hvisph sweep`, `converge` and `ballistic-limit`: parameter studies."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ def sweep(
     only: Annotated[
         str | None, typer.Option("--only", metavar="WHAT", help="failed, interrupted, or numbers: 3..7.")
     ] = None,
-    dry: Annotated[bool, typer.Option("--dry", help="List the cases and run nothing.")] = False,
+    dry: Annotated[bool, typer.Option("--dry-run", help="List the cases and run nothing.")] = False,
     table: Annotated[bool, typer.Option("--table", help="Show how a sweep stands and run nothing.")] = False,
     work: Annotated[
-        bool, typer.Option("--work", help="Be one more worker of a sweep's folder, as in a job array.")
+        bool, typer.Option("--worker", help="Be one more worker of a sweep's folder, as in a job array.")
     ] = False,
     wanted: Annotated[Path | None, typer.Option("--while", hidden=True)] = None,
 ) -> None:
@@ -78,35 +78,35 @@ def converge(
 
 
 @shared
-def limit(
+def ballistic_limit(
     how: How,
     case: CaseArgument,
     vary: Annotated[
         str, typer.Option("--vary", metavar="PATH", help="The setting, such as bodies.projectile.velocity.0.")
     ],
-    between: Annotated[
-        str, typer.Option("--between", metavar="A,B", help="Where it does not happen, and where it does: 200,900m/s.")
+    bracket: Annotated[
+        str, typer.Option("--bracket", metavar="A,B", help="Values without and with the event: 200,900m/s.")
     ],
-    until: Annotated[
-        str | None, typer.Option("--until", metavar="WIDTH", help="Width of the bracket; 1/16 of the first.")
+    tolerance: Annotated[
+        str | None, typer.Option("--tolerance", metavar="WIDTH", help="Final width of the bracket; 1/16 of the first.")
     ] = None,
     measure: Annotated[
-        str, typer.Option("--event", metavar="MEASURE", help="What begins to happen: a measure above --above.")
+        str, typer.Option("--event", metavar="MEASURE", help="The event: this measure above --threshold.")
     ] = "perforated",
-    above: Annotated[float, typer.Option("--above", help="Where it has happened [SI].")] = 0.5,
+    threshold: Annotated[float, typer.Option("--threshold", help="Threshold of the measure [SI].")] = 0.5,
     resolution: ResolutionOption = None,
     settings: SetOption = None,
 ) -> None:
-    """Find where something begins to happen, such as the ballistic limit, by bisection with all workers.
+    """Find the ballistic limit, or the limit of another event, by bisection with all workers.
 
     Exit codes: 0 found, 1 no limit between the values, 2 bad input, 3 a shot failed, 130 interrupted.
     """
-    bounds = _bounds(between)
-    width = until if until is not None else _sixteenth(*bounds)
-    varied = {"type": "bisect", "path": vary, "between": list(bounds), "until": width,
-              "event": {"measure": measure, "above": above}}  # fmt: skip
+    bounds = _bounds(bracket)
+    width = tolerance if tolerance is not None else _sixteenth(*bounds)
+    varied = {"type": "bisect", "path": vary, "bracket": list(bounds), "tolerance": width,
+              "event": {"measure": measure, "threshold": threshold}}  # fmt: skip
     fixed = [*(settings or ()), *([f"resolution={resolution}"] if resolution else ())]
-    _study(how, "limit", case, fixed, varied)
+    _study(how, "ballistic-limit", case, fixed, varied)
 
 
 def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, Any]) -> None:
@@ -135,19 +135,19 @@ def _bounds(text: str) -> tuple[str, str]:
 
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != 2:
-        raise CaseError(f"'{text}': two values with a comma between, such as 200,900m/s", where="--between")
-    (low, unit), (high, other) = (split("--between", part) for part in parts)
+        raise CaseError(f"'{text}': two values with a comma between, such as 200,900m/s", where="--bracket")
+    (low, unit), (high, other) = (split("--bracket", part) for part in parts)
     return f"{low:g} {unit or other}".strip(), f"{high:g} {other}".strip()
 
 
 def _sixteenth(low: str, high: str) -> str:
     from hvisph.sweeps.parameters import split
 
-    (a, unit), (b, other) = split("--between", low), split("--between", high)
+    (a, unit), (b, other) = split("--bracket", low), split("--bracket", high)
     from hvisph.core.errors import CaseError
 
     if unit != other:
-        raise CaseError("give --until, or both values in the same unit", where="--between")
+        raise CaseError("give --tolerance, or both values in the same unit", where="--bracket")
     return f"{abs(b - a) / 16:.12g} {unit}".strip()
 
 

@@ -27,12 +27,15 @@ def validate(
     ] = None,
     every: Annotated[bool, typer.Option("--all", help="Compute all sets.")] = False,
     second: Annotated[
-        bool, typer.Option("--second", help="The second resolution, coarser, which tells the error of the first.")
+        bool,
+        typer.Option("--second-resolution", help="Second, coarser resolution, for the discretization error."),
     ] = False,
     coarse: Annotated[bool, typer.Option("--coarse", help="Coarse forms, seconds a shot: whether all works.")] = False,
     across: Annotated[
         float | None,
-        typer.Option("--across", min=2, metavar="N", help="Particles across in place of the set's: finer or coarser."),
+        typer.Option(
+            "--particles-across", min=2, metavar="N", help="Number of particles across; the set's unless given."
+        ),
     ] = None,
     only: Annotated[
         str | None, typer.Option("--only", metavar="WHAT", help="failed, interrupted, or numbers of shots: 3..7.")
@@ -55,7 +58,7 @@ def validate(
 
     require_module("experiments")
     if second and coarse:
-        raise CaseError("give either --second or --coarse", where="--coarse")
+        raise CaseError("give either --second-resolution or --coarse", where="--coarse")
     from hvisph_validation.experiments import Experiments, experiment_names
 
     chosen = list(dict.fromkeys(names or ())) or (experiment_names() if every else [])
@@ -134,4 +137,4 @@ def _list(sets: list[Experiments], as_json: bool) -> None:
         echo_json([{"name": one.name, "shots": len(one.shots), **one.model.model_dump(mode="json")} for one in sets])
         return
     say(table([(one.name, f"{len(one.shots)} shots", one.model.title) for one in sets], indent=0))
-    say("\nRun with: hvisph validate NAME... [--coarse | --second], or --all")
+    say("\nRun with: hvisph validate NAME... [--coarse | --second-resolution], or --all")

@@ -102,7 +102,7 @@ def _state(summary: dict[str, Any], unitless: bool) -> list[str]:
 
 
 def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
-    from hvisph.cli.commands.limits import limits_text
+    from hvisph.cli.commands.limits import correlations_text
 
     from .formatting import duration
     from .results_table import bodies_table, conservation_rows, results_table, sections_table
@@ -116,7 +116,7 @@ def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
         results_table(summary["measures"], summary["expected"], unitless, conservation_rows(summary)),
         *_state(summary, unitless),
         *([f"\n{text}" for text in (sections_table(summary, unitless), bodies_table(summary, unitless)) if text]),
-        *(["", limits_text(summary["correlations"])] if summary.get("correlations") else []),
+        *(["", correlations_text(summary["correlations"])] if summary.get("correlations") else []),
         "",
         f"{state} after {summary['steps']} steps in {duration(summary['wall_seconds'])} "
         f"on {summary['threads']} thread{'s' if summary['threads'] > 1 else ''}{cost}: {harmless(folder)}",

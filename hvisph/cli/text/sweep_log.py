@@ -178,7 +178,7 @@ def _converge(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
 
 def _limit(verdict: dict[str, Any]) -> str:
     unit = f" {verdict['unit']}" if verdict["unit"] else ""
-    where = "".join(f"{path} = {format_value(value)}: " for path, value in verdict["for"].items())
+    where = "".join(f"{path} = {format_value(value)}: " for path, value in verdict["parameters"].items())
     if verdict["open"]:
         return f"{where}no limit: {verdict['open']}"
     if verdict["mixed"]:

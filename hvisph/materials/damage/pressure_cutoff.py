@@ -27,7 +27,7 @@ class PressureCutoff:
     """Parameters of the pressure cut-off."""
 
     pressure_minimum: float  # p_min [Pa], not above zero
-    fails: bool = False  # for good, at the first state below
+    permanent: bool = False  # for good, at the first state below
 
     name: ClassVar[str] = "pressure_cutoff"
     tag: ClassVar[int] = tags.PRESSURE_CUTOFF
@@ -38,7 +38,7 @@ class PressureCutoff:
     def pack(self, row: np.ndarray, density: float) -> None:
         """Write the parameters into the material's row of the table."""
         row[PRESSURE_MINIMUM] = self.pressure_minimum
-        row[FAILS_IN_TENSION] = float(self.fails)
+        row[FAILS_IN_TENSION] = float(self.permanent)
 
 
 def require_tension(pressure_minimum: float, where: str) -> None:

@@ -41,7 +41,7 @@ class JonesWilkinsLee:
     r1: float  # R1 [-]
     r2: float  # R2 [-]
     omega: float  # w [-]
-    energy_density: float  # E0 [J/m^3]
+    detonation_energy: float  # E0 [J/m^3]
     reference_density: float  # rho0 [kg/m^3]
     burn_rate: float = 0.0  # D/(1.5 dx) [1/s]
 
@@ -49,13 +49,13 @@ class JonesWilkinsLee:
     tag: ClassVar[int] = tags.JWL
 
     def __post_init__(self) -> None:
-        slots.require_positive(self, "capital_a", "r1", "r2", "omega", "energy_density", "reference_density")
+        slots.require_positive(self, "capital_a", "r1", "r2", "omega", "detonation_energy", "reference_density")
         slots.require_not_negative(self, "burn_rate")
 
     @property
     def ambient_energy(self) -> float:
         """Specific chemical energy E0/rho0 [J/kg]."""
-        return self.energy_density / self.reference_density
+        return self.detonation_energy / self.reference_density
 
     def ambient_sound_speed(self, density: float) -> float:
         """Sound speed of the products at the reference density and the whole energy [m/s]."""
@@ -73,7 +73,7 @@ class JonesWilkinsLee:
         cold = sum(a * (1.0 - w / (r * v)) * np.exp(-r * v)
                    for a, r in ((self.capital_a, self.r1), (self.capital_b, self.r2)))  # fmt: skip
         # the heat of the front is E0 + p (1 - V)/2 per volume at the start
-        p = (cold + w * self.energy_density / v) / (1.0 - 0.5 * w * (1.0 - v) / v)
+        p = (cold + w * self.detonation_energy / v) / (1.0 - 0.5 * w * (1.0 - v) / v)
         speed = np.sqrt(p / (1.0 - v) / self.reference_density)
         return float(speed.min()), float(p[speed.argmin()])
 

@@ -57,8 +57,8 @@ class Tillotson:
     alpha: float  # [-]
     beta: float  # [-]
     incipient_energy: float  # e_iv [J/kg]
-    complete_energy: float  # e_cv [J/kg]
-    cold_tension: str = "fading"  # of the condensed branch below rho0: fading, linear or full
+    vaporization_energy: float  # e_cv [J/kg]
+    expansion: str = "faded"  # of the condensed branch below rho0: faded, linear or full
     low_density: float = 0.0  # rho/rho0 below which cold material bears nothing
 
     name: ClassVar[str] = "tillotson"
@@ -68,8 +68,8 @@ class Tillotson:
     def __post_init__(self) -> None:
         slots.require_positive(self, "bulk_modulus", "small_a", "reference_energy", "incipient_energy")
         slots.require_not_negative(self, "capital_b", "small_b", "alpha", "beta", "low_density")
-        if not self.complete_energy > self.incipient_energy:
-            raise CaseError("complete_energy is not above incipient_energy", where=self.name)
+        if not self.vaporization_energy > self.incipient_energy:
+            raise CaseError("vaporization_energy is not above incipient_energy", where=self.name)
         if not self.low_density < 1.0:
             raise CaseError(f"low_density is {self.low_density!r}, but must be below 1", where=self.name)
 
@@ -81,16 +81,16 @@ class Tillotson:
         """Write the parameters into the material's row of the table."""
         row[CAPITAL_A] = self.bulk_modulus
         row[CAPITAL_B] = self.capital_b
-        row[CAPITAL_B_TENSION] = self.capital_b if self.cold_tension == "full" else 0.0
+        row[CAPITAL_B_TENSION] = self.capital_b if self.expansion == "full" else 0.0
         row[INVERSE_E0] = 1.0 / self.reference_energy
         row[SMALL_A] = self.small_a
         row[SMALL_B] = self.small_b
         row[ALPHA] = self.alpha
         row[BETA] = self.beta
         row[INCIPIENT] = self.incipient_energy
-        row[COMPLETE] = self.complete_energy
+        row[COMPLETE] = self.vaporization_energy
         row[LOW_DENSITY] = self.low_density
-        row[FADES] = float(self.cold_tension == "fading")
+        row[FADES] = float(self.expansion == "faded")
 
 
 @compiled

@@ -3,7 +3,7 @@
     strain   deviatoric Green-Lagrange equivalent strain sqrt(2/3 E':E') at or above a limit (eps_33 = 0 in 2D)
     damage   damage of 1
 
-with or without their reference neighbours. The guard keeps the interface sound: an Eulerian particle whose
+with or without their reference neighbours. The fallback keeps the interface sound: an Eulerian particle whose
 deformation gradient has J outside [0.2, 5] or a strain above its limit, because neighbours were torn off,
 turns its Total Lagrangian reference neighbours; so does one that fails later than it turned, because its place says
 nothing of their deformation; a Total Lagrangian particle with J below 0.2 turns.
@@ -45,11 +45,11 @@ class Conversion:
         Whether the reference neighbours of a particle that turns do, too.
     bodies
         Indices of the bodies that turn; None for all.
-    guard
+    fallback
         Whether the interface is guarded.
-    guard_strain
-        Strain above which the guard acts; None for 1.5 in 1D and 2D and 1.0 in 3D.
-    guard_damage
+    fallback_strain
+        Strain above which the fallback acts; None for 1.5 in 1D and 2D and 1.0 in 3D.
+    fallback_damage
         Whether it acts on the neighbours of Eulerian particles that have failed, where failed particles turn.
     """
 
@@ -57,9 +57,9 @@ class Conversion:
     damage: bool = False
     neighbours: bool = True
     bodies: tuple[int, ...] | None = None
-    guard: bool = True
-    guard_strain: float | None = None
-    guard_damage: bool = True
+    fallback: bool = True
+    fallback_strain: float | None = None
+    fallback_damage: bool = True
     smallest: float = 0.2
     largest: float = 5.0
 
@@ -88,13 +88,13 @@ class Conversion:
             turns |= own & (strains >= self.strain)
         if self.damage:
             turns |= own & (damage >= 1.0)
-        guarded = self.guard and (not self.is_off or beside.anywhere(not lagrangian.all()))
+        guarded = self.fallback and (not self.is_off or beside.anywhere(not lagrangian.all()))
         torn = np.zeros_like(turns)
         if guarded:
             turns |= lagrangian & active & (jacobians < self.smallest)
-            limit = self.guard_strain or (1.0 if beside.dim == 3 else 1.5)
+            limit = self.fallback_strain or (1.0 if beside.dim == 3 else 1.5)
             torn = (jacobians < self.smallest) | (jacobians > self.largest) | (strains > limit)
-            if self.damage and self.guard_damage:
+            if self.damage and self.fallback_damage:
                 torn |= damage >= 1.0
             torn &= active & ~lagrangian
         if beside.anywhere(turns.any() or torn.any()):

@@ -102,9 +102,9 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
         "RENEWS": int(formulation.renew_strain is not None), "AXISYMMETRIC": int(formulation.revolved),
         "remembered_state": fitted(thermodynamics.remembered_state, *materials), "longitudinal_speed":
         thermodynamics.longitudinal_speed, "shear_modulus": fitted(thermodynamics.shear_modulus, *materials),
-        "REMEMBERS": int("memory" in particles.offsets), "S_MEMORY": 0,
+        "REMEMBERS": int("history_variable" in particles.offsets), "S_HISTORY_VARIABLE": 0,
         **{name: at for name, at in particles.bindings().items()
-           if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_DAMAGE", "S_MEMORY")},
+           if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_DAMAGE", "S_HISTORY_VARIABLE")},
         "slope": kernel.slope,
         "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
     }  # fmt: skip

@@ -140,7 +140,7 @@ class BodyContact:
         self.omega[:], self._power = 0.0, 0.0
         looks = self._evaluations % LOOK_EVERY == 0
         self._evaluations += 1
-        if looks and self.law.own_faces:
+        if looks and self.law.self_contact:
             self._look_for_folds(rows, slots, loose)
         if self.folded.any():
             chosen = np.union1d(chosen, np.flatnonzero(self.folded))
@@ -240,7 +240,7 @@ class BodyContact:
             packed[:, to["RING"]] = own[:, slots["RING"]]
         if self.law.stores:
             packed[:, to["START"]] = self.starts[chosen]
-        if self.law.own_faces:
+        if self.law.self_contact:
             packed[:, to["D"] : to["D"] + dim] = self._get_displacements(chosen, rows, slots)
             # only who was found near a far part of its body: who else is among the chosen hangs on the cells
             packed[:, to["TIED"]] = own[:, slots["KIND"]] * (self.folded[chosen] & ~loose[chosen])

@@ -110,7 +110,7 @@ class CompositeStepper(CompositeState):
         self.pairs = self.spatial.pairs
         if self._halo_for is not None:
             self.spatial.join(self._halo_for)
-        if formulation.contact.parts and (formulation.contact.own_faces or not self._one_body):
+        if formulation.contact.parts and (formulation.contact.self_contact or not self._one_body):
             fullest = np.zeros(self._bodies_in_all)
             np.maximum.at(fullest, particles.body.astype(np.int64), self.reference.zeroth_sums)
             self.contact = BodyContact(particles, formulation, self.materials, self._at_start, self.h, self.planes,
@@ -267,7 +267,7 @@ class CompositeStepper(CompositeState):
 
     def _part(self, leaves: np.ndarray) -> None:
         """Have particles that left their lists meet the rest of their body as one of another."""
-        if self.contact is not None and self.formulation.contact.own_faces:
+        if self.contact is not None and self.formulation.contact.self_contact:
             self.contact.leave(leaves)
             self._body_indices, self._one_piece = self.contact.pieces, False
 

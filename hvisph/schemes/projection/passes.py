@@ -52,12 +52,12 @@ def velocity(i, state, tags, near, rows, following, rates, dt, body_force):
     following[i, RHO], following[i, P] = state[i, S_DENSITY], state[i, S_PRESSURE]
 
 
-def pressure(i, state, near, rows, following, dt, eta2, fullness, guard, printed):
+def pressure(i, state, near, rows, following, dt, eta2, fullness, min_support, printed):
     """Pass 3: the pressure that brings the density back, from those of the step before."""
     listed, first, last, kernels = near
     loss, diagonal, others = poisson(listed, first[i], last[i], rows, i, kernels, eta2)
     rho, h, p = state[i, S_DENSITY], state[i, S_SMOOTHING_LENGTH], 0.0
-    if diagonal < 0.0 and not -diagonal * rho * h * h * fullness < guard:
+    if diagonal < 0.0 and not -diagonal * rho * h * h * fullness < min_support:
         p = (others - loss / dt) / diagonal
     state[i, S_PRESSURE] = p
     w = state[i, S_MASS] if printed else state[i, S_MASS] / rho

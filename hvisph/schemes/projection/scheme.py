@@ -19,7 +19,7 @@ from hvisph.sph.kernels import CUBIC_SPLINE, Kernel
 
 from .stepper import ProjectionStepper
 
-# Points of the rule that integrates the kernel for the guard: its result is good to 1e-6.
+# Points of the rule that integrates the kernel for the minimum support: its result is good to 1e-6.
 _POINTS = 2000
 
 
@@ -34,7 +34,7 @@ class Projection:
     printed
         Whether the pressure gradient is eq. 31 as printed, P_a/rho_a^2 + P_b/rho_b^2, in place of
         the conjugate of the divergence, (P_a + P_b)/(rho_a rho_b).
-    guard
+    min_support
         A particle whose neighbourhood is less full than this has no pressure; see `fullness`.
     body_force
         Acceleration of all particles [m/s^2], as many components as dimensions.
@@ -46,7 +46,7 @@ class Projection:
     h_over_dx: float = 1.5
     smoothing: Smoothing = field(default_factory=Smoothing)
     printed: bool = False
-    guard: float = 0.3
+    min_support: float = 0.3
     body_force: tuple[float, ...] = ()
     pressure_average: float = 2e-7
 

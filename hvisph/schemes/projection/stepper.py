@@ -42,7 +42,7 @@ class ProjectionNumbers(AnyFormulation, Protocol):
         """Whether the pressure gradient is the printed one."""
 
     @property
-    def guard(self) -> float:
+    def min_support(self) -> float:
         """Fullness below which a particle has no pressure."""
 
     @property
@@ -160,7 +160,9 @@ class ProjectionStepper:
         stress, velocity, pressure, acceleration, _ = self._loops
         stress(n, data, tags, near, *rows.get_pass_rows(0), self.rates, (self.table, self.models), dt)
         velocity(n, data, tags, near, *rows.get_pass_rows(1), self.rates, dt, self._body_force)
-        pressure(n, data, near, *rows.get_pass_rows(2), dt, self._eta2, self._fullness, scheme.guard, scheme.printed)
+        pressure(
+            n, data, near, *rows.get_pass_rows(2), dt, self._eta2, self._fullness, scheme.min_support, scheme.printed
+        )
         acceleration(n, data, near, rows.get_pass_rows(3)[0], self.rates, scheme.printed)
 
     def complete(self, dt: float, following: float) -> None:

@@ -53,14 +53,14 @@ class Riemann:
         Whether bodies separate and slide, or are welded.
     friction
         Coulomb's coefficient between bodies that are parted.
-    own_faces
+    fragment_contact
         Whether pieces that have come apart from a body are parted, too.
     revolved
         Whether particles are rings about the axis x.
     unlike
         Whether bodies that are parted differ in spacing.
-    faces
-        Whether faces of one body that look at each other are parted, too.
+    face_contact
+        Whether surfaces of one connected body are in contact, too.
     spins
         Whether pairs of the consistent form take back the angular momentum that they make; not of rings, nor in 1D.
     """
@@ -73,10 +73,10 @@ class Riemann:
     held: bool = True
     parted: bool = False
     friction: float = 0.0
-    own_faces: bool = False
+    fragment_contact: bool = False
     revolved: bool = False
     unlike: bool = False
-    faces: bool = False
+    face_contact: bool = False
     spins: bool = False
 
     name = "riemann"
@@ -89,8 +89,8 @@ class Riemann:
     def fields(self) -> tuple[str, ...]:
         """What particles carry beside the state."""
         own = ("previous_density_rate",) if self.consistent else ()
-        own = (*own, "density_lead") if self.leads else own
-        return (*own, "previous_spin") if self.spins else own
+        own = (*own, "density_correction") if self.leads else own
+        return (*own, "torque_residual") if self.spins else own
 
     @property
     def follows(self) -> bool:
@@ -119,7 +119,7 @@ class Riemann:
 
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
         return riemann_row.row_layout(dim, reconstruct, self.consistent, self.parted, self.follows, self.revolved,
-                                  self.meets_unlike, self.faces, self.spins, self.leads)  # fmt: skip
+                                  self.meets_unlike, self.face_contact, self.spins, self.leads)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
         """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
@@ -128,7 +128,7 @@ class Riemann:
             "CORRECTED_VARIANT": int(self.consistent),
             "SEPARATING": int(self.parted),
             "VARIABLE_RESOLUTION": int(self.meets_unlike),
-            "SELF_CONTACT": int(self.faces),
+            "SELF_CONTACT": int(self.face_contact),
         }
         row = self.layout(dim)
         flux = Pass(riemann.accumulate, riemann_row.pair_layout(row), ways | {
@@ -151,7 +151,7 @@ class Riemann:
             )
         ]
         if self.parted:
-            first += riemann_row.contact_passes(row, self.kernel, self.unlike, self.faces)
+            first += riemann_row.contact_passes(row, self.kernel, self.unlike, self.face_contact)
         return [*first, flux]
 
     def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact:
@@ -160,7 +160,7 @@ class Riemann:
 
     def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
         """Keep the normals of this evaluation's faces in the rows, where the next one finds them."""
-        if self.faces:
+        if self.face_contact:
             at, count, dim = pairs.slots, len(lengths), pairs.layout.dim
             lacking = pairs.sorted[pairs.place[:count], at["N_SURFACE"] : at["N_SURFACE"] + dim]
             size = (

@@ -65,7 +65,7 @@ class MorrisMonaghanViscosity(MonaghanViscosity):
     share_decay: float = 0.2
 
     switch: ClassVar[int] = MORRIS_MONAGHAN
-    fields: ClassVar[tuple[str, ...]] = ("viscosity_share",)
+    fields: ClassVar[tuple[str, ...]] = ("viscosity_factor",)
 
     @property
     def relaxation(self) -> tuple[float, float]:

@@ -57,7 +57,7 @@ class Eulerian:
         Whether the rate of density is sum m_b u_ab . grad W, not rho_a sum m_b/rho_b u_ab . grad W.
     parted, friction
         Whether bodies separate and slide, or are welded, and Coulomb's coefficient between them.
-    own_faces
+    fragment_contact
         Whether pieces that have come apart from a body are parted, too.
     revolved
         Whether particles are rings about the axis x.
@@ -80,7 +80,7 @@ class Eulerian:
     mass_form: bool = False
     parted: bool = False
     friction: float = 0.0
-    own_faces: bool = False
+    fragment_contact: bool = False
     revolved: bool = False
     unlike: bool = False
     shears: bool = False
@@ -94,7 +94,7 @@ class Eulerian:
     def fields(self) -> tuple[str, ...]:
         """What particles carry beside the state."""
         own = self.viscosity.fields
-        own = (*own, "previous_spin") if self.spins else own
+        own = (*own, "torque_residual") if self.spins else own
         return (*own, "previous_density_rate") if self.density_rate else own
 
     @property

@@ -172,7 +172,7 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
             full, swelling = with_zz(full, hoop), swelling + hoop
         # mass over volume; of rings both are those of the section
         rho = rows[i, M] / (volume[i] * section)
-        memory = state[i, S_MEMORY] if REMEMBERS else 1.0
+        memory = state[i, S_HISTORY_VARIABLE] if REMEMBERS else 1.0
         p, c = remembered_state(table, models, m, rho, rows[i, E], state[i, S_DAMAGE], memory)
         shear = shear_modulus(table, models, m, rho, rows[i, E], p)
         shrunk = courant * np.sqrt(max(dot(inverse, inverse) - (DIM - 1.0), 0.0))

@@ -157,7 +157,7 @@ class ReferenceChanges:
             sound = (chi > 1.0 / LARGEST_JUMP) & (chi < LARGEST_JUMP)
             self.swellings[beside[sound]] = chi[sound]
             leaves = np.zeros_like(leaves)
-            leaves[beside[~sound & self._lagrangian[beside]]] = True  # Eulerian ones have the guard
+            leaves[beside[~sound & self._lagrangian[beside]]] = True  # Eulerian ones have the fallback
 
     def _renew(self) -> None:
         """Take the places of the rows as the reference."""

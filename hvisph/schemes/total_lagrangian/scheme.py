@@ -178,7 +178,7 @@ class TotalLagrangian:
 
     def sparsest(self, dim: int) -> float:
         """Return W(0) h^dim, that of a particle alone, where failed particles turn and fly; else 0."""
-        flies = self.conversion.damage and self.conversion.guard_damage
+        flies = self.conversion.damage and self.conversion.fallback_damage
         return float(self.kernel.value(0.0, 1.0, dim)) if flies else 0.0
 
     def limits(self) -> None:

@@ -15,7 +15,7 @@ both sides by halves; where slip comes to rest it is a dashpot:
 
     T_ab = - min(mu |F_ab . n|, sqrt(k_ab min(m_a, m_b))/2 |u_t|) u_t/|u_t|,    u_t = u_ab - (u_ab . n) n
 
-Particles of one body press on each other, too (OWN_FACES), where both are TIED to it by reference kernels and were
+Particles of one body press on each other, too (SELF_CONTACT), where both are TIED to it by reference kernels and were
 farther apart in the reference than these reach: faces that a fold or a bend brings together. What has left its body's
 lists is a body of its own.
 
@@ -62,7 +62,7 @@ from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.limiters import TINY
 
 # Options of the laws, off unless bound: rings about an axis; faces of one body that meet; friction.
-AXISYMMETRIC = OWN_FACES = FRICTION = 0
+AXISYMMETRIC = SELF_CONTACT = FRICTION = 0
 # A contact carries so many times the pressure that is expected: lattices that do not face each other particle by
 # particle carry less than those that do.
 RESERVE = 2.5
@@ -82,14 +82,14 @@ class Pressing:
         Pressure to come [Pa]; the contact is made stiff enough for it.
     friction
         Coulomb's coefficient.
-    own_faces
+    self_contact
         Whether faces of one body that meet press on each other.
     """
 
     stiffness: float = 1.0
     expected: float = 0.0
     friction: float = 0.0
-    own_faces: bool = True
+    self_contact: bool = True
 
     parts = True  # bodies meet through it, and not through kernel sums
     stores = True  # its energy is in no particle
@@ -127,7 +127,8 @@ class Pressing:
     def passes(self, dim: int, revolved: bool) -> list[Pass]:
         """Return the passes: how bodies fill each other's room, then forces."""
         layout = self.row_layout(dim, revolved)
-        ways = {"OWN_FACES": int(self.own_faces), "FRICTION": int(self.friction > 0.0), "AXISYMMETRIC": int(revolved)}
+        ways = {"SELF_CONTACT": int(self.self_contact), "FRICTION": int(self.friction > 0.0)}
+        ways |= {"AXISYMMETRIC": int(revolved)}
         return [Pass(fill, layout, ways, (against,), into_rows=True),
                 Pass(accumulate, layout, ways, (against,), slips=True)]  # fmt: skip
 
@@ -139,8 +140,8 @@ class Pressing:
         """
         return RowLayout(dim, select_fields(
             ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
-            ("k", "scalar"), ("p", "scalar"), ("g", "scalar"), self.own_faces and ("d", "vector"),
-            self.own_faces and ("tied", "scalar"), self.friction > 0.0 and ("n_other", "vector"),
+            ("k", "scalar"), ("p", "scalar"), ("g", "scalar"), self.self_contact and ("d", "vector"),
+            self.self_contact and ("tied", "scalar"), self.friction > 0.0 and ("n_other", "vector"),
             revolved and ("ring", "radius"), ("start", "scalar"),
         ))  # fmt: skip
 
@@ -172,7 +173,7 @@ def against(rows, i, b, dx, reach2):
     `dx` is x_a - x_b, `reach2` the square of the reference support [m^2].
     """
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
-    if OWN_FACES:
+    if SELF_CONTACT:
         own_face = (
             rows[i, TIED] * b[TIED] * was_outside_reach(dx, own_vector(rows, i, D, DIM), vector(b, D, DIM), reach2)
         )

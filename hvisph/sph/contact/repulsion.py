@@ -74,7 +74,7 @@ class Contact:
     absolute: float | None = None
 
     parts = True  # bodies meet through it, and not through kernel sums
-    stores = own_faces = False  # its work is heat of both sides
+    stores = self_contact = False  # its work is heat of both sides
     friction = 0.0
 
     def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, carried: float = 1.0) -> float:
@@ -126,7 +126,7 @@ class Contact:
 class Welded:
     """No contact: bodies meet through the kernel sums, as one."""
 
-    parts = stores = own_faces = False
+    parts = stores = self_contact = False
     friction = 0.0
 
 

@@ -71,7 +71,7 @@ def _meeting(dim: int, dx: float, name: str, gap: float) -> Trial:
         yield limit("remaining change of velocity", changing, 0.01 * SPEED, "m/s", "they have parted before")
         energy = ran.history["kinetic_energy"] + ran.history["internal_energy"]
         if (
-            getattr(getattr(ran.case.formulation, "contact", None), "type", "") == "separating"
+            getattr(getattr(ran.case.formulation, "contact", None), "type", "") == "frictional"
             and "contact_energy" in ran.history
         ):
             energy = energy + ran.history["contact_energy"]

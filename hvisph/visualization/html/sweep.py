@@ -78,7 +78,7 @@ def _table(home: Path) -> tuple[list[str], list[dict[str, str]]]:
 def _verdict(said: Mapping[str, Any]) -> str:
     text = f"{said.get('done', 0)} of {said.get('cases', 0)} cases are done."
     for limit in said.get("limits", []):
-        where = "".join(f"{path} = {value}: " for path, value in limit["for"].items())
+        where = "".join(f"{path} = {value}: " for path, value in limit["parameters"].items())
         if limit.get("open") or limit["limit"] is None:
             text += f" {where}No limit was found: {limit.get('open') or 'all values tried lie on one side'}."
         elif limit["mixed"]:
