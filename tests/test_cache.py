@@ -9,8 +9,8 @@ import sys
 
 import pytest
 
-from hvisph.compiler.fingerprint import ATTRIBUTE, GLOBAL, OTHER, fingerprint, names_read
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.fingerprint import ATTRIBUTE, GLOBAL, OTHER, fingerprint, read_names
+from hvisph.compiler.jit import inline
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="POSIX permissions")
 
@@ -28,8 +28,8 @@ import hashlib
 import json
 import numpy as np
 from hvisph.compiler.template_binding import bind
-from hvisph.compiler.threads.parallel_for import each
-from hvisph.compiler.jit import heard_compiling, specialise
+from hvisph.compiler.threads.parallel_for import particle_loop
+from hvisph.compiler.jit import report_compilation, specialise
 from hvisph.sph.neighbours import particle_layout as rates
 from hvisph.sph.kernels import CUBIC_SPLINE
 from hvisph.sph.kernels.kernel import scale
@@ -43,7 +43,7 @@ options = {"MIXED": 1, "HOURGLASS": 1, "PRINTED": 0, "COUPLED": 0, "AXISYMMETRIC
            "scale": specialise(scale, DIM=2, NORM=CUBIC_SPLINE.norm(2)), "DIM": 2, "WIDTH": width, "WEIGHTS": 3}
 loop = each(bind(reference.accumulate, {}, options | layout.slots() | rates.slots(2)))
 found = np.zeros((n, rates.width(2)))
-with heard_compiling(heard.append):
+with report_compilation(heard.append):
     loop(n, random.random((n + 1, layout.width)), np.ones(n, np.uint8), 1, random.random(n), lists,
          (random.random((n, 2)), random.random(n)), (1.0, 2.0), 10.0, 1.0, found)
 print(json.dumps({"compiled": bool(heard), "bits": hashlib.sha256(found).hexdigest()}))
@@ -165,7 +165,7 @@ def test_a_loop_is_known_by_its_code_and_by_all_that_it_calls(monkeypatch):
     assert of(text, A=1.5) != first
     assert of("def f(x):\n    return doubled(x) - A\n", A=1.0) != first
     assert of(text, A=1.0, doubled=lambda x: x + x) != first
-    assert of(text, A=compiled(doubled)) == of(text, A=doubled)
+    assert of(text, A=inline(doubled)) == of(text, A=doubled)
     assert of("def f(x):\n    return m.doubled(x)\n", m=sys.modules[__name__]) != of(
         "def f(x):\n    return m.of(x)\n", m=sys.modules[__name__]
     )
@@ -182,4 +182,4 @@ def test_reading_of_names_is_that_of_dis():
     for code in (one.__code__, many, fingerprint.__code__):
         steps = [step for step in dis.get_instructions(code) if step.opname != "EXTENDED_ARG"]
         told = [(kinds.get(step.opname, OTHER), step.argval if step.opname in kinds else "") for step in steps]
-        assert list(names_read(code)) == told
+        assert list(read_names(code)) == told

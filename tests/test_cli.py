@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import hvisph
 from hvisph.casefile.paths import bundled_cases, data_folder
 from hvisph.cli.main import app
-from hvisph.compiler.jit import heard_compiling
+from hvisph.compiler.jit import report_compilation
 from hvisph.precheck.estimate import INTERPRETER
 
 COMMANDS = ("run", "resume", "check", "measure", "cases", "materials", "help", "schema", "doctor")
@@ -189,7 +189,7 @@ def test_doctor_tells_a_broken_machine(monkeypatch):
 
 def test_check_says_what_a_case_is():
     heard = []
-    with heard_compiling(heard.append):
+    with report_compilation(heard.append):
         found = call("check", "al_al")
     assert found.exit_code == 0
     assert heard == []

@@ -8,27 +8,27 @@ import pytest
 from hvisph.compiler.exact_sum import (
     FINER,
     LARGEST,
-    add_whole,
+    add_term,
+    decode_sum,
+    encode_terms,
     exact_parts,
     exact_sum,
-    rounder_of,
-    total,
-    unit_of,
-    value_of,
-    whole_parts,
+    rounding_constant,
+    sum_in_units,
+    sum_unit,
 )
 from hvisph.compiler.jit import specialise
 
 
 def _add_all(terms, rounder, sums):
     for term in terms:
-        add_whole(sums, np.uint64(0), np.uint64(1), term, rounder)
+        add_term(sums, np.uint64(0), np.uint64(1), term, rounder)
 
 
 def compiled_parts(terms, unit):
     """Return the pair of integers that the compiled function adds up to."""
     sums = np.zeros((1, 2, 9), np.int64)
-    specialise(_add_all, parallel=False)(terms, rounder_of(unit), sums)
+    specialise(_add_all, parallel=False)(terms, rounding_constant(unit), sums)
     others = np.delete(sums[0], 1, axis=1)
     assert not others.any()
     return sums[0, :, 1]
@@ -38,26 +38,26 @@ def compiled_parts(terms, unit):
 def test_any_order_and_any_partition_give_the_same_integers(scale):
     rng = np.random.default_rng(0)
     terms = scale * rng.normal(size=10_000) * 10.0 ** rng.uniform(-8, 0, 10_000)
-    unit = unit_of(float(np.abs(terms).sum()))
-    whole = whole_parts(terms, unit)
+    unit = sum_unit(float(np.abs(terms).sum()))
+    whole = encode_terms(terms, unit)
     assert np.array_equal(whole, compiled_parts(terms, unit))
     assert np.array_equal(whole, compiled_parts(rng.permutation(terms), unit))
-    assert np.array_equal(whole, sum(whole_parts(part, unit) for part in np.array_split(terms, 7)))
+    assert np.array_equal(whole, sum(encode_terms(part, unit) for part in np.array_split(terms, 7)))
     # each term is off by half a unit of the finer part at most, 2^-74 of the whole
-    assert abs(total(terms, unit) - exact_sum(terms)) <= len(terms) * unit * 2.0**-FINER + 2e-16 * abs(
-        total(terms, unit)
+    assert abs(sum_in_units(terms, unit) - exact_sum(terms)) <= len(terms) * unit * 2.0**-FINER + 2e-16 * abs(
+        sum_in_units(terms, unit)
     )
 
 
 def test_units_are_powers_of_two_and_of_nothing_there_is_one():
-    assert np.log2(unit_of(3.0)) == np.round(np.log2(unit_of(3.0)))
-    assert unit_of(0.0) == unit_of(np.inf) == unit_of(1.0)
-    assert 2.0**11 <= LARGEST * unit_of(7.0) / 7.0 <= 2.0**12
+    assert np.log2(sum_unit(3.0)) == np.round(np.log2(sum_unit(3.0)))
+    assert sum_unit(0.0) == sum_unit(np.inf) == sum_unit(1.0)
+    assert 2.0**11 <= LARGEST * sum_unit(7.0) / 7.0 <= 2.0**12
 
 
 def test_sums_below_their_unit_are_kept():
-    assert total(np.full(1000, 1e-7), 1.0) == pytest.approx(1e-4, rel=2.0**-FINER / 1e-7)
-    assert value_of(np.array([3, 1 << (FINER - 1)]), 0.5) == 1.75
+    assert sum_in_units(np.full(1000, 1e-7), 1.0) == pytest.approx(1e-4, rel=2.0**-FINER / 1e-7)
+    assert decode_sum(np.array([3, 1 << (FINER - 1)]), 0.5) == 1.75
 
 
 @pytest.mark.parametrize("seed", range(3))

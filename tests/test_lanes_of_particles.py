@@ -7,11 +7,11 @@ from math import exp
 import numpy as np
 import pytest
 
-from hvisph.compiler.exact_sum import add_lanes, rounder_of, sum_lanes, whole_parts
-from hvisph.compiler.if_conversion import text_in_lanes
-from hvisph.compiler.jit import compiled, plain, prange, specialise
+from hvisph.compiler.exact_sum import add_lanes, encode_terms, rounding_constant, sum_lanes
+from hvisph.compiler.if_conversion import convert_tree
+from hvisph.compiler.jit import inline, prange, python_twin, specialise
 from hvisph.compiler.tensors import own_gradient, own_symmetric, own_vector, put
-from hvisph.compiler.vector.gather import many
+from hvisph.compiler.vector.gather import gather
 from hvisph.compiler.vector.lane_masks import first_lanes
 from hvisph.compiler.vector.lanes import LANES
 from hvisph.materials import stress_update
@@ -35,13 +35,13 @@ def _singly(data, near, out):
 
 def _together(data, near, out):
     for k in range(np.uint64(0), np.uint64(data.shape[0]), np.uint64(LANES)):
-        one(many(data, near, k), np.uint64(0), many(out, near, k))
+        one(gather(data, near, k), np.uint64(0), gather(out, near, k))
 
 
 def both_ways(function, data, width):
     """Return what a compiled `function` makes of rows (n, 3) in plain Python, one at a time, and lanes at a time."""
     near = np.random.default_rng(3).permutation(len(data)).astype(np.uint32)
-    made = [np.array([plain(function)(tuple(row)) for row in data.tolist()])]
+    made = [np.array([python_twin(function)(tuple(row)) for row in data.tolist()])]
     for loop in (_singly, _together):
         out = np.zeros((len(data), width))
         specialise(loop, parallel=False, one=specialise(_one, function=function))(data, near, out)
@@ -52,10 +52,10 @@ def both_ways(function, data, width):
 @pytest.mark.parametrize("function", [one for one in OF_MATERIALS if one.py_func.__name__ != "thinning"])
 def test_what_particles_are_made_of_is_computed_for_many(function):
     # One at a time, as nested returns ask for, the whole pass takes twice as long. Thinning loops, seldom.
-    text_in_lanes(function.py_func, range(2, len(signature(function.py_func).parameters)))
+    convert_tree(function.py_func, range(2, len(signature(function.py_func).parameters)))
 
 
-@compiled
+@inline
 def _early(v):
     """Return early, late, or from within."""
     if v[0] > 1.0:
@@ -67,7 +67,7 @@ def _early(v):
     return a, b
 
 
-@compiled
+@inline
 def _mutating(v):
     """Change what stood before, on either side, in a loop and with masks made of masks."""
     a, b, c = v
@@ -85,7 +85,7 @@ def _mutating(v):
     return a, max(b, c), min(a, 0.3)
 
 
-@compiled
+@inline
 def _known_at_times(v):
     """Change what is there only if a constant says so."""
     if FLAG:
@@ -104,7 +104,7 @@ def _known_at_times(v):
 FLAG = True
 
 
-@compiled
+@inline
 def _powers(v):
     """Take functions that no vector has."""
     a = abs(v[0])
@@ -113,7 +113,7 @@ def _powers(v):
     return a, a**0.5
 
 
-@compiled
+@inline
 def _searching(v):
     """Loop until a lane is content: called for each by itself."""
     a = abs(v[0]) + 1.0
@@ -174,7 +174,7 @@ def _respond(data, i, out, table, models, m):
 
 def _respond_together(data, near, out, table, models, m):
     for k in range(np.uint64(0), np.uint64(data.shape[0]), np.uint64(LANES)):
-        respond(many(data, near, k), np.uint64(0), many(out, near, k), table, models, m)
+        respond(gather(data, near, k), np.uint64(0), gather(out, near, k), table, models, m)
 
 
 def _respond_singly(data, near, out, table, models, m):
@@ -210,7 +210,7 @@ def test_the_stress_update_of_every_kind_of_model(loops, material):
         made.append(out)
     assert np.array_equal(made[0], made[1], equal_nan=True)
     assert np.isfinite(made[0][:, :10]).all()
-    row = plain(stress_update.recall)
+    row = python_twin(stress_update.recall)
     for k in (3, 20, 33):
         d = data[k].tolist()
         s, *others, memory = row(
@@ -224,7 +224,7 @@ def _count(terms, near, number, rounder, wholes):
         counted = np.zeros((2, 3, LANES), np.int64)
         for k in range(np.uint64(0), np.uint64(number), np.uint64(LANES)):
             here = first_lanes(np.uint64(number) - k)
-            add_lanes(counted, np.uint64(1), here, many(terms, near, k)[np.uint64(0)], rounder)
+            add_lanes(counted, np.uint64(1), here, gather(terms, near, k)[np.uint64(0)], rounder)
         sum_lanes(wholes, np.uint64(chunk), counted)
 
 
@@ -232,6 +232,6 @@ def test_lanes_are_counted_as_single_terms_are():
     rng, number = np.random.default_rng(0), COUNT - 3
     terms, near = rng.normal(size=COUNT), np.arange(COUNT, dtype=np.uint32)
     wholes, unit = np.ones((1, 2, 3), np.int64), 2.0**-38
-    specialise(_count, parallel=True)(terms, near, number, rounder_of(unit), wholes)
-    assert np.array_equal(wholes[0, :, 1], whole_parts(terms[:number], unit))
+    specialise(_count, parallel=True)(terms, near, number, rounding_constant(unit), wholes)
+    assert np.array_equal(wholes[0, :, 1], encode_terms(terms[:number], unit))
     assert not wholes[0, :, ::2].any()

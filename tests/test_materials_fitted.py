@@ -5,7 +5,7 @@ import pytest
 from test_materials_eos import ALUMINIUM, MODELS, identify
 from test_materials_response import DAMAGES, GAS, JC, LATER_DAMAGES, LATER_STRENGTHS, RHO0, STRENGTHS, M, material
 
-from hvisph.compiler.jit import plain
+from hvisph.compiler.jit import python_twin
 from hvisph.materials import stress_update, thermodynamics, traction_limits
 from hvisph.materials.eos import IdealGas
 from hvisph.materials.material_table import Material, fitted, pack
@@ -37,7 +37,7 @@ def compare(made, packed_with):
         general = (
             getattr(stress_update, name, None) or getattr(thermodynamics, name, None) or getattr(traction_limits, name)
         )
-        answers.append((name, plain(general), plain(fitted(general, table, models))))
+        answers.append((name, python_twin(general), python_twin(fitted(general, table, models))))
     for rho, e, s, strain, damage, generator in states(40):
         l = tuple(1e5 * generator.standard_normal(9))
         memory = (1.2, 1e-4, 2.0, 1.0, 1e3)

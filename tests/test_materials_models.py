@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hvisph.casefile.loader import library, load_material
-from hvisph.compiler.jit import plain
+from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import CaseError
 from hvisph.materials import melting, slots, stress_update, traction_limits
 from hvisph.materials.damage import (
@@ -56,11 +56,11 @@ def flow(strength, strain, p=0.0, eta=1.0, t=300.0, rate=1.0, damage=0.0, e=0.0)
     """Shear modulus, yield stress and melting temperature by the plain functions."""
     material = Material("x", 1000.0, EOS, strength, heat_capacity=900.0)
     row = slots.values(material.whole_row)
-    melt = plain(melting.melt_temperature)(1000.0 * eta, p, row)
+    melt = python_twin(melting.melt_temperature)(1000.0 * eta, p, row)
     logged = np.log(max(rate, 1e-300))
     state = (1000.0 * eta, e, p, t, melt, 0.0, rate, logged, damage)
-    factor, offset, share = plain(conditions)(strength.tag, *state, row)
-    return share * strength.shear_modulus, plain(yield_stress)(strength.tag, strain, factor, offset, row), melt
+    factor, offset, share = python_twin(conditions)(strength.tag, *state, row)
+    return share * strength.shear_modulus, python_twin(yield_stress)(strength.tag, strain, factor, offset, row), melt
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,7 @@ def test_steinberg_lund():
     tantalum = SteinbergLund(69e9, 0.0, 1.1e9, 22.0, 0.283, 14.5e-12, 0.13e-3, 4340.0, 1.67, 1.3,
                              rate_c1=0.71e6, activation_energy=0.31, peierls_stress=0.82e9, drag=0.012e6)  # fmt: skip
     row = Material("Ta", 16690.0, EOS, tantalum).row().tolist()
-    thermal = plain(steinberg.thermal_stress)
+    thermal = python_twin(steinberg.thermal_stress)
     assert thermal(1e3, 300.0, row) == pytest.approx(3.9198361e8, rel=POINT)
     assert thermal(1e3, 600.0, row) == pytest.approx(2.1590321e8, rel=POINT)
     assert thermal(1e5, 300.0, row) == 0.82e9  # the clamp
@@ -122,8 +122,8 @@ def test_jh2_float_glass(p, rate, intact, fractured, at_three_tenths, to_failure
     assert flow(GLASS, 0.0, p=p, rate=rate, damage=0.3)[1] == pytest.approx(at_three_tenths, rel=POINT)
     eos = Polynomial(45.4e9, -138e9, 290e9)
     row = Material("glass", 2530.0, eos, GLASS, JohnsonHolmquistDamage(0.053, 0.85, 1.0)).row().tolist()
-    assert plain(johnson_holmquist.fracture_strain)(p, row) == pytest.approx(to_failure, rel=POINT)
-    bulked = plain(johnson_holmquist.bulking)(2530.0 * 1.03, 0.0, 3e9, 1e9, row)
+    assert python_twin(johnson_holmquist.fracture_strain)(p, row) == pytest.approx(to_failure, rel=POINT)
+    bulked = python_twin(johnson_holmquist.bulking)(2530.0 * 1.03, 0.0, 3e9, 1e9, row)
     assert bulked == pytest.approx(1.0540919e9, rel=POINT)
 
 
@@ -147,14 +147,14 @@ def test_jh2_sets_of_the_library_check_themselves():
 
 def test_simon_and_lindemann_raise_the_melting_point():
     simon = Material("x", 1000.0, EOS, VonMises(1e9, 1e8), melting=melting.Simon(1000.0, 10e9, 2.0)).row().tolist()
-    assert plain(melting.melt_temperature)(1000.0, 30e9, simon) == pytest.approx(2000.0)
-    assert plain(melting.melt_temperature)(1000.0, -1e9, simon) == 1000.0
+    assert python_twin(melting.melt_temperature)(1000.0, 30e9, simon) == pytest.approx(2000.0)
+    assert python_twin(melting.melt_temperature)(1000.0, -1e9, simon) == 1000.0
 
 
 def test_grady_spall():
     aluminium = GradySpall(29e6, 0.29e9)
     row = Material("al", 2703.0, EOS, VonMises(27e9, 0.29e9), aluminium).row().tolist()
-    strength = plain(tensile.spall_strength)
+    strength = python_twin(tensile.spall_strength)
     assert strength(2703.0, 5240.0, 1e5, row) == pytest.approx(2.5410542e9, rel=POINT)  # ductile
     brittle = Material("al", 2703.0, EOS, VonMises(27e9, 0.29e9), GradySpall(29e6, 0.0)).row().tolist()
     assert strength(2703.0, 5240.0, 1e5, brittle) == pytest.approx(2.6554734e10, rel=POINT)
@@ -169,7 +169,7 @@ def test_principal_stress_of_a_deviator():
         s = s + s.T
         s -= np.eye(3) * np.trace(s) / 3.0
         q = np.sqrt(1.5 * (s * s).sum())
-        found = plain(tensile.principal_deviators)(q, np.linalg.det(s))
+        found = python_twin(tensile.principal_deviators)(q, np.linalg.det(s))
         assert found == pytest.approx(tuple(np.linalg.eigvalsh(s)[[2, 0]]), abs=1e-9)
 
 
@@ -218,7 +218,7 @@ def brittle_strength(rate):
     k, g, rho, volume = 26.7e9, 22.7e9, 2700.0, 1e-6
     young, speed = 9 * k * g / (3 * k + g), 0.4 * np.sqrt((k + 4 * g / 3) / rho)
     row = Material("basalt", rho, EOS, ElasticStrength(g), GradyKipp(4e35, 9.0, 0, speed, young, volume)).row().tolist()
-    grown, least = plain(grady_kipp.grown), (1.0 / (4e35 * volume)) ** (1.0 / 9.0)
+    grown, least = python_twin(grady_kipp.grown), (1.0 / (4e35 * volume)) ** (1.0 / 9.0)
     end = 1.3 * (12.0**3 / (27.0 * 4.0 * np.pi / 3.0 * 4e35 * speed**3 * rate**9)) ** (1.0 / 12.0)
     damage, greatest, dt = 0.0, 0.0, end / 2000
     for step in range(1, 2001):
@@ -246,7 +246,7 @@ def test_cracks_of_single_flaws_add_up_to_grady_and_kipps_damage(rate, half, gre
     k, g, rho, m = 26.7e9, 22.7e9, 2700.0, 9
     young, speed = 9 * k * g / (3 * k + g), 0.4 * np.sqrt((k + 4 * g / 3) / rho)
     one = GradyKipp(1e-30, 9.0, 0, speed, young, 1.0)  # one flaw alone in a large particle
-    row, grown = Material("basalt", rho, EOS, ElasticStrength(g), one).row().tolist(), plain(grady_kipp.grown)
+    row, grown = Material("basalt", rho, EOS, ElasticStrength(g), one).row().tolist(), python_twin(grady_kipp.grown)
 
     def damage(t):
         """4e35 flaws (strain)^9 in a cubic metre, by Gauss: the sum is a polynomial of the times they began at."""
@@ -264,7 +264,7 @@ def test_damage_of_one_particle_grows_as_its_cracks_do():
     """Cracks at c_g from one flaw: D^(1/3) = c_g t/R, all of it at R/c_g."""
     model = GradyKipp(4e35, 9.0, 0, 1837.3357, 50e9, 1e-9)
     row = Material("basalt", 2700.0, EOS, ElasticStrength(22.7e9), model).row().tolist()
-    grown, whole = plain(grady_kipp.grown), model.radius / 1837.3357
+    grown, whole = python_twin(grady_kipp.grown), model.radius / 1837.3357
     damage = 0.0
     for _ in range(500):
         damage = grown(damage, 1.05e-3, 0.5 * whole / 500, 1e-3, 1.0, 1.0, row)
@@ -276,7 +276,7 @@ def test_damage_of_one_particle_grows_as_its_cracks_do():
 
 def recalled(material, rho, e=0.0, damage=0.0, memory=stress_update.NOTHING, dt=0.0, s=(0.0,) * 6, l=(0.0,) * 9):
     table, models = pack([material])
-    return plain(stress_update.recall)(table, models, 0, dt, rho, e, s, 0.0, damage, memory, l)
+    return python_twin(stress_update.recall)(table, models, 0, dt, rho, e, s, 0.0, damage, memory, l)
 
 
 def test_cut_off_with_memory_spalls_and_without_heals():
@@ -367,7 +367,7 @@ def test_strain_adds_no_damage_where_only_tension_was_tested():
     """Beside a rated spall strength Johnson and Cook's formula ends at a triaxiality of 1.5."""
     model = JohnsonCookDamage(0.1, 0.5, -2.0)
     plain_row, with_spall = (rated(m, model).row() for m in (0.0, 0.2))
-    function = plain(johnson_cook.fracture_strain)
+    function = python_twin(johnson_cook.fracture_strain)
     for t in (-1.0, 0.0, 1.0, 1.49):
         assert function(-t, 1.0, 0.0, 0.0, with_spall) == function(-t, 1.0, 0.0, 0.0, plain_row)
     assert function(-1.51, 1.0, 0.0, 0.0, with_spall) == np.inf
@@ -397,7 +397,7 @@ def test_rubble_bears_no_more_than_the_whole_did():
             found, _, _, p, *_ = recalled(made, rho, damage=1.0, s=s)
             mises = np.sqrt(1.5 * (found[0] ** 2 + found[1] ** 2 + found[2] ** 2))
             assert mises == pytest.approx(min(0.1 * p, most), rel=1e-9)
-            limit, _ = plain(flow_stress)(table, models, 0, rho, 0.0, p, 0.0, 1.0, 1.0)
+            limit, _ = python_twin(flow_stress)(table, models, 0, rho, 0.0, p, 0.0, 1.0, 1.0)
             assert limit == pytest.approx(mises, rel=1e-9)
 
 
@@ -408,12 +408,12 @@ def test_the_voids_of_what_has_failed_do_not_cool_it(name):
     table, models = pack([made])
     rho, e = made.at_temperature(700.0)
     for share in (1.0, 0.9, 0.6, 0.3):
-        assert plain(temperature_of)(table, models, 0, share * rho, e, 0.0, 1.0) == pytest.approx(700.0, rel=1e-5)
+        assert python_twin(temperature_of)(table, models, 0, share * rho, e, 0.0, 1.0) == pytest.approx(700.0, rel=1e-5)
     # what bears its tension is as cold as that says
     pulled = 0.98 * made.density
     p = made.pressure(pulled, 0.0)
-    assert plain(temperature_of)(table, models, 0, pulled, 0.0, p, 1.0) == made.temperature(pulled, 0.0)
-    assert plain(temperature_of)(table, models, 0, 1.1 * rho, e, 9e9, 1.0) == made.temperature(1.1 * rho, e)
+    assert python_twin(temperature_of)(table, models, 0, pulled, 0.0, p, 1.0) == made.temperature(pulled, 0.0)
+    assert python_twin(temperature_of)(table, models, 0, 1.1 * rho, e, 9e9, 1.0) == made.temperature(1.1 * rho, e)
 
 
 def test_failed_material_fails_for_good_in_principal_stress():

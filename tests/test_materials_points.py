@@ -8,7 +8,7 @@ import pytest
 
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import library_of, load_material, material_names
-from hvisph.compiler.jit import plain
+from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import CaseError
 from hvisph.exact.hugoniot import shock
 from hvisph.exact.shock_train import last_waves
@@ -312,7 +312,7 @@ class Porous:
         self.solid = Material("al", 2700.0, solid, porosity=Porosity(1.3, 0.05e9, 0.7e9))
         self.density = 2700.0 / 1.3
         self.values = slots.values(self.solid.whole_row)
-        self.crushed = plain(porosity.crushed)
+        self.crushed = python_twin(porosity.crushed)
         self.tag = solid.tag
 
     def crush(self, rho, e):

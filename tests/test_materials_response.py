@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from hvisph.compiler.jit import plain
+from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import CaseError
 from hvisph.materials import damage, slots, strength
 from hvisph.materials.damage import (
@@ -109,7 +109,7 @@ def test_compiled_update_agrees_with_its_plain_twin(model, harm, eos):
         }
         made = material(model, harm, eos)
         fast = step(made, **arguments)
-        slow = step(made, **arguments, function=plain(respond))
+        slow = step(made, **arguments, function=python_twin(respond))
         for a, b in zip(fast, slow, strict=True):
             # fastmath reorders sums: a few roundings, of terms of the size of the moduli
             np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-12 * 79e9 * (np.ndim(a) > 0) + 1e-12)
@@ -372,7 +372,7 @@ def test_cold_metal_below_its_least_yield_stress_is_not_asked_for_its_temperatur
         s = sure * rng.uniform(-0.6, 0.6, 6)
         state = (1e-9, rho, e, (s[0], s[1], -s[0] - s[1], *s[3:]), rng.uniform(0.0, 0.3), rng.uniform(0.0, 0.9))
         gradient = tuple(1e5 * rng.standard_normal(9))
-        respond_ = plain(respond)
+        respond_ = python_twin(respond)
         short, whole = (respond_(given, models, 0, *state, gradient) for given in (table, asked))
         assert short == whole
         elastic += e < limit and short[1] == state[4]
@@ -381,7 +381,7 @@ def test_cold_metal_below_its_least_yield_stress_is_not_asked_for_its_temperatur
 
 def test_johnson_cook_hardens_by_a_series_as_by_a_power():
     row = pack([material(JC)])[0][0]
-    harder, power = plain(strength.hardening), plain(strength.yield_stress)
+    harder, power = python_twin(strength.hardening), python_twin(strength.yield_stress)
     for share in (1e-9, 1e-3, 0.02, 0.04, 0.05, 3.0):
         flow, after = (0.7 * power(JC.tag, 0.2 * (1.0 + grown), 0.9, 0.0, row) for grown in (0.0, share))
         assert harder(JC.tag, 0.2 * share, 0.2, flow, 0.9, 0.0, 0.7, row) == pytest.approx(
@@ -394,9 +394,9 @@ def test_a_particle_that_flows_bears_the_shear_of_its_yield_surface():
     made = cold_metals()[1]
     table, models = pack([made])
     gradient = tuple(3e5 * np.array([1.0, 0.4, 0.0, 0.2, -1.1, 0.0, 0.0, 0.0, 0.1]))
-    s, strain, damage, p, _ = plain(respond)(table, models, 0, 2e-8, 2750.0, 1e5, (2e8, -1e8, -1e8, 5e7, 0.0, 0.0), 0.1, 0.2, gradient)  # fmt: skip
+    s, strain, damage, p, _ = python_twin(respond)(table, models, 0, 2e-8, 2750.0, 1e5, (2e8, -1e8, -1e8, 5e7, 0.0, 0.0), 0.1, 0.2, gradient)  # fmt: skip
     assert strain > 0.1
-    found = [plain(bearable_shear)(table, models, 0, 2750.0, 1e5, p, s, strain, flowed, damage, gradient)
+    found = [python_twin(bearable_shear)(table, models, 0, 2750.0, 1e5, p, s, strain, flowed, damage, gradient)
              for flowed in (True, False)]  # fmt: skip
     assert found[0] == pytest.approx(found[1], rel=1e-4)
-    assert plain(bearable_shear)(table, models, 0, 2750.0, 1e5, p, s, strain, True, 1.0, gradient) == 0.0
+    assert python_twin(bearable_shear)(table, models, 0, 2750.0, 1e5, p, s, strain, True, 1.0, gradient) == 0.0

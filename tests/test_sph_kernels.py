@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from hvisph.compiler.jit import compiled, specialise
-from hvisph.compiler.vector.lanes import LANES, all_lanes, total
+from hvisph.compiler.jit import inline, specialise
+from hvisph.compiler.vector.lanes import LANES, broadcast_lanes, lane_sum
 from hvisph.sph.kernels import KERNELS
 
 # Measure of the unit sphere's surface in 1D, 2D and 3D.
@@ -73,15 +73,15 @@ def test_gaussian_is_the_exponential():
 
 
 def _eight(q, found):
-    found[0] = total(shape(all_lanes(q))) / LANES  # noqa: F821
-    found[1] = total(slope(all_lanes(q))) / LANES  # noqa: F821
+    found[0] = lane_sum(shape(broadcast_lanes(q))) / LANES  # noqa: F821
+    found[1] = lane_sum(slope(broadcast_lanes(q))) / LANES  # noqa: F821
     found[2] = shape(q)  # noqa: F821
     found[3] = slope(q)  # noqa: F821
 
 
 @EVERY
 def test_compiled_on_eight_lanes_and_on_one(kernel):
-    loop = compiled(specialise(_eight, parallel=False, shape=kernel.shape, slope=kernel.slope).py_func)
+    loop = inline(specialise(_eight, parallel=False, shape=kernel.shape, slope=kernel.slope).py_func)
     found = np.zeros(4)
     for q in (0.0, 0.4, 1.3, kernel.reach - 0.1, kernel.reach + 0.1, 1e30):
         loop(q, found)

@@ -5,7 +5,7 @@ import pytest
 from sph_twins import compiled_rates, packed, random_cloud
 
 from hvisph.compiler.jit import prange, specialise
-from hvisph.compiler.vector.api import as_before, flush_tiny
+from hvisph.compiler.vector.api import flush_tiny, restore_mode
 from hvisph.compiler.vector.intrinsics import HAS_REGISTER
 from hvisph.compiler.vector.lanes import LANES
 from hvisph.core.errors import RunError
@@ -218,7 +218,7 @@ def square_all(a, out):
         mode = flush_tiny()
         for j in range(len(a)):
             out[k, j] = a[j] * a[j]
-        as_before(mode)
+        restore_mode(mode)
         for j in range(len(a)):
             out[k + 1, j] = a[j] * a[j]
 

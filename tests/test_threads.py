@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from hvisph.compiler.jit import specialise
-from hvisph.compiler.threads.parallel_for import each, shared
+from hvisph.compiler.threads.parallel_for import chunk_loop, particle_loop
 
 CHUNK = 4
 
@@ -33,10 +33,10 @@ def test_every_chunk_is_computed_once(count, threads):
     numba.set_num_threads(threads)
     try:
         seen, calls = np.zeros(count), np.zeros(-(-count // CHUNK))
-        shared(specialise(visited), CHUNK)(count, seen, calls)
+        chunk_loop(specialise(visited), CHUNK)(count, seen, calls)
         np.testing.assert_array_equal(seen, 1.0)
         np.testing.assert_array_equal(calls, 1.0)
-        each(specialise(one_more))(count, seen)
+        particle_loop(specialise(one_more))(count, seen)
         np.testing.assert_array_equal(seen, 2.0)
     finally:
         numba.set_num_threads(before)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.jit import plain
+from hvisph.compiler.jit import python_twin
 from hvisph.materials.melting import melt_temperature
 from hvisph.materials.slots import values
 from hvisph.postprocessing.material_sheet import flow_stress_curves, hugoniot
@@ -110,7 +110,7 @@ def _melting(model: Any) -> list[Panel]:
     heat.curves.append(("behind shocks", rows[:, 2] * 1e-9, rows[:, 4]))
     for label, one in laws.items():
         row = values(material_of(one).whole_row)
-        melts = [plain(melt_temperature)(rho, p, row) for p, rho in rows[:, 2:4]]
+        melts = [python_twin(melt_temperature)(rho, p, row) for p, rho in rows[:, 2:4]]
         heat.curves.append((label, rows[:, 2] * 1e-9, np.array(melts)))
     return [heat]
 

@@ -1,4 +1,4 @@
-"""What the last bits of a result hang on beside the case: program, compiler, vectors and processor."""
+"""Properties of the installation that determine the last bits of results: program, compiler, vectors and processor."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import hvisph
 from hvisph.compiler.vector.api import LANES
 
 
-def kind_of_machine() -> str:
-    """Return in words what must be alike on processes that share a run."""
+def build_id() -> str:
+    """Return the properties that must agree on all processes of a run."""
     import numba
 
     name = numba.config.CPU_NAME or binding.get_host_cpu_name()

@@ -1,4 +1,4 @@
-"""One text for Python and for the compiler: functions over the components of tuples, unrolled where loops call them."""
+"""Functions of tuple components that are plain Python, and are unrolled in compiled loops."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ _readers: list[Callable[[Any], None]] = []
 
 
 def operation(write: Any) -> Any:
-    """Let compiled functions call `write`, which computes with components of tuples, or with items of rows.
+    """Let compiled functions call `write`, a function of the components of tuples or of the items of rows.
 
-    `write` stays the plain Python function that it is. In compiled code its literal integers are Python's, its
-    integers row numbers, its floats, lanes and tuples of them numbers with +, -, *, /, and its arrays what one
-    reads and writes by row and slot. It may decide by lengths and literals, never by values.
+    `write` remains a plain Python function. When a loop is compiled it is executed with symbolic arguments: literal
+    integers are Python's, integers are row numbers, floats, lanes and tuples of them are numbers with +, -, *, /, and
+    arrays are read and written by row and slot. It may branch on lengths and literals, never on values.
     """
-    write.py_func = write  # as compiled functions have it: the text that is compiled
+    write.py_func = write  # as other compiled functions have it
     _written.append(write)
     for read in _readers:
         read(write)
     return write
 
 
-def each_operation(read: Callable[[Any], None]) -> None:
-    """Call `read` with every operation that there is, and from now on with every further one."""
+def for_each_operation(read: Callable[[Any], None]) -> None:
+    """Call `read` with every operation, present and future."""
     _readers.append(read)
     for write in _written:
         read(write)

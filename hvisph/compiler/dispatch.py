@@ -11,7 +11,7 @@ from numba.extending import typeof_impl
 
 from .cache import LoopCache
 from .codegen import LoopDispatcher
-from .lazy_import import Compiled, Later, prange
+from .lazy_import import CompiledFunction, LazyFunction, prange
 
 # No fastmath: with it the bits of a loop may depend on whether it is compiled or read from the cache. The vectors of
 # `compiler.vector.lanes`, which take most of the time, have flags of their own.
@@ -23,13 +23,13 @@ LEAN = OPTIONS | {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 _listeners: list[Callable[[str], None]] = []
 
 
-@typeof_impl.register(Compiled)
-def _type_of_compiled(one: Compiled, context: Any) -> Any:
+@typeof_impl.register(CompiledFunction)
+def _type_of_compiled(one: CompiledFunction, context: Any) -> Any:
     return numba.types.Dispatcher(one.made)
 
 
-@typeof_impl.register(Later)
-def _type_of_later(one: Later, context: Any) -> Any:
+@typeof_impl.register(LazyFunction)
+def _type_of_later(one: LazyFunction, context: Any) -> Any:
     return LoopDispatcher.targetdescr.typing_context.resolve_value_type(one.made)
 
 
@@ -47,7 +47,7 @@ class _Loop(LoopDispatcher):
             self._cache.end_compilation()
 
 
-def made_loop(one: Compiled, parallel: bool, register_operations: Callable[[], None]) -> Any:
+def make_loop(one: CompiledFunction, parallel: bool, register_operations: Callable[[], None]) -> Any:
     """Return the numba function of a loop; `register_operations` is called before it is compiled."""
     function = one.py_func
     own = function.__globals__  # `specialise` copied them
@@ -64,7 +64,7 @@ def made_loop(one: Compiled, parallel: bool, register_operations: Callable[[], N
 
 
 @contextmanager
-def heard_compiling(listener: Callable[[str], None]) -> Iterator[None]:
+def report_compilation(listener: Callable[[str], None]) -> Iterator[None]:
     """See `compiler.jit`."""
     _listeners.append(listener)
     try:

@@ -1,11 +1,11 @@
-"""Sums that do not depend on the order of their terms: every term is rounded to whole numbers of a fixed unit.
+"""Exact sums, which do not depend on the order of their terms: each term is rounded to whole multiples of a fixed unit.
 
-A term is taken apart into a whole number of the unit and one of 2^-34 of it, and each is summed as an integer. So any
-order, any number of threads and any number of processes give the same sum to the last bit. With a unit of 2^-40 of the
-whole, the finer part is 2^-74 of it: far below the rounding of the terms themselves.
+A term is split into a whole number of units and a whole number of finer units of 2^-34 of the first, and both are
+summed as integers. Any order, any number of threads and any number of processes give the same sum to the last bit.
+With a unit of 2^-40 of the total, the finer unit is 2^-74 of it, far below the rounding error of the terms.
 
-Adding 1.5 2^52 units to a number below 2^51 of them leaves the whole number in the last bits of the result: the
-rounding costs no conversion.
+Adding 1.5 2^52 units to a number below 2^51 of them leaves the whole number in the last bits of the result, so that
+rounding needs no conversion.
 """
 
 from __future__ import annotations
@@ -14,33 +14,33 @@ from math import ceil, fsum, log2
 
 import numpy as np
 
-from hvisph.compiler.vector.api import LANES, add_rounded, chosen
+from hvisph.compiler.vector.api import LANES, add_rounded, select
 
-from .jit import compiled
+from .jit import inline
 
-# Bits of the finer part, which leave room for 2^29 terms, and those of a unit below the whole.
+# Bits of the finer part, which allow 2^29 terms, and bits of the unit below the total.
 FINER, BELOW = 34, 40
 _FINE = 2.0**-FINER
-# A term of so many units is too large, and sums of their sizes up to it are right.
+# Terms must be smaller than this number of units; sums of their magnitudes are correct up to it.
 LARGEST = 2.0**51
 
 
-def unit_of(whole: float) -> float:
-    """Return the unit in which to count what amounts to `whole` altogether: a power of two; 2^-40 for nothing.
+def sum_unit(whole: float) -> float:
+    """Return the unit for terms whose magnitudes add up to `whole`: a power of two; 2^-40 if it is zero.
 
-    A sum may reach 2^11 times the whole.
+    A sum may reach 2^11 times `whole`.
     """
     return float(2.0 ** (ceil(log2(whole)) - BELOW)) if 0.0 < whole < np.inf else 2.0**-BELOW
 
 
-def rounder_of(unit: np.ndarray | float) -> np.ndarray | float:
-    """Return what `add_whole` adds to terms to round them to whole numbers of `unit`."""
+def rounding_constant(unit: np.ndarray | float) -> np.ndarray | float:
+    """Return the number that `add_term` adds to terms to round them to multiples of `unit`."""
     return 1.5 * 2.0**52 * unit
 
 
-@compiled
-def add_whole(sums, i, k, term, rounder):
-    """Add `term` to the whole number sums[i, 0, k] and the finer one sums[i, 1, k], for `rounder` see `rounder_of`."""
+@inline
+def add_term(sums, i, k, term, rounder):
+    """Add `term` to the whole number sums[i, 0, k] and the finer one sums[i, 1, k]; rounder: `rounding_constant`."""
     zero, one, at = np.uint64(0), np.uint64(1), np.uint64(k)
     fine = rounder * 5.820766091346741e-11  # 2^-34
     whole = term + rounder
@@ -49,26 +49,26 @@ def add_whole(sums, i, k, term, rounder):
     sums[i, one, at] += np.float64(rest).view(np.int64) - np.float64(fine).view(np.int64)
 
 
-@compiled
+@inline
 def add_vector(sums, i, k, terms, rounder):
-    """Add the components of the vector `terms` to the columns from the k-th on, see `add_whole`."""
+    """Add the components of the vector `terms` to the columns from the k-th on, see `add_term`."""
     column = np.uint64(k)
     for term in terms:
-        add_whole(sums, i, column, term, rounder)
+        add_term(sums, i, column, term, rounder)
         column += np.uint64(1)
 
 
-@compiled
+@inline
 def add_lanes(counted, k, here, terms, rounder):
-    """Add to the whole number counted[0, k] and the finer one counted[1, k] of each lane what `here` is of `terms`.
+    """Add `terms`, where the mask `here` holds, to the whole numbers counted[0, k] and the finer ones counted[1, k].
 
-    `counted` is an array of int64 (2, columns, LANES); for `rounder` see `rounder_of`.
+    `counted` is an array of int64 (2, columns, LANES); for `rounder` see `rounding_constant`.
     """
-    add_rounded(counted, np.uint64(k), chosen(here, terms, 0.0), rounder, FINER)
+    add_rounded(counted, np.uint64(k), select(here, terms, 0.0), rounder, FINER)
 
 
-@compiled
-def add_lanes_of(counted, k, here, terms, rounder):
+@inline
+def add_lane_vectors(counted, k, here, terms, rounder):
     """Add the components of the vector `terms` to the columns from the k-th on, see `add_lanes`."""
     column = np.uint64(k)
     for term in terms:
@@ -76,7 +76,7 @@ def add_lanes_of(counted, k, here, terms, rounder):
         column += np.uint64(1)
 
 
-@compiled
+@inline
 def sum_lanes(wholes, i, counted):
     """Write into wholes[i] the sums over the lanes of `counted`."""
     for part in range(np.uint64(counted.shape[0])):
@@ -87,7 +87,7 @@ def sum_lanes(wholes, i, counted):
             wholes[i, part, k] = whole
 
 
-def whole_parts(terms: np.ndarray, unit: float) -> np.ndarray:
+def encode_terms(terms: np.ndarray, unit: float) -> np.ndarray:
     """Return the sum over the first axis of `terms` (n, ...) as whole numbers and finer ones (2, ...)."""
     terms = np.asarray(terms, float)
     whole = np.rint(terms * (1.0 / unit))
@@ -97,24 +97,24 @@ def whole_parts(terms: np.ndarray, unit: float) -> np.ndarray:
     return parts
 
 
-def value_of(parts: np.ndarray, unit: np.ndarray | float) -> np.ndarray:
-    """Return the sums (...) that whole numbers and finer ones (2, ...) stand for."""
+def decode_sum(parts: np.ndarray, unit: np.ndarray | float) -> np.ndarray:
+    """Return the sums (...) of whole numbers and finer ones (2, ...)."""
     values: np.ndarray = (parts[0] + parts[1] * _FINE) * unit
     return values
 
 
-def total(terms: np.ndarray, unit: float) -> np.ndarray:
-    """Return the sum over the first axis of `terms` (n, ...), whatever their order."""
-    return value_of(whole_parts(terms, unit), unit)
+def sum_in_units(terms: np.ndarray, unit: float) -> np.ndarray:
+    """Return the sum over the first axis of `terms` (n, ...), independent of their order."""
+    return decode_sum(encode_terms(terms, unit), unit)
 
 
 def exact_sum(terms: np.ndarray) -> float:
-    """Return the sum of `terms` (n,) rounded once: slow, for what is summed once a run."""
+    """Return the sum of `terms` (n,) rounded once: slow, for sums that are taken once per run."""
     return fsum(terms.tolist())
 
 
 def exact_parts(terms: np.ndarray) -> list[float]:
-    """Return few numbers whose exact sum is that of `terms` (n,): `fsum` of those of several parts is of all."""
+    """Return few numbers whose exact sum is that of `terms` (n,), so that parts can be combined by `fsum`."""
     rest, parts = terms.tolist(), [fsum(terms.tolist())]
     while parts[-1] and abs(parts[-1]) < np.inf:
         rest.append(-parts[-1])

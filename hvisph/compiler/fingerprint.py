@@ -1,7 +1,7 @@
-"""What a compiled loop is made of, as a short text: its code, what that calls, and the constants bound into it.
+"""Fingerprint of a compiled loop: a hash of its byte code, of all functions that it calls, and of their constants.
 
-Two functions with the same fingerprint compile to the same loop, so a loop in the cache stays good until
-something that it is made of changes: not with another command's text, a comment or a docstring.
+Two functions with the same fingerprint compile to the same loop. A loop in the cache stays valid until its code
+changes; changes of other functions, comments and docstrings do not matter.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from .lazy_import import Later
+from .lazy_import import LazyFunction
 
-# What makes code without being called by name, such as the arithmetic of lanes: taken as whole texts.
+# Modules that emit code without being called by name, such as the arithmetic of lanes: their whole texts are hashed.
 _MACHINERY = (
     *("codegen", "component_functions", "dispatch", "fingerprint", "if_conversion", "jit", "lazy_import"),
     *("scalar_functions", "tensors", "tensors3d", "threads.primitives", "unroll", "vector.api"),
@@ -27,9 +27,9 @@ _MACHINERY = (
     *("vector.neighbour_filter", "vector.pointers", "vector.table_access"),
 )
 _WHOLE = {f"{__package__}.{name}" for name in _MACHINERY}
-# Functions of these packages are known by name and version.
+# Functions of these packages are identified by name and version.
 _FOREIGN = {"numpy", "numba", "llvmlite", "math", "builtins"}
-# What an instruction does with a name, and by how much its argument is shifted to leave room for a flag.
+# How an instruction uses a name, and the number of flag bits in its argument.
 OTHER, GLOBAL, ATTRIBUTE = 0, 1, 2
 _READS = {
     dis.opmap[name]: (kind, shift)
@@ -42,8 +42,8 @@ _READS = {
 
 
 @cache
-def machinery() -> str:
-    """Hash of the texts that shape every compiled loop, and of the versions of the compiler below them."""
+def compiler_hash() -> str:
+    """Return the hash of this package's code generation and of the versions of Python, numba, LLVM and NumPy."""
     import llvmlite
     import numba
 
@@ -55,8 +55,8 @@ def machinery() -> str:
 
 
 def fingerprint(function: Any) -> str:
-    """Hash of a function, of all that it calls and of the constants that it reads."""
-    digest = hashlib.sha256(machinery().encode())
+    """Return the hash of a function, of all functions that it calls and of the constants that it reads."""
+    digest = hashlib.sha256(compiler_hash().encode())
     for part in _parts(function, set()):
         digest.update(part.encode())
         digest.update(b"\0")
@@ -64,10 +64,10 @@ def fingerprint(function: Any) -> str:
 
 
 def _parts(value: Any, seen: set[int]) -> Iterator[str]:
-    """Yield texts that together say what `value` is to the compiler."""
-    value = _plain(value)
+    """Yield texts that determine the code compiled from `value`."""
+    value = _python_function(value)
     if isinstance(value, types.FunctionType):
-        # Compiled code is filed under the names of its functions: a loop of the same text elsewhere is another.
+        # Compiled code contains the names of its functions, so equal texts in two modules differ.
         yield f"{value.__module__}.{value.__qualname__}"
         if id(value) in seen or value.__module__.split(".")[0] in _FOREIGN:
             return
@@ -92,16 +92,16 @@ def _parts(value: Any, seen: set[int]) -> Iterator[str]:
         yield repr(getattr(value, "_fields", ""))  # the order of a named tuple's
 
 
-def _plain(value: Any) -> Any:
-    """Return the Python function behind a compiled one, the name of what is imported later, or the value itself."""
-    if isinstance(value, Later):
+def _python_function(value: Any) -> Any:
+    """Return the Python function of a compiled one, the name of a lazily imported one, or the value itself."""
+    if isinstance(value, LazyFunction):
         return repr(value)
     text = getattr(value, "py_func", None)
     return text if isinstance(text, types.FunctionType) else value
 
 
 def _code(code: types.CodeType) -> Iterator[str]:
-    """Yield what the compiler reads of a code object; not its lines, file or docstring."""
+    """Yield the parts of a code object that the compiler reads: not its lines, file or docstring."""
     yield code.co_code.hex()
     yield repr((code.co_names, code.co_varnames, code.co_freevars, code.co_cellvars, code.co_flags))
     first = code.co_consts[:1]  # of a function that is no lambda, the docstring or None
@@ -114,10 +114,10 @@ def _code(code: types.CodeType) -> Iterator[str]:
 
 
 def _read_by(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
-    """Yield the globals that a function, or one defined inside it, reads; of a module, what is taken from it."""
+    """Yield the globals that a function or a nested function reads; of a module, the members that it reads."""
     for code in _all_code(function.__code__):
         held: Any = None
-        for kind, name in names_read(code):
+        for kind, name in read_names(code):
             if kind == GLOBAL:
                 held = function.__globals__.get(name)
                 if name in function.__globals__:
@@ -130,10 +130,10 @@ def _read_by(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
                 held = None
 
 
-def names_read(code: types.CodeType) -> Iterator[tuple[int, str]]:
-    """Yield GLOBAL or ATTRIBUTE and the name of each instruction that reads one, OTHER and nothing for all others.
+def read_names(code: types.CodeType) -> Iterator[tuple[int, str]]:
+    """Yield GLOBAL or ATTRIBUTE and the name for each instruction that reads a name, and OTHER for all others.
 
-    The module `dis` says the same, and all else that there is to know of an instruction, in five times the time.
+    The module `dis` takes five times as long.
     """
     names, extended, text = code.co_names, 0, code.co_code
     for operation, argument in zip(text[::2], text[1::2], strict=True):
@@ -143,7 +143,7 @@ def names_read(code: types.CodeType) -> Iterator[tuple[int, str]]:
         if operation in _READS:
             kind, shift = _READS[operation]
             yield kind, names[(extended | argument) >> shift]
-        elif operation:  # 0 is room for the interpreter
+        elif operation:  # 0 is an inline cache of the interpreter
             yield OTHER, ""
         extended = 0
 

@@ -1,13 +1,12 @@
-"""Scalar functions over many particles at once: their branches become choices between lanes.
+"""If-conversion: scalar functions over several particles at once, with selections in place of branches.
 
-A function such as the stress update is written for one particle, with `if` and early `return`. Called with strict
-lanes it is compiled from a text made of its own: what depends on no lane, such as the choice of a material's models,
-stays a branch; where a condition is a mask, both sides are computed and each lane takes its own. A side that calls
-something is passed over where it concerns no lane. Every lane computes what a single number would, in the
-same order: the bits are the same.
+A function such as the stress update is written for one particle, with `if` and early `return`. For arguments that are
+strict lanes its syntax tree is converted. A branch whose condition depends on no lane, such as the choice of a
+material model, stays a branch. Where the condition is a mask, both sides are computed and each lane selects its own
+result; a side that contains calls is skipped if it concerns no lane. Each lane computes what a single number would,
+in the same order: the bits are the same.
 
-What has no such form, because it loops until a lane is content or finds its place in a table, is called for each lane
-by itself.
+A function without such a form, for example an iteration or a search in a table, is called once per lane.
 """
 
 from __future__ import annotations
@@ -21,23 +20,24 @@ from typing import Any
 
 from .vector import lane_masks
 
-# As converted texts call them.
-_HELPERS = {f"_{f}": getattr(lane_masks, f) for f in ("chosen", "both", "either", "opposite", "some", "every")}
-# What costs so little that it is computed for lanes that do not need it.
+# Helpers, by their names in converted functions.
+_SELECTIONS = "select", "mask_and", "mask_or", "mask_not", "any_true", "all_true"
+_HELPERS = {f"_{name}": getattr(lane_masks, name) for name in _SELECTIONS}
+# Cheap functions, which are computed for lanes that do not need them, too.
 _CHEAP = {"min", "max", "abs"}
-# What is done to single numbers only.
+# Functions of single numbers only.
 _SINGLE = {"int", "number_at"}
-# Statements after a branch that returns on some of its ways are written twice, if there are no more of them.
+# Largest number of statements that are duplicated after a branch that returns on some of its paths.
 _SHORT = 3
 
 
 class UnsuitableError(Exception):
-    """A function that cannot be computed for all lanes together."""
+    """Raised for a function that cannot be converted."""
 
 
-def in_lanes(function: Callable[..., Any], wide: Iterable[int]) -> Callable[..., Any]:
-    """Return `function` for lanes in the arguments at the places `wide`, or raise `UnsuitableError`."""
-    made = text_in_lanes(function, wide)
+def convert(function: Callable[..., Any], wide: Iterable[int]) -> Callable[..., Any]:
+    """Return `function` for lanes in the arguments with indices `wide`, or raise `UnsuitableError`."""
+    made = convert_tree(function, wide)
     namespace = dict(function.__globals__) | _HELPERS
     exec(compile(ast.Module([made], []), inspect.getfile(function), "exec"), namespace)  # noqa: S102 text of ours
     result: Any = namespace[made.name]
@@ -45,8 +45,8 @@ def in_lanes(function: Callable[..., Any], wide: Iterable[int]) -> Callable[...,
     return result
 
 
-def text_in_lanes(function: Callable[..., Any], wide: Iterable[int]) -> ast.FunctionDef:
-    """Return the text that `in_lanes` compiles; `ast.unparse` shows it."""
+def convert_tree(function: Callable[..., Any], wide: Iterable[int]) -> ast.FunctionDef:
+    """Return the syntax tree that `convert` compiles; `ast.unparse` shows it."""
     made = ast.parse(textwrap.dedent(inspect.getsource(function))).body[0]
     if not isinstance(made, ast.FunctionDef):
         raise UnsuitableError
@@ -60,15 +60,15 @@ def text_in_lanes(function: Callable[..., Any], wide: Iterable[int]) -> ast.Func
 _EACH = """
 def each_{name}({names}):
     arguments = ({names},)
-    made = no_lanes(function(*lane(arguments, 0)))
+    made = empty_lanes(function(*extract_lane(arguments, 0)))
     for k in range(LANES):
-        made = with_lane(made, k, function(*lane(arguments, k)))
+        made = insert_lane(made, k, function(*extract_lane(arguments, k)))
     return made
 """
 
 
-def lane_by_lane(function: Any) -> Callable[..., Any]:
-    """Return what calls a compiled `function` for each lane of its arguments, one after the other."""
+def apply_per_lane(function: Any) -> Callable[..., Any]:
+    """Return a function that calls a compiled `function` for each lane of its arguments in turn."""
     name, names = function.py_func.__name__, ", ".join(inspect.signature(function.py_func).parameters)
     namespace = vars(lane_masks) | {"function": function}
     exec(_EACH.format(name=name, names=names), namespace)  # noqa: S102
@@ -86,12 +86,12 @@ def _bound(statements: Iterable[ast.stmt]) -> list[str]:
 
 
 def _returns(statements: list[ast.stmt]) -> bool:
-    """Whether there is a way through the statements that returns."""
+    """Whether a path through the statements returns."""
     return any(isinstance(node, ast.Return) for one in statements for node in ast.walk(one))
 
 
 def _ends(statements: list[ast.stmt]) -> bool:
-    """Whether every way through the statements returns."""
+    """Whether every path through the statements returns."""
     last = statements[-1] if statements else None
     if isinstance(last, ast.If):
         return _ends(last.body) and _ends(last.orelse)
@@ -115,7 +115,7 @@ def _all(values: list[ast.expr]) -> ast.expr:
 
 
 class _Expression(ast.NodeTransformer):
-    """Rewrites an expression in which names of `wide` stand for lanes."""
+    """Rewrite an expression in which the names `wide` are lanes."""
 
     def __init__(self, wide: set[str]) -> None:
         self.wide = wide
@@ -129,12 +129,12 @@ class _Expression(ast.NodeTransformer):
     def visit_BoolOp(self, node: ast.BoolOp) -> Any:
         made, *others = [self.visit(value) for value in node.values]
         for other in others:
-            made = _call("_both" if isinstance(node.op, ast.And) else "_either", made, other)
+            made = _call("_mask_and" if isinstance(node.op, ast.And) else "_mask_or", made, other)
         return made
 
     def visit_UnaryOp(self, node: ast.UnaryOp) -> Any:
         node = ast.UnaryOp(node.op, self.visit(node.operand))
-        return _call("_opposite", node.operand) if isinstance(node.op, ast.Not) else node
+        return _call("_mask_not", node.operand) if isinstance(node.op, ast.Not) else node
 
     def visit_Compare(self, node: ast.Compare) -> Any:
         values = [self.visit(value) for value in (node.left, *node.comparators)]
@@ -142,12 +142,12 @@ class _Expression(ast.NodeTransformer):
         made: ast.expr
         made, *others = [ast.Compare(a, [sign], [copy.deepcopy(b)]) for sign, a, b in pairs]
         for other in others:
-            made = _call("_both", made, other)
+            made = _call("_mask_and", made, other)
         return made
 
     def visit_IfExp(self, node: ast.IfExp) -> Any:
         test, body, orelse = (self.visit(part) for part in (node.test, node.body, node.orelse))
-        return _call("_chosen", test, body, orelse) if self.is_wide(node.test) else ast.IfExp(test, body, orelse)
+        return _call("_select", test, body, orelse) if self.is_wide(node.test) else ast.IfExp(test, body, orelse)
 
     def visit_Call(self, node: ast.Call) -> Any:
         if isinstance(node.func, ast.Name) and node.func.id in _SINGLE:
@@ -156,13 +156,13 @@ class _Expression(ast.NodeTransformer):
 
 
 class _Converter:
-    """Rewrites statements, in their order; `wide` are the names of lanes now, `known` those with a value."""
+    """Rewrite statements in order; `wide` are the names that hold lanes at present, `known` those with a value."""
 
     def __init__(self, wide: set[str], known: set[str]) -> None:
         self.wide, self.known, self.count = wide, known, 0
 
     def new(self, word: str) -> str:
-        """Return a name that is not taken."""
+        """Return an unused name."""
         self.count += 1
         return f"{word}_{self.count}_"
 
@@ -176,13 +176,13 @@ class _Converter:
     def block(self, statements: list[ast.stmt], result: str = "", where: str = "") -> list[ast.stmt]:
         """Return the statements for lanes.
 
-        `result` is the name that takes what they return, none where they may return it themselves. `where` is the
-        name of the mask of the lanes that they concern, none where it is all.
+        `result` is the name of the variable for the returned value, empty if they may return it themselves. `where`
+        is the name of the mask of the lanes that they apply to, empty for all lanes.
         """
         made: list[ast.stmt] = []
         for place, one in enumerate(statements):
             if isinstance(one, ast.If) and _returns([one]):
-                return made + self.returning(one, statements[place + 1 :], result, where)
+                return made + self.return_branch(one, statements[place + 1 :], result, where)
             if isinstance(one, ast.Return):
                 value = self.expression(one.value)  # type: ignore[arg-type]
                 return [*made, _assign(result, value) if result else ast.Return(value)]
@@ -206,7 +206,7 @@ class _Converter:
                 names = set(_names(target))
                 self.known |= names
                 self.wide = self.wide | names if self.is_wide(several) else self.wide - names
-                for _ in range(2):  # what a turn makes wide is wide in the next
+                for _ in range(2):  # a name that one iteration makes wide is wide in the next
                     turn = self.block(body, where=where)
                 return [ast.For(target, self.expression(several), turn, [])]
             case ast.Expr(value=value) if not where:
@@ -214,12 +214,12 @@ class _Converter:
         raise UnsuitableError
 
     def assignment(self, one: ast.Assign, wide: bool, where: str) -> ast.stmt:
-        """Note what an assignment binds; to an item of rows it is one for the lanes concerned alone."""
+        """Record the names that an assignment binds; one to an item of rows applies to the lanes `where` only."""
         for target in one.targets:
             if isinstance(target, ast.Subscript) and where:
                 before = copy.deepcopy(target)
                 before.ctx = ast.Load()
-                one = ast.Assign([target], _call("_chosen", _load(where), one.value, before))
+                one = ast.Assign([target], _call("_select", _load(where), one.value, before))
             names = set(_names(target))
             self.known |= names
             self.wide = self.wide | names if wide else self.wide - names
@@ -235,15 +235,15 @@ class _Converter:
             self.wide |= of_body
             return [ast.If(test, body, orelse)]
         alike, unlike = self.parts(one.test)
-        if alike and not one.orelse:  # what concerns all lanes is asked first
+        if alike and not one.orelse:  # the condition that is common to all lanes comes first
             return self.branch(ast.If(alike, [ast.If(unlike, one.body, [])], []), where)
         return self.wide_branch(one, test, where)
 
     def wide_branch(self, one: ast.If, test: ast.expr, where: str) -> list[ast.stmt]:
-        """Return a branch that does not return and asks each lane."""
+        """Return a branch that does not return and whose condition is a mask."""
         wide, known, held = set(self.wide), set(self.known), self.new("where")
         made: list[ast.stmt] = [_assign(held, test)]
-        inner = self.within(held, where, made)
+        inner = self.nested_mask(held, where, made)
         of_else = _bound(one.orelse)
         changed = [name for name in _bound([*one.body, *one.orelse]) if name in known]
         fresh = [name for name in _bound(one.body) if name in of_else and name not in known]
@@ -253,50 +253,50 @@ class _Converter:
         if not one.orelse:
             body += [self.merge(held, name, _load(name), _load(before[name])) for name in changed]
             costly = any(self.is_costly(part) for part in one.body)
-            made += [ast.If(_call("_some", _load(held)), body, [])] if costly else body
+            made += [ast.If(_call("_any_true", _load(held)), body, [])] if costly else body
         else:
             of_body = {name: self.new(name) for name in changed + fresh}
             made += body + [_assign(new, _load(name)) for name, new in of_body.items()]
             made += [_assign(name, _load(new)) for name, new in before.items()]
             self.wide, self.known = set(wide), set(known)
             outside = self.new("where")
-            made.append(_assign(outside, _call("_opposite", _load(held))))
-            inner = self.within(outside, where, made)
+            made.append(_assign(outside, _call("_mask_not", _load(held))))
+            inner = self.nested_mask(outside, where, made)
             made += self.block(one.orelse, where=inner)
             made += [self.merge(held, name, _load(new), _load(name)) for name, new in of_body.items()]
         self.wide, self.known = wide | set(changed + fresh), known | set(changed + fresh)
         return made
 
     def parts(self, test: ast.expr) -> tuple[ast.expr | None, ast.expr]:
-        """Return of a condition what does not depend on lanes, if any, and the rest: both must hold."""
+        """Split a conjunction into its part that does not depend on lanes, if any, and the rest."""
         if not isinstance(test, ast.BoolOp) or isinstance(test.op, ast.Or):
             return None, test
         alike = [value for value in test.values if not self.is_wide(value)]
         unlike = [value for value in test.values if self.is_wide(value)]
         return (_all(alike) if alike else None), _all(unlike)
 
-    def within(self, held: str, where: str, made: list[ast.stmt]) -> str:
-        """Return the name of the mask of lanes that are in `where` and `held`."""
+    def nested_mask(self, held: str, where: str, made: list[ast.stmt]) -> str:
+        """Return the name of the mask `where` and `held`."""
         if not where:
             return held
         inner = self.new("where")
-        made.append(_assign(inner, _call("_both", _load(where), _load(held))))
+        made.append(_assign(inner, _call("_mask_and", _load(where), _load(held))))
         return inner
 
     @staticmethod
     def merge(held: str, name: str, a: ast.expr, b: ast.expr) -> ast.stmt:
-        return _assign(name, _call("_chosen", _load(held), a, b))
+        return _assign(name, _call("_select", _load(held), a, b))
 
     @staticmethod
     def is_costly(one: ast.stmt) -> bool:
-        """Whether it is worth asking if any lane needs the statement."""
+        """Whether a statement should be skipped if no lane needs it."""
         for node in ast.walk(one):
             if isinstance(node, ast.Call) and not (isinstance(node.func, ast.Name) and node.func.id in _CHEAP):
                 return True
         return False
 
-    def returning(self, one: ast.If, rest: list[ast.stmt], result: str, where: str) -> list[ast.stmt]:
-        """Return a branch that returns on some way, and what follows it."""
+    def return_branch(self, one: ast.If, rest: list[ast.stmt], result: str, where: str) -> list[ast.stmt]:
+        """Return a branch that returns on some path, and the statements that follow it."""
         sides = [one.body, one.orelse]
         if sum(not _ends(side) for side in sides) > 1 and len(rest) > _SHORT:
             raise UnsuitableError
@@ -307,21 +307,21 @@ class _Converter:
             self.wide, self.known = set(wide), set(known)
             return [ast.If(test, here, self.block(orelse, result, where))]
         held, outside = self.new("where"), self.new("where")
-        made: list[ast.stmt] = [_assign(held, test), _assign(outside, _call("_opposite", _load(held)))]
+        made: list[ast.stmt] = [_assign(held, test), _assign(outside, _call("_mask_not", _load(held)))]
         taken, other = (body, self.new("result"), held), (orelse, self.new("result"), outside)
-        # First the side that is computed in any case; the other one unless it concerns no lane.
+        # The side that is always computed comes first; the other one is skipped if it concerns no lane.
         late = any(map(self.is_costly, body)) and not any(map(self.is_costly, orelse))
         (first, name, these), (second, last, those) = (other, taken) if late else (taken, other)
         kept = {bound: self.new(bound) for bound in _bound(first) if bound in known}
         made += [_assign(new, _load(bound)) for bound, new in kept.items()]
-        inner = self.within(these, where, made)
+        inner = self.nested_mask(these, where, made)
         made += self.block(first, name, inner)
         made += [_assign(bound, _load(new)) for bound, new in kept.items()]
         self.wide, self.known = set(wide), set(known)
         if not (result or late):
-            made.append(ast.If(_call("_every", _load(held)), [ast.Return(_load(name))], []))
-        inner = self.within(those, where, made)
+            made.append(ast.If(_call("_all_true", _load(held)), [ast.Return(_load(name))], []))
+        inner = self.nested_mask(those, where, made)
         after = self.block(second, last, inner)
-        after.append(_assign(name, _call("_chosen", _load(those), _load(last), _load(name))))
-        made += [ast.If(_call("_some", _load(those)), after, [])] if late else after
+        after.append(_assign(name, _call("_select", _load(those), _load(last), _load(name))))
+        made += [ast.If(_call("_any_true", _load(those)), after, [])] if late else after
         return [*made, _assign(result, _load(name)) if result else ast.Return(_load(name))]

@@ -1,13 +1,12 @@
 """Compiled scalar functions and specialised loops.
 
-`compiled` marks a scalar function; it costs nothing until a compiled loop calls it.
+`inline` and `noinline` mark a scalar function. It is compiled when a loop calls it.
 
-`specialise` makes a loop out of a template, as C++ does with template parameters:
-the template's free names (a pair law, the number of dimensions, an option) are bound
-to constants and functions, so the compiler sees one straight loop. The result is
-cached on disk under the fingerprint of all that it is made of.
+`specialise` makes a loop from a template, as C++ does with template parameters: the template's free names (a pair law,
+the number of dimensions, an option) are bound to constants and functions, so that the compiler sees one straight loop.
+The compiled loop is cached on disk under the fingerprint of its code.
 
-numba is loaded when the first loop is called, see `compiler.lazy_import` and `compiler.dispatch`.
+numba is imported when the first loop is called, see `compiler.lazy_import` and `compiler.dispatch`.
 """
 
 from __future__ import annotations
@@ -20,63 +19,60 @@ from contextlib import contextmanager
 from functools import cache
 from typing import Any
 
-from .fingerprint import ATTRIBUTE, GLOBAL, names_read
-from .lazy_import import Compiled, prange
+from .fingerprint import ATTRIBUTE, GLOBAL, read_names
+from .lazy_import import CompiledFunction, prange
 
-__all__ = ["called", "compiled", "narrowed", "plain", "prange", "specialise"]
+__all__ = ["bind_constants", "inline", "noinline", "prange", "python_twin", "report_compilation", "specialise"]
 
-# numba reads these when it is loaded. Types that do not fit are told by errors that nobody reads: to colour each takes
-# a while.
-os.environ.setdefault("NUMBA_DISABLE_ERROR_MESSAGE_HIGHLIGHTING", "1")
-# Threads wait for each other asleep, unless the user says otherwise. Awake they hold a core that another process needs,
-# or the very thread that they wait for: a small case on a busy machine then takes ten times as long. Read when the
-# first parallel loop loads OpenMP: GNU's has the first name, LLVM's the second.
+# Waiting threads sleep unless the user says otherwise. Spinning threads occupy a core that another process or the
+# awaited thread needs: a small case on a busy machine then takes ten times as long. OpenMP reads these variables when
+# the first parallel loop loads it: GNU's the first, LLVM's the second.
 if "OMP_WAIT_POLICY" not in os.environ:
     os.environ.setdefault("GOMP_SPINCOUNT", "0")
     os.environ.setdefault("KMP_BLOCKTIME", "0")
 
 
-def _scalar(one: Compiled) -> Any:
+def _scalar(one: CompiledFunction) -> Any:
     from . import scalar_functions
 
-    return scalar_functions.made_scalar(one)
+    return scalar_functions.make_scalar(one)
 
 
-def compiled(function: Callable[..., Any]) -> Any:
-    """Mark a scalar function, which is compiled into its caller.
+def inline(function: Callable[..., Any]) -> Any:
+    """Mark a scalar function that is inlined into its callers.
 
-    Left to itself the compiler calls larger functions, such as the stress update, at three times the cost.
+    By default the compiler does not inline larger functions such as the stress update, which costs three times as much.
     """
-    return Compiled(function, True, _scalar)
+    return CompiledFunction(function, True, _scalar)
 
 
-def called(function: Callable[..., Any]) -> Any:
-    """Mark a scalar function that few materials need: it stays one, so that other loops are short and soon compiled."""
-    return Compiled(function, False, _scalar)
+def noinline(function: Callable[..., Any]) -> Any:
+    """Mark a scalar function that few materials need and that is not inlined: loops stay short to compile."""
+    return CompiledFunction(function, False, _scalar)
 
 
 @cache
-def plain(function: Any) -> Any:
-    """Return the plain Python twin of a compiled scalar function, those that it calls included: nothing is compiled."""
+def python_twin(function: Any) -> Any:
+    """Return a scalar function, and all that it calls, as plain Python functions."""
     source = function.py_func
     twin = types.FunctionType(source.__code__, {}, source.__name__, source.__defaults__)
     twin.__globals__["__builtins__"] = source.__globals__["__builtins__"]
     held, name = None, ""
-    for kind, read in names_read(source.__code__):
+    for kind, read in read_names(source.__code__):
         if kind == GLOBAL and read in source.__globals__:
             name, held = read, source.__globals__[read]
             if not isinstance(held, types.ModuleType):
-                twin.__globals__[name] = plain(held) if isinstance(held, Compiled) else held
+                twin.__globals__[name] = python_twin(held) if isinstance(held, CompiledFunction) else held
         elif kind == ATTRIBUTE and isinstance(held, types.ModuleType):
             member = getattr(held, read)
             module = twin.__globals__.setdefault(name, types.SimpleNamespace())
-            setattr(module, read, plain(member) if isinstance(member, Compiled) else member)
+            setattr(module, read, python_twin(member) if isinstance(member, CompiledFunction) else member)
             held = None
     return twin
 
 
 def _key(value: Any) -> str:
-    if isinstance(value, Compiled):
+    if isinstance(value, CompiledFunction):
         value = value.py_func
     if isinstance(value, types.FunctionType):
         return f"{value.__module__}.{value.__qualname__}"
@@ -95,24 +91,24 @@ def _bind(template: Callable[..., Any], name: str, bindings: dict[str, Any]) -> 
 def _narrowed(function: Any, constants: tuple[tuple[str, Any], ...]) -> Any:
     source, held = function.py_func, dict(constants)
     bindings = {}
-    if not any(name in held or isinstance(source.__globals__.get(name), Compiled) for name in source.__code__.co_names):
+    if not any(n in held or isinstance(source.__globals__.get(n), CompiledFunction) for n in source.__code__.co_names):
         return function
-    for name in {name for kind, name in names_read(source.__code__) if kind == GLOBAL}:
+    for name in {name for kind, name in read_names(source.__code__) if kind == GLOBAL}:
         value = source.__globals__.get(name)
-        bound = _narrowed(value, constants) if isinstance(value, Compiled) else held.get(name, value)
+        bound = _narrowed(value, constants) if isinstance(value, CompiledFunction) else held.get(name, value)
         if bound is not value:
             bindings[name] = bound
     if not bindings:
         return function
     tag = hashlib.sha256(repr(constants).encode()).hexdigest()[:8]
-    mark = compiled if function.inlined else called
+    mark = inline if function.inlined else noinline
     return mark(_bind(source, f"{source.__name__}_{tag}", bindings))
 
 
-def narrowed(function: Any, **constants: Any) -> Any:
-    """Return a compiled scalar function with these constants for its globals, in all that it calls by name.
+def bind_constants(function: Any, **constants: Any) -> Any:
+    """Return a scalar function whose globals, and those of all functions that it calls, have these values.
 
-    The function itself comes back where nothing of it names one of them, or all have that value already.
+    The function itself is returned if it uses none of these names, or if all have that value already.
     """
     return _narrowed(function, tuple(sorted(constants.items())))
 
@@ -127,15 +123,15 @@ def loops_there() -> bool:
     return any(made.signatures for made in _loops())
 
 
-_made: dict[str, Compiled] = {}
+_made: dict[str, CompiledFunction] = {}
 
 
 @contextmanager
-def heard_compiling(listener: Callable[[str], None]) -> Iterator[None]:
+def report_compilation(listener: Callable[[str], None]) -> Iterator[None]:
     """Call `listener(name)` in this block when a loop is compiled, not when it comes from the cache."""
     from . import dispatch
 
-    with dispatch.heard_compiling(listener):
+    with dispatch.report_compilation(listener):
         yield
 
 
@@ -163,7 +159,7 @@ def specialise(template: Callable[..., Any], *, parallel: bool | None = None, **
     if full in _made:
         return _made[full]
     function = _bind(template, name, bindings)
-    _made[full] = compiled(function) if parallel is None else Compiled(function, None, _loop(parallel))
+    _made[full] = inline(function) if parallel is None else CompiledFunction(function, None, _loop(parallel))
     return _made[full]
 
 
@@ -171,12 +167,12 @@ def _register_operations() -> None:
     from . import scalar_functions  # noqa: F401  takes 0.03 s
 
 
-def _loop(parallel: bool) -> Callable[[Compiled], Any]:
+def _loop(parallel: bool) -> Callable[[CompiledFunction], Any]:
     """Return the function that makes the numba function of a loop."""
 
-    def make(one: Compiled) -> Any:
+    def make(one: CompiledFunction) -> Any:
         from . import dispatch
 
-        return dispatch.made_loop(one, parallel, _register_operations)
+        return dispatch.make_loop(one, parallel, _register_operations)
 
     return make

@@ -1,11 +1,11 @@
-"""Growth over a step, for densities, lengths and thicknesses that follow a rate of their logarithm."""
+"""Growth factor over a step of densities, lengths and thicknesses with a given logarithmic rate."""
 
 from __future__ import annotations
 
-from .jit import compiled
+from .jit import inline
 
 
-@compiled
-def grown(rate):
-    """Return exp(rate) to second order, by a fraction that is positive for every step that a criterion allows."""
+@inline
+def growth_factor(rate):
+    """Return exp(rate) to second order, by a fraction that is positive for every admissible step."""
     return (1.0 + 0.5 * rate) / (1.0 - 0.5 * rate)

@@ -1,4 +1,4 @@
-"""Scalar functions under compilation, and all that numba must know of to compile what names them."""
+"""Scalar functions under compilation, and the registration of all operations of this package with numba."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from hvisph.compiler.vector.lanes import strict
 
 from . import if_conversion
 from .codegen import LoopDispatcher
-from .component_functions import each_operation
+from .component_functions import for_each_operation
 from .dispatch import LEAN, OPTIONS
-from .fingerprint import ATTRIBUTE, names_read
-from .lazy_import import Compiled
-from .threads import primitives as sharing  # noqa: F401  numba learns of what they have
-from .unroll import unrolled
-from .vector import contiguous_load, intrinsics, neighbour_filter, pointers  # noqa: F401  numba learns of what they have
+from .fingerprint import ATTRIBUTE, read_names
+from .lazy_import import CompiledFunction
+from .threads import primitives as sharing  # noqa: F401  registers its functions
+from .unroll import register_operation
+from .vector import contiguous_load, intrinsics, neighbour_filter, pointers  # noqa: F401  registers its functions
 
-each_operation(unrolled)
+for_each_operation(register_operation)
 
-# What makes an array counts who holds it. What is only handed arrays need not: to count them in and out of every call
-# takes 10 ns each, for threads share the counters.
-_MAKING = {"empty", "zeros"}
+# Functions that allocate arrays need reference counts. All others do without: counting each array in and out of a call
+# takes 10 ns, because threads share the counters.
+_ALLOCATING = {"empty", "zeros"}
 
 
 class Scalar(LoopDispatcher):
-    """A compiled scalar function that Python calls through another one, made when it does.
+    """A compiled scalar function; Python calls it through a second one that is made on demand.
 
-    Loops may call it with strict lanes, many particles at once: see `compiler.if_conversion`.
+    Loops may call it with strict lanes, several particles at once, see `compiler.if_conversion`.
     """
 
     def __call__(self, *arguments: Any) -> Any:
@@ -40,7 +40,7 @@ class Scalar(LoopDispatcher):
         return _entry(self)(*arguments)
 
     def get_call_template(self, args: Any, kws: Any) -> Any:
-        """Return how the function is called with arguments of these types."""
+        """Return the call template for arguments of these types."""
         wide = _wide(args)
         if wide:
             return _in_lanes(self, wide).get_call_template(args, kws)
@@ -53,7 +53,7 @@ class Scalar(LoopDispatcher):
 
 
 def _wide(kinds: Any) -> tuple[int, ...]:
-    """Return which of some types hold strict lanes."""
+    """Return the indices of the types that contain strict lanes."""
     return tuple(k for k, kind in enumerate(kinds) if _holds_lanes(kind))
 
 
@@ -63,23 +63,23 @@ def _holds_lanes(kind: Any) -> bool:
     return kind in (strict, mask) or isinstance(kind, Many)
 
 
-def made_scalar(one: Compiled) -> Any:
-    """Return what numba makes of a scalar function."""
-    making = any(kind == ATTRIBUTE and name in _MAKING for kind, name in names_read(one.py_func.__code__))
+def make_scalar(one: CompiledFunction) -> Any:
+    """Return the numba function of a scalar function."""
+    making = any(kind == ATTRIBUTE and name in _ALLOCATING for kind, name in read_names(one.py_func.__code__))
     options = {"forceinline": True} if one.inlined else {}
     return Scalar(one.py_func, targetoptions=LEAN | options | {"_nrt": making})
 
 
 @cache
 def _in_lanes(function: Scalar, wide: tuple[int, ...]) -> Any:
-    """Return what does for lanes in the arguments `wide` what `function` does for numbers."""
+    """Return the function that applies `function` to each lane of the arguments `wide`."""
     if function.targetoptions.get("forceinline"):
         try:
-            text = if_conversion.in_lanes(function.py_func, wide)
+            text = if_conversion.convert(function.py_func, wide)
             return LoopDispatcher(text, targetoptions=LEAN | {"forceinline": True})
         except if_conversion.UnsuitableError:
-            function = made_scalar(Compiled(function.py_func, False, made_scalar))
-    return LoopDispatcher(if_conversion.lane_by_lane(function), targetoptions=LEAN)
+            function = make_scalar(CompiledFunction(function.py_func, False, make_scalar))
+    return LoopDispatcher(if_conversion.apply_per_lane(function), targetoptions=LEAN)
 
 
 @cache

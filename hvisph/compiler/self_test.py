@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .jit import heard_compiling, prange, specialise
+from .jit import prange, report_compilation, specialise
 
 COUNT = 200_000
 
@@ -27,7 +27,7 @@ def self_test() -> dict[str, Any]:
     computed = np.zeros(COUNT)
     start = time.perf_counter()
     reason = ""
-    with heard_compiling(heard.append):
+    with report_compilation(heard.append):
         try:
             specialise(_powers, parallel=True)(x, computed)
         except Exception as error:  # whatever the compiler says is the answer

@@ -1,4 +1,4 @@
-"""Binding of templates: which names a compiled loop takes from what is offered to it."""
+"""Binding of the free names of templates."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from .jit import specialise
 
 def bind(template: Callable[..., Any], options: Mapping[str, Any], offered: Mapping[str, Any] | None = None,
          parallel: bool | None = None, parts: Iterable[Callable[..., Any]] = ()) -> Any:  # fmt: skip
-    """Return `template` compiled with `options`, and with what it names of `offered`.
+    """Return `template` compiled with `options` and with those names of `offered` that it uses.
 
     Parameters
     ----------
     template, parallel
         See `specialise`.
     parts
-        Templates that it calls by name, or that later ones of them call: bound to the same.
+        Templates that it, or a later one of them, calls by name; they are bound to the same values.
     options
-        Constants and functions that are meant for this template: it, or a part of it, must name each of them.
+        Constants and functions of this template; it or one of its parts must use each of them.
     offered
-        Those that several templates share, such as the slots of a row; each takes what it names.
+        Constants and functions that several templates share, such as the slots of a row.
 
     Raises
     ------
     TypeError
-        For an option that the template does not name: misspelt, it would have no effect.
+        For an option that the template does not use, for example a misspelt one.
     """
     every = {name for one in (template, *parts) for name in one.__code__.co_names}
     for option in options:

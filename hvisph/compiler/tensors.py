@@ -1,20 +1,18 @@
-"""Vectors and tensors of compiled loops: tuples of floats, or of lanes, as long as the dimensions ask.
+"""Vectors and tensors of compiled loops: tuples of floats or of lanes, whose length depends on the dimensions.
 
 | rank | components in 1, 2 and 3 dimensions |
 | --- | --- |
 | vector | x, y, z: 1, 2, 3 |
-| axial | of what turns, along the normal of its plane: none / z / x y z: 0, 1, 3 |
+| axial | rotation about the normal of its plane: none / z / x y z: 0, 1, 3 |
 | symmetric | xx / xx yy xy / xx yy zz xy xz yz: 1, 3, 6 |
 | gradient | row by row, xy = du_x/dy: 1, 4, 9 |
 | symmetric_gradient | a vector for each component of a symmetric tensor: 1, 6, 18 |
 
-What is solid in all directions whatever the dimensions, the stress update, takes six components and nine:
-`compiler.tensors3d`.
+The stress update has three dimensions in every case, with six and nine components: `compiler.tensors3d`.
 
-Every operation is written once, in plain Python over its components, and `compiler.component_functions` hands that
-very text to
-the compiler, unrolled: called from Python it is its own plain twin. Sizes are known from lengths and from the tables
-below, so that a further set of components (an in-plane tensor with a hoop component) is a line in them.
+Every operation is written once, in plain Python over its components. `compiler.component_functions` compiles the same
+function, unrolled. Sizes follow from lengths and from the tables below, so that a further set of components (an
+in-plane tensor with a hoop component) is one line in them.
 """
 
 from __future__ import annotations
@@ -23,10 +21,10 @@ from typing import Any
 
 from .component_functions import operation
 
-# How many components each rank has in 1, 2 and 3 dimensions.
+# Number of components of each rank in 1, 2 and 3 dimensions.
 SIZE = {"vector": (1, 2, 3), "axial": (0, 1, 3), "symmetric": (1, 3, 6), "gradient": (1, 4, 9),
         "symmetric_gradient": (1, 6, 18)}  # fmt: skip
-# By the length of a symmetric tensor: where its matrix finds its components, and how many diagonal ones come first.
+# By the length of a symmetric tensor: the indices of the components of its matrix, and the number of diagonal ones.
 PLACES = {1: ((0,),), 3: ((0, 2), (2, 1)), 6: ((0, 3, 4), (3, 1, 5), (4, 5, 2))}
 _DIAGONAL = {1: 1, 3: 2, 6: 3}
 # By the length of a gradient: its diagonal; by that of a vector or a gradient: the dimensions.
@@ -34,7 +32,7 @@ _TRACE = {1: (0,), 4: (0, 3), 9: (0, 4, 8)}
 _DIMENSIONS = {1: 1, 2: 2, 3: 3, 4: 2, 9: 3}
 
 
-def total_of(terms):
+def sum_terms(terms):
     """Return the sum of terms, from the left."""
     first, *others = terms
     for term in others:
@@ -64,7 +62,7 @@ def _own_reader(rank: str) -> Any:
 
 
 def _nothing(rank: str) -> Any:
-    """Return the operation that gives the tensor 0 of this rank."""
+    """Return the operation that returns the zero tensor of this rank."""
 
     def zero(dim):
         return (0.0,) * SIZE[rank][dim - 1]
@@ -86,18 +84,18 @@ def put(rows, i, slot, value):
 
 @operation
 def own_columns(rows, i, slot, stride, dim):
-    """Return the gradient whose columns stand in row `i` from `slot` on, each `stride` behind the one before."""
+    """Return the gradient whose columns are stored in row `i` from `slot` on, at intervals of `stride`."""
     return tuple(rows[i, slot + stride * k + j] for j in range(dim) for k in range(dim))
 
 
 @operation
-def spread(a):
-    """Return lanes that all hold the components of `a`; of floats in Python, themselves."""
+def broadcast(a):
+    """Return the components of `a` as lanes; in plain Python `a` itself."""
     return tuple(p.spread() if hasattr(p, "spread") else p for p in a)
 
 
 @operation
-def totals(a):
+def lane_sums(a):
     """Return the sum over all lanes of each component."""
     return tuple(p.total() if hasattr(p, "total") else p for p in a)
 
@@ -106,19 +104,19 @@ def totals(a):
 
 
 @operation
-def plus(a, b):
+def add(a, b):
     """Return a + b."""
     return tuple(p + q for p, q in zip(a, b, strict=True))
 
 
 @operation
-def minus(a, b):
+def subtract(a, b):
     """Return a - b."""
     return tuple(p - q for p, q in zip(a, b, strict=True))
 
 
 @operation
-def times(f, a):
+def multiply(f, a):
     """Return f a, of a number f."""
     return tuple(f * p for p in a)
 
@@ -126,15 +124,15 @@ def times(f, a):
 @operation
 def dot(a, b):
     """Return the sum of the products of components: a . b of vectors, A : B of gradients."""
-    return total_of(p * q for p, q in zip(a, b, strict=True))
+    return sum_terms(p * q for p, q in zip(a, b, strict=True))
 
 
 @operation
 def double_dot(a, b):
     """Return A : B of symmetric tensors, the sum of the products of all components of both matrices."""
     products = [p * q for p, q in zip(a, b, strict=True)]
-    on, off = products[: _DIAGONAL[len(a)]], products[_DIAGONAL[len(a)] :]
-    return total_of(on) + 2.0 * total_of(off) if off else total_of(on)
+    diagonal, off_diagonal = products[: _DIAGONAL[len(a)]], products[_DIAGONAL[len(a)] :]
+    return sum_terms(diagonal) + 2.0 * sum_terms(off_diagonal) if off_diagonal else sum_terms(diagonal)
 
 
 @operation
@@ -145,58 +143,58 @@ def outer(a, b):
 
 @operation
 def symmetric_outer(a, b):
-    """Return the components of a (x) b that a symmetric tensor keeps: all of it where b is along a."""
+    """Return the components of a (x) b that a symmetric tensor stores: all of them if b is parallel to a."""
     places = PLACES[len(a) * (len(a) + 1) // 2]
     parts = {places[i][j]: a[i] * b[j] for i in range(len(a)) for j in range(i, len(a))}
     return tuple(parts[k] for k in range(len(parts)))
 
 
 @operation
-def on(s, v):
+def symmetric_dot(s, v):
     """Return s . v of a symmetric tensor and a vector."""
-    return tuple(total_of(s[place] * q for place, q in zip(row, v, strict=True)) for row in PLACES[len(s)])
+    return tuple(sum_terms(s[place] * q for place, q in zip(row, v, strict=True)) for row in PLACES[len(s)])
 
 
 @operation
-def to_dimensions(f, l):
-    """Return f^d, with the dimensions of the vector or gradient `l`."""
+def power_of_dimension(f, l):
+    """Return f^d, where d is the number of dimensions of the vector or gradient `l`."""
     d = _DIMENSIONS[len(l)]
     return f if d == 1 else f * f if d == 2 else f * f * f
 
 
 @operation
-def radial(v):
+def radial_part(v):
     """Return the component of a vector, or the normal one of a symmetric tensor, along the radius, which is y."""
     return v[min(1, len(v) - 1)]
 
 
 @operation
-def scaled_apart(v, along, radial):
-    """Return a vector with its component along the radius, y, times `radial`, all others times `along`."""
-    return tuple(p * (radial if k == 1 else along) for k, p in enumerate(v))
+def scale_radial(v, along, across):
+    """Return a vector with its component along the radius, y, times `across`, all others times `along`."""
+    return tuple(p * (across if k == 1 else along) for k, p in enumerate(v))
 
 
 @operation
-def plus_radial(v, f):
+def add_radial(v, f):
     """Return a vector with `f` added to its component along the radius, y."""
     return tuple(p + f if k == 1 else p for k, p in enumerate(v))
 
 
 @operation
-def plus_last(l, f):
-    """Return a gradient with `f` added to its last component, in the plane of rings the rate of the radius."""
+def add_last(l, f):
+    """Return a gradient with `f` added to its last component, in the meridian plane that of the radius."""
     return (*l[:-1], l[-1] + f)
 
 
 @operation
-def on_rows(t, v):
+def dot_rows(t, v):
     """Return each row of a gradient, of a vector or of a symmetric tensor, times v: t . v."""
     d = len(v)
-    return tuple(total_of(t[d * k + j] * v[j] for j in range(d)) for k in range(len(t) // d))
+    return tuple(sum_terms(t[d * k + j] * v[j] for j in range(d)) for k in range(len(t) // d))
 
 
 @operation
-def plus_identity(s, f):
+def add_identity(s, f):
     """Return s + f 1 of a symmetric tensor."""
     return tuple(p + f if k < _DIAGONAL[len(s)] else p for k, p in enumerate(s))
 
@@ -204,12 +202,12 @@ def plus_identity(s, f):
 @operation
 def divergence(l):
     """Return the trace of a gradient."""
-    return total_of(l[k] for k in _TRACE[len(l)])
+    return sum_terms(l[k] for k in _TRACE[len(l)])
 
 
 @operation
 def matrix(s):
-    """Return a symmetric tensor as a gradient stands: row by row."""
+    """Return the matrix of a symmetric tensor, row by row."""
     return tuple(s[place] for row in PLACES[len(s)] for place in row)
 
 
@@ -220,7 +218,7 @@ def identity(l):
 
 
 @operation
-def transposed(l):
+def transpose(l):
     """Return the transpose of a gradient."""
     d = len(_TRACE[len(l)])
     return tuple(l[d * j + i] for i in range(d) for j in range(d))
@@ -230,7 +228,7 @@ def transposed(l):
 def product(a, b):
     """Return a . b of gradients, or of the rows of a gradient `a` of a symmetric tensor."""
     d = len(_TRACE[len(b)])
-    return tuple(total_of(a[d * i + k] * b[d * k + j] for k in range(d)) for i in range(len(a) // d) for j in range(d))
+    return tuple(sum_terms(a[d * i + k] * b[d * k + j] for k in range(d)) for i in range(len(a) // d) for j in range(d))
 
 
 @operation
@@ -250,23 +248,23 @@ def adjugate(l):
 def determinant(l):
     """Return the determinant of a gradient."""
     d = len(_TRACE[len(l)])
-    return total_of(l[k] * adjugate(l)[d * k] for k in range(d))
+    return sum_terms(l[k] * adjugate(l)[d * k] for k in range(d))
 
 
 @operation
 def mean_diagonal(l):
     """Return the mean of the diagonal of a gradient."""
-    return total_of(l[k] for k in _TRACE[len(l)]) * (1.0 / len(_TRACE[len(l)]))
+    return sum_terms(l[k] for k in _TRACE[len(l)]) * (1.0 / len(_TRACE[len(l)]))
 
 
-# Beside a line
+# Components normal to a line
 
 
 @operation
-def beside(v, along, e):
-    """Return what of the vector `v`, `along` of which is along the unit vector `e`, lies beside `e`.
+def tangential_part(v, along, e):
+    """Return the part of the vector `v` normal to the unit vector `e`; its component parallel to `e` is `along`.
 
-    In the plane that is one number: the component along `e` turned by a right angle.
+    In two dimensions that is one number: the component parallel to `e` rotated by a right angle.
     """
     if len(v) == 2:
         return (e[0] * v[1] - e[1] * v[0],)
@@ -274,18 +272,18 @@ def beside(v, along, e):
 
 
 @operation
-def facing_aside(v, e):
-    """Return of the vector `v` what its products with what lies beside `e` ask for: in space all of it."""
+def tangential_components(v, e):
+    """Return the components of `v` for products with a `tangential_part`: in three dimensions all of them."""
     return (e[0] * v[1] - e[1] * v[0],) if len(v) == 2 else v
 
 
 @operation
-def aside(t, e):
-    """Return as a vector what lies beside the unit vector `e`, see `beside`."""
+def tangential_vector(t, e):
+    """Return the vector of a `tangential_part` `t` with respect to `e`."""
     return (-t[0] * e[1], t[0] * e[0]) if len(e) == 2 else t
 
 
-# What turns
+# Rotation
 
 
 @operation
@@ -297,7 +295,7 @@ def torque(x, f):
 
 
 @operation
-def about(w, x):
+def axial_cross(w, x):
     """Return w x x of an axial vector and a vector."""
     if len(x) == 2:
         return -w[0] * x[1], w[0] * x[0]
@@ -305,7 +303,7 @@ def about(w, x):
 
 
 @operation
-def turning(w):
+def spin_gradient(w):
     """Return the gradient of w x x, of an axial vector w."""
     if len(w) == 1:
         return 0.0, -w[0], w[0], 0.0
@@ -313,7 +311,7 @@ def turning(w):
 
 
 @operation
-def whirl(l):
+def axial_curl(l):
     """Return the curl of the vector with the gradient `l`, an axial vector."""
     if len(l) == 4:
         return (l[2] - l[1],)
@@ -322,7 +320,7 @@ def whirl(l):
 
 @operation
 def inertia(s):
-    """Return tr(s) - s of a symmetric tensor, row by row, as it acts on axial vectors: in the plane its trace."""
+    """Return tr(s) - s of a symmetric tensor, row by row, for axial vectors: in two dimensions its trace."""
     if len(s) == 3:
         return (s[0] + s[1],)
     return s[1] + s[2], -s[3], -s[4], -s[3], s[0] + s[2], -s[5], -s[4], -s[5], s[0] + s[1]

@@ -1,13 +1,13 @@
-"""Full tensors, solid whatever the dimensions: six components of a symmetric one, nine of a gradient.
+"""Three-dimensional tensors for any number of dimensions: symmetric with six components, gradients with nine.
 
-The stress update takes these; `from_plane`, `full_gradient` and `in_plane` lead from the vectors and tensors of
-`compiler.tensors` and back. Symmetric ones stand as xx yy zz xy xz yz.
+The stress update takes these; `extend_symmetric`, `full_gradient` and `plane_components` convert from and to the
+vectors and tensors of `compiler.tensors`. Symmetric ones are stored as xx yy zz xy xz yz.
 """
 
 from __future__ import annotations
 
 from .component_functions import operation
-from .tensors import PLACES, matrix, product, total_of
+from .tensors import PLACES, matrix, product, sum_terms
 
 # By dimensions: the components of a full symmetric tensor that lie in the plane, and those that the state stores.
 _IN_PLANE = {1: (0,), 2: (0, 1, 3), 3: (0, 1, 2, 3, 4, 5)}
@@ -22,7 +22,7 @@ def own_full_symmetric(rows, i, slot, dim):
 
 @operation
 def put_full_symmetric(rows, i, slot, s, dim):
-    """Write of six components those that the state stores."""
+    """Write those of six components that the state stores."""
     for k in range(_STORED[dim]):
         rows[i, slot + k] = s[k]
 
@@ -35,32 +35,32 @@ def full_gradient(l):
 
 
 @operation
-def with_zz(l, zz):
-    """Return a full gradient with another last component."""
+def replace_zz(l, zz):
+    """Return a full gradient with its last component replaced by `zz`."""
     return (*l[:8], zz)
 
 
 @operation
-def in_plane(s, dim):
+def plane_components(s, dim):
     """Return the components in the plane of a full symmetric tensor."""
     return tuple(s[k] for k in _IN_PLANE[dim])
 
 
 @operation
-def in_space(v):
+def extend_vector(v):
     """Return the three components of a vector in the plane."""
     return (*v, *(0.0,) * (3 - len(v)))
 
 
 @operation
-def from_plane(s):
+def extend_symmetric(s):
     """Return six components of a symmetric tensor in the plane, zeros out of it."""
     places = _IN_PLANE[len(PLACES[len(s)])]
     return tuple(s[places.index(k)] if k in places else 0.0 for k in range(6))
 
 
 @operation
-def stretching(l):
+def symmetric_part(l):
     """Return the symmetric part of a full gradient, its six components."""
     xx, xy, xz, yx, yy, yz, zx, zy, zz = l
     return xx, yy, zz, 0.5 * (xy + yx), 0.5 * (xz + zx), 0.5 * (yz + zy)
@@ -86,16 +86,16 @@ def rotation(a):
 
 
 @operation
-def turned(s, r):
+def rotate(s, r):
     """Return r . s . r^T of a full symmetric tensor and a rotation."""
     t = product(r, matrix(s))
     kept = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-    return tuple(total_of(t[3 * i + k] * r[3 * j + k] for k in range(3)) for i, j in kept)
+    return tuple(sum_terms(t[3 * i + k] * r[3 * j + k] for k in range(3)) for i, j in kept)
 
 
 @operation
-def turned_in_plane(s, z):
-    """Return `turned` for the rotation of the axial vector (0, 0, z)."""
+def rotate_in_plane(s, z):
+    """Return `rotate` for the rotation with the axial vector (0, 0, z)."""
     xx, yy, zz, xy, xz, yz = s
     scale = 1.0 / (1.0 + z * z)
     cosine, sine = (1.0 - z * z) * scale, 2.0 * z * scale

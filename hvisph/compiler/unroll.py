@@ -1,4 +1,4 @@
-"""Operations in compiled code: their text is run over stand-ins, which note types or emit instructions."""
+"""Compilation of component functions: executed with symbolic arguments, they record types or emit instructions."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from numba.core import cgutils
 from numba.core.typing.templates import AbstractTemplate, signature
 
 from hvisph.compiler.vector.gather import Many, load, store
-from hvisph.compiler.vector.lanes import VECTOR, Lanes, lanes, reduced, splat, strict
+from hvisph.compiler.vector.lanes import VECTOR, Lanes, lanes, reduce_lanes, splat, strict
 
 from .codegen import infer_global, lower_builtin
 
 
 class _Number:
-    """What stands for a number while an operation is compiled: it notes, or emits, the arithmetic done with it."""
+    """A symbolic number: arithmetic with it records types or emits instructions."""
 
     def _with(self, name: str, a: Any, b: Any) -> Any:
         raise NotImplementedError
@@ -51,7 +51,7 @@ class _Number:
 
 
 class _Kind(_Number):
-    """A number whose type alone is known: `kind` is that of lanes or of a float."""
+    """A symbolic number of type `kind`, lanes or a float, without a value."""
 
     def __init__(self, kind: Any) -> None:
         self.kind = kind
@@ -85,7 +85,7 @@ class _Value(_Number):
         return _Value(builder, getattr(builder, name)(a, b, flags=getattr(kind, "flags", ())), kind)
 
     def total(self) -> _Value:
-        return _Value(self.builder, reduced(self.builder, "fadd", self.value, 0.0), types.float64)
+        return _Value(self.builder, reduce_lanes(self.builder, "fadd", self.value, 0.0), types.float64)
 
     def spread(self) -> _Value:
         return _Value(self.builder, splat(self.builder, self.value), lanes)
@@ -96,7 +96,7 @@ def _emitted(builder: Any, number: Any) -> Any:
 
 
 class _KindOfRows:
-    """An array of floats, or many rows of one, whose numbers are not known yet."""
+    """A symbolic array of floats, or several of its rows, without values."""
 
     def __init__(self, kind: Any) -> None:
         self.kind = kind
@@ -131,7 +131,7 @@ class _Rows:
 
 
 class _ManyRows:
-    """Many rows of an array at once; the number of a single row says nothing here."""
+    """Several rows of an array at once; the number of a single row has no meaning."""
 
     def __init__(self, context: Any, builder: Any, kind: Any, value: Any) -> None:
         self.context, self.builder, self.kind, self.value = context, builder, kind, value
@@ -147,7 +147,7 @@ class _ManyRows:
 
 
 def _stand_in(kind: Any) -> Any:
-    """Return what `kind` is to an operation that is asked for the type of its result."""
+    """Return the symbolic argument of type `kind` for type inference."""
     if isinstance(kind, types.Literal):
         return kind.literal_value
     if isinstance(kind, types.BaseTuple):
@@ -158,7 +158,7 @@ def _stand_in(kind: Any) -> Any:
 
 
 def _argument(context: Any, builder: Any, kind: Any, value: Any) -> Any:
-    """Return what a value of type `kind` is to an operation under compilation."""
+    """Return the symbolic argument for a value of type `kind`."""
     if isinstance(kind, types.Literal):
         return kind.literal_value
     if isinstance(kind, types.BaseTuple):
@@ -169,13 +169,13 @@ def _argument(context: Any, builder: Any, kind: Any, value: Any) -> Any:
 
 
 def _passed(kind: Any) -> Any:
-    """Return the type as which an argument of type `kind` reaches the operation; plain integers are indices."""
+    """Return the type to which an argument of type `kind` is converted; plain integers are indices."""
     if isinstance(kind, types.Literal) or not isinstance(kind, types.Integer):
         return types.float64 if isinstance(kind, types.Float) else kind
     return types.uint64
 
 
-def unrolled(write: Callable[..., Any]) -> None:
+def register_operation(write: Callable[..., Any]) -> None:
     """Let compiled functions call an operation, see `compiler.component_functions`."""
 
     class Operation(AbstractTemplate):

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.exact_sum import value_of, whole_parts
+from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.particles import CLAMPED, FLAGS, Particles
 from hvisph.integrators import sums as column
 from hvisph.measures.pressure import AXIS_COLUMN, CENTRE_COLUMN, axis_particles, centre_particles
@@ -156,8 +156,8 @@ def angular_momentum(setup: Setup) -> np.ndarray:
         return np.zeros(0)
     parts = np.zeros((2, columns), np.int64)
     for first in range(0, particles.count, AT_ONCE):
-        parts += whole_parts(turning(particles, slice(first, first + AT_ONCE)), unit)
-    return value_of(setup.share.total(parts), unit)
+        parts += encode_terms(turning(particles, slice(first, first + AT_ONCE)), unit)
+    return decode_sum(setup.share.total(parts), unit)
 
 
 def turning(particles: Particles, some: slice = slice(None)) -> np.ndarray:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hvisph.compiler.jit import plain
+from hvisph.compiler.jit import python_twin
 from hvisph.materials.material_table import Material
 from hvisph.materials.melting import melt_temperature
 from hvisph.materials.slots import MELT_TEMPERATURE
@@ -62,7 +62,7 @@ def _melted_mass(now: Snapshot, materials: Sequence[Material], mass: np.ndarray)
     if temperature is None:
         return None
     melted, known = 0.0, False
-    point = plain(melt_temperature)
+    point = python_twin(melt_temperature)
     for body, material in enumerate(materials):
         row = material.row()
         if not np.isfinite(row[MELT_TEMPERATURE]):

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from hvisph.compiler.jit import plain
+from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import RunError
 from hvisph.materials.material_table import Material
 from hvisph.materials.porosity import crush_curve
@@ -70,7 +70,7 @@ def shock(material: Material, particle_velocity: float) -> ShockState:
 
     def excess(shock_speed: float) -> float:
         behind = state(shock_speed)
-        alpha = 1.0 if pores is None else plain(crush_curve)(behind.pressure, row)
+        alpha = 1.0 if pores is None else python_twin(crush_curve)(behind.pressure, row)
         return solid(alpha * behind.density, behind.energy) / alpha - behind.pressure
 
     # From above: near U = u some equations of state have left their range and have other roots.

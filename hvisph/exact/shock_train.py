@@ -18,7 +18,7 @@ from math import inf, log, sqrt
 
 import numpy as np
 
-from hvisph.compiler.jit import plain
+from hvisph.compiler.jit import python_twin
 from hvisph.materials import thermodynamics
 from hvisph.materials.material_table import Material, pack
 
@@ -55,7 +55,7 @@ def _stress(material: Material, strength: bool) -> Callable[[float, float], floa
     if not strength:
         return pressure
     table, models = pack([material])
-    flow = plain(thermodynamics.flow_stress)
+    flow = python_twin(thermodynamics.flow_stress)
 
     def stress(rho: float, e: float) -> float:
         p, strain = pressure(rho, e), log(rho / rho0)

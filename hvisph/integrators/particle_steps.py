@@ -8,21 +8,21 @@ from __future__ import annotations
 from collections import namedtuple
 from math import pi, sqrt
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.logarithmic_growth import grown
+from hvisph.compiler.jit import inline
+from hvisph.compiler.logarithmic_growth import growth_factor
 from hvisph.compiler.tensors import (
+    add,
     divergence,
     dot,
     double_dot,
-    minus,
+    multiply,
     own_gradient,
     own_vector,
-    plus,
     put,
-    radial,
-    times,
+    radial_part,
+    subtract,
 )
-from hvisph.compiler.tensors3d import full_gradient, own_full_symmetric, put_full_symmetric, stretching, with_zz
+from hvisph.compiler.tensors3d import full_gradient, own_full_symmetric, put_full_symmetric, replace_zz, symmetric_part
 from hvisph.sph.terms.viscosity import balsara_share, relaxed_share
 
 # The state of a particle: position, velocity, density, specific internal energy, smoothing length, deviator
@@ -106,20 +106,20 @@ def move(state, i, now, rate, free, u, dt):
     a, power, l, density, hoop = rate.a, rate.power, rate.l, rate.density, rate.hoop
     if PREVIOUS:
         before = own_vector(state, i, S_PREVIOUS_ACCELERATION, DIM)
-        a = times(0.5, plus(a, before))
+        a = multiply(0.5, add(a, before))
         power = 0.5 * (power + state[i, S_PREVIOUS_POWER])
-        l = times(0.5, plus(l, own_gradient(state, i, S_PREVIOUS_GRADIENT, DIM)))
+        l = multiply(0.5, add(l, own_gradient(state, i, S_PREVIOUS_GRADIENT, DIM)))
         if DENSITY_RATE:
             density = 0.5 * (density + state[i, S_PREVIOUS_DENSITY_RATE])
         if AXISYMMETRIC:
             hoop = 0.5 * (hoop + state[i, S_PREVIOUS_HOOP_RATE])
-    a = times(free, a)
+    a = multiply(free, a)
     # Mean velocity of the step; the work of the forces at it is what the energy receives.
-    mean = plus(now.u, times(0.5 * dt, a))
-    missing = dot(rate.a, minus(mean, u))
+    mean = add(now.u, multiply(0.5 * dt, a))
+    missing = dot(rate.a, subtract(mean, u))
     if PREVIOUS:
-        missing = 0.5 * (missing + dot(before, minus(mean, own_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
-    after = State(plus(now.x, times(dt, mean)), plus(now.u, times(dt, a)), now.rho,
+        missing = 0.5 * (missing + dot(before, subtract(mean, own_vector(state, i, S_PREVIOUS_VELOCITY, DIM))))
+    after = State(add(now.x, multiply(dt, mean)), add(now.u, multiply(dt, a)), now.rho,
                   now.e + dt * (power - missing), now.h, now.s, now.plastic_strain, now.damage,
                   now.memory)  # fmt: skip
     return after, l, divergence(l) - density, hoop
@@ -142,16 +142,16 @@ def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
     full, thicker, rho = full_gradient(l), 1.0, now.rho
     if PLANE_STRESS:
         zz = thinning(table, models, m, dt, rho, swelling, now.e, now.s, now.plastic_strain, now.damage, full)
-        full, thicker = with_zz(full, zz), grown(dt * zz)
-        rho *= grown(-dt * (swelling + zz))
+        full, thicker = replace_zz(full, zz), growth_factor(dt * zz)
+        rho *= growth_factor(-dt * (swelling + zz))
     elif AXISYMMETRIC:
-        full = with_zz(full, hoop)
-        rho *= grown(-dt * (swelling + hoop))
+        full = replace_zz(full, hoop)
+        rho *= growth_factor(-dt * (swelling + hoop))
     else:
-        rho *= grown(-dt * swelling)
+        rho *= growth_factor(-dt * swelling)
     if SPARSEST:  # which keeps a lone ring from thinning, and does not press it as it nears the axis
         rho = max(rho, min(least, now.rho) if AXISYMMETRIC else least)
-    h = min(max(now.h * grown(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
+    h = min(max(now.h * growth_factor(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
     s, plastic_strain, damage, p, c, memory = recall(
         table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip
     kept = memory if REMEMBERS else NOTHING
@@ -168,17 +168,17 @@ def works(before, now, l, p, dt):
     strain = now.plastic_strain - before.plastic_strain
     plastic = volume * strain * sqrt(1.5 * double_dot(now.s, now.s)) if strain > 0.0 else 0.0
     pressed = p * (1.0 / before.rho - 1.0 / now.rho)
-    sheared = volume * dt * double_dot(times(0.5, plus(before.s, now.s)), stretching(l))
+    sheared = volume * dt * double_dot(multiply(0.5, add(before.s, now.s)), symmetric_part(l))
     return plastic, now.e - before.e - pressed - sheared
 
 
-@compiled
+@inline
 def ring_radius(x, h):
     """Return the radius of the ring at `x` [m], at the axis that of a tenth of a spacing or so."""
-    return max(abs(radial(x)), ON_AXIS * h)
+    return max(abs(radial_part(x)), ON_AXIS * h)
 
 
-@compiled
+@inline
 def hoop_signal(h, ring):
     """Return the speed of signals of a ring over that of sound: near the axis its hoop swings the faster.
 

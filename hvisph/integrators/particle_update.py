@@ -17,11 +17,11 @@ from math import pi
 
 import numpy as np
 
-from hvisph.compiler.exact_sum import add_lanes, add_lanes_of, sum_lanes
-from hvisph.compiler.tensors import divergence, dot, no_axial, no_vector, own_axial, own_vector, plus, put, times
-from hvisph.compiler.tensors3d import in_space
-from hvisph.compiler.vector.api import LANES, all_strict, first_lanes, lane, many
-from hvisph.compiler.vector.partition import NONE, listed
+from hvisph.compiler.exact_sum import add_lane_vectors, add_lanes, sum_lanes
+from hvisph.compiler.tensors import add, divergence, dot, multiply, no_axial, no_vector, own_axial, own_vector, put
+from hvisph.compiler.tensors3d import extend_vector
+from hvisph.compiler.vector.api import LANES, broadcast_strict, extract_lane, first_lanes, gather
+from hvisph.compiler.vector.partition import NONE, list_equal_keys
 from hvisph.compiler.vector.prefetch import fetch_row
 from hvisph.sph.terms.viscosity import shear_share
 
@@ -75,8 +75,8 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
     if held:
         resting = rate.a
         if PREVIOUS:
-            resting = times(0.5, plus(resting, own_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
-        add_lanes_of(counted, SUPPORT, here, in_space(times(mass, resting)), of_force)
+            resting = multiply(0.5, add(resting, own_vector(state, s, S_PREVIOUS_ACCELERATION, DIM)))
+        add_lane_vectors(counted, SUPPORT, here, extend_vector(multiply(mass, resting)), of_force)
     a = no_vector(DIM) if held else rate.a
     thickness = state[s, S_THICKNESS] if PLANE_STRESS else 1.0
     ring = ring_radius(now.x, now.h) if AXISYMMETRIC else 0.0
@@ -99,20 +99,20 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
                 max(state[s, S_DENSITY_CORRECTION] + dt * rates[s, R_CORRECTION], -AFAR), AFAR
             )
         if ANGULAR_MOMENTUM:
-            made = times(dt, own_axial(rates, s, R_SPIN, DIM))
-            put(state, s, S_TORQUE_RESIDUAL, plus(own_axial(state, s, S_TORQUE_RESIDUAL, DIM), made))
+            made = multiply(dt, own_axial(rates, s, R_SPIN, DIM))
+            put(state, s, S_TORQUE_RESIDUAL, add(own_axial(state, s, S_TORQUE_RESIDUAL, DIM), made))
     speed2 = dot(now.u, now.u)
     kinetic, internal = 0.5 * mass * speed2, mass * now.e
     add_lanes(counted, KINETIC, here, kinetic, of_energy)
     add_lanes(counted, INTERNAL, here, internal, of_energy)
-    add_lanes_of(counted, MOMENTUM, here, in_space(times(mass, now.u)), of_momentum)
+    add_lane_vectors(counted, MOMENTUM, here, extend_vector(multiply(mass, now.u)), of_momentum)
     add_lanes(counted, PLASTIC, here, flowed, of_energy)
     add_lanes(counted, HEATING, here, dissipated, of_energy)
     if SLIPS:
         add_lanes(counted, SLIPPING, here, mass * rates[s, R_SLIP], of_power)
     # The stage: where the rates are evaluated next.
-    x = plus(now.x, times(stage, plus(now.u, times(DRIFT * stage, a))))
-    ahead = State(x, plus(now.u, times(stage, a)), now.rho, now.e + stage * rate.power, now.h, now.s,
+    x = add(now.x, multiply(stage, add(now.u, multiply(DRIFT * stage, a))))
+    ahead = State(x, add(now.u, multiply(stage, a)), now.rho, now.e + stage * rate.power, now.h, now.s,
                   now.plastic_strain, now.damage, now.memory)  # fmt: skip
     swelling = divergence(rate.l) - rate.density
     ahead, p, c, l, thicker = strain(
@@ -126,11 +126,11 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
     ring = ring_radius(ahead.x, ahead.h) if AXISYMMETRIC else 0.0
     planar = mass / (2.0 * pi * ring) if AXISYMMETRIC else mass
     per_step = AHEAD / stage if stage > 0.0 else 0.0
-    spin = times(per_step, own_axial(state, s, S_TORQUE_RESIDUAL, DIM)) if ANGULAR_MOMENTUM else no_axial(DIM)
+    spin = multiply(per_step, own_axial(state, s, S_TORQUE_RESIDUAL, DIM)) if ANGULAR_MOMENTUM else no_axial(DIM)
     lead = state[s, S_DENSITY_CORRECTION] + stage * rates[s, R_CORRECTION] if DENSITY_CORRECTION else 0.0
     signal = pack(rows, s, coefficients, Shown(
         ahead.x, ahead.u, planar, ahead.rho * thickness, ahead.e, ahead.h, p * thickness, c, c_l, c_t,
-        times(thickness, ahead.s), tags[s, 1], ring, spin, lead))  # fmt: skip
+        multiply(thickness, ahead.s), tags[s, 1], ring, spin, lead))  # fmt: skip
     if SHEARS:  # alpha goes with this speed of sound
         left = shear_share(l)
         if AXISYMMETRIC:  # nothing else holds the rows at the axis
@@ -173,7 +173,7 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, tim
     Parameters
     ----------
     chunk, count
-        See `compiler.threads.parallel_for.shared`.
+        See `compiler.threads.parallel_for.chunk_loop`.
     state, tags
         The particles.
     place, rates
@@ -200,12 +200,12 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, tim
     keys, near = np.empty(CHUNK, np.uint64), np.empty(CHUNK + LANES, np.uint32)
     placed = np.empty(CHUNK + LANES, np.uint32)
     counted = np.zeros((2, COUNTED, LANES), np.int64)
-    most = (all_strict(0.0), all_strict(0.0), all_strict(0.0))
+    most = (broadcast_strict(0.0), broadcast_strict(0.0), broadcast_strict(0.0))
     for s in range(first, end):  # material, and whether it is held
         keys[s - first] = np.uint64(2) * np.uint64(tags[s, 2]) + np.uint64(tags[s, 3] & np.uint32(1))
     key = np.uint64(0)
     while key != np.uint64(NONE):
-        n, above = listed(keys, end - first, first, key, near)
+        n, above = list_equal_keys(keys, end - first, first, key, near)
         for k in range(n + np.uint64(LANES)):
             if n > np.uint64(0):
                 placed[k] = place[np.uint64(near[k])]
@@ -216,15 +216,15 @@ def update(chunk, count, state, tags, place, rates, materials, coefficients, tim
                 fetch_row(rows, s, 0, rows.shape[1])
                 fetch_row(rates, np.uint64(placed[later]), 0, rates.shape[1])
             most = advance_lanes(
-                (many(state, near, k), many(tags, near, k), many(rates, placed, k)),
+                (gather(state, near, k), gather(tags, near, k), gather(rates, placed, k)),
                 first_lanes(n - k), (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)),
-                materials, coefficients, times_ahead, h_limits, many(rows, near, k),
-                (many(lengths, near, k), many(signals, near, k), many(pressures, near, k)), counted, most,
+                materials, coefficients, times_ahead, h_limits, gather(rows, near, k),
+                (gather(lengths, near, k), gather(signals, near, k), gather(pressures, near, k)), counted, most,
                 rounders)  # fmt: skip
         key = above
     sum_lanes(wholes, chunk, counted)
     fastest = longest = size = 0.0
     for k in range(np.uint64(LANES)):
-        fastest, longest = max(fastest, lane(most[0], k)), max(longest, lane(most[1], k))
-        size += lane(most[2], k)
+        fastest, longest = max(fastest, extract_lane(most[0], k)), max(longest, extract_lane(most[1], k))
+        size += extract_lane(most[2], k)
     extremes[chunk, SPEED2], extremes[chunk, LENGTH], extremes[chunk, SIZE] = fastest, longest, size

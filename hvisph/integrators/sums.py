@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.exact_sum import LARGEST, exact_sum, rounder_of, unit_of, value_of
+from hvisph.compiler.exact_sum import LARGEST, decode_sum, exact_sum, rounding_constant, sum_unit
 from hvisph.core.particles import Particles
 
 KINETIC, INTERNAL, MOMENTUM, PLASTIC, HEATING, SLIPPING, SUPPORT = 0, 1, 2, 5, 6, 7, 8
@@ -65,14 +65,14 @@ class Sums:
         mass, sound_speed, h = particles["mass"], self._sound_speed, self._h
         whole = self.exact(mass)
         energy = mass * (0.5 * (particles["velocity"] ** 2).sum(axis=1) + np.abs(particles["internal_energy"]))
-        energy_unit = unit_of(max(SLOWEST * whole * sound_speed**2, self.exact(energy)))
-        speed = float(np.sqrt(energy_unit / unit_of(whole)))
+        energy_unit = sum_unit(max(SLOWEST * whole * sound_speed**2, self.exact(energy)))
+        speed = float(np.sqrt(energy_unit / sum_unit(whole)))
         power_unit = energy_unit * 2.0 ** np.ceil(np.log2(max(sound_speed, speed) / h))
         self.units = np.full(COUNTED, energy_unit)
-        self.units[MOMENTUM : MOMENTUM + 3] = unit_of(whole * speed)
-        self.units[SUPPORT : SUPPORT + 3] = unit_of(power_unit / energy_unit * whole * speed)
+        self.units[MOMENTUM : MOMENTUM + 3] = sum_unit(whole * speed)
+        self.units[SUPPORT : SUPPORT + 3] = sum_unit(power_unit / energy_unit * whole * speed)
         self.units[SLIPPING] = power_unit
-        self._rounders = tuple(float(rounder_of(self.units[k])) for k in (KINETIC, MOMENTUM, SUPPORT, SLIPPING))
+        self._rounders = tuple(float(rounding_constant(self.units[k])) for k in (KINETIC, MOMENTUM, SUPPORT, SLIPPING))
 
     def hold(self, count: int) -> None:
         """Make room for `count` particles."""
@@ -92,7 +92,7 @@ class Sums:
             extremes[SIZE] = self.extremes[:, SIZE].sum()
         self._parts, extremes = self.over(self.wholes.sum(axis=0), extremes)
         sums = np.empty(SUMS)
-        sums[:COUNTED] = value_of(self._parts, self.units)
+        sums[:COUNTED] = decode_sum(self._parts, self.units)
         sums[FASTEST], sums[LONGEST] = np.sqrt(extremes[SPEED2]), extremes[LENGTH]
         if not extremes[SIZE] < LARGEST * self.units[KINETIC]:
             sums[:COUNTED] = np.nan

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.compiler.jit import specialise
-from hvisph.compiler.threads.parallel_for import shared
+from hvisph.compiler.threads.parallel_for import chunk_loop
 
 NAMES = ("signal", "acceleration")
 CHUNK = 256
@@ -89,7 +89,7 @@ class Criteria:
     def __init__(self, dim: int, count: int, cfl: float, viscous: float):
         self.cfl, self.viscous = cfl, viscous
         limits_of = specialise(_limits_of, DIM=dim)
-        self._loop = shared(specialise(_limits, limits_of=limits_of), CHUNK)
+        self._loop = chunk_loop(specialise(_limits, limits_of=limits_of), CHUNK)
         self._which = specialise(_limiting_particle, parallel=False, limits_of=limits_of)
         self.hold(count)
 

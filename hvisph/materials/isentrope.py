@@ -21,7 +21,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.compiler.vector.table_access import number_at
 
 from .slots import (
@@ -48,7 +48,7 @@ _LEAST = 1.0  # [K]
 _HEATS = 120  # temperatures at which heat is added up
 
 
-@compiled
+@inline
 def temperature(rho, e, row):
     """Temperature [K] at density `rho` [kg/m^3] and energy `e` [J/kg]; the room's without a heat capacity."""
     room, inverse = row[ROOM_TEMPERATURE], row[INVERSE_HEAT_CAPACITY]

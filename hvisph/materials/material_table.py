@@ -10,7 +10,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from hvisph.compiler.jit import narrowed, plain
+from hvisph.compiler.jit import bind_constants, python_twin
 from hvisph.core.errors import CaseError
 
 from . import isentrope, moduli, slots, tags
@@ -230,14 +230,14 @@ class Material:
         row, module = self._without_isentrope, MODULES[self.eos.name]
         values = slots.values(row)
         if hasattr(module, "state"):
-            state = plain(module.state)
+            state = python_twin(module.state)
 
             def of_grid(rho: float, e: float, _held: np.ndarray = row) -> tuple[float, float, float]:
                 p, p_rho, p_e = state(rho, e, values)  # among the values is the address of the row
                 return p, p_rho, p_e
 
             return of_grid
-        pressure, square = plain(module.pressure), plain(module.sound_speed_squared)
+        pressure, square = python_twin(module.pressure), python_twin(module.sound_speed_squared)
 
         def of_two(rho: float, e: float) -> tuple[float, float, float]:
             p, slope = pressure(rho, e, values), square(rho, e, 0.0, values)  # linear in the pressure
@@ -251,7 +251,7 @@ class Material:
         if hasattr(module, "state"):
             state = self._state()
             return lambda rho, e: float(state(rho, e)[0])
-        pressure, values = plain(module.pressure), slots.values(self._without_isentrope)
+        pressure, values = python_twin(module.pressure), slots.values(self._without_isentrope)
         return lambda rho, e: float(pressure(rho, e, values))
 
     def pressure(self, rho: float, e: float) -> float:
@@ -265,7 +265,7 @@ class Material:
 
     def temperature(self, rho: float, e: float) -> float:
         """Temperature [K], in plain Python."""
-        return float(plain(isentrope.temperature)(rho, e, slots.values(self.whole_row)))
+        return float(python_twin(isentrope.temperature)(rho, e, slots.values(self.whole_row)))
 
 
 @lru_cache(maxsize=64)
@@ -295,7 +295,7 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
 def fitted(function: Any, table: np.ndarray, models: np.ndarray) -> Any:
     """Return a compiled function of materials without the models that none of the packed ones has, see `present`."""
     most = models.max(axis=0, initial=0)
-    return narrowed(
+    return bind_constants(
         function,
         FURTHER_EOS=bool(most[slots.EOS_TAG] > tags.IDEAL_GAS),
         FURTHER_STRENGTH=bool(most[slots.STRENGTH_TAG] > tags.JOHNSON_COOK),

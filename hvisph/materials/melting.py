@@ -15,7 +15,7 @@ from math import exp
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 from . import slots
 from .slots import INVERSE_RHO0, MELT_FIRST, MELT_LAW, MELT_SECOND, MELT_TEMPERATURE
@@ -58,7 +58,7 @@ class Simon:
         row[MELT_FIRST], row[MELT_SECOND] = 1.0 / self.a, 1.0 / self.c
 
 
-@compiled
+@inline
 def melt_temperature(rho, p, row):
     """Melting temperature [K] at density `rho` [kg/m^3] and pressure `p` [Pa]."""
     if row[MELT_LAW] == LINDEMANN:

@@ -7,9 +7,9 @@ elastic answer; density, stress and plastic strain then follow as for any other 
 
 from __future__ import annotations
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.logarithmic_growth import grown
-from hvisph.compiler.tensors3d import with_zz
+from hvisph.compiler.jit import inline
+from hvisph.compiler.logarithmic_growth import growth_factor
+from hvisph.compiler.tensors3d import replace_zz
 
 from .stress_update import respond
 from .thermodynamics import equilibrium_state, longitudinal_speed, shear_modulus
@@ -19,7 +19,7 @@ _STEPS = 12
 _TOLERANCE = 1e-10
 
 
-@compiled
+@inline
 def thinning(table, models, m, dt, rho, swelling, e, s, plastic_strain, damage, l):
     """Return L_zz [1/s] for which sigma_zz = 0 after a step of `dt` [s], 0 for no step.
 
@@ -48,8 +48,8 @@ def thinning(table, models, m, dt, rho, swelling, e, s, plastic_strain, damage, 
     before = 0.0
     stress_before = 0.0
     for k in range(_STEPS):
-        t = respond(table, models, m, dt, rho * grown(-dt * (swelling + rate)), e, s, plastic_strain, damage,
-                    with_zz(l, rate))  # fmt: skip
+        t = respond(table, models, m, dt, rho * growth_factor(-dt * (swelling + rate)), e, s, plastic_strain, damage,
+                    replace_zz(l, rate))  # fmt: skip
         stress = t[0][2] - t[3]
         if abs(stress) <= _TOLERANCE * modulus:
             break

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.compiler.jit import called, compiled
+from hvisph.compiler.jit import inline, noinline
 from hvisph.core.errors import CaseError
 
 from . import slots
@@ -52,7 +52,7 @@ class Porosity:
         row[SOLID_PRESSURE] = self.solid_pressure
 
 
-@compiled
+@inline
 def crush_curve(p, row):
     """Distension [-] of virgin material at the pressure `p` [Pa]."""
     if p <= row[ELASTIC_PRESSURE]:
@@ -63,7 +63,7 @@ def crush_curve(p, row):
     return 1.0 + (row[DISTENSION] - 1.0) * left * left
 
 
-@called
+@noinline
 def crushed(tag, rho, e, alpha, row):
     """Distension after loading to density `rho` and energy `e` from the distension `alpha`."""
     if alpha <= 1.0:
@@ -84,7 +84,7 @@ def crushed(tag, rho, e, alpha, row):
     return 0.5 * (low + high)
 
 
-@called
+@noinline
 def loaded(tag, rho, e, alpha, row):
     """Return pressure [Pa], sound speed of the solid [m/s] and distension after loading from the distension `alpha`."""
     alpha = crushed(tag, rho, e, alpha, row)

@@ -16,7 +16,7 @@ from typing import ClassVar, Protocol
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.compiler.vector.table_access import row_address
 from hvisph.core.errors import CaseError
 
@@ -77,7 +77,7 @@ MODEL_COUNT = 3
 FLOOR_SHARE = 0.01
 
 
-@compiled
+@inline
 def parameters(table, m):
     """Return the slots of row `m` (uint64) of the table as a tuple of scalars, and last the row's address."""
     return (

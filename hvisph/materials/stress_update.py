@@ -24,18 +24,18 @@ from __future__ import annotations
 
 from math import inf, sqrt, tan
 
-from hvisph.compiler.jit import called, compiled
+from hvisph.compiler.jit import inline, noinline
 from hvisph.compiler.tensors import (
+    add,
+    add_identity,
     determinant,
     divergence,
     double_dot,
     matrix,
+    multiply,
     no_symmetric,
-    plus,
-    plus_identity,
-    times,
 )
-from hvisph.compiler.tensors3d import curl, rotation, stretching, turned, turned_in_plane
+from hvisph.compiler.tensors3d import curl, rotate, rotate_in_plane, rotation, symmetric_part
 
 from . import tags
 from .damage import grady_kipp, johnson_holmquist, rated_spall, tensile
@@ -73,34 +73,34 @@ NOTHING = (1.0, 0.0, 1.0, 0.0, 0.0)
 _SLOWEST, _FASTEST = 1e-6, 1e9
 
 
-@compiled
+@inline
 def _half_tangent(a):
     """Return the axis with the tangent of its length: what Cayley's rotation takes for an exact angle."""
     square = a[0] * a[0] + a[1] * a[1] + a[2] * a[2]
     if square < _SMALL_ANGLE_SQUARED:
         series = 1.0 + square * (1.0 / 3.0 + square * (2.0 / 15.0 + square * (17.0 / 315.0 + square * 62.0 / 2835.0)))
-        return times(series, a)
+        return multiply(series, a)
     angle = sqrt(square)
-    return times(tan(angle) / angle, a)
+    return multiply(tan(angle) / angle, a)
 
 
-@compiled
+@inline
 def rotated(s, a):
     """Rotate six components by the half-angle vector `a` (dt/2 times the spin)."""
     a = _half_tangent(a)
     if a[0] == 0.0 and a[1] == 0.0:
-        return turned_in_plane(s, a[2])
-    return turned(s, rotation(a))
+        return rotate_in_plane(s, a[2])
+    return rotate(s, rotation(a))
 
 
-@compiled
+@inline
 def respond(table, models, m, dt, rho, e, s, plastic_strain, damage, l):
     """Advance the stress of a particle that remembers nothing else: see `recall`, whose memory is left out."""
     s, plastic_strain, damage, p, c, _ = recall(table, models, m, dt, rho, e, s, plastic_strain, damage, NOTHING, l)
     return s, plastic_strain, damage, p, c
 
 
-@compiled
+@inline
 def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     """Advance a particle's stress by `dt`.
 
@@ -161,7 +161,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     shear, filled = row[SHEAR_MODULUS], 1.0
     if POROUS and row[DISTENSION] > 1.0:  # the solid's state; its stress acts on its share of a section
         rho, filled = rho * first, 1.0 / first
-    d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
+    d = add_identity(symmetric_part(l), divergence(l) * (-1.0 / 3.0))
     homologous, logged, factor, offset = 0.0, 0.0, 1.0, 0.0
     fails = damage_tag == tags.JOHNSON_COOK_DAMAGE and damage < 1.0
     heated = fails or strength >= tags.JOHNSON_COOK
@@ -174,12 +174,12 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
         homologous, logged, factor, offset, share = circumstances(strength, rho, e, p, strain_rate, felt, row)
         shear *= share
     if FURTHER_DAMAGE and damage_tag == tags.GRADY_KIPP and felt < 1.0 and not owns:
-        s = times(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
+        s = multiply(1.0 / (1.0 - felt), s)  # the stress of what has not cracked
     shear *= filled
     if damage_tag == tags.JOHNSON_COOK_DAMAGE:
         filled *= damage_model.borne_share(damage, row)
-    half = times(shear * dt, d)
-    s = plus(rotated(plus(s, half), times(0.25 * dt, curl(l))), half)
+    half = multiply(shear * dt, d)
+    s = add(rotated(add(s, half), multiply(0.25 * dt, curl(l))), half)
     if shear == 0.0:
         s = no_symmetric(3)
     flow, increment = inf, 0.0
@@ -206,7 +206,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
             hardened = hardening(strength, increment, plastic_strain, flow, factor, offset, filled, row)
         increment *= excess / (excess + hardened)
         reached = trial - 3.0 * shear * increment
-        s = times(reached / trial, s)
+        s = multiply(reached / trial, s)
         plastic_strain += increment
         if fails:
             damage += increment / damage_model.fracture_strain(p, reached, logged, homologous, row)
@@ -222,7 +222,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     return s, plastic_strain, damage, p, c, memory
 
 
-@compiled
+@inline
 def _smoothed(rate, before, dt, row):
     """Strain rate [1/s] as the mean of the past that forgets a share of itself every step."""
     if dt > 0.0:
@@ -230,7 +230,7 @@ def _smoothed(rate, before, dt, row):
     return min(max(before, _SLOWEST), _FASTEST)
 
 
-@called
+@noinline
 def _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row):
     """Return deviator, damage, pressure and first of the memory with the damage of a step, of the models by stress.
 
@@ -255,18 +255,18 @@ def _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, 
         strain = (greatest - solid) * row[grady_kipp.INVERSE_YOUNG]
         damage = grady_kipp.grown(damage, strain, dt, memory[1], memory[2], memory[3], row)
         if strength not in (tags.ROCK, tags.JOHNSON_HOLMQUIST):
-            s = times(1.0 - damage, s)
+            s = multiply(1.0 - damage, s)
         p = borne(damage_tag, solid, damage, row)
     return s, damage, p, first
 
 
-@compiled
+@inline
 def _principal(s):
     """Greatest and least eigenvalue [Pa] of the deviator `s`."""
     return tensile.principal_deviators(sqrt(1.5 * double_dot(s, s)), determinant(matrix(s)))
 
 
-@compiled
+@inline
 def _spalled(p, rho, c, rate, limit, row):
     """Damage 1 or 0, and Grady's limit [Pa], which is fixed when tension first passes half of it."""
     if p >= 0.0:

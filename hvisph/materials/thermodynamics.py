@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf, log, nan, sqrt
 
-from hvisph.compiler.jit import called, compiled
+from hvisph.compiler.jit import inline, noinline
 from hvisph.materials.damage.johnson_cook import borne_share
 from hvisph.materials.damage.pressure_cutoff import limited_pressure
 from hvisph.materials.eos.jwl import BURN_RATE
@@ -36,13 +36,13 @@ _LEAST_RATE = 1e-300
 _HALVINGS, _WIDENINGS = 40, 20
 
 
-@compiled
+@inline
 def felt_damage(damage, row):
     """Damage as far as the stress feels it: none where a failed particle keeps its stress."""
     return 0.0 if row[FAILED_FRICTION] == KEEPS_STRESS else damage
 
 
-@compiled
+@inline
 def borne(damage_tag, p, felt, row):
     """Pressure [Pa] that the material bears: limited in tension, and less or none where it is damaged."""
     p = limited_pressure(p, row)
@@ -56,13 +56,13 @@ def borne(damage_tag, p, felt, row):
     return p
 
 
-@compiled
+@inline
 def least_pressure(damage_tag, damage, row):
     """Lowest pressure [Pa] that the material bears at its damage: -1e300 where nothing limits its tension."""
     return borne(damage_tag, -1e300, felt_damage(damage, row), row)
 
 
-@compiled
+@inline
 def solid_pressure(tag, rho, e, memory, row):
     """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first number remembered."""
     if POROUS and row[DISTENSION] > 1.0:
@@ -73,7 +73,7 @@ def solid_pressure(tag, rho, e, memory, row):
     return p, c, memory
 
 
-@compiled
+@inline
 def remembered_state(table, models, m, rho, e, damage, memory):
     """Pressure [Pa] and bulk sound speed [m/s] of a particle with the first number of its memory."""
     row, damage_tag = parameters(table, m), models[m, DAMAGE_TAG]
@@ -83,7 +83,7 @@ def remembered_state(table, models, m, rho, e, damage, memory):
     return borne(damage_tag, p, felt_damage(damage, row), row), c
 
 
-@compiled
+@inline
 def equilibrium_state(table, models, m, rho, e, damage):
     """Pressure [Pa] and bulk sound speed [m/s], with tension cut off and taken from failed material.
 
@@ -95,7 +95,7 @@ def equilibrium_state(table, models, m, rho, e, damage):
     return borne(models[m, DAMAGE_TAG], p, felt_damage(damage, row), row), c
 
 
-@called
+@noinline
 def between_voids(tag, rho, e, p, row):
     """Density [kg/m^3] of what bears the pressure `p` [Pa], not above zero, while its mean density is `rho`.
 
@@ -118,7 +118,7 @@ def between_voids(tag, rho, e, p, row):
     return high
 
 
-@compiled
+@inline
 def temperature_of(table, models, m, rho, e, p, memory):
     """Temperature [K] of a particle that bears the pressure `p` [Pa]; not a number without a heat capacity.
 
@@ -133,13 +133,13 @@ def temperature_of(table, models, m, rho, e, p, memory):
     return temperature(between_voids(models[m, EOS_TAG], rho, e, p, row), e, row)
 
 
-@compiled
+@inline
 def _of_the_solid(rho, row):
     """Density [kg/m^3] of the solid between pores: that at rest or denser, less where more than the pores opened."""
     return min(rho * row[DISTENSION], max(rho, row[RHO0]))
 
 
-@compiled
+@inline
 def shear_modulus(table, models, m, rho, e, p):
     """Shear modulus [Pa] of the current state."""
     strength = models[m, STRENGTH_TAG]
@@ -152,7 +152,7 @@ def shear_modulus(table, models, m, rho, e, p):
     return row[SHEAR_MODULUS] * shear_share(strength, rho, p, temperature(rho, e, row), melt, row)
 
 
-@compiled
+@inline
 def circumstances(strength, rho, e, p, rate, felt, row):
     """Homologous temperature, logarithm of the rate, then factor, offset and share of the modulus of `conditions`."""
     t, melt = temperature(rho, e, row), melt_temperature(rho, p, row)
@@ -162,7 +162,7 @@ def circumstances(strength, rho, e, p, rate, felt, row):
     return homologous, logged, factor, offset, share
 
 
-@compiled
+@inline
 def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     """Yield stress [Pa] of the current state at the equivalent strain rate `rate` [1/s], and shear modulus [Pa].
 
@@ -189,13 +189,13 @@ def flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate):
     return (flow * (1.0 - felt) if cracked and not broken else flow), shear * share
 
 
-@compiled
+@inline
 def longitudinal_speed(c, rho, shear):
     """Speed of longitudinal waves sqrt(c^2 + 4G/(3 rho)) [m/s] at bulk sound speed `c` and shear modulus G."""
     return sqrt(c * c + (4.0 / 3.0) * shear / rho)
 
 
-@compiled
+@inline
 def shear_speed(rho, shear):
     """Speed of shear waves sqrt(G/rho) [m/s]."""
     return sqrt(shear / rho)

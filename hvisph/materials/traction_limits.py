@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from math import sqrt
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.tensors import divergence, double_dot, plus_identity
-from hvisph.compiler.tensors3d import stretching
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import add_identity, divergence, double_dot
+from hvisph.compiler.tensors3d import symmetric_part
 from hvisph.materials.damage.johnson_cook import SOFTENING
 
 from . import tags
@@ -24,7 +24,7 @@ UNLIMITED = 1e300
 DISORDER = 0.2
 
 
-@compiled
+@inline
 def failed(table, models, m, damage):
     """Whether `damage` has left the material without stress but pressure."""
     if damage < 1.0 or table[m, FAILED_FRICTION] != 0.0:
@@ -32,7 +32,7 @@ def failed(table, models, m, damage):
     return models[m, STRENGTH_TAG] != tags.ROCK and models[m, STRENGTH_TAG] != tags.JOHNSON_HOLMQUIST
 
 
-@compiled
+@inline
 def bearable_tension(table, models, m, s, damage):
     """Return the largest normal traction [Pa] at the deviator `s`, six components [Pa]."""
     deviator = sqrt(double_dot(s, s))
@@ -41,7 +41,7 @@ def bearable_tension(table, models, m, s, damage):
     return deviator - least_pressure(models[m, DAMAGE_TAG], damage, parameters(table, m))
 
 
-@compiled
+@inline
 def bearable_shear(table, models, m, rho, e, p, s, plastic_strain, flowed, damage, l):
     """Return the largest shear traction [Pa] of the state at the full velocity gradient `l` [1/s].
 
@@ -52,13 +52,13 @@ def bearable_shear(table, models, m, rho, e, p, s, plastic_strain, flowed, damag
     plain = plain and models[m, STRENGTH_TAG] == tags.JOHNSON_COOK and not table[m, DISTENSION] > 1.0
     if plain and flowed and damage < 1.0:
         return sqrt(0.5 * double_dot(s, s))
-    d = plus_identity(stretching(l), divergence(l) * (-1.0 / 3.0))
+    d = add_identity(symmetric_part(l), divergence(l) * (-1.0 / 3.0))
     rate = sqrt((2.0 / 3.0) * double_dot(d, d))
     flow = flow_stress(table, models, m, rho, e, p, plastic_strain, damage, rate)[0]
     return flow / sqrt(3.0) if flow < UNLIMITED else UNLIMITED
 
 
-@compiled
+@inline
 def orderly(models, m, plastic_strain):
     """Return 1 of a solid that has not flowed, falling to 0 with plastic strain; 0 of a liquid."""
     if models[m, STRENGTH_TAG] == tags.NO_STRENGTH:
@@ -66,7 +66,7 @@ def orderly(models, m, plastic_strain):
     return max(1.0 - plastic_strain / DISORDER, 0.0)
 
 
-@compiled
+@inline
 def density_at_rest(table, m):
     """Return the density [kg/m^3] at the start, with its pores."""
     return table[m, RHO0] / table[m, DISTENSION]

@@ -19,7 +19,7 @@ from math import inf, sqrt
 
 import numpy as np
 
-from hvisph.compiler.jit import plain
+from hvisph.compiler.jit import python_twin
 
 from . import isentrope, slots
 from .eos import Elastic, IdealGas, JonesWilkinsLee, Linear, MieGrueneisen, Table, Tillotson, UsUpTable
@@ -159,7 +159,7 @@ def _tension(material: Material) -> float:
     bulk = material.density * material.bulk_sound_speed**2
     table, models = pack([material])
     y = float(
-        plain(flow_stress)(table, models, 0, material.density, material.eos.ambient_energy, 0.0, 0.0, 0.0, 1.0)[0]
+        python_twin(flow_stress)(table, models, 0, material.density, material.eos.ambient_energy, 0.0, 0.0, 0.0, 1.0)[0]
     )
     if not 0.0 < y < bulk:
         return WITHOUT_YIELD * bulk

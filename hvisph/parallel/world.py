@@ -14,7 +14,7 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 
-from hvisph.compiler.build_id import kind_of_machine
+from hvisph.compiler.build_id import build_id
 from hvisph.core.errors import CaseError, HvisphError
 
 from .mpi_launch import launched_rank
@@ -280,7 +280,7 @@ def world_here() -> Alone:
             f"launcher's ({own}); take the `mpiexec` of that one, or {INSTALL}"
         )
     world = Ranks(here)
-    kinds = world.objects(kind_of_machine())
+    kinds = world.objects(build_id())
     if len(set(kinds)) > 1:
         other = next(rank for rank, kind in enumerate(kinds) if kind != kinds[0])
         raise CaseError(

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.jit import plain
+from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import HvisphError
 from hvisph.exact.hugoniot import shock
 from hvisph.exact.shock_train import last_waves
@@ -163,7 +163,7 @@ def flow_stress_curves(material: Material) -> list[tuple[str, np.ndarray, np.nda
     kind = material.strength.name
     if kind not in ("rock", "johnson_holmquist", "steinberg_guinan", "steinberg_lund"):
         return []
-    (table, models), flow, p = pack([material]), plain(flow_stress), np.linspace(0.0, 10e9, 60)
+    (table, models), flow, p = pack([material]), python_twin(flow_stress), np.linspace(0.0, 10e9, 60)
     curves = []
     for words, damage in (
         (("whole", 0.0), ("broken", 1.0)) if kind in ("rock", "johnson_holmquist") else (("whole", 0.0),)

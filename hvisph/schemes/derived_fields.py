@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.compiler.template_binding import bind
-from hvisph.compiler.threads.parallel_for import each
+from hvisph.compiler.threads.parallel_for import particle_loop
 from hvisph.core.particles import Particles
 from hvisph.materials import thermodynamics
 from hvisph.materials.material_table import fitted
@@ -40,7 +40,7 @@ def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dic
                "REMEMBERS": int("history_variable" in particles.offsets),
                "COMPONENTS": particles["deviator"].shape[1]}  # fmt: skip
     one = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0} | particles.bindings())
-    each(one)(particles.count, particles.data, particles.tags, table, models, *fields.values())
+    particle_loop(one)(particles.count, particles.data, particles.tags, table, models, *fields.values())
     if "pressure" in particles.offsets:  # a scheme whose pressure is no function of the state
         fields["pressure"] = particles["pressure"].copy()
     if np.isnan(fields["temperature"]).all():

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.compiler.template_binding import bind
-from hvisph.compiler.threads.parallel_for import shared
+from hvisph.compiler.threads.parallel_for import chunk_loop
 from hvisph.core.fields import CATALOGUE
 from hvisph.core.particles import Particles, reorder, take_rows
 from hvisph.integrators import particle_steps as carrying
@@ -145,7 +145,8 @@ class Stepper:
             "LIMITED": int(limits is not None),
             "show_limits": bind(*limits, offered) if limits else pack,
         }  # never called without
-        return shared(bind(single.update, shown, offered, parts=(*carrying.PARTS, single.advance_lanes)), single.CHUNK)
+        parts = *carrying.PARTS, single.advance_lanes
+        return chunk_loop(bind(single.update, shown, offered, parts=parts), single.CHUNK)
 
     @property
     def rows(self) -> np.ndarray:

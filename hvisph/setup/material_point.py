@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.compiler.jit import plain
+from hvisph.compiler.jit import python_twin
 from hvisph.core.errors import CaseError
 from hvisph.materials import isentrope, stress_update, thermodynamics
 from hvisph.materials.damage import GradyKipp
@@ -53,7 +53,7 @@ class _Point:
         material = with_cracks(material, VOLUME)
         self.row = material.whole_row
         self.table, self.models = pack([material])
-        self.recall, self.heat = plain(stress_update.recall), plain(isentrope.temperature)
+        self.recall, self.heat = python_twin(stress_update.recall), python_twin(isentrope.temperature)
         self.rho, self.e = material.density, material.eos.ambient_energy
         self.s: tuple[float, ...] = (0.0,) * 6
         self.plastic_strain = self.damage = 0.0
@@ -131,7 +131,7 @@ def flow_at(
     e = material.eos.ambient_energy
     if temperature is not None:
         e = material.energy_at(material.density, temperature)
-    flow = plain(thermodynamics.flow_stress)
+    flow = python_twin(thermodynamics.flow_stress)
     return float(flow(table, models, 0, material.density, e, pressure, plastic_strain, 0.0, rate)[0])
 
 

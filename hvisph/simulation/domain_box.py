@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.exact_sum import value_of, whole_parts
+from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.particles import CLAMPED, FLAGS, RETIRED
 from hvisph.diagnostics.budgets import Budget
 from hvisph.integrators.sums import INTERNAL, MOMENTUM, SLIPPING, SUPPORT
@@ -73,7 +73,7 @@ class Domain:
             return 0
 
         def total(terms: np.ndarray, unit: float) -> np.ndarray:
-            return value_of(share.total(whole_parts(terms, unit)), unit)
+            return decode_sum(share.total(encode_terms(terms, unit)), unit)
 
         mass, velocity = particles["mass"][gone], particles["velocity"][gone]
         budget.retired[0] += count

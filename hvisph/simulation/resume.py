@@ -8,7 +8,7 @@ from pathlib import Path
 
 from hvisph.case.case import Case
 from hvisph.casefile.loader import load_case
-from hvisph.compiler.jit import heard_compiling
+from hvisph.compiler.jit import report_compilation
 from hvisph.core.errors import CaseError, OutputError
 from hvisph.output import file_names
 from hvisph.output.checkpoint_file import Checkpoint, newest_checkpoint
@@ -98,7 +98,7 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
         start, parts = prepare_process(case, world, make)
         checkpoint = found[0] if found else None
         header = world.from_first(lambda: checkpoint and replace(checkpoint, arrays={}))
-        with heard_compiling(listener.compiling):
+        with report_compilation(listener.compiling):
             with world.raise_together():
                 start = with_threads(case, start, threads, world)
                 setup = set_up(case, start)

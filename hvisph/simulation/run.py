@@ -12,7 +12,7 @@ import numba
 from hvisph.case.case import Case
 from hvisph.casefile.case_folder import run_name
 from hvisph.casefile.loader import load_case
-from hvisph.compiler.jit import heard_compiling
+from hvisph.compiler.jit import report_compilation
 from hvisph.compiler.threads.fork_guard import refuse_fork
 from hvisph.core.errors import CaseError, computable
 from hvisph.core.malloc_tuning import give_back_large
@@ -64,11 +64,11 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
     start, parts = prepare_process(case, world, lambda: begin(case))
     with world.raise_together():
         start = with_threads(case, start, threads, world)
-        with heard_compiling(listener.compiling), computable():
+        with report_compilation(listener.compiling), computable():
             setup = set_up(case, start)
     setup.share.join(world, parts)
     with (
-        heard_compiling(listener.compiling),
+        report_compilation(listener.compiling),
         world.end_together(),
         folder_of(world, path, lambda: RunFolder.create(path, force)) as folder,
     ):

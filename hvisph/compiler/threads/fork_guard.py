@@ -1,7 +1,7 @@
-"""Runs in a process that was forked: GNU OpenMP cannot start threads in a child whose parent has used them.
+"""Guard against forked processes: GNU OpenMP cannot start threads in a child whose parent has used them.
 
-It ends such a child by a signal, and whoever waits for it, as `multiprocessing.Pool` does, waits for ever. So the
-child is told before anything is compiled or written. One thread is no way out: it too works in a parallel region.
+GNU OpenMP kills such a child by a signal, and a parent that waits for it, as `multiprocessing.Pool` does, never
+returns. The child therefore raises an error first. One thread is no remedy: it also enters a parallel region.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import os
 
 from hvisph.core.errors import RunError
 
-_spoiled = False
+_unusable = False
 
 
 def refuse_fork() -> None:
@@ -19,9 +19,9 @@ def refuse_fork() -> None:
     Raises
     ------
     RunError
-        Naming the ways out.
+        With the remedies.
     """
-    if _spoiled:
+    if _unusable:
         raise RunError(
             "this process was forked from one that had already used threads, and GNU OpenMP cannot start them here; "
             "run before forking, or start processes afresh: multiprocessing.get_context('spawn'), or hvisph sweep"
@@ -29,11 +29,11 @@ def refuse_fork() -> None:
 
 
 def _note_fork() -> None:
-    """Note, in a child just forked, whether threads had been started before."""
-    global _spoiled
+    """Record in a forked child whether its parent had started threads."""
+    global _unusable
     from numba.np.ufunc import parallel
 
-    _spoiled = _spoiled or (parallel._is_initialized and _layer() == "omp")
+    _unusable = _unusable or (parallel._is_initialized and _layer() == "omp")
 
 
 def _layer() -> str:

@@ -1,8 +1,8 @@
-"""The loop over all particles that threads share: a pass is the text of a chunk of them, or of a single one.
+"""Parallel loop over all particles, defined by a function of one particle or of a chunk of particles.
 
-Every thread begins with a share of its own, the same in all loops, of which its cache may still have something; whoever
-is done takes chunks of others, so that none waits for one that was woken late, had more to do, or has lost its core to
-another process. What a chunk computes hangs on no other, so any number of threads gives the same bits.
+Each thread starts with its own share, the same in all loops, so that its cache may hold part of the data. A thread that
+has finished takes chunks of other shares; no thread waits for one that started late, had more work or lost its core.
+A chunk does not depend on others, so any number of threads gives the same bits.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled, prange, specialise
-from hvisph.compiler.vector.api import COUNTERS, count_up, crew, fresh_counters
+from hvisph.compiler.jit import inline, prange, specialise
+from hvisph.compiler.vector.api import COUNTERS, increment_counter, make_counters, thread_count
 
 CHUNK = 256
 
-# numba hands threads tuples, but no tuples of such: so the loop has as many arguments as what it calls.
+# numba passes tuples to threads, but not tuples of tuples: the loop has the same arguments as the function it calls.
 _TEXT = """
 def {name}(count, {given}):
     count = np.uint64(count)
     chunks = (count + np.uint64(CHUNK - 1)) // np.uint64(CHUNK)
-    workers, counters = crew(), fresh_counters()
+    workers, counters = thread_count(), make_counters()
     for worker in prange(workers):
         chunk = next_chunk(counters, np.uint64(worker), workers, chunks)
         while chunk < chunks:
@@ -31,13 +31,13 @@ def {name}(count, {given}):
 """
 
 
-@compiled
+@inline
 def next_chunk(counters, worker, workers, chunks):
-    """Return a chunk that nobody has taken, of the share of `worker` if there is one left, or `chunks`."""
+    """Return the next free chunk, of the share of `worker` if one is left, or `chunks` if there is none."""
     shares = min(workers, np.uint64(COUNTERS))
     for k in range(shares):
         share = (worker + k) % shares
-        chunk = share * chunks // shares + count_up(counters, share)
+        chunk = share * chunks // shares + increment_counter(counters, share)
         if chunk < (share + np.uint64(1)) * chunks // shares:
             return chunk
     return chunks
@@ -52,25 +52,25 @@ def _visit(chunk, count, *given):
 @cache
 def _loop(name: str, given: tuple[str, ...]) -> Any:
     made: dict[str, Any] = {
-        **{"np": np, "prange": prange, "crew": crew, "fresh_counters": fresh_counters, "next_chunk": next_chunk},
-        "__name__": __name__,
+        **{"np": np, "prange": prange, "next_chunk": next_chunk},
+        **{"thread_count": thread_count, "make_counters": make_counters, "__name__": __name__},
     }
     exec(_TEXT.format(name=name, given=", ".join(given)), made)  # noqa: S102
     return made[name]
 
 
-def shared(visit: Any, chunk: int = CHUNK) -> Any:
-    """Return the loop, `loop(count, *given)`, that calls `visit(k, count, *given)` for chunks of so many of `count`.
+def chunk_loop(visit: Any, chunk: int = CHUNK) -> Any:
+    """Return `loop(count, *given)`, which calls the compiled function `visit(k, count, *given)` for all chunks.
 
-    The k-th chunk begins at `k * chunk`; both numbers are uint64. `visit` is a compiled function.
+    The k-th chunk begins at particle `k * chunk`; both numbers are uint64.
     """
     code = visit.py_func.__code__
     loop = _loop(code.co_name, code.co_varnames[2 : code.co_argcount])
     return specialise(loop, parallel=True, visit=visit, CHUNK=chunk)
 
 
-def each(one: Any) -> Any:
-    """Return the loop, `loop(count, *given)`, that calls the compiled function `one(i, *given)` for i below `count`."""
+def particle_loop(one: Any) -> Any:
+    """Return `loop(count, *given)`, which calls the compiled function `one(i, *given)` for i below `count`."""
     code = one.py_func.__code__
     visit = specialise(_visit, one=one)
     loop = _loop(code.co_name, code.co_varnames[1 : code.co_argcount])

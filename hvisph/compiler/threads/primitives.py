@@ -1,4 +1,4 @@
-"""Machine code by which threads share a loop: how many there are, what they count up, the least and largest of all."""
+"""Primitives of parallel loops: number of threads, shared counters, atomic minimum and maximum."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numba.extending import intrinsic
 from hvisph.compiler.vector.api import COUNTERS
 
 _i64 = ir.IntType(64)
-LINE = 8  # numbers in a line of the cache: each counter has one of its own
+LINE = 8  # numbers in a cache line: each counter has one of its own
 
 
 @intrinsic
-def crew(typing_context):
-    """Return how many threads share a loop; numba's own function for it is bound by address, which no cache keeps."""
+def thread_count(typing_context):
+    """Return the number of threads; numba's function is bound by its address, which prevents caching."""
 
     def generate(context, builder, signature, arguments):
         kind = ir.FunctionType(_i64, [])
@@ -25,47 +25,47 @@ def crew(typing_context):
 
 
 @intrinsic
-def fresh_counters(typing_context):
-    """Return the address of COUNTERS zeros, which stay as long as the calling function runs."""
+def make_counters(typing_context):
+    """Return the address of COUNTERS zeros, which is valid until the calling function returns."""
 
     def generate(context, builder, signature, arguments):
-        room = cgutils.alloca_once(builder, _i64, size=ir.Constant(ir.IntType(32), COUNTERS * LINE))
-        cgutils.memset(builder, room, ir.Constant(_i64, 8 * COUNTERS * LINE), 0)
-        return builder.ptrtoint(room, _i64)
+        counters = cgutils.alloca_once(builder, _i64, size=ir.Constant(ir.IntType(32), COUNTERS * LINE))
+        cgutils.memset(builder, counters, ir.Constant(_i64, 8 * COUNTERS * LINE), 0)
+        return builder.ptrtoint(counters, _i64)
 
     return types.uint64(), generate
 
 
 @intrinsic
-def count_up(typing_context, counters, which):
-    """Return the value of a counter and raise it by one, at once for all threads; both arguments are uint64."""
+def increment_counter(typing_context, counters, which):
+    """Return the value of a counter and increment it atomically; both arguments are uint64."""
 
     def generate(context, builder, signature, arguments):
         counters, which = arguments
-        room = builder.inttoptr(counters, _i64.as_pointer())
-        place = builder.gep(room, [builder.mul(which, ir.Constant(_i64, LINE))])
+        first = builder.inttoptr(counters, _i64.as_pointer())
+        place = builder.gep(first, [builder.mul(which, ir.Constant(_i64, LINE))])
         return builder.atomic_rmw("add", place, ir.Constant(_i64, 1), "monotonic")
 
     return types.uint64(types.uint64, types.uint64), generate
 
 
 @intrinsic
-def keep_least(typing_context, values, k, value):
-    """Make values[k] the least of itself and `value`, at once for all threads: uint32, `k` uint64."""
-    return _kept("umin", values)
+def atomic_min(typing_context, values, k, value):
+    """Set values[k] to the smaller of itself and `value` atomically: uint32, `k` uint64."""
+    return _atomic("umin", values)
 
 
 @intrinsic
-def keep_largest(typing_context, values, k, value):
-    """Make values[k] the largest of itself and `value`, at once for all threads: uint32, `k` uint64."""
-    return _kept("umax", values)
+def atomic_max(typing_context, values, k, value):
+    """Set values[k] to the larger of itself and `value` atomically: uint32, `k` uint64."""
+    return _atomic("umax", values)
 
 
-def _kept(which, values):
+def _atomic(operation, values):
     def generate(context, builder, signature, arguments):
         values, k, value = arguments
         view = context.make_array(signature.args[0])(context, builder, values)
-        builder.atomic_rmw(which, cgutils.gep(builder, view.data, k), value, "monotonic")
+        builder.atomic_rmw(operation, cgutils.gep(builder, view.data, k), value, "monotonic")
         return context.get_dummy_value()
 
     return types.void(values, types.uint64, types.uint32), generate

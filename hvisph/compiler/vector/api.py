@@ -1,7 +1,4 @@
-"""What passes over many numbers at once name: how many lanes there are, and the functions over them.
-
-Each is written in the module that it is taken from here; see `compiler.lazy_import`.
-"""
+"""Vector operations by name, and the number of lanes; numba and their modules are imported when a loop is compiled."""
 
 from __future__ import annotations
 
@@ -10,38 +7,38 @@ from typing import Any
 
 from llvmlite import binding
 
-from hvisph.compiler.lazy_import import Later
+from hvisph.compiler.lazy_import import LazyFunction
 
 
 def _has_wide_vectors() -> bool:
     """Whether the processor that numba compiles for has AVX-512."""
-    chosen = os.environ.get("NUMBA_CPU_FEATURES")
-    if chosen is not None:
-        return "+avx512f" in chosen
+    features = os.environ.get("NUMBA_CPU_FEATURES")
+    if features is not None:
+        return "+avx512f" in features
     return bool(binding.get_host_cpu_features().get("avx512f", False))
 
 
-EIGHT = 8  # candidates that the first filter takes at once, on every machine
-SIXTEEN = 16  # and the second
+EIGHT, SIXTEEN = 8, 16  # candidates that the first and the second neighbour filter test at once, on every machine
 LANES = 8 if _has_wide_vectors() else 4
-# Whether lists hold numbers of particles, or places among the candidates: without AVX-512 nothing compresses a vector.
+# Whether lists hold numbers of particles or indices of candidates: only AVX-512 has an instruction for the former.
 NUMBERED = LANES == EIGHT
 
 
 def _from(module: str, *names: str) -> Any:
-    return (Later(module, name) for name in names)
+    return (LazyFunction(module, name) for name in names)
 
 
-all_lanes, all_strict, anywhere = _from("vector.lanes", "all_lanes", "all_strict", "anywhere")
-larger_lanes, largest, total = _from("vector.lanes", "larger_lanes", "largest", "total")
-chosen, first_lanes, lane = _from("vector.lane_masks", "chosen", "first_lanes", "lane")
+broadcast_lanes, broadcast_strict = _from("vector.lanes", "broadcast_lanes", "broadcast_strict")
+any_positive, elementwise_max = _from("vector.lanes", "any_positive", "elementwise_max")
+lane_max, lane_sum = _from("vector.lanes", "lane_max", "lane_sum")
+select, first_lanes, extract_lane = _from("vector.lane_masks", "select", "first_lanes", "extract_lane")
 add_rounded, neighbours = _from("vector.intrinsics", "add_rounded", "neighbours")
-as_before, flush_tiny = _from("vector.intrinsics", "as_before", "flush_tiny")
+restore_mode, flush_tiny = _from("vector.intrinsics", "restore_mode", "flush_tiny")
 append_near, append_near_box = _from("vector.neighbour_filter", "append_near", "append_near_box")
-lanes_at, put_lanes = _from("vector.contiguous_load", "lanes_at", "put_lanes")
-row_lanes, put_row_lanes = _from("vector.contiguous_load", "row_lanes", "put_row_lanes")
-(many,) = _from("vector.gather", "many")
+load_lanes, put_lanes = _from("vector.contiguous_load", "load_lanes", "put_lanes")
+load_row_lanes, put_row_lanes = _from("vector.contiguous_load", "load_row_lanes", "put_row_lanes")
+(gather,) = _from("vector.gather", "gather")
 (fetch,) = _from("vector.pointers", "fetch")
-count_up, crew, fresh_counters = _from("threads.primitives", "count_up", "crew", "fresh_counters")
-keep_largest, keep_least = _from("threads.primitives", "keep_largest", "keep_least")
-COUNTERS = 64  # that `fresh_counters` makes
+thread_count, atomic_max, atomic_min = _from("threads.primitives", "thread_count", "atomic_max", "atomic_min")
+make_counters, increment_counter = _from("threads.primitives", "make_counters", "increment_counter")
+COUNTERS = 64  # number of counters of `make_counters`

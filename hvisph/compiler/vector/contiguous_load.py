@@ -1,4 +1,4 @@
-"""LANES consecutive numbers of an array as one vector, or several of a row: what is stored and read side by side."""
+"""Contiguous loads and stores: LANES consecutive numbers of an array as one vector, or several vectors of a row."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _i64 = ir.IntType(64)
 
 
 @intrinsic
-def lanes_at(typing_context, array, start):
+def load_lanes(typing_context, array, start):
     """Return array[start] to array[start + LANES - 1] of a contiguous array of floats; `start` is uint64."""
 
     def generate(context, builder, signature, arguments):
@@ -42,7 +42,7 @@ def put_lanes(typing_context, array, start, value):
 
 
 @intrinsic
-def row_lanes(typing_context, rows, i, count):
+def load_row_lanes(typing_context, rows, i, count):
     """Return the first numbers of row `i` as `count` vectors, a literal; `i` is uint64."""
     if not isinstance(count, types.Literal):
         return None

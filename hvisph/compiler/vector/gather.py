@@ -1,8 +1,8 @@
-"""Rows of several particles at once: an array as strict lanes see it.
+"""Gathered rows: several rows of an array as strict lanes.
 
-`many(array, near, k)` stands for the rows near[k], near[k+1] ... of an array. It is read and written by row and slot as
-the array is, `rows[i, SLOT]`, and answers with a lane a row; which single row is asked for says nothing. So a text
-that loads, computes and stores one particle does so for LANES of them.
+`gather(array, near, k)` stands for the rows near[k], near[k+1] ... of an array. It is read and written by row and slot
+as the array is, `rows[i, SLOT]`, with one lane per row; the row index has no meaning. A function that loads, computes
+and stores one particle thus does so for LANES of them.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _i8, _i32, _i64 = ir.IntType(8), ir.IntType(32), ir.IntType(64)
 
 
 class Many(types.Type):
-    """Type of many rows of an array of floats or of unsigned integers, the latter read as floats."""
+    """Type of gathered rows of an array of floats or of unsigned integers, which are read as floats."""
 
     def __init__(self, array: types.Array) -> None:
         super().__init__(f"many({array})")
@@ -40,7 +40,7 @@ class _ManyModel(models.StructModel):
 
 
 @intrinsic
-def many(typing_context, array, near, k):
+def gather(typing_context, array, near, k):
     """Return the rows near[k], near[k+1] ... of `array`, one- or two-dimensional; `near` is of uint32, `k` uint64."""
     if not isinstance(array, types.Array) or array.ndim > 2:
         return None
@@ -90,7 +90,7 @@ def store(context: Any, builder: Any, kind: Many, value: Any, slot: Any, lanes: 
 
 
 def _slot(builder: Any, index: Any, value: Any) -> Any:
-    """Return the slot in an index, 0 where rows are single numbers."""
+    """Return the slot of an index, 0 if rows are single numbers."""
     if not isinstance(index, types.BaseTuple):
         return ir.Constant(_i64, 0)
     slot = builder.extract_value(value, 1)

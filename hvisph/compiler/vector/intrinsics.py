@@ -1,6 +1,6 @@
-"""Vector operations that a compiler does not derive by itself: transposition of rows to columns, exact sums.
+"""Vector operations that the compiler does not find by itself: transposition of rows, exact sums, control register.
 
-They are written in LLVM's own target-independent vector code, with the same results on every machine.
+They are written in LLVM's target-independent vector code and give the same results on every machine.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def neighbours(typing_context, rows, near, k, width):
 
     Returns
     -------
-    A tuple of `width` vectors; those that are not used cost nothing.
+    A tuple of `width` vectors; unused ones are removed by the compiler.
     """
     if not isinstance(width, types.Literal):
         return None
@@ -104,7 +104,7 @@ def neighbours(typing_context, rows, near, k, width):
                     ab, cd = joined(a, b, order), joined(c, d, order)
                     columns.append(joined(ab, cd, place + [LANES + lane for lane in place]))
         for slot in range(len(columns), slots, 2):
-            # Even and odd rows apart: a single exchange of lanes is left, the rest are loads.
+            # Even and odd rows separately: one exchange of lanes remains, the rest are loads.
             even, odd = (side_by_side(range(parity, LANES, 2), slot, 2) for parity in (0, 1))
             for part in (0, 1):
                 order = [lane + part + side for lane in lanes_of_pairs for side in (0, LANES)]
@@ -153,9 +153,9 @@ def add_rounded(typing_context, counted, k, terms, rounder, finer):
 
 @intrinsic
 def flush_tiny(typing_context):
-    """Let this thread take numbers below 2.2e-308 for zero; return the mode it was in, for `as_before`.
+    """Treat numbers below 2.2e-308 as zero in this thread; return the previous mode for `restore_mode`.
 
-    Products of what an impact has hardly reached are that small, and each would take 150 cycles.
+    Products of weak disturbances ahead of a wave are that small, and each would take 150 cycles.
     """
 
     def generate(context, builder, signature, arguments):
@@ -171,8 +171,8 @@ def flush_tiny(typing_context):
 
 
 @intrinsic
-def as_before(typing_context, mode):
-    """Put this thread back into a mode that `flush_tiny` returned."""
+def restore_mode(typing_context, mode):
+    """Restore the mode that `flush_tiny` returned."""
 
     def generate(context, builder, signature, arguments):
         if HAS_REGISTER:

@@ -1,8 +1,8 @@
-"""Decisions over strict lanes: where one holds, and what is taken where it does.
+"""Masks of strict lanes: comparisons, logical operations and selection.
 
-A comparison of lanes is a mask, one truth a lane. `both`, `either` and `opposite` combine masks, or truths of all
-lanes; `chosen` takes of two values, tuples included, the one or the other lane by lane. `compiler.if_conversion` makes
-of the branches of a scalar function a text with these.
+A comparison of lanes is a mask, one truth value per lane. `mask_and`, `mask_or` and `mask_not` combine masks and truth
+values of all lanes; `select` takes one of two values, tuples included, lane by lane. `compiler.if_conversion` converts
+the branches of a scalar function into these.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ _MASK, _BITS = ir.VectorType(_i1, LANES), ir.IntType(LANES)
 
 
 class Mask(types.Type):
-    """Type of LANES truths."""
+    """Type of LANES truth values."""
 
     def __init__(self) -> None:
         super().__init__("mask")
 
     def can_convert_from(self, typing_context, other):
-        """Take a truth for one of all lanes."""
+        """Convert a truth value to that of all lanes."""
         return Conversion.unsafe if isinstance(other, types.Boolean) else None
 
     def unify(self, typing_context, other):
-        """Return what a variable is that is of this type or of another one."""
+        """Return the type of a variable that is of this type or of another one."""
         return self if isinstance(other, types.Boolean) else None
 
 
@@ -76,7 +76,7 @@ for _comparison, _sign in ((operator.lt, "<"), (operator.le, "<="), (operator.gt
 
 
 def _lane_by_lane(function: Any, count: int) -> None:
-    """Let `function` of `count` floats be called with lanes: one after the other, by the same code as for floats."""
+    """Define `function` of `count` floats for lanes: one lane after the other, by the code for floats."""
     cases = [(strict,)] if count == 1 else [(strict, strict), (strict, types.float64), (types.float64, strict)]
     template = {"key": function, "cases": [signature(strict, *case) for case in cases]}
     infer_global(function)(type("_Template", (ConcreteTemplate,), template))
@@ -85,8 +85,8 @@ def _lane_by_lane(function: Any, count: int) -> None:
         single = signature(types.float64, *(types.float64,) * count)
         call = context.get_function(function, single)
         made = ir.Constant(VECTOR, ir.Undefined)
-        for lane in range(LANES):
-            at = ir.Constant(_i32, lane)
+        for k in range(LANES):
+            at = ir.Constant(_i32, k)
             values = (builder.extract_element(v, at) if v.type == VECTOR else v for v in arguments)
             made = builder.insert_element(made, call(builder, list(values)), at)
         return made
@@ -106,7 +106,7 @@ def _is_truth(kind: Any) -> bool:
 
 
 def _joined(a: Any, b: Any, by_lanes: bool) -> Any:
-    """Return the type of a choice between values of types `a` and `b`, None where there is none."""
+    """Return the type of a selection between values of types `a` and `b`, or None."""
     if isinstance(a, types.BaseTuple) and isinstance(b, types.BaseTuple) and len(a) == len(b):
         parts = [_joined(p, q, by_lanes) for p, q in zip(a, b, strict=True)]
         if None in parts:
@@ -124,7 +124,7 @@ def _joined(a: Any, b: Any, by_lanes: bool) -> Any:
 
 
 def _chosen(context: Any, builder: Any, condition: Any, kind: Any, parts: Any) -> Any:
-    """Return the choice, of type `kind`, between two pairs of type and value."""
+    """Return the selection, of type `kind`, between two pairs of type and value."""
     (a_kind, a), (b_kind, b) = parts
     if isinstance(kind, types.BaseTuple):
         split = [zip(k, cgutils.unpack_tuple(builder, v, len(k)), strict=True) for k, v in parts]
@@ -135,7 +135,7 @@ def _chosen(context: Any, builder: Any, condition: Any, kind: Any, parts: Any) -
 
 
 def _as(context: Any, builder: Any, kind: Any, value: Any, target: Any) -> Any:
-    """Return a value of a number's or a truth's type as one of `target`."""
+    """Convert a number or a truth value to the type `target`."""
     if kind == target:
         return value
     if target == strict:
@@ -144,8 +144,8 @@ def _as(context: Any, builder: Any, kind: Any, value: Any, target: Any) -> Any:
 
 
 @intrinsic
-def chosen(typing_context, condition, a, b):
-    """Return `a` where the condition, a mask or a truth, holds and `b` elsewhere: numbers, truths or tuples of them."""
+def select(typing_context, condition, a, b):
+    """Return `a` where the condition holds and `b` elsewhere: numbers, truth values or tuples of them."""
     result = _joined(a, b, isinstance(condition, Mask)) if _is_truth(condition) else None
     if result is None:
         return None
@@ -173,12 +173,12 @@ def _combined(name: str) -> Any:
     return combine
 
 
-both, either = _combined("and_"), _combined("or_")
+mask_and, mask_or = _combined("and_"), _combined("or_")
 
 
 @intrinsic
-def opposite(typing_context, a):
-    """Return where `a` does not hold."""
+def mask_not(typing_context, a):
+    """Return the negation of a mask or a truth value."""
     return (a(a), lambda context, builder, sig, arguments: builder.not_(arguments[0])) if _is_truth(a) else None
 
 
@@ -199,7 +199,7 @@ def _asked(whole: bool) -> Any:
     return ask
 
 
-some, every = _asked(False), _asked(True)
+any_true, all_true = _asked(False), _asked(True)
 
 
 @intrinsic
@@ -214,7 +214,7 @@ def first_lanes(typing_context, count):
     return mask(types.uint64), generate
 
 
-# One lane of many: what is called for each by itself.
+# Single lanes, for functions that are called once per lane.
 
 
 def _of_lane(kind: Any) -> Any:
@@ -252,21 +252,21 @@ def _with_lane(context: Any, builder: Any, kinds: Any, values: Any, k: Any) -> A
 
 
 @intrinsic
-def lane(typing_context, value, k):
-    """Return lane `k` of a value, tuples of them included; what has no lanes as it is."""
+def extract_lane(typing_context, value, k):
+    """Return lane `k` of a value or of a tuple of values; values without lanes are returned unchanged."""
 
     def generate(context, builder, sig, arguments):
-        found = _lane(context, builder, sig.args[0], *arguments)
+        value = _lane(context, builder, sig.args[0], *arguments)
         if context.enable_nrt:  # arrays among them are a further reference
-            context.nrt.incref(builder, sig.return_type, found)
-        return found
+            context.nrt.incref(builder, sig.return_type, value)
+        return value
 
     return _of_lane(value)(value, types.uint64), generate
 
 
 @intrinsic
-def with_lane(typing_context, wide, k, value):
-    """Return `wide`, a value of `no_lanes`, with lane `k` of a single one."""
+def insert_lane(typing_context, wide, k, value):
+    """Return `wide`, a value of `empty_lanes`, with lane `k` set to `value`."""
 
     def generate(context, builder, sig, arguments):
         whole, at, single = arguments
@@ -276,7 +276,7 @@ def with_lane(typing_context, wide, k, value):
 
 
 @intrinsic
-def no_lanes(typing_context, like):
-    """Return lanes of values such as `like`, in which nothing stands yet."""
+def empty_lanes(typing_context, like):
+    """Return lanes of zeros for values such as `like`."""
     result = _of_lanes(like)
     return result(like), lambda context, builder, sig, arguments: context.get_constant_null(result)

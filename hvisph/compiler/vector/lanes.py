@@ -1,12 +1,11 @@
-"""Several numbers at once: number types of compiled loops, with the arithmetic of floats.
+"""Number types of several floats in compiled loops, with the arithmetic of floats.
 
-A pair law is written for one neighbour and runs over LANES of them: eight where the processor's vectors
-hold as many, otherwise four. All operations are element by element; a plain float beside a vector counts
-for all of its lanes.
+A pair law is written for one neighbour and computes LANES of them: eight on processors with AVX-512, otherwise four.
+All operations are element by element; a float beside a vector is used for all of its lanes.
 
-There are two kinds. `lanes` are for sums over neighbours: the compiler may reorder, contract and approximate. `strict`
-lanes round as single floats do, to the last bit, so that a particle's state does not depend on which others it is
-carried with; see `compiler.vector.lane_masks` for what they have beside.
+There are two types. `lanes` are for sums over neighbours: the compiler may reorder, contract and approximate. `strict`
+lanes round as single floats do, to the last bit, so that the state of a particle does not depend on the particles that
+it is computed with; see `compiler.vector.lane_masks` for their comparisons.
 """
 
 from __future__ import annotations
@@ -33,18 +32,18 @@ VECTOR = ir.VectorType(_f64, LANES)
 
 
 class Lanes(types.Type):
-    """Type of LANES float64, and what the compiler may do to their arithmetic."""
+    """Type of LANES float64, with the flags of their arithmetic."""
 
     def __init__(self, name: str, flags: tuple[str, ...]) -> None:
         super().__init__(name)
         self.flags = flags
 
     def can_convert_from(self, typing_context, other):
-        """Take a float for LANES equal ones, where branches of a template give one or the other."""
+        """Convert a float to LANES equal ones, where branches of a template give either."""
         return Conversion.unsafe if isinstance(other, types.Float) else None
 
     def unify(self, typing_context, other):
-        """Return what a variable is that is of this type or of another one."""
+        """Return the type of a variable that is of this type or of another one."""
         return self if isinstance(other, types.Float) else None
 
 
@@ -96,7 +95,7 @@ def _emit(name: str) -> Any:
 
 
 def _define(functions: tuple[Any, ...], count: int, generate: Any) -> None:
-    """Give `functions` of `count` arguments a meaning for vectors: `generate(builder, flags, *vectors)`."""
+    """Define `functions` of `count` arguments for vectors by `generate(builder, flags, *vectors)`."""
     cases = []
     for kind in (lanes, strict):
         mixed = [(kind, kind), (kind, types.float64), (types.float64, kind)]
@@ -131,7 +130,7 @@ def _from_float(context, builder, kind, target, value):
 
 
 @intrinsic
-def all_lanes(typing_context, value):
+def broadcast_lanes(typing_context, value):
     """Return a vector with `value` in all lanes."""
 
     def generate(context, builder, sig, arguments):
@@ -141,7 +140,7 @@ def all_lanes(typing_context, value):
 
 
 @intrinsic
-def all_strict(typing_context, value):
+def broadcast_strict(typing_context, value):
     """Return strict lanes that all hold `value`."""
 
     def generate(context, builder, sig, arguments):
@@ -151,7 +150,7 @@ def all_strict(typing_context, value):
 
 
 @intrinsic
-def larger_lanes(typing_context, a, b):
+def elementwise_max(typing_context, a, b):
     """Return the larger of each two lanes, NaN where either is; `max` would lose it."""
 
     def generate(context, builder, sig, arguments):
@@ -161,7 +160,7 @@ def larger_lanes(typing_context, a, b):
 
 
 @intrinsic
-def anywhere(typing_context, value):
+def any_positive(typing_context, value):
     """Return whether any lane is above zero."""
 
     def generate(context, builder, sig, arguments):
@@ -172,7 +171,7 @@ def anywhere(typing_context, value):
     return types.boolean(lanes), generate
 
 
-def reduced(builder: Any, name: str, value: Any, start: float | None = None) -> Any:
+def reduce_lanes(builder: Any, name: str, value: Any, start: float | None = None) -> Any:
     """Return LLVM's reduction `name` of a vector."""
     kinds = [VECTOR] if start is None else [_f64, VECTOR]
     kind, full = ir.FunctionType(_f64, kinds), f"llvm.vector.reduce.{name}.v{LANES}f64"
@@ -186,12 +185,12 @@ def _reduction(name: str, start: float | None) -> Any:
 
     def declare(typing_context, value):
         def generate(context, builder, sig, arguments):
-            return reduced(builder, name, arguments[0], start)
+            return reduce_lanes(builder, name, arguments[0], start)
 
         return types.float64(lanes), generate
 
     return intrinsic(declare)
 
 
-total = _reduction("fadd", 0.0)
-largest = _reduction("fmaximum", None)
+lane_sum = _reduction("fadd", 0.0)
+lane_max = _reduction("fmaximum", None)

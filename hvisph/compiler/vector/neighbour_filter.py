@@ -1,9 +1,8 @@
-"""The two filters of the traversal: what is near the box around a group of particles, and which of it is near one.
+"""Both filters of the traversal: particles near the box around a group, and neighbours of one particle among them.
 
-Written in LLVM's own target-independent vector code, as `compiler.vector.intrinsics`. The first is loose. The second
-tests in single
-precision and, where that cannot tell, in double without rounding across operations: its list is the same on every
-machine, and that of a plain test in double precision.
+They are written in LLVM's target-independent vector code, as `compiler.vector.intrinsics`. The first filter is
+conservative. The second tests in single precision and, for pairs within its rounding error, in double precision
+without contraction: its list is the same on every machine, and that of a plain test in double precision.
 """
 
 from __future__ import annotations
@@ -76,7 +75,7 @@ def _column(context: Any, builder: Any, kind: Any, array: Any, f: int, place: An
 
 @intrinsic
 def append_near_box(typing_context, columns, dim, j, end, box, h, half_reach, numbers, n):
-    """Append to `numbers`, from place `n` on, those of the particles j to j+7 that may meet one inside a box.
+    """Append to `numbers`, from index `n` on, the particles j to j+7 that may be neighbours of one inside a box.
 
     Parameters
     ----------
@@ -85,15 +84,15 @@ def append_near_box(typing_context, columns, dim, j, end, box, h, half_reach, nu
     dim
         Number of dimensions, a literal.
     j, end
-        First of the eight, and the end of their run: particles from `end` on are not meant.
+        First of the eight, and the end of their range: particles from `end` on are not included.
     box
         Array (dim or more, 3): a point, and the box's middle relative to it and half its edge, along each axis.
     h
         Largest smoothing length inside.
     half_reach
-        Half the kernel's reach, a little more for round-off.
+        Half the kernel's reach, slightly increased for round-off.
     numbers, n
-        Array of uint32 with room for eight more, and its used length.
+        Array of uint32 with space for eight more, and its used length.
 
     Returns
     -------
@@ -138,7 +137,7 @@ def append_near_box(typing_context, columns, dim, j, end, box, h, half_reach, nu
 
 @intrinsic
 def append_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half_reach, slack, near, n):
-    """Append to `near`, from place `n` on, those of sixteen candidates from place `k` on that are neighbours of `i`.
+    """Append to `near`, from index `n` on, those of sixteen candidates from index `k` on that are neighbours of `i`.
 
     Parameters
     ----------
@@ -150,18 +149,18 @@ def append_near(typing_context, rough, exact, numbers, dim, k, i, own, box, half
     dim
         Number of dimensions, a literal.
     k, i
-        The first candidate's place, and the particle's number; it is no neighbour of itself.
+        The first candidate's index, and the particle's number; it is no neighbour of itself.
     own
         The particle's x, y, z and smoothing length.
     box
         As in `append_near_box`.
     half_reach
-        Half the kernel's reach: a pair meets within `half_reach` times the sum of both lengths.
+        Half the kernel's reach: neighbours are closer than `half_reach` times the sum of both lengths.
     slack
-        How wrong a squared distance in single precision may be.
+        Bound of the error of a squared distance in single precision.
     near, n
-        Array of uint32 with room for sixteen more, and its used length. It receives numbers of particles where
-        NUMBERED, else places.
+        Array of uint32 with space for sixteen more, and its used length. It receives numbers of particles if
+        NUMBERED, else indices of candidates.
 
     Returns
     -------

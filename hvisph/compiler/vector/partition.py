@@ -1,22 +1,22 @@
-"""Who may be carried together: of a chunk of particles those that are alike, listed in whole vectors."""
+"""Partition of a chunk of particles by key, in whole vectors."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 from .api import LANES
 
-# More than any key: of a particle that is not listed, and what is above the largest key.
+# Greater than any key: the key of particles that are not listed, and the successor of the largest key.
 NONE = 2**62
 
 
-@compiled
-def listed(keys, count, first, key, found):
-    """List the particles `first` + k, k below `count`, whose keys[k] is `key`, in `found` (uint32).
+@inline
+def list_equal_keys(keys, count, first, key, found):
+    """List the particles `first` + k, k below `count`, with keys[k] equal to `key`, in `found` (uint32).
 
-    Returns how many, and the least key above, or NONE. Behind them the list repeats its last for LANES.
+    Return their number and the smallest greater key, or NONE. The last entry is repeated LANES times behind them.
     """
     n, above = np.uint64(0), np.uint64(NONE)
     for k in range(np.uint64(count)):

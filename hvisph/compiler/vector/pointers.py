@@ -1,4 +1,4 @@
-"""Pointer arithmetic in compiled code: numbers at an address, and cache lines to prefetch."""
+"""Intrinsics on addresses: numbers of tables read by address, and prefetch of a cache line."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _number_at(address, k):
 
 @intrinsic
 def fetch(typing_context, array, i, slot):
-    """Ask for the cache line of array[i, slot], or of array[i + slot]; both are uint64."""
+    """Prefetch the cache line of array[i, slot], or of array[i + slot]; both are uint64."""
     if not isinstance(array, types.Array) or array.ndim > 2:
         return None
 

@@ -1,9 +1,8 @@
 """Long tables in compiled scalar functions: numbers read by address.
 
-An array that is alive across branches costs numba atomic reference counts; the address of one of its
-rows is a plain number, a float like those that it travels with: addresses have 48 bits, floats 53. Both
-functions work alike in compiled code and in plain Python. Whoever hands an address on keeps the array alive:
-in a run the stepper holds the table.
+An array that is alive across branches costs numba atomic reference counts. The address of one of its rows is a plain
+number and is passed as a float: addresses have 48 bits, floats 53. Both functions work alike in compiled code and in
+plain Python. The caller keeps the array alive; in a run the stepper holds the table.
 """
 
 from __future__ import annotations
@@ -18,5 +17,5 @@ def row_address(table: Any, m: Any) -> float:
 
 
 def number_at(address: float, k: int) -> float:
-    """Return the float64 number `k` places behind `address`."""
+    """Return the float64 number with index `k` behind `address`."""
     return ctypes.c_double.from_address(int(address) + 8 * k).value

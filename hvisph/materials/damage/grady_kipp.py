@@ -23,7 +23,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 
@@ -106,7 +106,7 @@ class GradyKipp:
         return np.column_stack([least, exponent, number])
 
 
-@compiled
+@inline
 def grown(damage, strain, dt, least, exponent, number, row):
     """Damage after `dt` at the tensile `strain`, of a particle with these flaws."""
     if strain <= least or number <= 0.0 or damage >= 1.0:

@@ -20,7 +20,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import PRESSURE_MINIMUM, SPALL_GROWTH
@@ -88,13 +88,13 @@ class JohnsonCookDamage:
         row[VOID_GROWTH_FROM] = self.void_growth_from
 
 
-@compiled
+@inline
 def borne_share(harm, row):
     """Share of the yield stress that the material still has below failure at its damage D."""
     return 1.0 - row[SOFTENING] * harm
 
 
-@compiled
+@inline
 def fracture_strain(p, von_mises_stress, logged, homologous, row):
     """Equivalent plastic strain at which the material fails in the given state, `logged` the logarithm of its rate."""
     if row[SPALL_GROWTH] > 0.0 and -p >= TRIAXIALITY_LIMIT * von_mises_stress:

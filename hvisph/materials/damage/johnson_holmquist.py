@@ -16,7 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
 from hvisph.materials.eos.polynomial import A1
 from hvisph.materials.slots import INVERSE_RHO0, SHEAR_MODULUS
@@ -47,13 +47,13 @@ class JohnsonHolmquistDamage:
         row[D1], row[D2], row[BETA] = self.d1, self.d2, self.beta
 
 
-@compiled
+@inline
 def fracture_strain(p, row):
     """Equivalent plastic strain at which the material is crushed, at pressure `p` [Pa]."""
     return max(row[D1] * max((p + row[TENSION]) * row[INVERSE_HEL_PRESSURE], 0.0) ** row[D2], _LEAST_STRAIN)
 
 
-@compiled
+@inline
 def bulking(rho, before, flow_before, flow_after, row):
     """Pressure of bulking [Pa] once the strength has fallen from `flow_before` to `flow_after` [Pa]."""
     squeezed = row[A1] * (rho * row[INVERSE_RHO0] - 1.0)

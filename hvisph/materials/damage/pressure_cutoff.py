@@ -16,7 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import tags
 from hvisph.materials.slots import FAILS_IN_TENSION, PRESSURE_MINIMUM
@@ -47,7 +47,7 @@ def require_tension(pressure_minimum: float, where: str) -> None:
         raise CaseError(f"pressure_minimum is {pressure_minimum!r}, but must not be above zero", where=where)
 
 
-@compiled
+@inline
 def limited_pressure(p, row):
     """Pressure [Pa] after the cut-off; what is not a number passes through."""
     return row[PRESSURE_MINIMUM] if p < row[PRESSURE_MINIMUM] else p

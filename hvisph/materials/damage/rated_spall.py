@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.materials.slots import FAILS_IN_TENSION, PRESSURE_MINIMUM, SPALL_GROWTH, SPALL_INVERSE, SPALL_POWER
 
 SLOWEST, FASTEST = 1e4, 1e7  # rates at which the law is known to hold [1/s]
@@ -29,7 +29,7 @@ def pack(row: np.ndarray, strength: float, exponent: float, rate: float, bulk_mo
     row[SPALL_GROWTH] = bulk_modulus * SLOWEST / (exponent * least)
 
 
-@compiled
+@inline
 def grown(damage, p, dt, row):
     """Damage after `dt` [s] at the pressure `p` [Pa] that the material would bear unbroken."""
     over = -p * row[SPALL_INVERSE]

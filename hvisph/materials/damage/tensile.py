@@ -18,7 +18,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 
@@ -89,7 +89,7 @@ class GradySpall:
         row[TOUGHNESS], row[CRITICAL_STRAIN], row[SPALL_YIELD] = self.toughness, self.critical_strain, self.yield_stress
 
 
-@compiled
+@inline
 def principal_deviators(q, determinant):
     """Greatest and least eigenvalue [Pa] of a deviator with von Mises stress `q` and its determinant."""
     if q < _NOTHING:
@@ -98,7 +98,7 @@ def principal_deviators(q, determinant):
     return 2.0 / 3.0 * q * cos(angle), 2.0 / 3.0 * q * cos(angle + _THIRD_OF_A_TURN)
 
 
-@compiled
+@inline
 def spall_strength(rho, c, rate, row):
     """Grady's limit to tension [Pa] at a rate of volume [1/s]; infinite where nothing expands."""
     if rate <= 0.0:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import sqrt
 from types import ModuleType
 
-from hvisph.compiler.jit import called, compiled
+from hvisph.compiler.jit import inline, noinline
 from hvisph.materials import tags
 from hvisph.materials.model_flags import FURTHER_EOS
 from hvisph.materials.slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
@@ -60,7 +60,7 @@ MODULES: dict[str, ModuleType] = {
 }
 
 
-@called
+@noinline
 def _further(tag, rho, e, row):
     """Pressure [Pa] and square of the sound speed [m^2/s^2] of the models that are seldom in the same loop."""
     if tag == tags.POLYNOMIAL:
@@ -76,7 +76,7 @@ def _further(tag, rho, e, row):
     return p, p_rho + p * p_e / (rho * rho)
 
 
-@compiled
+@inline
 def pressure_and_sound_speed(tag, rho, e, row):
     """Pressure [Pa] and bulk sound speed [m/s] of the model `tag`, with parameters `row`.
 

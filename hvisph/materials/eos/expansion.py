@@ -13,7 +13,7 @@ BRL CR 130). It limits the pressure of dispersed material and is no model of vap
 
 from __future__ import annotations
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 MONATOMIC = 2.0 / 3.0  # H, the Grueneisen coefficient of a gas of single atoms [-]
 AS_CONDENSED = -1.0  # in place of v: the model's own form at every density
@@ -24,13 +24,13 @@ def of_gas(gamma: float) -> float:
     return MONATOMIC / gamma if gamma > MONATOMIC else 1.0
 
 
-@compiled
+@inline
 def left(eta, v):
     """Share f [-] of the pressure at eta = rho/rho0 < 1."""
     return eta * (v + eta * (3.0 - 2.0 * v + eta * (v - 2.0)))
 
 
-@compiled
+@inline
 def slope(eta, v):
     """df/deta [-]."""
     return v + eta * (6.0 - 4.0 * v + eta * (3.0 * v - 6.0))

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 
@@ -44,13 +44,13 @@ class IdealGas:
         row[GAMMA_MINUS_ONE] = self.gamma - 1.0
 
 
-@compiled
+@inline
 def pressure(rho, e, row):
     """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
     return row[GAMMA_MINUS_ONE] * rho * e
 
 
-@compiled
+@inline
 def sound_speed_squared(rho, e, p, row):
     """Square of the sound speed [m^2/s^2]; the pressure `p` is not used."""
     return (row[GAMMA_MINUS_ONE] + 1.0) * row[GAMMA_MINUS_ONE] * e

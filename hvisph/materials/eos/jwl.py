@@ -18,7 +18,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled, plain
+from hvisph.compiler.jit import inline, python_twin
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import RHO0
 
@@ -63,7 +63,7 @@ class JonesWilkinsLee:
         row[slots.RHO0] = density
         self.pack(row, density)
         values, e = tuple(row.tolist()), self.ambient_energy
-        p, p_rho, p_e = plain(state)(density, e, values)
+        p, p_rho, p_e = python_twin(state)(density, e, values)
         return sqrt(p_rho + p * p_e / density**2)
 
     def chapman_jouguet(self) -> tuple[float, float]:
@@ -84,7 +84,7 @@ class JonesWilkinsLee:
         row[BURN_RATE] = self.burn_rate
 
 
-@compiled
+@inline
 def state(rho, e, row):
     """Pressure [Pa] of the products and its slopes p_rho and p_e, at density `rho` and energy `e` [J/kg]."""
     v = row[RHO0] / rho

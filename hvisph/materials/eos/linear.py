@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import INVERSE_RHO0, RHO0
 
@@ -42,13 +42,13 @@ class Linear:
         row[BULK_MODULUS] = self.bulk_modulus
 
 
-@compiled
+@inline
 def pressure(rho, e, row):
     """Pressure [Pa] at density `rho` [kg/m^3]; the energy `e` is not used."""
     return row[BULK_MODULUS] * ((rho - row[RHO0]) * row[INVERSE_RHO0])
 
 
-@compiled
+@inline
 def sound_speed_squared(rho, e, p, row):
     """Square of the sound speed [m^2/s^2], a constant."""
     return row[BULK_MODULUS] * row[INVERSE_RHO0]

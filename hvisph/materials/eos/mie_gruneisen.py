@@ -19,7 +19,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import INVERSE_RHO0, RHO0
 
@@ -79,7 +79,7 @@ class MieGrueneisen:
         row[OF_GAS] = expansion.AS_CONDENSED if self.linear_expansion else expansion.of_gas(self.gamma0 - self.a)
 
 
-@compiled
+@inline
 def pressure(rho, e, row):
     """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
     rho0, a, gamma0 = row[RHO0], row[A], row[GAMMA0]
@@ -98,7 +98,7 @@ def pressure(rho, e, row):
     return p
 
 
-@compiled
+@inline
 def sound_speed_squared(rho, e, p, row):
     """Square of the sound speed [m^2/s^2] at pressure `p` [Pa], from p_rho + p p_e / rho^2."""
     rho0, a, gamma0 = row[RHO0], row[A], row[GAMMA0]

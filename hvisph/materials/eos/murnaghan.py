@@ -16,7 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import INVERSE_RHO0, RHO0
@@ -59,7 +59,7 @@ class Murnaghan:
         row[OF_GAS] = expansion.of_gas(self.gamma)
 
 
-@compiled
+@inline
 def state(rho, e, row):
     """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and energy `e` [J/kg]."""
     n, k = row[EXPONENT], row[BULK_MODULUS]

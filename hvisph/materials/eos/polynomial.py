@@ -16,7 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import INVERSE_RHO0, RHO0
 
@@ -57,7 +57,7 @@ class Polynomial:
         row[OF_GAS] = expansion.of_gas(self.b0)
 
 
-@compiled
+@inline
 def state(rho, e, row):
     """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and energy `e` [J/kg]."""
     mu = (rho - row[RHO0]) * row[INVERSE_RHO0]

@@ -14,7 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import RHO0
@@ -49,13 +49,13 @@ class StiffenedGas:
         row[GAMMA_MINUS_ONE] = self.gamma0 - 1.0
 
 
-@compiled
+@inline
 def pressure(rho, e, row):
     """Pressure [Pa] at density `rho` [kg/m^3] and specific internal energy `e` [J/kg]."""
     return row[C0_SQUARED] * (rho - row[RHO0]) + row[GAMMA_MINUS_ONE] * rho * e
 
 
-@compiled
+@inline
 def sound_speed_squared(rho, e, p, row):
     """Square of the sound speed [m^2/s^2] at pressure `p` [Pa]; below zero where the state is unstable."""
     return row[C0_SQUARED] + row[GAMMA_MINUS_ONE] * (e + p / rho)

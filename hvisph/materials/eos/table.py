@@ -17,7 +17,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled, plain
+from hvisph.compiler.jit import inline, python_twin
 from hvisph.compiler.vector.table_access import number_at
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
@@ -72,7 +72,7 @@ class Table:
         row[slots.RHO0], row[slots.INVERSE_RHO0] = density, 1.0 / density
         self.pack(row, density)
         row[COLD:] = self.tail
-        p, p_rho, p_e = plain(state)(density, self.ambient_energy, slots.values(row))
+        p, p_rho, p_e = python_twin(state)(density, self.ambient_energy, slots.values(row))
         return float(np.sqrt(max(p_rho + p * p_e / density**2, 0.0)))
 
     def pack(self, row: np.ndarray, density: float) -> None:
@@ -110,7 +110,7 @@ class Table:
         return np.concatenate([curves, np.stack([p, p_l, p_x, p_lx], axis=-1).ravel()])
 
 
-@compiled
+@inline
 def _hermite(t, width):
     """Cubic Hermite weights of two values and of their slopes, and the weights' own slopes, at `t` in a cell."""
     u = t - 1.0
@@ -120,7 +120,7 @@ def _hermite(t, width):
     )  # fmt: skip
 
 
-@compiled
+@inline
 def _along(address, at, stride, w):
     """Value and slope of a curve between two nodes, each a value with its slope after it."""
     a, a_slope = number_at(address, at), number_at(address, at + 1)
@@ -129,7 +129,7 @@ def _along(address, at, stride, w):
     return value, w[4] * a + w[5] * b + w[6] * a_slope + w[7] * b_slope
 
 
-@compiled
+@inline
 def state(rho, e, row):
     """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and energy `e` [J/kg]."""
     address = row[ADDRESS]

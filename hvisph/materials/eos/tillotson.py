@@ -21,7 +21,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import INVERSE_RHO0, RHO0
@@ -93,7 +93,7 @@ class Tillotson:
         row[FADES] = float(self.expansion == "faded")
 
 
-@compiled
+@inline
 def _cold(rho, e, row):
     """Pressure of the condensed branch, its slopes p_rho and p_e, and b rho e/w with its slopes."""
     eta = rho * row[INVERSE_RHO0]
@@ -124,7 +124,7 @@ def _cold(rho, e, row):
     return p, p_rho, p_e, term, term_rho, term_e
 
 
-@compiled
+@inline
 def _hot(rho, e, term, term_rho, term_e, row):
     """Pressure of the vapour's branch and its slopes."""
     eta = rho * row[INVERSE_RHO0]
@@ -143,7 +143,7 @@ def _hot(rho, e, term, term_rho, term_e, row):
     return p, p_rho, a * rho + gauss * term_e
 
 
-@compiled
+@inline
 def state(rho, e, row):
     """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and energy `e` [J/kg]."""
     p, p_rho, p_e, term, term_rho, term_e = _cold(rho, e, row)

@@ -20,7 +20,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.compiler.vector.table_access import number_at
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
@@ -76,7 +76,7 @@ class UsUpTable:
         row[OF_GAS], row[PIECES] = expansion.of_gas(self.gamma0), len(self.us_up) - 1
 
 
-@compiled
+@inline
 def state(rho, e, row):
     """Pressure [Pa] and its slopes p_rho and p_e, at density `rho` [kg/m^3] and energy `e` [J/kg]."""
     rho0, gamma0, address = row[RHO0], row[GAMMA0], row[ADDRESS]

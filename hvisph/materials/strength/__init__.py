@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import inf
 
-from hvisph.compiler.jit import called, compiled
+from hvisph.compiler.jit import inline, noinline
 from hvisph.materials import tags
 from hvisph.materials.model_flags import FURTHER_STRENGTH
 from hvisph.materials.slots import (
@@ -47,7 +47,7 @@ REGISTRY: dict[str, type[Model]] = {
 }
 
 
-@compiled
+@inline
 def homologous_temperature(e, temperature, melt, row):
     """Homologous temperature (T - T_room)/(T_melt - T_room), held in [0, 1]; 0 where no melting point is known."""
     if row[MELT_LAW] == 0.0:
@@ -59,7 +59,7 @@ def homologous_temperature(e, temperature, melt, row):
     return min(max((temperature - row[ROOM_TEMPERATURE]) / (melt - row[ROOM_TEMPERATURE]), 0.0), 1.0)
 
 
-@compiled
+@inline
 def shear_share(tag, rho, p, temperature, melt, row):
     """Shear modulus over that at rest. Rock and ceramic that have been drawn apart bear it on what they fill."""
     if tag in (tags.STEINBERG_GUINAN, tags.STEINBERG_LUND):
@@ -69,7 +69,7 @@ def shear_share(tag, rho, p, temperature, melt, row):
     return 1.0
 
 
-@called
+@noinline
 def _further(tag, rho, e, p, temperature, melt, rate, damage, row):
     """Return what `conditions` does, of the models that are seldom in the same loop."""
     share = shear_share(tag, rho, p, temperature, melt, row)
@@ -87,7 +87,7 @@ def _further(tag, rho, e, p, temperature, melt, rate, damage, row):
     return 0.0, johnson_holmquist.yield_stress(p, rate, damage, row), share
 
 
-@compiled
+@inline
 def conditions(tag, rho, e, p, temperature, melt, homologous, rate, logged, damage, row):
     """Return what a return leaves of the yield stress: Y = hardened(eps_p) factor + offset.
 
@@ -113,7 +113,7 @@ def conditions(tag, rho, e, p, temperature, melt, homologous, rate, logged, dama
     return 1.0, 0.0, 1.0
 
 
-@called
+@noinline
 def _further_yield(tag, plastic_strain, factor, offset, row):
     """Return what `yield_stress` does, of the models that are seldom in the same loop."""
     if tag in (tags.STEINBERG_GUINAN, tags.STEINBERG_LUND):
@@ -125,7 +125,7 @@ def _further_yield(tag, plastic_strain, factor, offset, row):
     return offset
 
 
-@compiled
+@inline
 def yield_stress(tag, plastic_strain, factor, offset, row):
     """Yield stress [Pa] of a model that has one, with what `conditions` found."""
     if tag == tags.VON_MISES:
@@ -139,7 +139,7 @@ def yield_stress(tag, plastic_strain, factor, offset, row):
     return offset
 
 
-@compiled
+@inline
 def hardening(tag, increment, plastic_strain, flow, factor, offset, filled, row):
     """Growth of the yield stress [Pa] from `flow` with an increment of the plastic strain, on the share `filled`."""
     if tag == tags.JOHNSON_COOK:

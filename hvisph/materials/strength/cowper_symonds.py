@@ -14,7 +14,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import SHEAR_MODULUS
 
@@ -48,7 +48,7 @@ class CowperSymonds:
         row[INVERSE_REFERENCE_RATE], row[INVERSE_EXPONENT] = 1.0 / self.reference_rate, 1.0 / self.exponent
 
 
-@compiled
+@inline
 def rate_factor(rate, row):
     """Return 1 + (rate/D)^(1/q)."""
     if rate <= 0.0:

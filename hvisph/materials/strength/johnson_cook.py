@@ -15,7 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import (
@@ -81,7 +81,7 @@ class JohnsonCook:
         row[THERMAL_EXPONENT] = self.thermal_exponent
 
 
-@compiled
+@inline
 def rate_and_heat_factor(logged, homologous, row):
     """Return (1 + C ln rate*) (1 - T*^m), what a return leaves of the yield stress, from the logarithm of the rate."""
     factor = 1.0
@@ -94,7 +94,7 @@ def rate_and_heat_factor(logged, homologous, row):
     return factor
 
 
-@compiled
+@inline
 def yield_stress(plastic_strain, factor, row):
     """Yield stress [Pa] at an equivalent plastic strain, with `factor` from `rate_and_heat_factor`."""
     hardened = row[YIELD_STRESS]
@@ -103,7 +103,7 @@ def yield_stress(plastic_strain, factor, row):
     return hardened * factor
 
 
-@compiled
+@inline
 def hardening(increment, plastic_strain, flow, factor, row):
     """Growth of the yield stress [Pa] from `flow` with an increment of the plastic strain, see `yield_stress`.
 

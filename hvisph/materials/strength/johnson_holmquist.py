@@ -18,7 +18,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import SHEAR_MODULUS
@@ -70,7 +70,7 @@ class JohnsonHolmquist:
         row[INVERSE_HEL_PRESSURE] = 1.0 / self.hel_pressure
 
 
-@compiled
+@inline
 def yield_stress(p, rate, damage, row):
     """Yield stress [Pa] at pressure `p` [Pa], strain rate [1/s] and damage."""
     f = 1.0

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import SHEAR_MODULUS
 
@@ -43,7 +43,7 @@ class LinearHardening:
         row[HARDENING_MODULUS] = self.hardening_modulus
 
 
-@compiled
+@inline
 def yield_stress(plastic_strain, row):
     """Yield stress [Pa] at an equivalent plastic strain."""
     return row[YIELD_STRESS] + row[HARDENING_MODULUS] * plastic_strain

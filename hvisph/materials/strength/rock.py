@@ -18,7 +18,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import MELT_TEMPERATURE, SHEAR_MODULUS
@@ -60,7 +60,7 @@ class Rock:
         row[MELT_TEMPERATURE] = self.melt_temperature
 
 
-@compiled
+@inline
 def yield_stress(p, e, temperature, melt, damage, row):
     """Yield stress [Pa] at pressure `p` [Pa] and damage."""
     pressed = row[FRICTION] * max(p, 0.0)

@@ -20,7 +20,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.melting import Lindemann
@@ -94,7 +94,7 @@ class SteinbergLund(SteinbergGuinan):
         row[PEIERLS], row[DRAG] = self.peierls_stress, self.drag
 
 
-@compiled
+@inline
 def shear_share(rho, p, temperature, melt, row):
     """G/G0 [-] of the current state; 0 when molten."""
     if temperature >= melt:
@@ -104,7 +104,7 @@ def shear_share(rho, p, temperature, melt, row):
     return max(1.0 + pressed - row[HEAT_COEFFICIENT] * (temperature - _REFERENCE), 0.0)
 
 
-@compiled
+@inline
 def work_hardened(plastic_strain, row):
     """Yield stress [Pa] of work hardening alone."""
     hardened = row[YIELD_STRESS]
@@ -114,7 +114,7 @@ def work_hardened(plastic_strain, row):
     return min(hardened, row[YIELD_LIMIT])
 
 
-@compiled
+@inline
 def rate_of(stress, temperature, row):
     """Strain rate [1/s] at which the thermal part of the yield stress is `stress`."""
     left = 1.0 - stress / row[PEIERLS]
@@ -122,7 +122,7 @@ def rate_of(stress, temperature, row):
     return 1.0 / (wait + row[DRAG] / stress)
 
 
-@compiled
+@inline
 def thermal_stress(rate, temperature, row):
     """Thermal part Y_T of the yield stress [Pa] at a strain rate [1/s], at most the Peierls stress."""
     if rate_of(row[PEIERLS], temperature, row) <= rate:

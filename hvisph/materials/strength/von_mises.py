@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import SHEAR_MODULUS
 
@@ -34,7 +34,7 @@ class VonMises:
         row[YIELD_STRESS] = self.yield_stress
 
 
-@compiled
+@inline
 def yield_stress(row):
     """Yield stress [Pa]: the constant itself."""
     return row[YIELD_STRESS]

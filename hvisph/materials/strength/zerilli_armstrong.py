@@ -16,7 +16,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core.errors import CaseError
 from hvisph.materials import slots, tags
 from hvisph.materials.slots import MELT_TEMPERATURE, SHEAR_MODULUS
@@ -58,7 +58,7 @@ class ZerilliArmstrong:
         row[MELT_TEMPERATURE] = self.melt_temperature
 
 
-@compiled
+@inline
 def heat(rate, temperature, melt, row):
     """Return factor, offset [Pa] and share of the shear modulus: see `yield_stress`."""
     if temperature >= melt:
@@ -69,7 +69,7 @@ def heat(rate, temperature, melt, row):
     return activated, row[C0], 1.0
 
 
-@compiled
+@inline
 def yield_stress(plastic_strain, factor, offset, row):
     """Yield stress [Pa]; `offset` holds what does not harden, `factor` the heat of what does."""
     if plastic_strain > 0.0:

@@ -9,9 +9,9 @@ import numpy as np
 
 from hvisph.compiler.jit import specialise
 from hvisph.compiler.template_binding import bind
-from hvisph.compiler.tensors import minus, no_axial, own_gradient, own_symmetric, own_vector, plus, put
-from hvisph.compiler.tensors3d import from_plane
-from hvisph.compiler.threads.parallel_for import each, shared
+from hvisph.compiler.tensors import add, no_axial, own_gradient, own_symmetric, own_vector, put, subtract
+from hvisph.compiler.tensors3d import extend_symmetric
+from hvisph.compiler.threads.parallel_for import chunk_loop, particle_loop
 from hvisph.compiler.vector.api import LANES
 from hvisph.core.particles import Particles
 from hvisph.integrators.particle_steps import Shown
@@ -27,10 +27,10 @@ def spatial_rows(k, rows, chosen, bodies, pressures, loads, coefficients, out):
     """Pack the rows of the `chosen` particles for the standard law: a template."""
     i = np.uint64(chosen[k])
     x = own_vector(rows, i, 0, DIM)
-    put(out, k, TO_D, minus(x, own_vector(rows, i, X0, DIM)))
+    put(out, k, TO_D, subtract(x, own_vector(rows, i, X0, DIM)))
     out[k, TO_KIND] = rows[i, KIND]
     out[k, TO_BODY] = bodies[i]
-    s, ring = from_plane(own_symmetric(rows, i, S, DIM)), 0.0
+    s, ring = extend_symmetric(own_symmetric(rows, i, S, DIM)), 0.0
     if AXISYMMETRIC:
         s, ring = (s[0], s[1], -s[0] - s[1], s[3], 0.0, 0.0), rows[i, RING]
     write(out, k, coefficients, Shown(x, own_vector(rows, i, U, DIM), rows[i, M], rows[i, RHO], 0.0, rows[i, H],
@@ -45,7 +45,7 @@ def add_rates(k, spatial, place, chosen, eulerian, rates):
     is the spatial one.
     """
     i, at = np.uint64(chosen[k]), np.uint64(place[k])
-    a = plus(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(spatial, at, R_ACCELERATION, DIM))
+    a = add(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(spatial, at, R_ACCELERATION, DIM))
     put(rates, i, R_ACCELERATION, a)
     rates[i, R_POWER] += spatial[at, R_POWER]
     rates[i, R_APPROACH] = max(rates[i, R_APPROACH], spatial[at, R_APPROACH])
@@ -115,13 +115,14 @@ def loops(formulation: Any, offered: dict[str, Any]) -> Loops:
     """Return the loops over reference neighbours, compiled with what is `offered`."""
     collect, mapped = deformation_gradient.collect, deformation_gradient.load_deformation
     return Loops(
-        each(bind(deformation_gradient.move, {}, offered)),
-        shared(bind(deformation_gradient.deform, {}, offered,
+        particle_loop(bind(deformation_gradient.move, {}, offered)),
+        chunk_loop(bind(deformation_gradient.deform, {}, offered,
                     parts=(collect, mapped, deformation_gradient.show, deformation_gradient.deform_lanes)),
                     deformation_gradient.CHUNK),
-        each(bind(deformation_gradient.map_particles, {}, offered, parts=(collect, mapped))),
+        particle_loop(bind(deformation_gradient.map_particles, {}, offered, parts=(collect, mapped))),
         tuple(
-            each(bind(reference.accumulate, {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.revolved)},
-                      offered)) for coupled in (0, 1)
+            particle_loop(bind(reference.accumulate,
+                               {"COUPLED": coupled, "BY_PAIRS": int(coupled or formulation.revolved)}, offered))
+            for coupled in (0, 1)
         ),
     )  # fmt: skip

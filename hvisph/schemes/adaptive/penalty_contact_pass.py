@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.exact_sum import value_of, whole_parts
+from hvisph.compiler.exact_sum import decode_sum, encode_terms
 from hvisph.core.errors import RunError
 from hvisph.core.particles import Particles
 from hvisph.materials.material_table import Material
@@ -159,8 +159,8 @@ class BodyContact:
     def _take_rates(self, chosen: np.ndarray, rates: np.ndarray) -> None:
         dim, mass, halo, at = self.particles.dim, self.particles["mass"], self.pairs.halo, self.pairs.place
         pushed = self.pairs.rates[at[: len(chosen)]]
-        power = whole_parts(mass[chosen] * pushed[:, dim], self._power_unit)
-        self._power = float(value_of(power if halo is None else halo.total(power), self._power_unit))
+        power = encode_terms(mass[chosen] * pushed[:, dim], self._power_unit)
+        self._power = float(decode_sum(power if halo is None else halo.total(power), self._power_unit))
         rates[chosen, : dim + (not self.law.stores)] += pushed[:, : dim + (not self.law.stores)]
         if self._slips:
             rates[chosen, dim] += pushed[:, self._slip]

@@ -10,7 +10,7 @@ import numpy as np
 
 from hvisph.compiler.jit import specialise
 from hvisph.compiler.template_binding import bind
-from hvisph.compiler.threads.parallel_for import each
+from hvisph.compiler.threads.parallel_for import particle_loop
 from hvisph.sph.contact import coupling
 from hvisph.sph.neighbours.contact_candidates import Selection
 from hvisph.sph.neighbours.ghost_rows import Halo
@@ -54,9 +54,9 @@ class SpatialPass:
         self._selection = Selection(at, kernel.reach * h, with_neighbours=formulation.spatial_correction.acts)
         packer, more = euler.pack(dim)
         write = bind(packer, more, {"DIM": dim} | to)
-        self._add_rates = each(bind(composite_passes.add_rates, {}, offered))
+        self._add_rates = particle_loop(bind(composite_passes.add_rates, {}, offered))
         to_spatial = {"TO_D": to["D"], "TO_KIND": to["KIND"], "TO_BODY": to["BODY"], "write": write}
-        self._pack = each(bind(composite_passes.spatial_rows, to_spatial, offered))
+        self._pack = particle_loop(bind(composite_passes.spatial_rows, to_spatial, offered))
         self._seen: Halo | None = None
         self._chosen = 0
 

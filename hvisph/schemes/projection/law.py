@@ -19,22 +19,22 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.compiler.tensors import (
+    add,
+    broadcast,
     dot,
-    minus,
+    lane_sums,
+    multiply,
     no_gradient,
     no_vector,
-    on,
     outer,
     own_symmetric,
     own_vector,
-    plus,
-    spread,
+    subtract,
     symmetric,
-    times,
-    totals,
+    symmetric_dot,
     vector,
 )
-from hvisph.compiler.vector.api import LANES, all_lanes, lanes_at, neighbours, put_lanes, total
+from hvisph.compiler.vector.api import LANES, broadcast_lanes, lane_sum, load_lanes, neighbours, put_lanes
 from hvisph.sph.neighbours.particle_layout import RowLayout
 
 
@@ -51,10 +51,10 @@ def layouts(dim: int) -> list[RowLayout]:
 def velocity_gradient(near, first, last, rows, i, kernels):
     """Return L [1/s], and keep f of each pair in `kernels`."""
     x, u, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, H]
-    l = spread(no_gradient(DIM))
+    l = broadcast(no_gradient(DIM))
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = minus(x, vector(b, 0, DIM))
+        dx = subtract(x, vector(b, 0, DIM))
         hm = 0.5 * (h + b[H])
         r = np.sqrt(dot(dx, dx))
         # One division for 1/h and 1/r.
@@ -62,43 +62,43 @@ def velocity_gradient(near, first, last, rows, i, kernels):
         ih = r * inverse
         f = scale(ih) * slope(r * ih) * (hm * inverse)
         put_lanes(kernels, k, f)
-        l = minus(l, outer(times(f * b[V], minus(u, vector(b, U, DIM))), dx))
-    return totals(l)
+        l = subtract(l, outer(multiply(f * b[V], subtract(u, vector(b, U, DIM))), dx))
+    return lane_sums(l)
 
 
 def stress_divergence(near, first, last, rows, i, kernels):
     """Return the acceleration by the deviators [m/s^2]."""
     x, t = own_vector(rows, i, 0, DIM), own_symmetric(rows, i, T, DIM)
-    a = spread(no_vector(DIM))
+    a = broadcast(no_vector(DIM))
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        g = times(b[M] * lanes_at(kernels, k), minus(x, vector(b, 0, DIM)))
-        a = plus(a, on(plus(t, symmetric(b, T, DIM)), g))
-    return totals(a)
+        g = multiply(b[M] * load_lanes(kernels, k), subtract(x, vector(b, 0, DIM)))
+        a = add(a, symmetric_dot(add(t, symmetric(b, T, DIM)), g))
+    return lane_sums(a)
 
 
 def poisson(near, first, last, rows, i, kernels, eta2):
     """Return D [1/s], the rate at which density is lost over density, A [m/kg] and Q [1/s^2]."""
     x, u, rho = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, RHO]
-    loss = diagonal = others = all_lanes(0.0)
+    loss = diagonal = others = broadcast_lanes(0.0)
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = minus(x, vector(b, 0, DIM))
+        dx = subtract(x, vector(b, 0, DIM))
         r2 = dot(dx, dx)
-        f = b[V] * lanes_at(kernels, k)
-        loss += f * dot(minus(u, vector(b, U, DIM)), dx)
+        f = b[V] * load_lanes(kernels, k)
+        loss += f * dot(subtract(u, vector(b, U, DIM)), dx)
         densities = rho + b[RHO]
         c = f * r2 * b[RHO] / (densities * densities * (r2 + eta2))
         diagonal += c
         others += c * b[P]
-    return total(loss), 8.0 * total(diagonal), 8.0 * total(others)
+    return lane_sum(loss), 8.0 * lane_sum(diagonal), 8.0 * lane_sum(others)
 
 
 def pressure_gradient(near, first, last, rows, i, kernels, own):
     """Return sum_b (w_b P_b + w_b `own`) grad W_ab."""
-    x, a = own_vector(rows, i, 0, DIM), spread(no_vector(DIM))
+    x, a = own_vector(rows, i, 0, DIM), broadcast(no_vector(DIM))
     for k in range(first, last, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        f = (b[WP] + own * b[W]) * lanes_at(kernels, k)
-        a = plus(a, times(f, minus(x, vector(b, 0, DIM))))
-    return totals(a)
+        f = (b[WP] + own * b[W]) * load_lanes(kernels, k)
+        a = add(a, multiply(f, subtract(x, vector(b, 0, DIM))))
+    return lane_sums(a)

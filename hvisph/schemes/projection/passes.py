@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.compiler.exact_sum import add_vector, add_whole
-from hvisph.compiler.logarithmic_growth import grown
-from hvisph.compiler.tensors import divergence, dot, minus, no_vector, own_gradient, own_vector, plus, put, times
-from hvisph.compiler.tensors3d import full_gradient, in_plane, own_full_symmetric, put_full_symmetric
+from hvisph.compiler.exact_sum import add_term, add_vector
+from hvisph.compiler.logarithmic_growth import growth_factor
+from hvisph.compiler.tensors import add, divergence, dot, multiply, no_vector, own_gradient, own_vector, put, subtract
+from hvisph.compiler.tensors3d import full_gradient, own_full_symmetric, plane_components, put_full_symmetric
 from hvisph.integrators.sums import KINETIC, LENGTH, MOMENTUM, SIZE, SPEED2, SUPPORT
 
 CHUNK = 256
@@ -35,19 +35,19 @@ def stress(i, state, tags, near, rows, following, rates, materials, dt):
     state[i, S_PLASTIC_STRAIN] = plastic
     put(following, i, 0, own_vector(rows, i, 0, DIM))
     following[i, M] = state[i, S_MASS]
-    put(following, i, T, times(1.0 / (rho * rho), in_plane(s, DIM)))
+    put(following, i, T, multiply(1.0 / (rho * rho), plane_components(s, DIM)))
     put(rates, i, R_GRADIENT, l)
 
 
 def velocity(i, state, tags, near, rows, following, rates, dt, body_force):
     """Pass 2: stress divergence, and the velocity that it and the body force alone lead to."""
     listed, first, last, kernels = near
-    a = plus(stress_divergence(listed, first[i], last[i], rows, i, kernels), body_force)
+    a = add(stress_divergence(listed, first[i], last[i], rows, i, kernels), body_force)
     put(rates, i, R_ACCELERATION, a)
     # A clamped particle feels its forces, which the budget counts, and stays.
     moves = 0.0 if tags[i, 3] & np.uint32(1) else dt
     put(following, i, 0, own_vector(rows, i, 0, DIM))
-    put(following, i, U, plus(own_vector(state, i, S_VELOCITY, DIM), times(moves, a)))
+    put(following, i, U, add(own_vector(state, i, S_VELOCITY, DIM), multiply(moves, a)))
     following[i, V] = state[i, S_MASS] / state[i, S_DENSITY]
     following[i, RHO], following[i, P] = state[i, S_DENSITY], state[i, S_PRESSURE]
 
@@ -71,8 +71,8 @@ def acceleration(i, state, near, rows, rates, printed):
     listed, first, last, kernels = near
     inverse, p = 1.0 / state[i, S_DENSITY], state[i, S_PRESSURE]
     push = pressure_gradient(listed, first[i], last[i], rows, i, kernels, p * inverse * inverse if printed else p)
-    push = times(1.0 if printed else inverse, push)
-    put(rates, i, R_ACCELERATION, minus(own_vector(rates, i, R_ACCELERATION, DIM), push))
+    push = multiply(1.0 if printed else inverse, push)
+    put(rates, i, R_ACCELERATION, subtract(own_vector(rates, i, R_ACCELERATION, DIM), push))
 
 
 def carry(
@@ -90,24 +90,24 @@ def carry(
         h, mass = state[i, S_SMOOTHING_LENGTH], state[i, S_MASS]
         a = own_vector(rates, i, R_ACCELERATION, DIM)
         # What particles do not keep: the forces on clamped ones and, negative, the body force on others.
-        missing = times(-mass, body_force)
+        missing = multiply(-mass, body_force)
         if tags[i, 3] & np.uint32(1):
-            missing = plus(missing, times(mass, a))
+            missing = add(missing, multiply(mass, a))
             a = no_vector(DIM)
         if complete:
-            x = plus(x, times(dt, plus(u, times(0.5 * dt, a))))
-            u = plus(u, times(dt, a))
+            x = add(x, multiply(dt, add(u, multiply(0.5 * dt, a))))
+            u = add(u, multiply(dt, a))
             put(state, i, S_POSITION, x)
             put(state, i, S_VELOCITY, u)
             if variable:
                 expansion = divergence(own_gradient(rates, i, R_GRADIENT, DIM))
-                h = min(max(h * grown(dt * expansion / DIM), h_low), h_high)
+                h = min(max(h * growth_factor(dt * expansion / DIM), h_low), h_high)
                 state[i, S_SMOOTHING_LENGTH] = h
         speed2 = dot(u, u)
         kinetic = 0.5 * mass * speed2
-        add_whole(wholes, chunk, KINETIC, kinetic, of_energy)
+        add_term(wholes, chunk, KINETIC, kinetic, of_energy)
         size += kinetic
-        add_vector(wholes, chunk, MOMENTUM, times(mass, u), of_momentum)
+        add_vector(wholes, chunk, MOMENTUM, multiply(mass, u), of_momentum)
         add_vector(wholes, chunk, SUPPORT, missing, of_force)
         fastest, longest = max(fastest, speed2), max(longest, h)
         put(rows, i, 0, x)

@@ -9,7 +9,7 @@ import numpy as np
 
 from hvisph.compiler.jit import specialise
 from hvisph.compiler.template_binding import bind
-from hvisph.compiler.threads.parallel_for import each, shared
+from hvisph.compiler.threads.parallel_for import chunk_loop, particle_loop
 from hvisph.core.errors import RunError
 from hvisph.core.particles import Particles
 from hvisph.integrators import sums as column
@@ -126,8 +126,8 @@ class ProjectionStepper:
             layout = self._rows.layouts[number]
             summed = bind(law, {"WIDTH": layout.used_width}, named | layout.slots())
             following = self._rows.layouts[(number + 1) % 4].slots()
-            compiled.append(each(bind(loop, {law.__name__: summed}, named | following)))
-        compiled.append(shared(bind(passes.carry, {}, named | self._rows.layouts[0].slots()), passes.CHUNK))
+            compiled.append(particle_loop(bind(loop, {law.__name__: summed}, named | following)))
+        compiled.append(chunk_loop(bind(passes.carry, {}, named | self._rows.layouts[0].slots()), passes.CHUNK))
         return compiled
 
     @property

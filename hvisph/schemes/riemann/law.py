@@ -34,43 +34,51 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.compiler.tensors import (
-    aside,
+    add,
+    add_radial,
     axial,
-    beside,
+    broadcast,
     divergence,
     dot,
-    facing_aside,
+    dot_rows,
     gradient,
+    lane_sums,
     matrix,
-    minus,
+    multiply,
     no_axial,
     no_gradient,
     no_symmetric,
     no_vector,
-    on,
-    on_rows,
     outer,
     own_axial,
     own_gradient,
     own_symmetric,
     own_symmetric_gradient,
     own_vector,
-    plus,
-    plus_radial,
+    power_of_dimension,
     product,
     put,
-    radial,
-    spread,
+    radial_part,
+    subtract,
     symmetric,
+    symmetric_dot,
     symmetric_gradient,
     symmetric_outer,
-    times,
-    to_dimensions,
+    tangential_components,
+    tangential_part,
+    tangential_vector,
     torque,
-    totals,
     vector,
 )
-from hvisph.compiler.vector.api import LANES, all_lanes, anywhere, larger_lanes, largest, neighbours, total
+from hvisph.compiler.vector.api import (
+    LANES,
+    any_positive,
+    broadcast_lanes,
+    elementwise_max,
+    lane_max,
+    lane_sum,
+    neighbours,
+)
 from hvisph.sph.contact.contact_normal import is_other_body
 from hvisph.sph.contact.riemann_contact import compressive_contact, contact_geometry, coulomb_slip
 from hvisph.sph.terms.angular_momentum import spin_tractions, torque_residual
@@ -108,46 +116,47 @@ def accumulate(near, n, rows, i, constants, out):
         grad_u, grad_s = own_gradient(rows, i, GU, DIM), own_symmetric_gradient(rows, i, GT, DIM)
     if SEPARATING:
         n_other, n_surface = own_vector(rows, i, N_OTHER, DIM), own_vector(rows, i, N_SURFACE, DIM)
-    force, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
-    pair_torque, contact_moment = spread(no_axial(DIM)), spread(no_symmetric(DIM))
+    force, l, moment = broadcast(no_vector(DIM)), broadcast(no_gradient(DIM)), broadcast(no_symmetric(DIM))
+    pair_torque, contact_moment = broadcast(no_axial(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM and not CONTACT_ONLY:
         spin = own_axial(rows, i, SPIN_STRESS, DIM)
-    zero = power = closing = number = number_rate = own_number = grad_h = slip = fullness = all_lanes(0.0)
+    zero = power = closing = number = number_rate = own_number = grad_h = slip = fullness = broadcast_lanes(0.0)
     inverse_radius = 1.0 / rows[i, RING] if AXISYMMETRIC else 0.0
     inverse_rest = 1.0 / (rows[i, REST_AREA] + TINY) if AXISYMMETRIC and DENSITY_CORRECTION else 0.0
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = minus(vector(b, 0, DIM), x)
+        dx = subtract(vector(b, 0, DIM), x)
         r = np.sqrt(dot(dx, dx))
         ih, inverse_r = reciprocals(0.5 * (h + b[H]), r)
-        g, e = -2.0 * scale(ih) * slope(r * ih), times(inverse_r, dx)
+        g, e = -2.0 * scale(ih) * slope(r * ih), multiply(inverse_r, dx)
         za, zb = zn, b[ZN]
-        jump, lever = minus(vector(b, U, DIM), u), dx
+        jump, lever = subtract(vector(b, U, DIM), u), dx
         du_n = dot(jump, e)
-        approach, half, weight, other, gate = -du_n, all_lanes(0.5), all_lanes(1.0), zero, zero
+        approach, half, weight, other, gate = -du_n, broadcast_lanes(0.5), broadcast_lanes(1.0), zero, zero
         in_contact = False
         if SEPARATING:  # most vectors of neighbours hold one body alone and skip the contact
             other = is_other_body(rows, i, b, dx)
-            in_contact = anywhere(other * b[V])
+            in_contact = any_positive(other * b[V])
             if CONTACT_ONLY:
                 if not in_contact:
                     continue
                 g, approach = g * other, approach * other
             if in_contact:
                 e, g, weight, gate = contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surface)
-                half, du_n, lever = 0.5 - 0.5 * other, dot(jump, e), times(dot(dx, e), e)
-        closing = larger_lanes(closing, min(b[V] * inverse_filler, 1.0) * approach)
+                half, du_n, lever = 0.5 - 0.5 * other, dot(jump, e), multiply(dot(dx, e), e)
+        closing = elementwise_max(closing, min(b[V] * inverse_filler, 1.0) * approach)
         area = energy_area = b[V] * g
         if AXISYMMETRIC:
             mean, real = mirror_weight(b[RING], inverse_radius)
             energy_area = area * (mean * real)
 
         # Normal and tangential parts of the own traction, of its jump and of the jump of velocity.
-        ta = on(s, e)
-        step = minus(on(symmetric(b, T, DIM), e), ta)
+        ta = symmetric_dot(s, e)
+        step = subtract(symmetric_dot(symmetric(b, T, DIM), e), ta)
         ta_n, dt_n = dot(ta, e), dot(step, e)
         if DIM > 1:
-            du_t, dt_t, ta_t = beside(jump, du_n, e), beside(step, dt_n, e), beside(ta, ta_n, e)
+            du_t, dt_t = tangential_part(jump, du_n, e), tangential_part(step, dt_n, e)
+            ta_t = tangential_part(ta, ta_n, e)
 
         # Reconstruction: shares of half of the jumps by which both states move to the middle.
         moved_u = moved_t = tangential_u = tangential_t = (zero, zero)
@@ -156,13 +165,14 @@ def accumulate(near, n, rows, i, constants, out):
             if CORRECTED_VARIANT:
                 order = min(rows[i, LATTICE_ORDER], b[LATTICE_ORDER])
                 floor = limiter_floor(approach, dt_n, za, zb, rows[i, RHO] + b[RHO], order)
-            pa, pb = on_rows(grad_u, dx), on_rows(gradient(b, GU, DIM), dx)
-            qa, qb = on(on_rows(grad_s, dx), e), on(on_rows(symmetric_gradient(b, GT, DIM), dx), e)
+            pa, pb = dot_rows(grad_u, dx), dot_rows(gradient(b, GU, DIM), dx)
+            qa = symmetric_dot(dot_rows(grad_s, dx), e)
+            qb = symmetric_dot(dot_rows(symmetric_gradient(b, GT, DIM), dx), e)
             slopes_u, slopes_t = (du_n * dot(pa, e), du_n * dot(pb, e)), (dt_n * dot(qa, e), dt_n * dot(qb, e))
             moved_u, moved_t = limited_shares(du_n * du_n, slopes_u, dt_n * dt_n, slopes_t, share, floor)
             if DIM > 1:
-                slopes_u = (dot(facing_aside(pa, e), du_t), dot(facing_aside(pb, e), du_t))
-                slopes_t = (dot(facing_aside(qa, e), dt_t), dot(facing_aside(qb, e), dt_t))
+                slopes_u = (dot(tangential_components(pa, e), du_t), dot(tangential_components(pb, e), du_t))
+                slopes_t = (dot(tangential_components(qa, e), dt_t), dot(tangential_components(qb, e), dt_t))
                 tangential_u, tangential_t = limited_shares(
                     dot(du_t, du_t), slopes_u, dot(dt_t, dt_t), slopes_t, share, floor
                 )
@@ -191,39 +201,39 @@ def accumulate(near, n, rows, i, constants, out):
                 )
                 power, slip = power + energy_area * heat, slip + energy_area * heat
             if ANGULAR_MOMENTUM:
-                contact_moment = plus(contact_moment, symmetric_outer(lever, times(other * weight * area, e)))
-        us, ts = times(us_n, e), times(t_n, e)
+                contact_moment = add(contact_moment, symmetric_outer(lever, multiply(other * weight * area, e)))
+        us, ts = multiply(us_n, e), multiply(t_n, e)
         if DIM > 1:
-            us, ts = plus(us, aside(us_t, e)), plus(ts, aside(t_t, e))
+            us, ts = add(us, tangential_vector(us_t, e)), add(ts, tangential_vector(t_t, e))
 
         # Force and power.
         if ANGULAR_MOMENTUM:
-            pair_torque = plus(pair_torque, times(area, torque(dx, ts)))
+            pair_torque = add(pair_torque, multiply(area, torque(dx, ts)))
         power += energy_area * dot(ts, us)
         if ANGULAR_MOMENTUM and not CONTACT_ONLY:
-            own, its = spin_tractions(spin, axial(b, SPIN_STRESS, DIM), times(half, e))
+            own, its = spin_tractions(spin, axial(b, SPIN_STRESS, DIM), multiply(half, e))
             power += area * dot(own, jump)
-            ts = plus(ts, plus(own, its))
+            ts = add(ts, add(own, its))
         if CORRECTED_VARIANT:
             power += conducted_power(
                 energy_area * (1.0 - other), rows[i, RHO] + b[RHO], stiffening, b[ENERGY] - rows[i, ENERGY]
             )
         if AXISYMMETRIC:
-            fullness += (0.5 * weight) * area * radial(e) * radial(dx)
+            fullness += (0.5 * weight) * area * radial_part(e) * radial_part(dx)
             ts, image_power, dashpot_power = axisymmetric_traction(
                 ts, area, e, u, jump, left, zt, b[ZT], other, mean, real
             )
             power -= image_power
             power += dashpot_power
-        force = plus(force, times(area, ts))
+        force = add(force, multiply(area, ts))
 
         # Velocity gradient, moment matrix and rates of density.
-        gradient_area = times(weight * area, e)
-        l = plus(l, outer(us, gradient_area))
+        gradient_area = multiply(weight * area, e)
+        l = add(l, outer(us, gradient_area))
         if CORRECTED_VARIANT or AXISYMMETRIC:
-            moment = plus(moment, symmetric_outer(lever, gradient_area))
+            moment = add(moment, symmetric_outer(lever, gradient_area))
         if CORRECTED_VARIANT:
-            ratio = to_dimensions(1.0 + other * (b[H] / h - 1.0), dx) if VARIABLE_RESOLUTION else 1.0
+            ratio = power_of_dimension(1.0 + other * (b[H] / h - 1.0), dx) if VARIABLE_RESOLUTION else 1.0
             if AXISYMMETRIC and DENSITY_CORRECTION:
                 ratio *= b[REST_AREA] * inverse_rest
             lost = exchange_correction(
@@ -236,9 +246,10 @@ def accumulate(near, n, rows, i, constants, out):
                 number -= 0.5 * g * moving
                 own_number -= own_kernel
                 grad_h += change
-    conclude(rows, i, out, totals(force), totals(l), times(0.5, totals(moment)), total(power), largest(closing),
-             (total(number), total(number_rate), total(own_number), total(grad_h)),
-             (totals(pair_torque), times(0.5, totals(contact_moment))), total(slip), total(fullness))  # fmt: skip
+    conclude(rows, i, out, lane_sums(force), lane_sums(l), multiply(0.5, lane_sums(moment)), lane_sum(power),
+             lane_max(closing), (lane_sum(number), lane_sum(number_rate), lane_sum(own_number), lane_sum(grad_h)),
+             (lane_sums(pair_torque), multiply(0.5, lane_sums(contact_moment))), lane_sum(slip),
+             lane_sum(fullness))  # fmt: skip
 
 
 def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, torques, slip, fullness):
@@ -261,17 +272,17 @@ def conclude(rows, i, out, force, gradient_u, moment, work, closing, numbers, to
             gradient_u = product(gradient_u, sound_inverse(matrix(moment))[0])
         own, inverse_radius, radial_u = 0.0 if CONTACT_ONLY else 1.0, 1.0 / rows[i, RING], rows[i, U + 1]
         hoop_rate = hoop_share(fullness) * inverse_radius
-        hoop = (own - fullness) * radial(own_symmetric(rows, i, T, DIM)) - own * rows[i, HOOP]
+        hoop = (own - fullness) * radial_part(own_symmetric(rows, i, T, DIM)) - own * rows[i, HOOP]
         hoop = hoop * (inverse_radius if CONTACT_ONLY else hoop_rate)
-        force, work = plus_radial(force, hoop), work - hoop * radial_u
+        force, work = add_radial(force, hoop), work - hoop * radial_u
         out[i, R_HOOP] = radial_u * hoop_rate
-    write_rates(out, i, times(inverse_density, force), inverse_density * work, closing, gradient_u)
+    write_rates(out, i, multiply(inverse_density, force), inverse_density * work, closing, gradient_u)
     if ANGULAR_MOMENTUM:
         pair_torque, contact_moment = torques
-        residual = times(-0.5, pair_torque)
+        residual = multiply(-0.5, pair_torque)
         if not CONTACT_ONLY:
             residual = torque_residual(residual, moment, contact_moment, own_axial(rows, i, SPIN_STRESS, DIM))
-        put(out, i, R_SPIN, times(inverse_density, residual))
+        put(out, i, R_SPIN, multiply(inverse_density, residual))
     if SEPARATING:
         out[i, R_SLIP] = inverse_density * slip
 

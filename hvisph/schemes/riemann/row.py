@@ -9,9 +9,12 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.compiler.tensors import (
+    add,
+    broadcast,
     dot,
+    lane_sums,
     matrix,
-    minus,
+    multiply,
     no_gradient,
     no_symmetric,
     no_symmetric_gradient,
@@ -19,14 +22,11 @@ from hvisph.compiler.tensors import (
     outer,
     own_symmetric,
     own_vector,
-    plus,
     product,
     put,
-    spread,
+    subtract,
     symmetric,
     symmetric_outer,
-    times,
-    totals,
     vector,
 )
 from hvisph.compiler.vector.api import LANES, neighbours
@@ -88,34 +88,34 @@ def contact_passes(layout: RowLayout, kernel: Kernel, unlike: bool, faces: bool 
 def gradients(near, n, rows, i, constants, out):
     """Write the renormalised gradients of velocity and stress into row `i`, and where bodies lie."""
     x, u, s, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), own_symmetric(rows, i, T, DIM), rows[i, H]
-    moment, of_u = spread(no_symmetric(DIM)), spread(no_gradient(DIM))
-    of_s = spread(no_symmetric_gradient(DIM))
-    fills, ends = spread(no_vector(DIM)), spread(no_vector(DIM))
+    moment, of_u = broadcast(no_symmetric(DIM)), broadcast(no_gradient(DIM))
+    of_s = broadcast(no_symmetric_gradient(DIM))
+    fills, ends = broadcast(no_vector(DIM)), broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = minus(vector(b, 0, DIM), x)
+        dx = subtract(vector(b, 0, DIM), x)
         r = np.sqrt(dot(dx, dx))
         ih = 2.0 / (h + b[H])
-        g = times(-b[V] * scale(ih) * slope(r * ih) / r, dx)
+        g = multiply(-b[V] * scale(ih) * slope(r * ih) / r, dx)
         if SEPARATING:
             other = is_other_body(rows, i, b, dx)
-            fills = plus(fills, times(other, g))
-            g = times(1.0 - other, g)
-            ends = minus(ends, g)
+            fills = add(fills, multiply(other, g))
+            g = multiply(1.0 - other, g)
+            ends = subtract(ends, g)
         if RECONSTRUCTION:
-            moment = plus(moment, symmetric_outer(dx, g))
-            of_u = plus(of_u, outer(minus(vector(b, U, DIM), u), g))
-            of_s = plus(of_s, outer(minus(symmetric(b, T, DIM), s), g))
+            moment = add(moment, symmetric_outer(dx, g))
+            of_u = add(of_u, outer(subtract(vector(b, U, DIM), u), g))
+            of_s = add(of_s, outer(subtract(symmetric(b, T, DIM), s), g))
     if SEPARATING:
-        lacking = totals(ends)
+        lacking = lane_sums(ends)
         put(out, i, N_SURFACE, lacking)
         if VARIABLE_RESOLUTION:
             out[i, DEPTH] = depth(lacking, h, constants[DEPTH_TABLE + (DIM - 1) * ENTRIES :])
-        put(out, i, N_RAW, totals(fills))
+        put(out, i, N_RAW, lane_sums(fills))
         put(out, i, N_OTHER, no_vector(DIM))
     if RECONSTRUCTION:
-        inverse, _ = sound_inverse(matrix(totals(moment)))
+        inverse, _ = sound_inverse(matrix(lane_sums(moment)))
         if CORRECTED_VARIANT and rows[i, LATTICE_ORDER] < 0.0:  # what has failed
-            inverse = times(0.0, inverse)
-        put(out, i, GU, product(totals(of_u), inverse))
-        put(out, i, GT, product(totals(of_s), inverse))
+            inverse = multiply(0.0, inverse)
+        put(out, i, GU, product(lane_sums(of_u), inverse))
+        put(out, i, GT, product(lane_sums(of_s), inverse))

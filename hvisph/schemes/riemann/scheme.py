@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.logarithmic_growth import grown
-from hvisph.compiler.tensors import plus_identity, put, times
-from hvisph.compiler.tensors3d import in_plane
+from hvisph.compiler.logarithmic_growth import growth_factor
+from hvisph.compiler.tensors import add_identity, multiply, put
+from hvisph.compiler.tensors3d import plane_components
 from hvisph.core.particles import Particles
 from hvisph.integrators.particle_steps import WHOLE
 from hvisph.schemes.formulation import Smoothing
@@ -204,18 +204,18 @@ def _pack(rows, s, coefficients, one):
     rows[s, ZN] = one.rho * one.c_l
     # A liquid slips: a shear impedance of next to nothing, for with none at all u* of the pair is 0/0.
     rows[s, ZT] = one.rho * max(one.c_t, SHEAR_IMPEDANCE_MIN * one.c_l)
-    put(rows, s, T, in_plane(plus_identity(one.s, -one.p), DIM))
+    put(rows, s, T, plane_components(add_identity(one.s, -one.p), DIM))
     if SEPARATING:
         rows[s, BODY] = one.body
     if AXISYMMETRIC:
         rows[s, RING] = one.ring
         rows[s, HOOP] = one.s[2] - one.p
     if ANGULAR_MOMENTUM:
-        put(rows, s, SPIN_STRESS, times(0.5 * one.rho, one.spin))
+        put(rows, s, SPIN_STRESS, multiply(0.5 * one.rho, one.spin))
     if CORRECTED_VARIANT:
         rows[s, ENERGY] = one.e
     if DENSITY_CORRECTION:
-        rows[s, INV_NUMBER_DENSITY] = rows[s, V] * grown(one.lead)
+        rows[s, INV_NUMBER_DENSITY] = rows[s, V] * growth_factor(one.lead)
         rows[s, CORRECTION_DECAY], rows[s, DENSITY_RELAXATION] = relaxation_rates(
             one.lead, one.p, one.rho, one.c_l, one.h
         )

@@ -13,7 +13,7 @@ import numpy as np
 
 from hvisph.compiler.template_binding import bind
 from hvisph.compiler.tensors import SIZE
-from hvisph.compiler.threads.parallel_for import each
+from hvisph.compiler.threads.parallel_for import particle_loop
 from hvisph.schemes.riemann import law as riemann
 from hvisph.schemes.riemann import row as riemann_row
 from hvisph.sph.contact import contact_normal
@@ -137,9 +137,9 @@ class SeparatingContact:
             widths["RING"] = 1
         same = [(to[name] + k, slots[name] + k) for name, width in widths.items() for k in range(width)]
         named = {"OF_RHO": slots["RHO"], "OF_M": slots["M"], "STRESSES": self._stress}
-        pack = each(bind(frictional_passes.contact_rows, named, to))
+        pack = particle_loop(bind(frictional_passes.contact_rows, named, to))
         ways = {"DIM": dim, "ANGULAR_MOMENTUM": self._spins}
-        add = each(bind(frictional_passes.add_contact, ways, sums_of_pairs.slots(dim)))
+        add = particle_loop(bind(frictional_passes.add_contact, ways, sums_of_pairs.slots(dim)))
         taken = np.array(same, np.uint64).T.copy()
         return pack, add, (taken[0], taken[1])
 

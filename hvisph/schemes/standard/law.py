@@ -48,45 +48,45 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.compiler.tensors import (
-    about,
+    add,
+    add_identity,
+    add_last,
+    add_radial,
     axial,
+    axial_cross,
+    axial_curl,
+    broadcast,
     dot,
+    dot_rows,
     gradient,
     identity,
     inertia,
+    lane_sums,
     matrix,
-    minus,
+    multiply,
     no_axial,
     no_gradient,
     no_symmetric,
     no_vector,
-    on,
-    on_rows,
     outer,
     own_axial,
     own_gradient,
     own_symmetric,
     own_vector,
-    plus,
-    plus_identity,
-    plus_last,
-    plus_radial,
     product,
     put,
-    radial,
-    spread,
+    radial_part,
+    spin_gradient,
+    subtract,
     symmetric,
+    symmetric_dot,
     symmetric_outer,
-    times,
     torque,
-    totals,
-    turning,
     vector,
-    whirl,
 )
-from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
+from hvisph.compiler.vector.api import LANES, broadcast_lanes, elementwise_max, lane_max, lane_sum, neighbours
 from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.axisymmetric import axis_regularization, axisymmetric_pair, hoop_share, mirror_weight
 from hvisph.sph.terms.kernel_correction import HUGE
@@ -116,13 +116,13 @@ def safeguard(factor: float) -> np.ndarray:
     return np.array([factor, LEVEL]) if np.isfinite(factor) else np.array([1.0, np.inf])
 
 
-@compiled
+@inline
 def is_not_negative(x):
     """Return 1 where x >= 0, 0 elsewhere."""
     return min(max(x * HUGE + 1.0, 0.0), 1.0)
 
 
-@compiled
+@inline
 def margin(own, others, plain, factor, distance, level):
     """Return a number below 0 where a ratio to `plain` is above factor or below 1/factor, not so elsewhere.
 
@@ -134,7 +134,7 @@ def margin(own, others, plain, factor, distance, level):
     return min(factor * square - high, factor * low - square) + max((level - abs(distance)) * HUGE, 0.0)
 
 
-@compiled
+@inline
 def room(own, others, plain, dx, r, factor, level):
     """Return a number below 0 where a corrected gradient is too unlike the `plain` one, in length or along the pair."""
     along = margin(dot(own, dx), dot(others, dx), dot(plain, dx), factor, r, level)
@@ -142,7 +142,7 @@ def room(own, others, plain, dx, r, factor, level):
     return min(along, longest + max((level - r) * HUGE, 0.0))
 
 
-@compiled
+@inline
 def room_by_component(own, others, plain, dx, r, factor, level):
     """Return the same where any component is too unlike."""
     least = margin(own[0], others[0], plain[0], factor, dx[0], level)
@@ -153,11 +153,11 @@ def room_by_component(own, others, plain, dx, r, factor, level):
     return least
 
 
-@compiled
+@inline
 def turning_kept(l, moment):
     """Return the velocity gradient `l` with the turning of the neighbourhood, B = `moment`, as it is."""
     inverse, _ = sound_inverse(inertia(moment))
-    return plus(l, product(turning(on_rows(inverse, whirl(l))), minus(identity(l), matrix(moment))))
+    return add(l, product(spin_gradient(dot_rows(inverse, axial_curl(l))), subtract(identity(l), matrix(moment))))
 
 
 def accumulate(near, n, rows, i, constants, out):
@@ -177,13 +177,13 @@ def accumulate(near, n, rows, i, constants, out):
         p = rows[i, P]
         twice_alpha = 2.0 * constants[4]  # for c_a + c_b in place of their mean
     inverse_ring = 1.0 / rows[i, RING] if AXISYMMETRIC else 0.0
-    a, l, moment = spread(no_vector(DIM)), spread(no_gradient(DIM)), spread(no_symmetric(DIM))
+    a, l, moment = broadcast(no_vector(DIM)), broadcast(no_gradient(DIM)), broadcast(no_symmetric(DIM))
     if ANGULAR_MOMENTUM:
-        made, whole = spread(no_axial(DIM)), plus(matrix(t), turning(own_axial(rows, i, SPIN_STRESS, DIM)))
-    density_rate = power = mu_max = plain = all_lanes(0.0)
+        made, whole = broadcast(no_axial(DIM)), add(matrix(t), spin_gradient(own_axial(rows, i, SPIN_STRESS, DIM)))
+    density_rate = power = mu_max = plain = broadcast_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
+        dx, du = subtract(x, vector(b, 0, DIM)), subtract(u, vector(b, U, DIM))
         r2, ur = dot(dx, dx), dot(du, dx)
         hm = 0.5 * (h + b[H])
         ih = 1.0 / hm
@@ -210,24 +210,24 @@ def accumulate(near, n, rows, i, constants, out):
             share = half_share + 0.5 * b[SHARE]
             pi = pi * share
             mu = mu * share
-        mu_max = larger_lanes(mu_max, -mu * force_share if COUPLED else -mu)
+        mu_max = elementwise_max(mu_max, -mu * force_share if COUPLED else -mu)
         # g corrected by a; o, for b, corrected by b and turned round; both plain without corrections
-        g = o = mean = times(f, dx)
+        g = o = mean = multiply(f, dx)
         if CORRECTED:
             kernel = norm * hm * shape(q)
-            own_g = plus(on_rows(own_matrix, g), times(kernel, own_shift))
-            others = minus(on_rows(gradient(b, A, DIM), g), times(kernel, vector(b, B, DIM)))
+            own_g = add(dot_rows(own_matrix, g), multiply(kernel, own_shift))
+            others = subtract(dot_rows(gradient(b, A, DIM), g), multiply(kernel, vector(b, B, DIM)))
             kept = is_not_negative(room(own_g, others, g, dx, r, factor, share_of_r * r))
             left = 1.0 - kept
             plain += left
-            g, o = plus(times(kept, own_g), times(left, g)), plus(times(kept, others), times(left, g))
-            mean = times(0.5, plus(g, o))
-        own, other = on(t, g), on(symmetric(b, T, DIM), o)
+            g, o = add(multiply(kept, own_g), multiply(left, g)), add(multiply(kept, others), multiply(left, g))
+            mean = multiply(0.5, add(g, o))
+        own, other = symmetric_dot(t, g), symmetric_dot(symmetric(b, T, DIM), o)
         if ANGULAR_MOMENTUM:
-            own, other = on_rows(whole, g), plus(other, about(axial(b, SPIN_STRESS, DIM), o))
+            own, other = dot_rows(whole, g), add(other, axial_cross(axial(b, SPIN_STRESS, DIM), o))
         if PRODUCT:
-            own, other = times(rho * inverse_rho_b, own), times(rho_b * inverse_rho, other)
-        pair = times(-pi, mean)
+            own, other = multiply(rho * inverse_rho_b, own), multiply(rho_b * inverse_rho, other)
+        pair = multiply(-pi, mean)
         if ARTIFICIAL_STRESS:
             fw = shape(q) * inverse_w0
             fn = fw
@@ -235,7 +235,7 @@ def accumulate(near, n, rows, i, constants, out):
                 fn = fn * fw
             if COUPLED:
                 fn = fn * stress_share
-            pair = on(plus_identity(times(fn, plus(tensile, symmetric(b, R, DIM))), -pi), mean)
+            pair = symmetric_dot(add_identity(multiply(fn, add(tensile, symmetric(b, R, DIM))), -pi), mean)
         vf = m * inverse_rho_b
         if COUPLED:
             vf = vf * gradient_share
@@ -247,36 +247,36 @@ def accumulate(near, n, rows, i, constants, out):
             flow = twice_alpha * vf * (p - p_b) * (f * r) / (c + b[C])
             density_rate += flow
             power -= 0.5 * inverse_rho * flow * (p * inverse_rho + p_b * inverse_rho_b)
-        force, apart = plus(plus(own, pair), other), du
+        force, apart = add(add(own, pair), other), du
         if ANGULAR_MOMENTUM:
-            made = plus(made, times(m, torque(dx, plus(own, times(0.5, pair)) if ARTIFICIAL_STRESS else own)))
+            made = add(made, multiply(m, torque(dx, add(own, multiply(0.5, pair)) if ARTIFICIAL_STRESS else own)))
         if AXISYMMETRIC:
             weight, real = mirror_weight(b[RING], inverse_ring)
-            force, apart, closing = axisymmetric_pair(force, pair, du, radial(u), b[U + 1], weight, real)
-            power += (0.5 * m) * (closing * radial(pair))
+            force, apart, closing = axisymmetric_pair(force, pair, du, radial_part(u), b[U + 1], weight, real)
+            power += (0.5 * m) * (closing * radial_part(pair))
         if ANGULAR_MOMENTUM or AXISYMMETRIC:
-            moment = minus(moment, symmetric_outer(times(vf * f, dx), dx))
-        a = plus(a, times(m, force))
-        power += m * dot(apart, plus(own, times(0.5, pair)))
-        l = minus(l, outer(times(vf, du), g))
-    force, work, gradient_u = totals(a), total(power), totals(l)
+            moment = subtract(moment, symmetric_outer(multiply(vf * f, dx), dx))
+        a = add(a, multiply(m, force))
+        power += m * dot(apart, add(own, multiply(0.5, pair)))
+        l = subtract(l, outer(multiply(vf, du), g))
+    force, work, gradient_u = lane_sums(a), lane_sum(power), lane_sums(l)
     if AXISYMMETRIC:
-        fullness = totals(moment)
+        fullness = lane_sums(moment)
         gradient_u = product(gradient_u, sound_inverse(matrix(fullness))[0])
-        taken = hoop_share(radial(fullness)) * inverse_ring
-        hoop = ((1.0 - radial(fullness)) * radial(t) - rows[i, HOOP]) * rho * taken
+        taken = hoop_share(radial_part(fullness)) * inverse_ring
+        hoop = ((1.0 - radial_part(fullness)) * radial_part(t) - rows[i, HOOP]) * rho * taken
         if HYBRID:  # a Total Lagrangian ring has this from its own pass
             hoop = hoop * (1.0 - rows[i, KIND])
-        force, work = plus_radial(force, hoop), work + hoop * radial(u)
-        around = radial(u) * taken
+        force, work = add_radial(force, hoop), work + hoop * radial_part(u)
+        around = radial_part(u) * taken
         unlike = axis_regularization(gradient_u[-1], around, rows[i, RING], h)
-        gradient_u = plus_last(gradient_u, unlike)
+        gradient_u = add_last(gradient_u, unlike)
         out[i, R_HOOP] = around - unlike
     if ANGULAR_MOMENTUM:
-        gradient_u = turning_kept(gradient_u, totals(moment))
-        put(out, i, R_SPIN, totals(made))
-    write_rates(out, i, force, -work, largest(mu_max), gradient_u)
+        gradient_u = turning_kept(gradient_u, lane_sums(moment))
+        put(out, i, R_SPIN, lane_sums(made))
+    write_rates(out, i, force, -work, lane_max(mu_max), gradient_u)
     if MASS_FORM or DISSIPATION:
-        out[i, R_DENSITY] = inverse_rho * total(density_rate)
+        out[i, R_DENSITY] = inverse_rho * lane_sum(density_rate)
     if CORRECTED:
-        rows[i, FALLBACKS] = max(rows[i, FALLBACKS], total(plain))  # all of them, where it falls back as a whole
+        rows[i, FALLBACKS] = max(rows[i, FALLBACKS], lane_sum(plain))  # all of them, where it falls back as a whole

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from hvisph.compiler.template_binding import bind
-from hvisph.compiler.tensors import plus_identity, put, times
-from hvisph.compiler.tensors3d import in_plane
+from hvisph.compiler.tensors import add_identity, multiply, put
+from hvisph.compiler.tensors3d import plane_components
 from hvisph.core.particles import Particles
 from hvisph.schemes.formulation import Smoothing
 from hvisph.schemes.stepper import Stepper
@@ -224,16 +224,16 @@ class Eulerian:
 def _pack(rows, s, coefficients, one):
     """Write what the standard law reads of `one`; return the speed of signals without the |mu| term."""
     inverse2 = 1.0 / (one.rho * one.rho)
-    stress = in_plane(plus_identity(one.s, -one.p), DIM)
+    stress = plane_components(add_identity(one.s, -one.p), DIM)
     put(rows, s, 0, one.x)
     put(rows, s, U, one.u)
     rows[s, H] = one.h
     rows[s, M] = one.mass
     rows[s, RHO] = one.rho
     rows[s, C] = one.c
-    put(rows, s, T, times(inverse2, stress))
+    put(rows, s, T, multiply(inverse2, stress))
     if ARTIFICIAL_STRESS:
-        put(rows, s, R, times(-coefficients[3] * inverse2, tensile_part(stress)))
+        put(rows, s, R, multiply(-coefficients[3] * inverse2, tensile_part(stress)))
     if SEPARATING:
         rows[s, BODY] = one.body
         rows[s, ZN] = one.rho * one.c_l
@@ -242,7 +242,7 @@ def _pack(rows, s, coefficients, one):
         rows[s, RING] = one.ring
         rows[s, HOOP] = (one.s[2] - one.p) * inverse2
     if ANGULAR_MOMENTUM:
-        put(rows, s, SPIN_STRESS, times(0.5 * one.rho * inverse2, one.spin))
+        put(rows, s, SPIN_STRESS, multiply(0.5 * one.rho * inverse2, one.spin))
     if DISSIPATION:
         rows[s, P] = one.p
         return one.c_l + 1.2 * (coefficients[0] + coefficients[4]) * one.c

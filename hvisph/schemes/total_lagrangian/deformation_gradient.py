@@ -26,53 +26,53 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.logarithmic_growth import grown
+from hvisph.compiler.jit import inline
+from hvisph.compiler.logarithmic_growth import growth_factor
 from hvisph.compiler.tensors import (
+    add,
+    add_identity,
     adjugate,
     determinant,
     divergence,
     dot,
+    dot_rows,
     double_dot,
     identity,
     matrix,
-    minus,
+    multiply,
     no_vector,
-    on_rows,
     outer,
     own_columns,
     own_gradient,
     own_symmetric,
     own_vector,
-    plus,
-    plus_identity,
     product,
     put,
-    times,
-    transposed,
+    subtract,
+    transpose,
 )
-from hvisph.compiler.tensors3d import full_gradient, stretching, with_zz
-from hvisph.compiler.vector.api import LANES, fetch, many, put_row_lanes, row_lanes
-from hvisph.compiler.vector.partition import NONE, listed
+from hvisph.compiler.tensors3d import full_gradient, replace_zz, symmetric_part
+from hvisph.compiler.vector.api import LANES, fetch, gather, load_row_lanes, put_row_lanes
+from hvisph.compiler.vector.partition import NONE, list_equal_keys
 from hvisph.compiler.vector.prefetch import fetch_row
 from hvisph.sph.terms.viscosity import shear_share
 
 CHUNK = 256
 
 
-@compiled
+@inline
 def equivalent_strain(f, hoop):
     """Return the equivalent of the deviatoric Green-Lagrange strain, sqrt(2/3 E':E'), of a deformation gradient.
 
     `hoop` is the stretch out of the plane, 1 of all but rings.
     """
-    full = full_gradient(times(0.5, minus(product(transposed(f), f), identity(f))))
-    e = stretching(with_zz(full, full[8] + 0.5 * (hoop * hoop - 1.0)))
-    e = plus_identity(e, (-1.0 / 3.0) * (e[0] + e[1] + e[2]))
+    full = full_gradient(multiply(0.5, subtract(product(transpose(f), f), identity(f))))
+    e = symmetric_part(replace_zz(full, full[8] + 0.5 * (hoop * hoop - 1.0)))
+    e = add_identity(e, (-1.0 / 3.0) * (e[0] + e[1] + e[2]))
     return np.sqrt((2.0 / 3.0) * double_dot(e, e))
 
 
-@compiled
+@inline
 def secant_modulus(modulus, inverse_yield, plastic_strain, damage):
     """Return the stiffness [Pa] that is left of Young's modulus E after plastic flow: sigma over strain."""
     return modulus / (1.0 + modulus * inverse_yield * plastic_strain) * (1.0 - min(damage, 1.0))
@@ -83,7 +83,7 @@ def move(i, rows, motions):
 
     What the passes over neighbours read of each stands side by side, at rest zero: there is nothing for round-off.
     """
-    put(motions, i, 0, minus(own_vector(rows, i, 0, DIM), own_vector(rows, i, X0, DIM)))
+    put(motions, i, 0, subtract(own_vector(rows, i, 0, DIM), own_vector(rows, i, X0, DIM)))
     put(motions, i, DIM, own_vector(rows, i, U, DIM))
 
 
@@ -93,23 +93,23 @@ def collect(motions, i, lists, sums, k):
     Displacement and velocity of a neighbour are lanes of a vector, which a component of its slope multiplies.
     """
     starts, near, codes, kernels = lists
-    own = row_lanes(motions, np.uint64(i), MOTIONS)
-    of_slope, of_shape = times(0.0, outer(no_vector(DIM), own)), times(0.0, own)
+    own = load_row_lanes(motions, np.uint64(i), MOTIONS)
+    of_slope, of_shape = multiply(0.0, outer(no_vector(DIM), own)), multiply(0.0, own)
     for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
         code = np.uint64(codes[entry])
-        apart = minus(row_lanes(motions, np.uint64(near[entry]), MOTIONS), own)
-        of_slope = plus(of_slope, outer(own_vector(kernels, code, 0, DIM), apart))
-        of_shape = plus(of_shape, times(kernels[code, DIM], apart))
+        apart = subtract(load_row_lanes(motions, np.uint64(near[entry]), MOTIONS), own)
+        of_slope = add(of_slope, outer(own_vector(kernels, code, 0, DIM), apart))
+        of_shape = add(of_shape, multiply(kernels[code, DIM], apart))
     put_row_lanes(sums, np.uint64(k), of_slope + of_shape)
 
 
 def load_deformation(sums, k, i, corrections):
     """Return the deformation gradient of particle `i`, and its rate, from row `k` of what `collect` wrote."""
-    turned, shift = transposed(own_gradient(corrections[0], i, 0, DIM)), own_vector(corrections[1], i, 0, DIM)
+    turned, shift = transpose(own_gradient(corrections[0], i, 0, DIM)), own_vector(corrections[1], i, 0, DIM)
     f = product(own_columns(sums, k, 0, STRIDE, DIM), turned)
     rate = product(own_columns(sums, k, DIM, STRIDE, DIM), turned)
-    f = plus(f, outer(own_vector(sums, k, SHAPED, DIM), shift))
-    return plus(f, identity(f)), plus(rate, outer(own_vector(sums, k, RATE_SHAPED, DIM), shift))
+    f = add(f, outer(own_vector(sums, k, SHAPED, DIM), shift))
+    return add(f, identity(f)), add(rate, outer(own_vector(sums, k, RATE_SHAPED, DIM), shift))
 
 
 def show(rows, i, stress, f, j, inverse, corrections):
@@ -117,14 +117,14 @@ def show(rows, i, stress, f, j, inverse, corrections):
     a, b = own_gradient(corrections[0], i, 0, DIM), own_vector(corrections[1], i, 0, DIM)
     put(rows, i, Q, product(stress, a))
     if MIXED:
-        put(rows, i, QW, on_rows(stress, b))
+        put(rows, i, QW, dot_rows(stress, b))
     if PRINTED:
-        turned = transposed(inverse)
+        turned = transpose(inverse)
         put(rows, i, N, product(turned, a))
-        put(rows, i, NW, on_rows(turned, b))
+        put(rows, i, NW, dot_rows(turned, b))
         rows[i, IJ] = 1.0 / j
     if HOURGLASS:
-        put(rows, i, EF, times(rows[i, EM], f))
+        put(rows, i, EF, multiply(rows[i, EM], f))
 
 
 def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, results, rates):
@@ -152,7 +152,7 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
     section = swellings[i] * of_list
     stretch = rows[i, RING] / rows[i, RING0] if AXISYMMETRIC else 1.0
     j = section * stretch
-    inverse = times(1.0 / of_list, adjugate(f))
+    inverse = multiply(1.0 / of_list, adjugate(f))
     strain = equivalent_strain(f, stretch)
     jacobians[i], strains[i] = j, strain
     if RENEWS:
@@ -169,7 +169,7 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
         if AXISYMMETRIC:
             hoop = rows[i, U + 1] / rows[i, RING]
             rates[i, R_HOOP] = hoop
-            full, swelling = with_zz(full, hoop), swelling + hoop
+            full, swelling = replace_zz(full, hoop), swelling + hoop
         # mass over volume; of rings both are those of the section
         rho = rows[i, M] / (volume[i] * section)
         memory = state[i, S_HISTORY_VARIABLE] if REMEMBERS else 1.0
@@ -180,10 +180,10 @@ def deform_lanes(rows, particles, alike, sums, corrections, materials, ahead, re
         pressures[i] = p
         rows[i, RHO] = rho
         rows[i, C] = shear_share(full) * c if SHEARS else c
-        state[i, S_DENSITY] = rho * grown(stage * swelling)
+        state[i, S_DENSITY] = rho * growth_factor(stage * swelling)
     pressure = pressures[i] + loads[i]
-    sigma = plus_identity(own_symmetric(rows, i, S, DIM), -pressure)
-    stress = times(j, product(matrix(sigma), transposed(inverse)))
+    sigma = add_identity(own_symmetric(rows, i, S, DIM), -pressure)
+    stress = multiply(j, product(matrix(sigma), transpose(inverse)))
     show(rows, i, stress, f, j, inverse, corrections)
     if AXISYMMETRIC:
         if tied:
@@ -207,7 +207,7 @@ def deform(chunk, count, rows, motions, active, eulerian, particles, lists, corr
     Parameters
     ----------
     chunk, count
-        See `compiler.threads.parallel_for.shared`.
+        See `compiler.threads.parallel_for.chunk_loop`.
     rows
         Packed rows (n + images + 1, width): positions and velocities of the stage; Q, and of Total
         Lagrangian particles density and sound speed, are written.
@@ -249,7 +249,7 @@ def deform(chunk, count, rows, motions, active, eulerian, particles, lists, corr
         keys[i - first] = own if active[i] != 0 else np.uint64(NONE)
     key = np.uint64(0)
     while key != np.uint64(NONE):
-        n, above = listed(keys, end - first, first, key, found)
+        n, above = list_equal_keys(keys, end - first, first, key, found)
         for k in range(np.uint64(0), n, np.uint64(LANES)):
             for lane in range(np.uint64(LANES)):
                 of_lane[lane] = min(lane, n - k - np.uint64(1))
@@ -262,13 +262,13 @@ def deform(chunk, count, rows, motions, active, eulerian, particles, lists, corr
                     fetch(state, own, np.uint64(S_DENSITY))
                     collect(motions, own, lists, sums, lane)
             deform_lanes(
-                many(rows, found, k),
-                (many(state, found, k), many(volume, found, k), many(loads, found, k), many(swellings, found, k),
-                 many(before, found, k)),
-                (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)), many(sums, of_lane, np.uint64(0)),
-                (many(a, found, k), many(b, found, k), many(start, found, k)), materials, ahead,
-                (many(jacobians, found, k), many(strains, found, k), many(latest, found, k),
-                 many(pressures, found, k), many(signals, found, k)), many(rates, found, k))  # fmt: skip
+                gather(rows, found, k),
+                (gather(state, found, k), gather(volume, found, k), gather(loads, found, k),
+                 gather(swellings, found, k), gather(before, found, k)),
+                (key >> np.uint64(1), (key & np.uint64(1)) == np.uint64(1)), gather(sums, of_lane, np.uint64(0)),
+                (gather(a, found, k), gather(b, found, k), gather(start, found, k)), materials, ahead,
+                (gather(jacobians, found, k), gather(strains, found, k), gather(latest, found, k),
+                 gather(pressures, found, k), gather(signals, found, k)), gather(rates, found, k))  # fmt: skip
         key = above
 
 

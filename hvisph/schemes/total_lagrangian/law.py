@@ -25,23 +25,23 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.compiler.tensors import (
+    add,
+    broadcast,
     dot,
+    dot_rows,
     gradient,
-    minus,
+    lane_sums,
+    multiply,
     no_vector,
-    on_rows,
     own_gradient,
     own_vector,
-    plus,
     put,
-    radial,
-    scaled_apart,
-    spread,
-    times,
-    totals,
+    radial_part,
+    scale_radial,
+    subtract,
     vector,
 )
-from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
+from hvisph.compiler.vector.api import LANES, broadcast_lanes, elementwise_max, lane_max, lane_sum, neighbours
 from hvisph.compiler.vector.prefetch import fetch_rows
 from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
 from hvisph.sph.terms.axisymmetric import axisymmetric_jump, mirror_weight
@@ -102,86 +102,86 @@ def accumulate(i, rows, active, which, volume, lists, sums, viscosity, hourglass
         inverse_rho0 *= rows[i, RING0] / rows[i, RING]
         inverse_ring, inverse_ring0 = 1.0 / rows[i, RING], 1.0 / rows[i, RING0]
     factor = scale(ih)
-    a, power, mu_max = spread(no_vector(DIM)), all_lanes(0.0), all_lanes(0.0)
+    a, power, mu_max = broadcast(no_vector(DIM)), broadcast_lanes(0.0), broadcast_lanes(0.0)
     for k in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)]), np.uint64(LANES)):
         if DIM > 2:  # flat bodies find them in a cache
             fetch_rows(rows, near, k + np.uint64(AHEAD), WIDTH if COUPLED else WIDTH - 1)
         b = neighbours(rows, near, k, WIDTH)
-        dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
+        dx, du = subtract(x, vector(b, 0, DIM)), subtract(u, vector(b, U, DIM))
         r2, ur = dot(dx, dx), dot(du, dx)
         kernel = neighbours(kernels, codes, k, WEIGHTS)
         g = vector(kernel, 0, DIM)
-        other = on_rows(gradient(b, Q, DIM), g)
+        other = dot_rows(gradient(b, Q, DIM), g)
         if MIXED or HOURGLASS or PRINTED:
             w = kernel[DIM]
         if MIXED:
-            other = minus(other, times(w, vector(b, QW, DIM)))
+            other = subtract(other, multiply(w, vector(b, QW, DIM)))
         # What belongs to the pair, with half of its work for each side.
         r = np.sqrt(r2)
         soft = r2 + SOFTENING * h * h
         densities = rho + b[RHO]
         inverse = 1.0 / (r * soft * densities)
         mu = approach(h, ur, inverse * r * densities)
-        mu_max = larger_lanes(mu_max, -mu)
+        mu_max = elementwise_max(mu_max, -mu)
         pi = monaghan(mu, alpha, beta, c + b[C], inverse * r * soft)
         if PRINTED:
-            both = plus(times(b[IJ], n), times(ij, gradient(b, N, DIM)))
-            both_w = minus(times(b[IJ], nw), times(ij, vector(b, NW, DIM)))
-            pair = times(-0.5 * pi / (inverse_rho0 * inverse_rho0), plus(on_rows(both, g), times(w, both_w)))
+            both = add(multiply(b[IJ], n), multiply(ij, gradient(b, N, DIM)))
+            both_w = subtract(multiply(b[IJ], nw), multiply(ij, vector(b, NW, DIM)))
+            pair = multiply(-0.5 * pi / (inverse_rho0 * inverse_rho0), add(dot_rows(both, g), multiply(w, both_w)))
         else:
             gradient_r = factor * slope(r * ih) * (inverse * soft * densities)
-            pair = times(-pi * b[M] * gradient_r / inverse_rho0, dx)
+            pair = multiply(-pi * b[M] * gradient_r / inverse_rho0, dx)
         apart = du
         if AXISYMMETRIC:
             weight, real = mirror_weight(b[RING0], inverse_ring0)
-            other = times(weight, other)
+            other = multiply(weight, other)
             # of an image over the axis: the radial work of the two real rings
-            apart = axisymmetric_jump(du, radial(u), b[U + 1], real)
+            apart = axisymmetric_jump(du, radial_part(u), b[U + 1], real)
             if PRINTED:
-                pair = times(weight, pair)
+                pair = multiply(weight, pair)
             else:  # of the viscosity that of a mirror
                 now = mirror_weight(b[RING], inverse_ring)[0]
-                pair = times(now + (1.0 - real) * (1.0 - 2.0 * now), pair)
-                closing = (1.0 - real) * (radial(du) - radial(apart))
-                mirrored = 0.5 * closing * radial(pair)
+                pair = multiply(now + (1.0 - real) * (1.0 - 2.0 * now), pair)
+                closing = (1.0 - real) * (radial_part(du) - radial_part(apart))
+                mirrored = 0.5 * closing * radial_part(pair)
         if HOURGLASS:
             # Errors of the distances that F_a and F_b predict, along the pair, times E_a and E_b. Each sum over
             # the sides comes first, and nothing else tells them apart: both round what is left alike.
-            from_b = minus(x0, vector(b, X0, DIM))
-            predicted = on_rows(plus(own_ef, gradient(b, EF, DIM)), from_b)
-            error = dot(minus(predicted, times(own_modulus + b[EM], dx)), dx)
+            from_b = subtract(x0, vector(b, X0, DIM))
+            predicted = dot_rows(add(own_ef, gradient(b, EF, DIM)), from_b)
+            error = dot(subtract(predicted, multiply(own_modulus + b[EM], dx)), dx)
             # the far row's infinite distance meets a zero in w
             strength = 0.5 * hourglass * w * error / (dot(from_b, from_b) * r2)
             if AXISYMMETRIC:
                 strength = strength * weight
-            pair = plus(pair, times(strength, dx))
+            pair = add(pair, multiply(strength, dx))
         if BY_PAIRS:
-            share = 0.5 * (kind + b[KIND]) * inverse_rho0 if COUPLED else all_lanes(inverse_rho0)
-            own = on_rows(q, g)
+            share = 0.5 * (kind + b[KIND]) * inverse_rho0 if COUPLED else broadcast_lanes(inverse_rho0)
+            own = dot_rows(q, g)
             if MIXED:
-                own = plus(own, times(w, qw))
+                own = add(own, multiply(w, qw))
             if AXISYMMETRIC:
-                own = times(weight, own)
-            force = plus(plus(own, other), pair)
+                own = multiply(weight, own)
+            force = add(add(own, other), pair)
             if AXISYMMETRIC:
-                force = scaled_apart(force, real, 1.0)
-            a = plus(a, times(share, force))
-            power += share * dot(apart, plus(own, times(0.5, pair)))
+                force = scale_radial(force, real, 1.0)
+            a = add(a, multiply(share, force))
+            power += share * dot(apart, add(own, multiply(0.5, pair)))
             if AXISYMMETRIC and not PRINTED:
                 power += share * mirrored
         else:
-            a = plus(a, plus(other, pair))
+            a = add(a, add(other, pair))
             power += dot(du, pair)
     if AXISYMMETRIC:
-        put(rates, i, R_ACCELERATION, plus(own_vector(rates, i, R_ACCELERATION, DIM), totals(a)))
-        rates[i, R_POWER] -= total(power)
+        put(rates, i, R_ACCELERATION, add(own_vector(rates, i, R_ACCELERATION, DIM), lane_sums(a)))
+        rates[i, R_POWER] -= lane_sum(power)
     elif BY_PAIRS:
-        put(rates, i, R_ACCELERATION, totals(a))
-        rates[i, R_POWER] = -total(power)
+        put(rates, i, R_ACCELERATION, lane_sums(a))
+        rates[i, R_POWER] = -lane_sum(power)
     else:
-        whole = plus(totals(a), on_rows(q, own_vector(first_sums, i, 0, DIM)))
+        whole = add(lane_sums(a), dot_rows(q, own_vector(first_sums, i, 0, DIM)))
         if MIXED:
-            whole = plus(whole, times(zeroth_sums[i], qw))
-        put(rates, i, R_ACCELERATION, times(inverse_rho0, whole))
-        rates[i, R_POWER] -= 0.5 * inverse_rho0 * total(power)
-    rates[i, R_APPROACH] = largest(mu_max)
+            whole = add(whole, multiply(zeroth_sums[i], qw))
+        put(rates, i, R_ACCELERATION, multiply(inverse_rho0, whole))
+        rates[i, R_POWER] -= 0.5 * inverse_rho0 * lane_sum(power)
+    rates[i, R_APPROACH] = lane_max(mu_max)

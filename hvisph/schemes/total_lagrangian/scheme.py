@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.compiler.tensors import put
-from hvisph.compiler.tensors3d import in_plane
+from hvisph.compiler.tensors3d import plane_components
 from hvisph.integrators.particle_steps import WHOLE
 from hvisph.schemes.adaptive.conversion import Conversion
 from hvisph.schemes.adaptive.stepper import CompositeStepper
@@ -194,7 +194,7 @@ def _pack(rows, s, coefficients, one):
     rows[s, C] = one.c
     rows[s, H] = one.h
     rows[s, E] = one.e
-    put(rows, s, S, in_plane(one.s, DIM))
+    put(rows, s, S, plane_components(one.s, DIM))
     if AXISYMMETRIC:
         rows[s, RING] = one.ring
     return one.c_l + 1.2 * coefficients[0] * one.c

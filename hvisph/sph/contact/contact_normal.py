@@ -26,8 +26,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.tensors import dot, minus, no_vector, own_vector, plus, put, spread, times, totals, vector
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import (
+    add,
+    broadcast,
+    dot,
+    lane_sums,
+    multiply,
+    no_vector,
+    own_vector,
+    put,
+    subtract,
+    vector,
+)
 from hvisph.compiler.vector.api import LANES, neighbours
 from hvisph.sph.terms.limiters import TINY
 
@@ -55,20 +66,20 @@ def is_other_body(rows, i, b, dx):
 def smooth_normals(near, n, rows, i, constants, out):
     """Write F of particle `i` into its row: the law of a pass over those that meet another body."""
     x, h, rough = own_vector(rows, i, 0, DIM), rows[i, H], own_vector(rows, i, N_RAW, DIM)
-    mean = spread(no_vector(DIM))
+    mean = broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx, ih = minus(vector(b, 0, DIM), x), 2.0 / (h + b[H])
-        its = times(1.0 - 2.0 * is_other_body(rows, i, b, dx), vector(b, N_RAW, DIM))
+        dx, ih = subtract(vector(b, 0, DIM), x), 2.0 / (h + b[H])
+        its = multiply(1.0 - 2.0 * is_other_body(rows, i, b, dx), vector(b, N_RAW, DIM))
         alike = max(dot(rough, its), 0.0)
         alike = alike * alike / (dot(rough, rough) * dot(its, its) + TINY)
         flat = scale(ih) / ih * max(1.0 - dot(dx, dx) * ih * ih / REACH2, 0.0)
-        mean = plus(mean, times(b[V] * flat * alike, its))
-    along = plus(totals(mean), times(rows[i, V] * scale(1.0 / h) * h, rough))
-    put(out, i, N_OTHER, times(dot(rough, along) / dot(along, along), along))
+        mean = add(mean, multiply(b[V] * flat * alike, its))
+    along = add(lane_sums(mean), multiply(rows[i, V] * scale(1.0 / h) * h, rough))
+    put(out, i, N_OTHER, multiply(dot(rough, along) / dot(along, along), along))
 
 
-@compiled
+@inline
 def contact_frame(e, other, fills_a, fills_b, ends_a, ends_b):
     """Return the pair's normal, the cosine that scales its kernel slope, and its gate.
 
@@ -81,16 +92,16 @@ def contact_frame(e, other, fills_a, fills_b, ends_a, ends_b):
     fills_a, fills_b, ends_a, ends_b
         F and O of both.
     """
-    fills = minus(fills_a, fills_b)
+    fills = subtract(fills_a, fills_b)
     size = np.sqrt(dot(fills, fills)) + TINY
-    n = times(1.0 / size, fills)
-    gate = (size / (max(dot(minus(ends_a, ends_b), n), 0.0) + TINY) - OPEN) * (1.0 / (CLOSED - OPEN))
+    n = multiply(1.0 / size, fills)
+    gate = (size / (max(dot(subtract(ends_a, ends_b), n), 0.0) + TINY) - OPEN) * (1.0 / (CLOSED - OPEN))
     cosine = dot(n, e)
     turned = other * max(np.copysign(1.0, cosine - NORMAL_COSINE_MIN), 0.0)
-    return plus(e, times(turned, minus(n, e))), 1.0 + turned * (cosine - 1.0), min(max(gate, 0.0), 1.0)
+    return add(e, multiply(turned, subtract(n, e))), 1.0 + turned * (cosine - 1.0), min(max(gate, 0.0), 1.0)
 
 
-@compiled
+@inline
 def faces_each_other(face_a, face_b, dx):
     """Return 1 where one of two particles of a body lies in front of the other's face, else 0.
 

@@ -39,23 +39,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.compiler.tensors import (
+    add,
+    add_radial,
+    broadcast,
     dot,
-    minus,
+    lane_sums,
+    multiply,
     no_gradient,
     no_vector,
     own_vector,
-    plus,
-    plus_radial,
     put,
-    radial,
-    spread,
-    times,
-    totals,
+    radial_part,
+    subtract,
     vector,
 )
-from hvisph.compiler.vector.api import LANES, all_lanes, larger_lanes, largest, neighbours, total
+from hvisph.compiler.vector.api import LANES, broadcast_lanes, elementwise_max, lane_max, lane_sum, neighbours
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.neighbours.pairs import Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
@@ -160,10 +160,10 @@ def _facing(kernel: Kernel, h_over_dx: float, dim: int) -> tuple[np.ndarray, np.
     return np.array(filled), np.array(slope)
 
 
-@compiled
+@inline
 def was_outside_reach(dx, d_a, d_b, reach2):
     """Return 1 where a pair, `dx` apart now with displacements `d_a`, `d_b`, was beyond `reach2` in the reference."""
-    then = minus(dx, minus(d_a, d_b))
+    then = subtract(dx, subtract(d_a, d_b))
     return max(np.copysign(1.0, dot(then, then) - reach2), 0.0)
 
 
@@ -186,10 +186,10 @@ def against(rows, i, b, dx, reach2):
 def fill(near, n, rows, i, constants, out):
     """Write p, g, phi and its gradient of particle `i` into its row."""
     x, h = own_vector(rows, i, 0, DIM), rows[i, H]
-    filled, steep, fills = all_lanes(0.0), all_lanes(0.0), spread(no_vector(DIM))
+    filled, steep, fills = broadcast_lanes(0.0), broadcast_lanes(0.0), broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = minus(x, vector(b, 0, DIM))
+        dx = subtract(x, vector(b, 0, DIM))
         other = against(rows, i, b, dx, constants[3] * h * h)
         ih = 2.0 / (h + b[H])
         r = np.sqrt(dot(dx, dx))
@@ -198,13 +198,13 @@ def fill(near, n, rows, i, constants, out):
         g = volume * abs(slope(r * ih))
         steep += g
         if FRICTION:
-            fills = plus(fills, times(-g / r, dx))
-    phi = total(filled)
+            fills = add(fills, multiply(-g / r, dx))
+    phi = lane_sum(filled)
     pressed = max(phi - rows[i, START], 0.0)
     out[i, START] = phi
-    out[i, P], out[i, G] = pressed, total(steep) if pressed > 0.0 else 0.0
+    out[i, P], out[i, G] = pressed, lane_sum(steep) if pressed > 0.0 else 0.0
     if FRICTION:
-        put(out, i, N_OTHER, totals(fills))
+        put(out, i, N_OTHER, lane_sums(fills))
 
 
 def accumulate(near, n, rows, i, constants, out):
@@ -217,11 +217,11 @@ def accumulate(near, n, rows, i, constants, out):
     own_p, own_g = own_k * rows[i, P], rows[i, G]
     if FRICTION:
         fills = own_vector(rows, i, N_OTHER, DIM)
-    a = spread(no_vector(DIM))
-    power = omega2 = rubbed = widened = all_lanes(0.0)
+    a = broadcast(no_vector(DIM))
+    power = omega2 = rubbed = widened = broadcast_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx, du = minus(x, vector(b, 0, DIM)), minus(u, vector(b, U, DIM))
+        dx, du = subtract(x, vector(b, 0, DIM)), subtract(u, vector(b, U, DIM))
         other = against(rows, i, b, dx, constants[3] * h * h)
         ih = 2.0 / (h + b[H])
         r = np.sqrt(dot(dx, dx))
@@ -232,28 +232,28 @@ def accumulate(near, n, rows, i, constants, out):
             its_k = its_k * (abs(b[RING]) / rows[i, RING])
             widened += its_k * b[P] * volume * shape(r * ih) / ih
         push = own_p + its_k * b[P]
-        force = times(push * steep / r, dx)
+        force = multiply(push * steep / r, dx)
         power += dot(force, du)
         stiff = its_k * b[G] * steep + push * volume * constants[1] * ih
         omega2 += stiff
         if FRICTION:
-            n_ab = minus(vector(b, N_OTHER, DIM), fills)
-            n_ab = times(1.0 / (np.sqrt(dot(n_ab, n_ab)) + TINY), n_ab)
-            du = minus(du, times(dot(du, n_ab), n_ab))
+            n_ab = subtract(vector(b, N_OTHER, DIM), fills)
+            n_ab = multiply(1.0 / (np.sqrt(dot(n_ab, n_ab)) + TINY), n_ab)
+            du = subtract(du, multiply(dot(du, n_ab), n_ab))
             slip = np.sqrt(dot(du, du)) + TINY
             stiff = (own_k * own_g + its_k * b[G]) * steep
             sticks = STICKING * np.sqrt(stiff * min(own_m, b[M]) / rows[i, V]) * slip
             held = min(abs(constants[2] * dot(force, n_ab)), sticks)
-            force = minus(force, times(held / slip, du))
+            force = subtract(force, multiply(held / slip, du))
             rubbed += held * slip
-        a = plus(a, force)
-    acceleration, work = times(scale_own, totals(a)), -0.5 * scale_own * total(power)
+        a = add(a, force)
+    acceleration, work = multiply(scale_own, lane_sums(a)), -0.5 * scale_own * lane_sum(power)
     if AXISYMMETRIC:  # what widens has less of a section, and fills less
-        outwards = scale_own * total(widened) / rows[i, RING]
-        acceleration, work = plus_radial(acceleration, outwards), work - outwards * radial(u)
-    curvature = own_k * own_g * own_g + total(omega2)
+        outwards = scale_own * lane_sum(widened) / rows[i, RING]
+        acceleration, work = add_radial(acceleration, outwards), work - outwards * radial_part(u)
+    curvature = own_k * own_g * own_g + lane_sum(omega2)
     write_rates(out, i, acceleration, work, 2.0 * scale_own * curvature, no_gradient(DIM))
-    out[i, R_SLIP] = 0.5 * scale_own * total(rubbed)
+    out[i, R_SLIP] = 0.5 * scale_own * lane_sum(rubbed)
 
 
 def contact_search(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, Pass]:
@@ -265,12 +265,12 @@ def contact_search(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, Pas
 def look(near, n, rows, i, constants, out):
     """Find phi of particle `i`, in place of power, and whether far parts of its body are near, 1 in place of |mu|."""
     x, d, h, body = own_vector(rows, i, 0, DIM), own_vector(rows, i, D, DIM), rows[i, H], rows[i, BODY]
-    filled, folded, reach2 = all_lanes(0.0), all_lanes(0.0), constants[0] * h * h
+    filled, folded, reach2 = broadcast_lanes(0.0), broadcast_lanes(0.0), constants[0] * h * h
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx, ih = minus(x, vector(b, 0, DIM)), 2.0 / (h + b[H])
+        dx, ih = subtract(x, vector(b, 0, DIM)), 2.0 / (h + b[H])
         other = min(abs(body - b[BODY]), 1.0)
         filled += other * b[V] * scale(ih) / ih * shape(np.sqrt(dot(dx, dx)) * ih)
         there = min(b[V] * 1e300, 1.0)  # no padding
-        folded = larger_lanes(folded, there * (1.0 - other) * was_outside_reach(dx, d, vector(b, D, DIM), reach2))
-    write_rates(out, i, no_vector(DIM), total(filled), largest(folded), no_gradient(DIM))
+        folded = elementwise_max(folded, there * (1.0 - other) * was_outside_reach(dx, d, vector(b, D, DIM), reach2))
+    write_rates(out, i, no_vector(DIM), lane_sum(filled), lane_max(folded), no_gradient(DIM))

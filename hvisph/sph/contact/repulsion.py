@@ -30,20 +30,20 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvisph.compiler.tensors import (
+    add,
+    add_radial,
+    broadcast,
     dot,
-    minus,
+    lane_sums,
+    multiply,
     no_gradient,
     no_vector,
     own_vector,
-    plus,
-    plus_radial,
-    radial,
-    spread,
-    times,
-    totals,
+    radial_part,
+    subtract,
     vector,
 )
-from hvisph.compiler.vector.api import LANES, all_lanes, neighbours, total
+from hvisph.compiler.vector.api import LANES, broadcast_lanes, lane_sum, neighbours
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.neighbours.pairs import Pass
 from hvisph.sph.neighbours.particle_layout import RowLayout, select_fields
@@ -93,12 +93,12 @@ class Contact:
         at_spacing = kernel.value(dx, h, dim)
         reach = int(kernel.reach * h_over_dx) + 1
         curvature = 3.0 * kernel.value(0.0, h, dim) / (at_spacing * h**2)
-        total = 0.0
+        stiffness = 0.0
         for place in itertools.product(range(reach), *[range(-reach, reach + 1)] * (dim - 1)):
             r = dx * float(np.hypot(place[0] + 0.5, np.linalg.norm(place[1:])))
             w, slope = kernel.value(r, h, dim) / at_spacing, kernel.derivative(r, h, dim) / at_spacing
-            total += n * ((n - 1) * w ** (n - 2) * slope**2 + w ** (n - 1) * curvature) if w > 0.0 else 0.0
-        return total * dx**dim
+            stiffness += n * ((n - 1) * w ** (n - 2) * slope**2 + w ** (n - 1) * curvature) if w > 0.0 else 0.0
+        return stiffness * dx**dim
 
     def touching(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
         """Return nothing: what touches repels."""
@@ -138,11 +138,11 @@ def accumulate(near, n, rows, i, constants, out):
     scale_own = rows[i, V] / rows[i, M]
     if AXISYMMETRIC:
         inverse_ring = 1.0 / rows[i, RING]
-    a = spread(no_vector(DIM))
-    power = omega2 = all_lanes(0.0)
+    a = broadcast(no_vector(DIM))
+    power = omega2 = broadcast_lanes(0.0)
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = minus(x, vector(b, 0, DIM))
+        dx = subtract(x, vector(b, 0, DIM))
         ih = 2.0 / (h + b[H])
         r = np.sqrt(dot(dx, dx))
         q = r * ih
@@ -153,20 +153,20 @@ def accumulate(near, n, rows, i, constants, out):
         for _ in range(EXPONENT - 3):
             lower = lower * ratio
         if EXPONENT == 2:
-            lower = all_lanes(1.0)  # w^(n-2)
+            lower = broadcast_lanes(1.0)  # w^(n-2)
         power_of_w = lower * ratio
         both = other * b[V] * min(stiffness, b[K]) * float(EXPONENT)
         if AXISYMMETRIC:
             both = both * mirror_weight(b[RING], inverse_ring)[0]
-        force = times(-both * power_of_w * slope_ratio / r, dx)
-        power += dot(force, minus(u, vector(b, U, DIM)))
+        force = multiply(-both * power_of_w * slope_ratio / r, dx)
+        power += dot(force, subtract(u, vector(b, U, DIM)))
         if AXISYMMETRIC:
             share = other * b[V] * min(stiffness, b[K]) * (power_of_w * ratio * (-0.5 * inverse_ring))
-            force = plus_radial(force, share)
-            power += (2.0 * radial(u)) * share  # all of it its own, not half
-        a = plus(a, force)
+            force = add_radial(force, share)
+            power += (2.0 * radial_part(u)) * share  # all of it its own, not half
+        a = add(a, force)
         omega2 += both * (
             float(EXPONENT - 1) * lower * slope_ratio * slope_ratio + 3.0 * power_of_w * at_zero * ih * ih
         )
-    write_rates(out, i, times(scale_own, totals(a)), -0.5 * scale_own * total(power), 2.0 * scale_own * total(omega2),
-                no_gradient(DIM))  # fmt: skip
+    write_rates(out, i, multiply(scale_own, lane_sums(a)), -0.5 * scale_own * lane_sum(power),
+                2.0 * scale_own * lane_sum(omega2), no_gradient(DIM))  # fmt: skip

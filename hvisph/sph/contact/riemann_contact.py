@@ -11,8 +11,8 @@ Verification: `friction`, `separation`, `bars`.
 
 from __future__ import annotations
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.tensors import dot, minus, plus, times, vector
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import add, dot, multiply, subtract, vector
 from hvisph.compiler.vector.api import neighbours
 from hvisph.sph.terms.limiters import TINY
 from hvisph.sph.terms.riemann_solver import clip_norm
@@ -47,14 +47,14 @@ def contact_geometry(rows, i, k, near, b, dx, ih, e, g, other, n_other, n_surfac
     return e, g, weight, gate
 
 
-@compiled
+@inline
 def shear_compliance(zt, zn):
     """Return 1/Z_t, or 0 for a material without shear strength, whose quotient would be rounding alone."""
     least = NO_SHEAR * zn
     return zt / (zt * zt + least * least + TINY)
 
 
-@compiled
+@inline
 def compressive_contact(t, us, d, t_a, step, za, zb, other, gate):
     """Return normal traction, contact velocity, and half the difference of both sides' contact velocities.
 
@@ -74,7 +74,7 @@ def compressive_contact(t, us, d, t_a, step, za, zb, other, gate):
     return t, us + other * (own - us), (0.5 * other) * (its - own)
 
 
-@compiled
+@inline
 def coulomb_slip(t, us, d, t_a, step, side_a, side_b, friction, t_n, other):
     """Return tangential traction and contact velocity, and the heat of slip over the weight of the pair.
 
@@ -82,7 +82,7 @@ def coulomb_slip(t, us, d, t_a, step, side_a, side_b, friction, t_n, other):
     `friction` is Coulomb's coefficient, `t_n` the normal traction.
     """
     t = clip_norm(max(UNLIMITED * (1.0 - other), -friction * t_n), t)
-    beyond = minus(t, t_a)
-    own = times(shear_compliance(*side_a), beyond)
-    its = minus(d, times(shear_compliance(*side_b), minus(beyond, step)))
-    return t, plus(us, times(other, minus(own, us))), (0.5 * other) * dot(t, minus(its, own))
+    beyond = subtract(t, t_a)
+    own = multiply(shear_compliance(*side_a), beyond)
+    its = subtract(d, multiply(shear_compliance(*side_b), subtract(beyond, step)))
+    return t, add(us, multiply(other, subtract(own, us))), (0.5 * other) * dot(t, subtract(its, own))

@@ -15,8 +15,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.tensors import dot, minus, no_vector, own_vector, plus, put, spread, times, totals, vector
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import (
+    add,
+    broadcast,
+    dot,
+    lane_sums,
+    multiply,
+    no_vector,
+    own_vector,
+    put,
+    subtract,
+    vector,
+)
 from hvisph.compiler.vector.api import LANES, neighbours
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.terms.limiters import TINY
@@ -71,7 +82,7 @@ def _at_face(kernel: Kernel, dim: int) -> float:
     return float((value * around).sum() * (t[1] - t[0]))
 
 
-@compiled
+@inline
 def depth(ends, h, table):
     """Return the depth [m] under its body's face of what lacks `ends` [1/m] of its kernel's sum, at most the reach."""
     lacks = np.sqrt(dot(ends, ends)) * h / table[0]
@@ -81,32 +92,32 @@ def depth(ends, h, table):
     return h * max(table[1 + step] + share * (table[2 + step] - table[1 + step]), LEAST)
 
 
-@compiled
+@inline
 def normal_inverse_length(depth_a, h_a, depth_b, h_b):
     """Return k [1/m], the inverse length along the normal."""
     return (depth_a / h_a + depth_b / h_b) / (depth_a + depth_b)
 
 
-@compiled
+@inline
 def stretched_distance(dx, n, inverse_length, inverse_mean):
     """Return q, s [m] and the vector t [m] of a pair."""
     s = dot(dx, n)
-    t = minus(dx, times(s, n))
+    t = subtract(dx, multiply(s, n))
     return np.sqrt(s * s * inverse_length * inverse_length + dot(t, t) * inverse_mean * inverse_mean), s, t
 
 
 def unequal_normals(near, n, rows, i, constants, out):
     """Write N, how the other bodies fill what particle `i` lacks, into its row: the law of a pass over what meets."""
     x, h, under, ends = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, DEPTH], own_vector(rows, i, N_SURFACE, DIM)
-    fills = spread(no_vector(DIM))
+    fills = broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = minus(vector(b, 0, DIM), x)
+        dx = subtract(vector(b, 0, DIM), x)
         other = is_other_body(rows, i, b, dx)
-        towards = minus(ends, vector(b, N_SURFACE, DIM))
-        towards = times(1.0 / (np.sqrt(dot(towards, towards)) + TINY), towards)
+        towards = subtract(ends, vector(b, N_SURFACE, DIM))
+        towards = multiply(1.0 / (np.sqrt(dot(towards, towards)) + TINY), towards)
         ik, im = normal_inverse_length(under, h, b[DEPTH], b[H]), 2.0 / (h + b[H])
         q, s, t = stretched_distance(dx, towards, ik, im)
         factor = -other * b[V] * scale(im) / (im * im * h * b[H]) * slope(q) / (q + TINY)
-        fills = plus(fills, plus(times(factor * s * ik, towards), times(factor * im * im / ik, t)))
-    put(out, i, N_RAW, totals(fills))
+        fills = add(fills, add(multiply(factor * s * ik, towards), multiply(factor * im * im / ik, t)))
+    put(out, i, N_RAW, lane_sums(fills))

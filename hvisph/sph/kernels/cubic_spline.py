@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from math import pi
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 from .kernel import Kernel
 
 
-@compiled
+@inline
 def shape(q):
     """w(q)."""
     a = max(2.0 - q, 0.0)
@@ -17,7 +17,7 @@ def shape(q):
     return 0.25 * a * a * a - b * b * b
 
 
-@compiled
+@inline
 def slope(q):
     """w'(q)."""
     a = max(2.0 - q, 0.0)

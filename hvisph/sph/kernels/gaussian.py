@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from math import pi
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.core import kernels
 
 from .kernel import Kernel
@@ -19,7 +19,7 @@ from .kernel import Kernel
 REACH = kernels.REACH["gaussian"]
 
 
-@compiled
+@inline
 def shape(q):
     """w(q), to 1e-13 of its own size."""
     t = min(q, REACH)
@@ -45,7 +45,7 @@ def shape(q):
     return s * min(max((REACH - q) * 1e300, 0.0), 1.0)
 
 
-@compiled
+@inline
 def slope(q):
     """w'(q), without the jump at the cut."""
     return -2.0 * min(q, REACH) * shape(q)

@@ -8,19 +8,19 @@ from __future__ import annotations
 
 from math import pi
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 from .kernel import Kernel
 
 
-@compiled
+@inline
 def shape(q):
     """w(q)."""
     a = max(2.0 - q, 0.0)
     return 0.1875 * a * a
 
 
-@compiled
+@inline
 def slope(q):
     """w'(q)."""
     return -0.375 * max(2.0 - q, 0.0)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from math import pi
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 from .kernel import Kernel
 
 
-@compiled
+@inline
 def shape(q):
     """w(q)."""
     a = max(2.5 - q, 0.0)
@@ -21,7 +21,7 @@ def shape(q):
     return a * a - 5.0 * b * b + 10.0 * c * c
 
 
-@compiled
+@inline
 def slope(q):
     """w'(q)."""
     a = max(2.5 - q, 0.0)

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from math import pi
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 from .kernel import Kernel
 
 
-@compiled
+@inline
 def shape(q):
     """w(q)."""
     a = max(3.0 - q, 0.0)
@@ -21,7 +21,7 @@ def shape(q):
     return a * a2 * a2 - 6.0 * b * b2 * b2 + 15.0 * c * c2 * c2
 
 
-@compiled
+@inline
 def slope(q):
     """w'(q)."""
     a = max(3.0 - q, 0.0)

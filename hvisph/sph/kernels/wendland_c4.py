@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from math import pi
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 from .kernel import Kernel
 
 
-@compiled
+@inline
 def shape(q):
     """w(q)."""
     a = max(1.0 - 0.5 * q, 0.0)
@@ -21,7 +21,7 @@ def shape(q):
     return a * a * a * (1.0 + q * (3.0 + (35.0 / 12.0) * q))
 
 
-@compiled
+@inline
 def slope(q):
     """w'(q)."""
     a = max(1.0 - 0.5 * q, 0.0)

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled, specialise
+from hvisph.compiler.jit import inline, specialise
 from hvisph.compiler.tensors import own_vector
-from hvisph.compiler.threads.parallel_for import each, shared
+from hvisph.compiler.threads.parallel_for import chunk_loop, particle_loop
 
 CHUNK = 1024
 
@@ -42,26 +42,26 @@ class Grid:
         self.sizes = np.uint64(nx), np.uint64(ny), np.uint64(nz)
 
     @classmethod
-    def from_positions(cls, positions: np.ndarray, edge: float, each: int = 1) -> Grid:
+    def from_positions(cls, positions: np.ndarray, edge: float, per_particle: int = 1) -> Grid:
         """Return a grid for particles at `positions` (n, dim) [m], with room for them to spread.
 
-        It has no more than `each` cells a particle.
+        It has no more than `per_particle` cells a particle.
         """
         n, dim = positions.shape
         wanted = np.ptp(positions, axis=0) / edge * 1.5 + 4
         shape = [int(2 ** np.ceil(np.log2(w))) for w in wanted] + [1] * (3 - dim)
-        while shape[0] * shape[1] * shape[2] > max(each * n, 4**dim) and max(shape) > 4:
+        while shape[0] * shape[1] * shape[2] > max(per_particle * n, 4**dim) and max(shape) > 4:
             shape[int(np.argmax(shape))] //= 2
         return cls((shape[0], shape[1], shape[2]), edge)
 
 
-@compiled
+@inline
 def wrap_cell(x, inverse_edge, count):
     """Return the cell coordinate of `x` along an axis with `count` cells (a power of two)."""
     return np.uint64(np.int64(np.floor(x * inverse_edge))) & (count - np.uint64(1))
 
 
-@compiled
+@inline
 def cell_at(x, inverse_edge, nx, ny, nz):
     """Return the coordinates of the cell of the place `x`, a vector, along all axes: 0 where there is but one."""
     cx = wrap_cell(x[0], inverse_edge, nx)
@@ -70,20 +70,20 @@ def cell_at(x, inverse_edge, nx, ny, nz):
     return cx, cy, cz
 
 
-@compiled
+@inline
 def number_of(cell, nx, ny):
     """Return the number of the cell with these coordinates."""
     return cell[0] + nx * (cell[1] + ny * cell[2])
 
 
-@compiled
+@inline
 def place_of(cell, nx, ny):
     """Return the coordinates of the cell numbered `cell`."""
     row = cell // nx
     return cell & (nx - np.uint64(1)), row & (ny - np.uint64(1)), row // ny
 
 
-@compiled
+@inline
 def adjacent_cell(place, shift, nx, ny, nz):
     """Return the number of one of the 3, 9 or 27 cells around the one at `place`, itself in their middle.
 
@@ -179,7 +179,7 @@ def sort(grid: Grid, rows: np.ndarray, numbers: np.ndarray, h_slot: int, cells: 
 @cache
 def _loops(dim: int) -> tuple[Any, Any, Any]:
     return (
-        each(specialise(find_cells, DIM=dim)),
+        particle_loop(specialise(find_cells, DIM=dim)),
         specialise(count_and_place, parallel=False),
-        shared(specialise(_order_and_gather, DIM=dim), CHUNK),
+        chunk_loop(specialise(_order_and_gather, DIM=dim), CHUNK),
     )

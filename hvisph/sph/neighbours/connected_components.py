@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled, specialise
-from hvisph.compiler.tensors import dot, minus, own_vector
-from hvisph.compiler.threads.parallel_for import each
+from hvisph.compiler.jit import inline, specialise
+from hvisph.compiler.tensors import dot, own_vector, subtract
+from hvisph.compiler.threads.parallel_for import particle_loop
 
 from .cells import Grid, adjacent_cell, count_and_place, find_cells, place_of
 
@@ -98,7 +98,7 @@ def connect_components(position: np.ndarray, labels: np.ndarray, link: float) ->
     return parent
 
 
-@compiled
+@inline
 def root_of(parent, i):
     """Return what stands for all that `i` is connected with so far."""
     while parent[i] != i:
@@ -107,7 +107,7 @@ def root_of(parent, i):
     return i
 
 
-@compiled
+@inline
 def merge_roots(parent, i, j):
     """Connect `i` and `j`; the smaller of their roots stands for both."""
     a, b = root_of(parent, i), root_of(parent, j)
@@ -125,7 +125,7 @@ def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent
             for k in range(np.int64(starts[cell]), np.int64(starts[cell + np.uint64(1)])):
                 j = np.int64(order[k])
                 if j != i and labels[j] == labels[i]:
-                    apart = minus(x, own_vector(position, j, 0, DIM))
+                    apart = subtract(x, own_vector(position, j, 0, DIM))
                     if dot(apart, apart) < link2:
                         merge_roots(parent, i, j)
                         break
@@ -144,7 +144,7 @@ def _search(position, labels, cells, starts, order, nx, ny, nz, link2, left, par
                 j = np.int64(order[k])
                 if labels[j] != labels[i] or root_of(parent, j) == own:
                     continue
-                apart = minus(x, own_vector(position, j, 0, DIM))
+                apart = subtract(x, own_vector(position, j, 0, DIM))
                 if dot(apart, apart) < link2:
                     own = merge_roots(parent, i, j)
 
@@ -157,7 +157,7 @@ def _flatten(parent):
 @cache
 def _loops(dim: int) -> tuple[Any, ...]:
     return (
-        each(specialise(find_cells, DIM=dim)),
+        particle_loop(specialise(find_cells, DIM=dim)),
         specialise(count_and_place, parallel=False),
         specialise(_link_near, parallel=False, DIM=dim),
         specialise(_search, parallel=False, DIM=dim),

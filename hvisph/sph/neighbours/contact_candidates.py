@@ -12,8 +12,8 @@ import numpy as np
 
 from hvisph.compiler.jit import specialise
 from hvisph.compiler.tensors import own_vector
-from hvisph.compiler.threads.parallel_for import each, shared
-from hvisph.compiler.vector.api import fetch, keep_largest, keep_least
+from hvisph.compiler.threads.parallel_for import chunk_loop, particle_loop
+from hvisph.compiler.vector.api import atomic_max, atomic_min, fetch
 
 from .cells import Grid, adjacent_cell, cell_at, number_of, place_of
 
@@ -40,9 +40,9 @@ def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, eulerian, bodies, cell
         cells[i] = cell
         # who finds a mark of old marks again: few particles have anything to say
         if bodies[i] < lowest[cell]:
-            keep_least(lowest, cell, bodies[i])
+            atomic_min(lowest, cell, bodies[i])
         if bodies[i] > highest[cell]:
-            keep_largest(highest, cell, bodies[i])
+            atomic_max(highest, cell, bodies[i])
         if eulerian[i] != 0:
             spatial[cell] = np.uint8(1)
         for axis in range(np.uint64(DIM)):
@@ -101,10 +101,10 @@ class Selection:
         self.fit(position)
         self._with_neighbours = with_neighbours
         self._nowhere = np.zeros(count, np.uint8)
-        self._locate = shared(specialise(_locate, DIM=dim), CHUNK)
-        self._tell = each(specialise(_tell))
-        self._spread = each(specialise(_spread, DIM=dim))
-        self._widen = each(specialise(_widen, DIM=dim))
+        self._locate = chunk_loop(specialise(_locate, DIM=dim), CHUNK)
+        self._tell = particle_loop(specialise(_tell))
+        self._spread = particle_loop(specialise(_spread, DIM=dim))
+        self._widen = particle_loop(specialise(_widen, DIM=dim))
 
     def fit(self, position: np.ndarray) -> None:
         """Make the grid anew around particles at `position` (n, dim) [m]."""

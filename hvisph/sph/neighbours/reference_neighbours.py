@@ -30,19 +30,19 @@ import numpy as np
 from hvisph.compiler.jit import specialise
 from hvisph.compiler.template_binding import bind
 from hvisph.compiler.tensors import (
+    add,
     dot,
+    dot_rows,
     identity,
-    minus,
+    multiply,
     no_gradient,
     no_vector,
-    on_rows,
     outer,
     own_vector,
-    plus,
     put,
-    times,
+    subtract,
 )
-from hvisph.compiler.threads.parallel_for import each
+from hvisph.compiler.threads.parallel_for import particle_loop
 from hvisph.sph.kernels import Kernel
 from hvisph.sph.kernels.kernel import scale
 from hvisph.sph.terms.shape_matrix import sound_inverse
@@ -95,8 +95,8 @@ def _measure(k, first, position, lists, ih, apart):
     i, far = np.uint64(first + k), np.uint32(position.shape[0])
     for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
         if near[entry] != far:
-            d = minus(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(near[entry]), 0, DIM))
-            put(apart, np.uint64(entry - starts[np.uint64(first)]), 0, times(ih / FINEST, d))
+            d = subtract(own_vector(position, i, 0, DIM), own_vector(position, np.uint64(near[entry]), 0, DIM))
+            put(apart, np.uint64(entry - starts[np.uint64(first)]), 0, multiply(ih / FINEST, d))
 
 
 def _fill(k, apart, volume, ih, kernels):
@@ -104,7 +104,7 @@ def _fill(k, apart, volume, ih, kernels):
     d = own_vector(apart, k, 0, DIM)
     r = np.sqrt(dot(d, d))
     if r > 0.0:
-        put(kernels, k, 0, times(volume[k] * scale(ih) * slope(r) / r, d))
+        put(kernels, k, 0, multiply(volume[k] * scale(ih) * slope(r) / r, d))
         kernels[k, DIM] = volume[k] * scale(ih) * shape(r) / ih
 
 
@@ -120,33 +120,33 @@ def _correct(c, chosen, position, volume, lists, ih, corrections, sums, holding)
     of_shape, of_gradient, held = 0.0, no_vector(DIM), 0.0
     for k in range(begin, end):
         if near[k] != far:
-            d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+            d = subtract(x, own_vector(position, np.uint64(near[k]), 0, DIM))
             of_shape += kernels[codes[k], DIM]
             held += kernels[codes[k], DIM] / dot(d, d)
-            of_gradient = plus(of_gradient, own_vector(kernels, codes[k], 0, DIM))
+            of_gradient = add(of_gradient, own_vector(kernels, codes[k], 0, DIM))
     zeroth_sums[i], holding[i] = of_shape, held
     put(first_sums, i, 0, of_gradient)
     inverse_s, shift = 1.0, no_vector(DIM)
     if MIXED:
         inverse_s = 1.0 / (of_shape + volume[i] * scale(ih) * shape(0.0) / ih)
-        shift = times(-inverse_s * inverse_s, of_gradient)
+        shift = multiply(-inverse_s * inverse_s, of_gradient)
     moment = no_gradient(DIM)
     for k in range(begin, end):
         if near[k] != far:
-            d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-            g = plus(times(inverse_s, own_vector(kernels, codes[k], 0, DIM)), times(kernels[codes[k], DIM], shift))
-            moment = minus(moment, outer(g, d))
+            d = subtract(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+            g = add(multiply(inverse_s, own_vector(kernels, codes[k], 0, DIM)), multiply(kernels[codes[k], DIM], shift))
+            moment = subtract(moment, outer(g, d))
     a, sound = sound_inverse(moment)
     if CORRECTED and sound:
-        a, b = times(inverse_s, a), on_rows(a, shift)
+        a, b = multiply(inverse_s, a), dot_rows(a, shift)
     else:
         a, b = identity(a), no_vector(DIM)
     f0 = identity(a)
     for k in range(begin, end):
         if near[k] != far:
-            d = minus(x, own_vector(position, np.uint64(near[k]), 0, DIM))
-            g = on_rows(a, own_vector(kernels, codes[k], 0, DIM))
-            f0 = plus(f0, outer(d, plus(times(kernels[codes[k], DIM], b), g)))
+            d = subtract(x, own_vector(position, np.uint64(near[k]), 0, DIM))
+            g = dot_rows(a, own_vector(kernels, codes[k], 0, DIM))
+            f0 = add(f0, outer(d, add(multiply(kernels[codes[k], DIM], b), g)))
     put(all_a, i, 0, a)
     put(all_b, i, 0, b)
     put(all_f0, i, 0, f0)
@@ -207,9 +207,9 @@ class Reference:
             "DIM": dim, "shape": kernel.shape, "slope": kernel.slope, "MIXED": int(shepard),
             "CORRECTED": int(gradient), "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
         }  # fmt: skip
-        self._tabulate(each(bind(_measure, {}, offered)), each(bind(_fill, {}, offered)))
+        self._tabulate(particle_loop(bind(_measure, {}, offered)), particle_loop(bind(_fill, {}, offered)))
         self.lists = self.starts, self.near, self.codes, self.kernels  # what compiled loops take, in rows
-        self._correct = each(bind(_correct, {}, offered))
+        self._correct = particle_loop(bind(_correct, {}, offered))
         self._update_corrections(np.arange(count))
 
     def _tabulate(self, measure: Any, fill: Any) -> None:
@@ -255,7 +255,7 @@ class Reference:
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
         """Return which particles have one of `chosen` (n,) among their reference neighbours (count,), bool."""
         marked = np.zeros(self.count, bool)
-        each(specialise(_touching))(self.count, self.starts, self.near, np.append(chosen, False), marked)
+        particle_loop(specialise(_touching))(self.count, self.starts, self.near, np.append(chosen, False), marked)
         return marked
 
     def remove(self, chosen: np.ndarray) -> None:
@@ -281,8 +281,8 @@ class _Numbered:
         """Return the numbers of `values` (n,), -1 of those that have none."""
         numbers = self._look_up(values)
         unknown = np.flatnonzero(numbers < 0)
-        new, times = np.unique(values[unknown], return_counts=True)
-        new = new[times >= COMMON][: self._most - len(self.met)]
+        new, counts = np.unique(values[unknown], return_counts=True)
+        new = new[counts >= COMMON][: self._most - len(self.met)]
         if len(new):
             self.met = np.append(self.met, new)
             self._numbers = np.argsort(self.met)

@@ -20,9 +20,9 @@ import numpy as np
 
 from hvisph.compiler.jit import specialise
 from hvisph.compiler.tensors import dot, own_vector
-from hvisph.compiler.tensors3d import in_space
-from hvisph.compiler.threads.parallel_for import shared
-from hvisph.compiler.vector.api import LANES, NUMBERED, SIXTEEN, append_near, append_near_box, as_before, flush_tiny
+from hvisph.compiler.tensors3d import extend_vector
+from hvisph.compiler.threads.parallel_for import chunk_loop
+from hvisph.compiler.vector.api import LANES, NUMBERED, SIXTEEN, append_near, append_near_box, flush_tiny, restore_mode
 from hvisph.core.errors import RunError
 
 from . import cells
@@ -108,7 +108,7 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
     Parameters
     ----------
     chunk, n_rows
-        See `compiler.threads.parallel_for.shared`.
+        See `compiler.threads.parallel_for.chunk_loop`.
     rows, columns
         Sorted rows (n_rows + 1, width), the last one far away and massless, and the same positions and
         smoothing lengths by column, (dim + 1, n_rows + 8).
@@ -157,7 +157,7 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
             m, lacking = gather(columns, place, grid, box, longest, half_reach * ROUND_OFF, capacity,
                                 (rough, exact, numbers))  # fmt: skip
             needed = max(needed, lacking)
-        n, own = zero, (*in_space(x), rows[i, H])
+        n, own = zero, (*extend_vector(x), rows[i, H])
         if OWN_REACH:  # shorter ones count as long: with them the mean length is the own one
             for k in range(m):
                 length = max(columns[DIM, np.uint64(numbers[k])], rows[i, H])
@@ -172,7 +172,7 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
         padded = (n + np.uint64(LANES - 1)) & ~np.uint64(LANES - 1)
         law(near, padded, rows, i, constants, out)
     overflow[chunk] = needed
-    as_before(mode)
+    restore_mode(mode)
 
 
 def loop(dim: int, h_slot: int, law: Any, only: int = 0, own_reach: bool = False) -> Any:
@@ -182,7 +182,7 @@ def loop(dim: int, h_slot: int, law: Any, only: int = 0, own_reach: bool = False
     """
     bound: dict[str, Any] = {"DIM": dim, "OWN_REACH": int(own_reach)}
     parts = {part.__name__: specialise(part, **bound) for part in (enclose, gather)}
-    return shared(specialise(sweep, **bound, H=h_slot, ONLY=only, law=law, **parts), CHUNK)
+    return chunk_loop(specialise(sweep, **bound, H=h_slot, ONLY=only, law=law, **parts), CHUNK)
 
 
 def complete_sweep(sweep: Any, rows: np.ndarray, columns: np.ndarray, order: np.ndarray, counts: tuple[int, int],

@@ -15,19 +15,19 @@ Source: this code's own. Verification: `spinning_disc`, `random_collisions`.
 
 from __future__ import annotations
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.tensors import about, inertia, matrix, minus, on_rows, times
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import axial_cross, dot_rows, inertia, matrix, multiply, subtract
 
 from .free_surface_correction import correctable
 
 
-@compiled
+@inline
 def spin_tractions(spin_a, spin_b, lever):
     """Return the tractions [Pa] of the antisymmetric stresses of both sides on the vector `lever`, e/2 or zero."""
-    return about(spin_a, lever), about(spin_b, lever)
+    return axial_cross(spin_a, lever), axial_cross(spin_b, lever)
 
 
-@compiled
+@inline
 def torque_residual(pair_torque, moment, contact_moment, spin):
     """Return the rate of the torque that remains to be returned.
 
@@ -40,5 +40,5 @@ def torque_residual(pair_torque, moment, contact_moment, spin):
     spin
         w.
     """
-    returned = on_rows(inertia(minus(moment, contact_moment)), spin)
-    return minus(pair_torque, returned) if correctable(matrix(moment)) else times(-2.0, spin)
+    returned = dot_rows(inertia(subtract(moment, contact_moment)), spin)
+    return subtract(pair_torque, returned) if correctable(matrix(moment)) else multiply(-2.0, spin)

@@ -11,19 +11,19 @@ from __future__ import annotations
 from math import sqrt
 from typing import Any
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 # Sweeps of the Jacobi rotation: three bring a 3x3 matrix to round-off, one more is kept in hand.
 _SWEEPS = 4
 
 
-@compiled
+@inline
 def _in_line(s):
     """Return the tensile part of a tensor with one component."""
     return (max(s[0], 0.0),)
 
 
-@compiled
+@inline
 def _plane(s):
     """Return the tensile part (xx, yy, xy) of a plane symmetric tensor."""
     xx, yy, xy = s
@@ -40,7 +40,7 @@ def _plane(s):
     return scale * (xx - low), scale * (yy - low), scale * xy
 
 
-@compiled
+@inline
 def _rotation(p, q, pq):
     """Return cosine and sine of the rotation that makes `pq` of [[p, pq], [pq, q]] vanish."""
     if pq == 0.0:
@@ -53,7 +53,7 @@ def _rotation(p, q, pq):
     return c, t * c
 
 
-@compiled
+@inline
 def _solid(s):
     """Return the tensile part of a symmetric 3x3 tensor (Jacobi's method)."""
     xx, yy, zz, xy, xz, yz = s

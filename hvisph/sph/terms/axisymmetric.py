@@ -38,15 +38,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.tensors import plus_radial, radial, scaled_apart, times
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import add_radial, multiply, radial_part, scale_radial
 
 from .limiters import TINY
 
 EDGES = 4.0  # 1 over the fullness of an edge
 
 
-@compiled
+@inline
 def mirror_weight(ring, inverse_ring):
     """Return w, and 1 for a ring or 0 for an image over the axis.
 
@@ -60,16 +60,16 @@ def mirror_weight(ring, inverse_ring):
     return 0.5 + (0.5 * inverse_ring) * ring, max(np.copysign(1.0, ring), 0.0)
 
 
-@compiled
+@inline
 def axisymmetric_jump(du, own, its, real):
     """Return the difference `du` of two velocities; of an image over the axis the radial one of its ring.
 
     `own` and `its` are both radial velocities, that of the image its own.
     """
-    return plus_radial(scaled_apart(du, real, 0.0), own - (2.0 * real - 1.0) * its)
+    return add_radial(scale_radial(du, real, 0.0), own - (2.0 * real - 1.0) * its)
 
 
-@compiled
+@inline
 def axisymmetric_pair(force, dissipating, du, own, its, weight, real):
     """Return force and difference of velocities of a pair, and over the axis what its dissipation closes by, doubled.
 
@@ -82,20 +82,20 @@ def axisymmetric_pair(force, dissipating, du, own, its, weight, real):
     weight, real
         See `ring_weight`.
     """
-    apart = times(weight, axisymmetric_jump(du, own, its, real))
+    apart = multiply(weight, axisymmetric_jump(du, own, its, real))
     mirrored = (1.0 - real) * (1.0 - weight)
-    force = scaled_apart(force, weight * real, weight)
-    force = plus_radial(force, (mirrored - (1.0 - real) * weight) * radial(dissipating))
-    return force, apart, mirrored * radial(du) - (1.0 - real) * radial(apart)
+    force = scale_radial(force, weight * real, weight)
+    force = add_radial(force, (mirrored - (1.0 - real) * weight) * radial_part(dissipating))
+    return force, apart, mirrored * radial_part(du) - (1.0 - real) * radial_part(apart)
 
 
-@compiled
+@inline
 def axis_dashpot(e, apart, zt_a, zt_b, weight, real):
     """Return the radial traction [Pa] by which shear impedances brake what closes, at `apart` [m/s], over the axis."""
-    return (1.0 - real) * (1.0 - weight) * radial(e) * min(apart, 0.0) * (zt_a * zt_b / (zt_a + zt_b + TINY))
+    return (1.0 - real) * (1.0 - weight) * radial_part(e) * min(apart, 0.0) * (zt_a * zt_b / (zt_a + zt_b + TINY))
 
 
-@compiled
+@inline
 def axisymmetric_traction(t, area, e, u, jump, left, zt_a, zt_b, other, weight, real):
     """Return the traction of a pair in the half-plane, the power of an image over the axis, and that of its dashpot.
 
@@ -110,19 +110,19 @@ def axisymmetric_traction(t, area, e, u, jump, left, zt_a, zt_b, other, weight, 
     weight, real
         See `mirror_weight`.
     """
-    image_power = area * weight * (1.0 - real) * (0.5 * radial(t)) * (2.0 * radial(u) + radial(jump))
+    image_power = area * weight * (1.0 - real) * (0.5 * radial_part(t)) * (2.0 * radial_part(u) + radial_part(jump))
     dashpot = (1.0 - other) * axis_dashpot(e, left, zt_a, zt_b, weight, real)
-    traction = plus_radial(scaled_apart(t, weight * real, weight), dashpot)
-    return traction, image_power, (0.5 * area) * dashpot * radial(jump)
+    traction = add_radial(scale_radial(t, weight * real, weight), dashpot)
+    return traction, image_power, (0.5 * area) * dashpot * radial_part(jump)
 
 
-@compiled
+@inline
 def axis_regularization(radial_rate, hoop_rate, ring, h):
     """Return what the rate of the radius [1/s] gains, and that of the hoop loses, near the axis."""
     return 0.5 * max(1.0 - ring / h, 0.0) * (hoop_rate - radial_rate)
 
 
-@compiled
+@inline
 def hoop_share(fullness):
     """Return which share of its hoop's rate and force a ring takes: none of a ring alone.
 

@@ -9,13 +9,13 @@ Source: Noh 1987; Price 2008. Verification: `noh`, `hugoniot` (energy beside a s
 
 from __future__ import annotations
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 # Conductivity over the sum of densities times the increase of the wave speed: a Prandtl number of one.
 CONDUCTIVITY = 0.25
 
 
-@compiled
+@inline
 def conducted_power(weight, densities, stiffening, energy_jump):
     """Return the power that a pair conducts to the own side.
 

@@ -15,7 +15,7 @@ Source: this code's own. Verification: `hugoniot` (stress and energy beside a st
 
 from __future__ import annotations
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 # Root of the share of the exchange that a pair loses, over p/(2 rho c^2): half of it at 0.07 rho c^2.
 EXCHANGE_CUTOFF = 20.0
@@ -25,7 +25,7 @@ EXCHANGE_CUTOFF_MAX = 0.5
 RELAXATION_TIME = 10.0
 
 
-@compiled
+@inline
 def exchange_correction(us, du, t, inverse, densities, limit):
     """Return the part of the exchange velocity [m/s] that density does not take.
 
@@ -42,7 +42,7 @@ def exchange_correction(us, du, t, inverse, densities, limit):
     return min(compression * compression, limit) * (us - 0.5 * du)
 
 
-@compiled
+@inline
 def relaxation_rates(correction, p, rho, c_l, h):
     """Return the rates [1/s] at which the correction x decays and at which density relaxes, in smooth flow."""
     compression = min(0.5 * EXCHANGE_CUTOFF * max(p, 0.0) / (rho * c_l * c_l), 1.0)

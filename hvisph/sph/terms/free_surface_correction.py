@@ -10,18 +10,18 @@ spacing everywhere. In a shock front, where particles close at mu, a neighbourho
 
 from __future__ import annotations
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 from hvisph.compiler.tensors import (
+    add,
     adjugate,
     determinant,
     divergence,
     identity,
     mean_diagonal,
-    minus,
-    plus,
+    multiply,
+    power_of_dimension,
     product,
-    times,
-    to_dimensions,
+    subtract,
 )
 
 # Determinant of B: with this and more a neighbourhood is whole; from here on down to WHOLE - RANGE it opens.
@@ -32,13 +32,13 @@ SOUND, SOUND_MEAN = 0.4, 0.4
 FRONT = 0.05
 
 
-@compiled
+@inline
 def correctable(moment):
     """Return whether B, row by row, tells all of a gradient: a string of particles or a crumb sees a part of it."""
-    return determinant(moment) > to_dimensions(SOUND, moment) and mean_diagonal(moment) > SOUND_MEAN
+    return determinant(moment) > power_of_dimension(SOUND, moment) and mean_diagonal(moment) > SOUND_MEAN
 
 
-@compiled
+@inline
 def free_surface_correction(l, rate, moment, calm, bear):
     """Return the velocity gradient and the rate of volume, corrected as the neighbourhood is open.
 
@@ -57,6 +57,6 @@ def free_surface_correction(l, rate, moment, calm, bear):
         return l, rate
     size = determinant(moment)
     opened = min(max((WHOLE - size) / RANGE, 0.0), 1.0) * calm
-    change = minus(times(1.0 / size, adjugate(moment)), identity(moment))
-    l = plus(l, times(opened, product(l, change)))
+    change = subtract(multiply(1.0 / size, adjugate(moment)), identity(moment))
+    l = add(l, multiply(opened, product(l, change)))
     return l, (1.0 - opened) * rate + opened * divergence(l)

@@ -17,25 +17,25 @@ from __future__ import annotations
 import numpy as np
 
 from hvisph.compiler.tensors import (
+    add,
+    broadcast,
     dot,
+    dot_rows,
     identity,
+    lane_sums,
     matrix,
-    minus,
+    multiply,
     no_gradient,
     no_symmetric,
     no_vector,
-    on_rows,
     outer,
     own_vector,
-    plus,
     put,
-    spread,
+    subtract,
     symmetric_outer,
-    times,
-    totals,
     vector,
 )
-from hvisph.compiler.vector.api import LANES, all_lanes, neighbours, total
+from hvisph.compiler.vector.api import LANES, broadcast_lanes, lane_sum, neighbours
 from hvisph.sph.neighbours.particle_layout import RowLayout
 
 from .shape_matrix import sound_inverse
@@ -58,12 +58,12 @@ def pair_layout(standard: RowLayout) -> RowLayout:
 def corrections(near, n, rows, i, constants, out):
     """Write A and B into row `i`, and the number of its neighbours where it falls back as a whole, else 0."""
     x, h = own_vector(rows, i, 0, DIM), rows[i, H]
-    count = s = all_lanes(0.0)
-    of_kernel = first = spread(no_vector(DIM))
-    moment = spread(no_symmetric(DIM))
+    count = s = broadcast_lanes(0.0)
+    of_kernel = first = broadcast(no_vector(DIM))
+    moment = broadcast(no_symmetric(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
         b = neighbours(rows, near, k, WIDTH)
-        dx = minus(vector(b, 0, DIM), x)
+        dx = subtract(vector(b, 0, DIM), x)
         r = np.sqrt(dot(dx, dx))
         hm = 0.5 * (h + b[H])
         density_length = r * b[RHO]
@@ -72,32 +72,32 @@ def corrections(near, n, rows, i, constants, out):
         norm = scale(ih) * b[M] * (inverse * hm)
         present = min(b[M] * HUGE, 1.0)
         if COUPLED:
-            _, same, _ = shares(rows, i, b, times(-1.0, dx), constants[constants.size - 1])
+            _, same, _ = shares(rows, i, b, multiply(-1.0, dx), constants[constants.size - 1])
             norm = norm * same
             present = present * same
-        g = times(-norm * slope(r * ih), dx)  # V_b times the gradient of W
+        g = multiply(-norm * slope(r * ih), dx)  # V_b times the gradient of W
         count += present
         if SHEPARD:
             w = norm * r * hm * shape(r * ih)
             s += w
-            of_kernel = plus(of_kernel, g)
-            first = plus(first, times(w, dx))
+            of_kernel = add(of_kernel, g)
+            first = add(first, multiply(w, dx))
         if GRADIENT:
-            moment = plus(moment, symmetric_outer(dx, g))
+            moment = add(moment, symmetric_outer(dx, g))
     inverse_s, shift = 1.0, no_vector(DIM)
     if SHEPARD:
-        inverse_s = 1.0 / (total(s) + rows[i, M] / rows[i, RHO] * scale(1.0 / h) * h * shape(0.0))
-        shift = times(-inverse_s * inverse_s, totals(of_kernel))
-    good = total(count) > 1.5
+        inverse_s = 1.0 / (lane_sum(s) + rows[i, M] / rows[i, RHO] * scale(1.0 / h) * h * shape(0.0))
+        shift = multiply(-inverse_s * inverse_s, lane_sums(of_kernel))
+    good = lane_sum(count) > 1.5
     a = identity(no_gradient(DIM))
     if GRADIENT:
-        shape_matrix = plus(times(inverse_s, matrix(totals(moment))), outer(shift, totals(first)))
+        shape_matrix = add(multiply(inverse_s, matrix(lane_sums(moment))), outer(shift, lane_sums(first)))
         a, sound = sound_inverse(shape_matrix)
-        shift = on_rows(a, shift)
+        shift = dot_rows(a, shift)
         good = good and sound
-    a = times(inverse_s, a)
+    a = multiply(inverse_s, a)
     if not good:
         a, shift = identity(a), no_vector(DIM)
     put(out, i, A, a)
     put(out, i, B, shift)
-    out[i, FALLBACKS] = 0.0 if good else total(count)
+    out[i, FALLBACKS] = 0.0 if good else lane_sum(count)

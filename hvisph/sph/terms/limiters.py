@@ -14,26 +14,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 # Keeps 0/0 from what is nothing.
 TINY = 1e-30
 
 
-@compiled
+@inline
 def minmod(a, b):
     """Return numerator and denominator of minmod(a, b)/a."""
     return max(min(a, b), 0.0), a + TINY
 
 
-@compiled
+@inline
 def van_leer(a, b):
     """Return numerator and denominator of van_leer(a, b)/a."""
     b = max(b, 0.0)
     return 2.0 * b, a + b + TINY
 
 
-@compiled
+@inline
 def van_albada(a, b):
     """Return numerator and denominator of van_albada(a, b)/a."""
     b = max(b, 0.0)

@@ -14,7 +14,7 @@ Source: van Leer 1979; the floor is this code's own. Verification: `plate`, `can
 
 from __future__ import annotations
 
-from hvisph.compiler.jit import compiled
+from hvisph.compiler.jit import inline
 
 from .riemann_solver import reciprocals
 
@@ -24,7 +24,7 @@ MIN_LIMITER, MIN_LIMITER_SOLID = 0.35, 0.35
 SHOCK_SWITCH = 0.025
 
 
-@compiled
+@inline
 def limiter_floor(approach, dt_n, za, zb, densities, order):
     """Return the least share of the limiter.
 
@@ -43,7 +43,7 @@ def limiter_floor(approach, dt_n, za, zb, densities, order):
     return smooth * (MIN_LIMITER + MIN_LIMITER_SOLID * max(order, 0.0))
 
 
-@compiled
+@inline
 def limited_shares(u, of_u, t, of_t, limiter, floor):
     """Return the shares of half their difference by which both states move, of velocities and of tractions.
 

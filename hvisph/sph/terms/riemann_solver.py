@@ -16,9 +16,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.tensors import dot, minus, plus, times
-from hvisph.compiler.vector.api import anywhere
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import add, dot, multiply, subtract
+from hvisph.compiler.vector.api import any_positive
 
 from .limiters import TINY
 
@@ -28,20 +28,20 @@ SHOCK_SLOPE = 1.2
 SHEAR_IMPEDANCE_MIN = 1e-8
 
 
-@compiled
+@inline
 def reciprocals(a, b):
     """Return 1/a and 1/b with a single division."""
     both = 1.0 / (a * b)
     return b * both, a * both
 
 
-@compiled
+@inline
 def shock_stiffening(jump):
     """Return the increase of the wave speed [m/s] for a normal velocity `jump` [m/s], negative in compression."""
     return -SHOCK_SLOPE * min(jump, 0.0)
 
 
-@compiled
+@inline
 def riemann_normal(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
     """Return contact velocity relative to the own one, and traction, of the normal Riemann problem.
 
@@ -61,26 +61,27 @@ def riemann_normal(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
     return shares_u[0] * half_u + change, t_a + shares_t[0] * half_t + za * change
 
 
-@compiled
+@inline
 def riemann_tangential(inverse, za, zb, du, t_a, dt, shares_u, shares_t, half):
     """Return the same of the tangential Riemann problem, as vectors."""
-    half_u, half_t = times(half, du), times(half, dt)
-    left_u = minus(du, times(shares_u[0] + shares_u[1], half_u))
-    left_t = minus(dt, times(shares_t[0] + shares_t[1], half_t))
-    change = times(inverse, plus(times(zb, left_u), left_t))
-    return plus(times(shares_u[0], half_u), change), plus(t_a, plus(times(shares_t[0], half_t), times(za, change)))
+    half_u, half_t = multiply(half, du), multiply(half, dt)
+    left_u = subtract(du, multiply(shares_u[0] + shares_u[1], half_u))
+    left_t = subtract(dt, multiply(shares_t[0] + shares_t[1], half_t))
+    change = multiply(inverse, add(multiply(zb, left_u), left_t))
+    traction = add(t_a, add(multiply(shares_t[0], half_t), multiply(za, change)))
+    return add(multiply(shares_u[0], half_u), change), traction
 
 
-@compiled
+@inline
 def clip_norm(limit, t):
     """Return the vector `t`, shortened to the length `limit` where it is longer."""
     t2 = dot(t, t)
-    if anywhere(t2 - limit * limit):
-        t = times(min(limit / (np.sqrt(t2) + TINY), 1.0), t)
+    if any_positive(t2 - limit * limit):
+        t = multiply(min(limit / (np.sqrt(t2) + TINY), 1.0), t)
     return t
 
 
-@compiled
+@inline
 def clip_shear(limit, t):
     """Return the tangential traction `t`, one number in the plane or a vector in space, limited to `limit` [Pa]."""
     if len(t) == 1:

@@ -7,16 +7,16 @@ and what it would correct stays as it is.
 
 from __future__ import annotations
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.tensors import adjugate, determinant, identity, mean_diagonal, times, to_dimensions
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import adjugate, determinant, identity, mean_diagonal, multiply, power_of_dimension
 
 SINGULAR = 0.05
 
 
-@compiled
+@inline
 def sound_inverse(m):
     """Return the inverse of the shape matrix `m`, row by row, and True; the identity and False where none is sound."""
     mean, size = mean_diagonal(m), determinant(m)
-    if mean > SINGULAR and size > SINGULAR * to_dimensions(mean, m):
-        return times(1.0 / size, adjugate(m)), True
+    if mean > SINGULAR and size > SINGULAR * power_of_dimension(mean, m):
+        return multiply(1.0 / size, adjugate(m)), True
     return identity(m), False

@@ -10,14 +10,14 @@ Source: this code's own. Verification: `tension` (4 GPa in a bar and in a disord
 
 from __future__ import annotations
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.tensors import to_dimensions
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import power_of_dimension
 
 # Rate at which tension decreases with the excess of the volumes over the distance.
 TENSION_GAIN = 12.0
 
 
-@compiled
+@inline
 def tension_relief(t_n, volumes, dx, inverse_r, order):
     """Return the normal traction [Pa] with its tension relieved.
 
@@ -32,5 +32,5 @@ def tension_relief(t_n, volumes, dx, inverse_r, order):
     order
         Order of the lattice, the lesser of both.
     """
-    relief = min(TENSION_GAIN * max(volumes * to_dimensions(inverse_r * inverse_r, dx) - 1.0, 0.0), 1.0)
+    relief = min(TENSION_GAIN * max(volumes * power_of_dimension(inverse_r * inverse_r, dx) - 1.0, 0.0), 1.0)
     return t_n - max(t_n, 0.0) * (order * relief)

@@ -26,36 +26,36 @@ from __future__ import annotations
 
 from math import exp, sqrt
 
-from hvisph.compiler.jit import compiled
-from hvisph.compiler.tensors import divergence, dot, double_dot, plus_identity
-from hvisph.compiler.tensors3d import curl, stretching
+from hvisph.compiler.jit import inline
+from hvisph.compiler.tensors import add_identity, divergence, dot, double_dot
+from hvisph.compiler.tensors3d import curl, symmetric_part
 
 SOFTENING = 0.01  # share of h^2 in the denominator of mu
 
 
-@compiled
+@inline
 def approach(h, ur, inverse):
     """Return mu [m/s]: `ur` = u_ab . x_ab [m^2/s], `inverse` = 1 / (|x_ab|^2 + 0.01 h^2) [1/m^2]."""
     return min(h * ur * inverse, 0.0)
 
 
-@compiled
+@inline
 def monaghan(mu, alpha, beta, c, inverse_density):
     """Return Pi [m^5/(kg s^2)] from the sums `c` = c_a + c_b and `inverse_density` = 1 / (rho_a + rho_b)."""
     return mu * (2.0 * beta * mu - alpha * c) * inverse_density
 
 
-@compiled
+@inline
 def shear_share(l):
     """Return the share of the linear viscosity that a particle with the full velocity gradient `l` [1/s] takes."""
-    d = stretching(l)
+    d = symmetric_part(l)
     swelling = d[0] + d[1] + d[2]
-    d = plus_identity(d, (-1.0 / 3.0) * swelling)
+    d = add_identity(d, (-1.0 / 3.0) * swelling)
     volume = abs(swelling) + 1e-30  # at rest all of it
     return max(volume / (volume + 0.2 * sqrt((2.0 / 3.0) * double_dot(d, d))), 0.1)
 
 
-@compiled
+@inline
 def balsara_share(l, c, h):
     """Return BAL's share from the full velocity gradient [1/s], sound speed [m/s] and smoothing length [m]."""
     compression = abs(divergence(l))
@@ -63,7 +63,7 @@ def balsara_share(l, c, h):
     return compression / (compression + sqrt(dot(turning, turning)) + 1e-4 * c / h)
 
 
-@compiled
+@inline
 def relaxed_share(share, divergence, c, h, dt, minimum, c1):
     """Return MON's share after `dt` [s] at a velocity divergence [1/s]."""
     decay = c1 * c / h
