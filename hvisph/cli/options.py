@@ -24,13 +24,13 @@ ThreadsOption = Annotated[
         "--threads",
         min=1,
         metavar="N",
-        help="Number of threads; as many as the case is worth unless given. A step must feed them.",
+        help="Number of threads; unless given as many as the work of a step is worth.",
     ),
 ]
 PictureOption = Annotated[
     str | None, typer.Option("--picture", metavar="FILE", help="Draw the set-up into this file: setup.png.")
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for programs, SI units, nothing else.")]
+JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON only, in SI units.")]
 ReportOption = Annotated[bool, typer.Option("--report", help="Write the run's report.html when it ends.")]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
 OutOption = Annotated[

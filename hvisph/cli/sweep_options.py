@@ -21,15 +21,21 @@ class Running:
     """Where cases are computed and how much is said; each field is an option of the command."""
 
     workers: Annotated[
-        int | None, typer.Option("--workers", min=1, metavar="N", help="Worker processes; one a core unless given.")
+        int | None,
+        typer.Option("--workers", min=1, metavar="N", help="Number of worker processes; one per core unless given."),
     ] = None
     threads: ThreadsOption = None
     dask: Annotated[
         str | None,
-        typer.Option("--dask", metavar="ADDRESS", help="Workers on a running Dask cluster, such as tcp://host:8786."),
+        typer.Option(
+            "--dask",
+            metavar="ADDRESS",
+            help="Address of a running Dask cluster for the workers, such as tcp://host:8786.",
+        ),
     ] = None
     cluster: Annotated[
-        str | None, typer.Option("--cluster", metavar="KIND", help="Workers as jobs of a queue: slurm, pbs or sge.")
+        str | None,
+        typer.Option("--cluster", metavar="KIND", help="Queue in which workers run as jobs: slurm, pbs or sge."),
     ] = None
     quiet: QuietOption = False
     as_json: JsonOption = False

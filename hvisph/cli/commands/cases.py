@@ -13,11 +13,11 @@ from hvisph.cli.text.echo import say
 
 def cases(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Case to print; all are listed unless given.")
+        str | None, typer.Argument(metavar="NAME", help="Case to print; all cases are listed unless given.")
     ] = None,
     copy: Annotated[
         Path | None,
-        typer.Option("--copy", metavar="DIR", help="Copy it, or all, into a folder, to change them there."),
+        typer.Option("--copy", metavar="DIR", help="Copy the case, or all, into a folder."),
     ] = None,
     as_json: JsonOption = False,
 ) -> None:

@@ -23,7 +23,7 @@ def check(
     as_json: JsonOption = False,
     picture: PictureOption = None,
 ) -> None:
-    """Explain a case and what it will take, without running it."""
+    """Check a case without running it: particles, steps, time, memory, expected pressure, warnings."""
     from hvisph.case.checks.consistency import warnings_of
     from hvisph.core.errors import computable
     from hvisph.precheck.body_rules import advice, sparse

@@ -29,15 +29,15 @@ def compare(
             help="Folders of runs, snapshots, case files, names of bundled cases, folders of any of these.",
         ),
     ],
-    runs: Annotated[Path, typer.Option("--runs", metavar="DIR", help="Where cases run that have not been run.")] = Path(
-        "runs"
-    ),
+    runs: Annotated[
+        Path, typer.Option("--runs", metavar="DIR", help="Folder for cases that have not been run.")
+    ] = Path("runs"),
     resolution: ResolutionOption = None,
     settings: SetOption = None,
     threads: ThreadsOption = None,
     field: Annotated[
         str | None,
-        typer.Option("--field", metavar="NAME", help="What colours the picture; pressure unless given."),
+        typer.Option("--field", metavar="NAME", help="Field that colours the picture; pressure unless given."),
     ] = None,
     picture: Annotated[
         Path | None,
@@ -48,18 +48,17 @@ def compare(
         typer.Option(
             "--gauges",
             metavar="FILE",
-            help="Draw all gauges into one picture, in 1D beside the exact "
-            "solution, and tabulate the differences from it.",
+            help="Draw all gauges into one picture, in 1D with the exact solution and a table of differences.",
         ),
     ] = None,
-    every: Annotated[bool, typer.Option("--all", help="Show all measures, not only those that matter most.")] = False,
-    force: Annotated[bool, typer.Option("--force", help="Run again what has been run.")] = False,
+    every: Annotated[bool, typer.Option("--all", help="Show all measures, not only the main ones.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Run all cases again.")] = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Compare runs: measures, differences from published values, conservation, cost.
 
-    Cases run first, unless they have been run. Exit codes: 0 done, 2 bad input, 3 a run failed.
+    Cases that have not been run are run first. Exit codes: 0 done, 2 invalid input, 3 a run failed.
     """
     from hvisph.core.errors import CaseError
 

@@ -18,7 +18,7 @@ PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic",
 
 
 def doctor(as_json: JsonOption = False) -> None:
-    """Show what this machine has, and try a compiled loop."""
+    """Show versions, cores, memory and cache, and test a compiled loop."""
     facts = _facts()
     if as_json:
         from hvisph.cli.text.formatting import echo_json

@@ -21,7 +21,7 @@ def exact(
     settings: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Solve a 1D case exactly: histories at its gauges, profiles at its moments of output, pictures."""
+    """Solve a 1D case exactly: histories at its gauges, profiles at its output times, pictures."""
     loaded = load(case, settings, resolution)
     from hvisph.casefile.case_folder import run_name
     from hvisph.postprocessing.exact_files import write_exact

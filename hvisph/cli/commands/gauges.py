@@ -16,9 +16,9 @@ def gauges(
         Path | None,
         typer.Option("--out", metavar="FILE", help="Picture to write; RUN/gauges.png unless given."),
     ] = None,
-    exact: Annotated[bool, typer.Option("--exact", help="Draw the exact solution beside (1D).")] = False,
+    exact: Annotated[bool, typer.Option("--exact", help="Draw the exact solution as well (1D).")] = False,
 ) -> None:
-    """Draw the gauges of a run: one panel a field, one line a gauge."""
+    """Draw the gauges of a run: one panel per field, one line per gauge."""
     from hvisph.casefile.loader import load_case
     from hvisph.core.errors import CaseError
     from hvisph.postprocessing.gauge_overlay import overlay

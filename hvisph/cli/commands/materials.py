@@ -14,20 +14,20 @@ from hvisph.cli.text.echo import say
 
 def materials(
     name: Annotated[
-        str | None, typer.Argument(metavar="NAME", help="Material to print; all are listed unless given.")
+        str | None, typer.Argument(metavar="NAME", help="Material to print; all materials are listed unless given.")
     ] = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw Hugoniot, release and strength of NAME into FILE.")
     ] = None,
     compare: Annotated[
-        list[str] | None, typer.Option(metavar="OTHER", help="Put another material beside NAME; may be repeated.")
+        list[str] | None, typer.Option(metavar="OTHER", help="Compare with another material. Repeatable.")
     ] = None,
     own: Annotated[
         list[Path] | None, typer.Option("--file", metavar="FILE", help="File or folder of your own materials.")
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List the material library, or print one material: numbers, sources, what follows from them."""
+    """List the material library, or print one material with its numbers, sources and derived values."""
     from hvisph.casefile.material_library import library_of
     from hvisph.cli.text.formatting import echo_json, table
     from hvisph.core.errors import CaseError

@@ -38,7 +38,7 @@ def measure(
         ),
     ] = None,
     fragments: Annotated[
-        bool, typer.Option("--fragments", help="List what every body has broken into: groups linked at 2 dx.")
+        bool, typer.Option("--fragments", help="List the fragments of every body: groups linked at 2 dx.")
     ] = False,
     smallest: Annotated[
         int | None,
@@ -46,19 +46,19 @@ def measure(
             "--smallest",
             min=1,
             metavar="N",
-            help="With --fragments: list those of N particles or more, 5 unless given, and sum up the others.",
+            help="With --fragments: smallest number of particles to list, 5 unless given; smaller ones are summed.",
         ),
     ] = None,
     csv: Annotated[
         Path | None,
-        typer.Option("--csv", metavar="FILE", help="Write a line a moment, or a fragment, for programs; SI units."),
+        typer.Option("--csv", metavar="FILE", help="Write a row per snapshot or fragment; SI units."),
     ] = None,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw all measures over time; FILE.png or .pdf.")
     ] = None,
     witness: Annotated[
         Path | None,
-        typer.Option("--witness", metavar="FILE", help="Draw what the debris does to a witness plane; FILE.png."),
+        typer.Option("--witness", metavar="FILE", help="Draw the debris at a witness plane; FILE.png."),
     ] = None,
     plane: Annotated[
         str | None,
@@ -66,7 +66,11 @@ def measure(
     ] = None,
     units: Annotated[
         str,
-        typer.Option("--units", metavar="L,M,T", help="Of another code's files: length, mass and time; mm,g,us say."),
+        typer.Option(
+            "--units",
+            metavar="L,M,T",
+            help="For files of other codes: units of length, mass and time, such as mm,g,us.",
+        ),
     ] = "",
     field: Annotated[
         list[str] | None,
@@ -74,7 +78,7 @@ def measure(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Measure a run: crater, penetration, pressures, voids, plug, fragments; now or over time."""
+    """Measure a run: crater, penetration, pressures, plug, fragments; at one time or over time."""
     _refuse(at, fragments, smallest, plot)
     from hvisph.measures.measure import measure as measure_source
 

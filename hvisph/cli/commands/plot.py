@@ -14,27 +14,28 @@ FieldOption = Annotated[
     typer.Option("--field", metavar="NAME", help="speed, pressure, damage, velocity_x, body, material ..."),
 ]
 RangeOption = Annotated[
-    str | None, typer.Option("--range", metavar="A,B", help="Ends of the colour scale [SI]; those of the run.")
+    str | None,
+    typer.Option("--range", metavar="A,B", help="Limits of the colour scale [SI]; those of the run unless given."),
 ]
-LogOption = Annotated[bool, typer.Option("--log", help="Colours follow the logarithm.")]
+LogOption = Annotated[bool, typer.Option("--log", help="Logarithmic colour scale.")]
 ViewOption = Annotated[
     str | None,
     typer.Option(
         "--view",
         metavar="VIEW",
-        help="side, front, 3d, or yaw,pitch [degrees]; 3D turned, to the struck face of an oblique plate.",
+        help="side, front, 3d, or yaw,pitch [degrees]; 3D cases are rotated unless given.",
     ),
 ]
-MirrorOption = Annotated[bool, typer.Option("--mirror/--no-mirror", help="Show images at symmetry planes.")]
+MirrorOption = Annotated[bool, typer.Option("--mirror/--no-mirror", help="Show mirror images at symmetry planes.")]
 ZoomOption = Annotated[
-    str | None, typer.Option("--zoom", metavar="Z", help="How many times larger, or left,right,bottom,top [m].")
+    str | None, typer.Option("--zoom", metavar="Z", help="Magnification, or left,right,bottom,top [m].")
 ]
 
 
 def plot(
     runs: Annotated[list[str], typer.Argument(metavar="RUN...", help="Folders of runs, or snapshots.")],
     at: Annotated[
-        str | None, typer.Option("--at", metavar="TIMES", help="Moments, such as 2us,4us; the last unless given.")
+        str | None, typer.Option("--at", metavar="TIMES", help="Times, such as 2us,4us; the last unless given.")
     ] = None,
     field: FieldOption = "speed",
     ends: RangeOption = None,
@@ -47,7 +48,7 @@ def plot(
     ] = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Draw all particles: several moments or runs in one picture, mirrored to the whole, nearest in front."""
+    """Draw all particles at one or several times, of one or several runs, in one picture."""
     from hvisph.postprocessing.snapshot_selection import shown_moments
     from hvisph.visualization.particles import view_picture
 
@@ -69,10 +70,10 @@ def animate(
     view: ViewOption = None,
     mirror: MirrorOption = True,
     zoom: ZoomOption = None,
-    seconds: Annotated[float, typer.Option("--seconds", min=0.1, help="How long it lasts.")] = 6.0,
+    seconds: Annotated[float, typer.Option("--seconds", min=0.1, help="Duration of the animation [s].")] = 6.0,
     quiet: QuietOption = False,
 ) -> None:
-    """Draw every snapshot of a run as one moving picture."""
+    """Draw all snapshots of a run as an animation."""
     if out.suffix.lower() in (".html", ".htm"):
         from hvisph.visualization.html.report import report
 

@@ -17,13 +17,13 @@ def point(
     subject: Annotated[str, typer.Argument(metavar="CASE_OR_MATERIAL", help="A material's name, or a case.")],
     path: Annotated[str, typer.Option(help=f"Path of strain: {_PATHS}.")] = "uniaxial_stress",
     rate: Annotated[float, typer.Option(help="Strain rate [1/s].")] = 1e3,
-    strain: Annotated[float, typer.Option(help="Strain at the end, below 0 for compression.")] = 0.2,
+    strain: Annotated[float, typer.Option(help="Final strain, negative in compression.")] = 0.2,
     steps: Annotated[int, typer.Option(help="Number of steps.")] = 400,
     body: Annotated[str | None, typer.Option(help="Body of the case; the first unless given.")] = None,
     plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw stress and state into FILE.")] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Drive a material point along a path of strain, to see what a model does."""
+    """Integrate the stress update of a material point along a strain path."""
     from hvisph.cli.text.formatting import echo_json, quantity, table
     from hvisph.setup.material_point import COLUMNS, drive
     from hvisph.setup.materials import material_of

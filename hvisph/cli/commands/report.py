@@ -12,15 +12,15 @@ from hvisph.cli.text.echo import say
 
 
 def report(
-    runs: Annotated[list[str], typer.Argument(metavar="RUN...", help="Folders of runs; or one sweep's.")],
+    runs: Annotated[list[str], typer.Argument(metavar="RUN...", help="Folders of runs, or of one sweep.")],
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="FILE", help="Page to write; report.html in the run's folder."),
     ] = None,
-    each: Annotated[bool, typer.Option("--each", help="Of a sweep, write every run's own page as well.")] = False,
+    each: Annotated[bool, typer.Option("--each", help="For a sweep, also write a page for every run.")] = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Write one self-contained page: verdict, player, measures, health, set-up. It needs no network."""
+    """Write one self-contained page: verdict, player, measures, warnings, set-up."""
     from hvisph.visualization.html.report import report as build
     from hvisph.visualization.html.sweep import is_sweep, sweep_report
 

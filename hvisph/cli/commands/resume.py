@@ -16,18 +16,18 @@ from hvisph.parallel.mpi_launch import is_first
 def resume(
     folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of the run.")],
     end: Annotated[
-        str | None, typer.Option("--end", metavar="TIME", help="A new end: 10us; the case's unless given.")
+        str | None, typer.Option("--end", metavar="TIME", help="New end time: 10us; the case's unless given.")
     ] = None,
     max_steps: Annotated[
         int | None,
-        typer.Option("--max-steps", min=0, metavar="N", help="Stop early after so many steps; 0 for never."),
+        typer.Option("--max-steps", min=0, metavar="N", help="Number of steps after which to stop; 0 for no limit."),
     ] = None,
     threads: ThreadsOption = None,
     report: ReportOption = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Go on with a run from its newest checkpoint."""
+    """Continue a run from its newest checkpoint."""
     from hvisph.simulation.resume import has_ended, resume_case, resume_run
 
     case = resume_case(folder, end, max_steps)

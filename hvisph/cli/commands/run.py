@@ -34,7 +34,7 @@ def run(
 ) -> None:
     """Run a case and write its folder.
 
-    Exit codes: 0 done and as expected, 1 ran but missed an expectation, 2 bad input, 3 failed.
+    Exit codes: 0 done, 1 an expectation was missed, 2 invalid input, 3 failed.
     """
     loaded = load(case, settings, resolution)
     listener = listener_for(loaded, quiet or as_json)

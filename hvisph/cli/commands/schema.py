@@ -18,7 +18,7 @@ def schema(
         typer.Argument(metavar="[case|summary|sweep]", help="Schema to print or write; case unless given."),
     ] = None,
     write: Annotated[
-        Path | None, typer.Option("--write", metavar="DIR", help="Write it, or all, into a folder instead.")
+        Path | None, typer.Option("--write", metavar="DIR", help="Write the schema, or all, into a folder.")
     ] = None,
 ) -> None:
     """Print a JSON schema, or write them into a folder."""

@@ -20,32 +20,37 @@ def verify(
     every: Annotated[bool, typer.Option("--all", help="Run all problems.")] = False,
     formulations: Annotated[
         list[str] | None,
-        typer.Option("--formulation", metavar="TYPE", help="Only this one, or `default`. Repeatable."),
+        typer.Option("--formulation", metavar="TYPE", help="Only this formulation, or `default`. Repeatable."),
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Coarse forms, seconds each.")] = False,
     only: Annotated[
-        str, typer.Option("--only", metavar="TEXT", help="Only trials whose name holds this: '12 km/s'.")
+        str, typer.Option("--only", metavar="TEXT", help="Only trials whose name contains TEXT: '12 km/s'.")
     ] = "",
     resolution: Annotated[
         str | None, typer.Option("--resolution", metavar="LENGTH", help="Particle spacing in place of the problem's.")
     ] = None,
     seeds: Annotated[
-        int | None, typer.Option("--seeds", min=1, metavar="N", help="Number of random starts, where there are such.")
+        int | None,
+        typer.Option("--seeds", min=1, metavar="N", help="Number of random initial states, where there are any."),
     ] = None,
     settings: SetOption = None,
     threads: ThreadsOption = None,
     keep: Annotated[
-        Path | None, typer.Option("--keep", metavar="DIR", help="Keep the runs there; they are deleted unless given.")
+        Path | None,
+        typer.Option("--keep", metavar="DIR", help="Keep the runs in this folder; they are deleted unless given."),
     ] = None,
     pictures: Annotated[
-        Path | None, typer.Option("--pictures", metavar="DIR", help="Draw computed beside exact into this folder.")
+        Path | None,
+        typer.Option(
+            "--pictures", metavar="DIR", help="Write pictures of computed and exact solutions into this folder."
+        ),
     ] = None,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Run problems with an exact solution and print computed, exact and asked.
+    """Run problems with an exact solution; print computed and exact values and tolerances.
 
-    Exit codes: 0 all passed, 1 some did not or nothing could run, 2 bad input.
+    Exit codes: 0 all passed, 1 some failed or nothing could run, 2 invalid input.
     """
     from hvisph.verification.catalogue import PROBLEMS
 

@@ -15,14 +15,14 @@ WIDTH = 55
 
 
 def watch(
-    folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run, going on or ended.")],
-    every: Annotated[float, typer.Option("--every", min=0.2, metavar="S", help="Seconds between two looks.")] = 2.0,
-    once: Annotated[bool, typer.Option("--once", help="Look once and end.")] = False,
+    folder: Annotated[Path, typer.Argument(metavar="RUN", help="Folder of a run, under way or ended.")],
+    every: Annotated[float, typer.Option("--every", min=0.2, metavar="S", help="Seconds between updates.")] = 2.0,
+    once: Annotated[bool, typer.Option("--once", help="Print the present state and exit.")] = False,
     picture: Annotated[
-        Path | None, typer.Option("--picture", metavar="FILE", help="Draw the newest state again and again.")
+        Path | None, typer.Option("--picture", metavar="FILE", help="Draw the newest state at every update.")
     ] = None,
 ) -> None:
-    """Show where a run is, its histories and its measures, until it ends."""
+    """Show progress, histories and measures of a run until it ends."""
     from hvisph.core.errors import CaseError
 
     if not folder.is_dir():
