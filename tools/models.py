@@ -208,8 +208,9 @@ def _prose(first: str, rest: str, known: str) -> str:
 
 
 def _wrapped(text: str) -> str:
-    """Return a paragraph in lines of the documentation's width."""
-    return textwrap.fill(text, 100, break_on_hyphens=False, break_long_words=False) + "\n"
+    """Return a paragraph in lines of the documentation's width, none of which begins like an item of a list."""
+    bound = text.replace(" - ", "\u00a0- ").replace(" + ", "\u00a0+ ")
+    return textwrap.fill(bound, 100, break_on_hyphens=False, break_long_words=False).replace("\u00a0", " ") + "\n"
 
 
 def _using(kind: str, models: list[Any]) -> list[str]:
