@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from hvisph.measures.frame.impact_geometry import OTHER
-from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.frame.measurement_frame import Scene, memoize
 from hvisph.measures.registry import Outcomes, evaluate, measures
 from hvisph.measures.result import Result, UndefinedMeasureError, weighted_quantile
 from hvisph.measures.target.perforation import YES, layer_state
@@ -138,6 +138,7 @@ def passed_layers(scene: Scene) -> int:
     return next((k for k, one in enumerate(states) if one.state != YES and not one.opening), len(states))
 
 
+@memoize
 def members(scene: Scene) -> np.ndarray:
     """Return the indices of the cloud's particles; raises `UndefinedMeasureError` where there are none."""
     passed = scene.layers[: passed_layers(scene)]

@@ -8,10 +8,10 @@ main bodies and the projectile's present width replace them.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Any
+from functools import cached_property, wraps
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from hvisph.output.snapshot import Snapshot
 
 from .impact_geometry import PROJECTILE, Shot, line_of, members, own_spacings, shot_of, spacing_of
 from .target_geometry import RIM, Plate, plate_of
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,19 @@ def reference(start: Snapshot) -> dict[str, Any]:
     return frame | {"face": scene.face, "thickness": scene.thickness} if scene.has_target else frame
 
 
+def memoize(function: F) -> F:
+    """Return a function of a scene and hashable arguments that is computed once for each scene."""
+
+    @wraps(function)
+    def remember(scene: Scene, *arguments: Any) -> Any:
+        key = (function.__qualname__, arguments)
+        if key not in scene.memo:
+            scene.memo[key] = function(scene, *arguments)
+        return scene.memo[key]
+
+    return cast(F, remember)
+
+
 @dataclass
 class Scene:
     """One moment of a run in the axes of its shot.
@@ -140,8 +155,10 @@ class Scene:
         Columns of ``history.csv`` by name, where there are any.
     timeline
         The snapshots up to this one, where they are known.
-    states, profile
-        Filled by measures: states of the layers by body, and the outline of a bar.
+    profile
+        Outline of a bar, if there is one; filled by its measures.
+    memo
+        Results of functions that are computed once for each scene, by their name and arguments.
     """
 
     now: Snapshot
@@ -150,12 +167,8 @@ class Scene:
     initial: InitialReference | None = field(default=None, repr=False)
     history: Mapping[str, np.ndarray] | None = field(default=None, repr=False)
     timeline: Any = field(default=None, repr=False)  # a `Timeline`, whose moments have scenes themselves
-    states: dict[int, Perforation] = field(default_factory=dict, init=False, repr=False)
     profile: dict[str, list[float]] = field(default_factory=dict, init=False, repr=False)
-    _groups: dict[tuple[int, ...], Groups] = field(default_factory=dict, init=False, repr=False)
-    _fragments: dict[tuple[int, ...], Fragments] = field(default_factory=dict, init=False, repr=False)
-    _attached: dict[int, np.ndarray] = field(default_factory=dict, init=False, repr=False)
-    _rims: dict[int, np.ndarray] = field(default_factory=dict, init=False, repr=False)
+    memo: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     def __post_init__(self) -> None:
         if not self.shot.roles:
@@ -304,43 +317,32 @@ class Scene:
             return float(np.ptp(position) + self.spacing)
         return float(np.ptp(position[:, 1]) + self.spacing)
 
+    @memoize
     def fragments(self, *bodies: int) -> Fragments:
         """Return the fragments of a body, or of several as if they were one, the largest first."""
-        if bodies not in self._fragments:
-            self._fragments[bodies] = Fragments.from_groups(self.now, self.groups(*bodies), bodies[0])
-        return self._fragments[bodies]
+        return Fragments.from_groups(self.now, self.groups(*bodies), bodies[0])
 
+    @memoize
     def attached_groups(self, layer: int) -> np.ndarray:
         """Return for each group of a layer whether it holds something of the layer's rim, shape (groups,)."""
-        if layer not in self._attached:
-            self._attached[layer] = self.groups(layer).contain(self.rim(layer))
-        return self._attached[layer]
+        return self.groups(layer).contain(self.rim(layer))
 
+    @memoize
     def groups(self, *bodies: int) -> Groups:
         """Return the connected groups of a body, or of several as if they were one, the largest first.
 
         Groups are ordered by their number of particles. They are sought in the part that was computed, and joined
         with their images (`whole`).
         """
-        if bodies not in self._groups:
-            _ = self.position  # says which particle has none
-            count = self.now.count // self.shot.whole.images
-            part = np.flatnonzero(np.isin(self.now.body[:count], bodies))
-            likely = (
-                self.initial.neighbours.pairs(bodies, self.now.id[part] // self.shot.whole.images)
-                if self.initial
-                else None
-            )
-            spacing = self.spacings(part)
-            labels = connected_groups(self.now.fields["position"][part], spacing, likely=likely)
-            labels = self.shot.whole.join_groups(labels, self._own_axes(part), LINK * spacing)
-            copies = part[None] + count * np.arange(self.shot.whole.images)[:, None]
-            self._groups[bodies] = Groups.from_labels(copies.ravel(), labels)
-        return self._groups[bodies]
-
-    def _own_axes(self, part: np.ndarray) -> np.ndarray:
-        """Return positions in the case's axes, in which the planes of symmetry are."""
-        return self.shot.back(self.position[part].reshape(len(part), -1))
+        _ = self.position  # says which particle has none
+        images, count = self.shot.whole.images, self.now.count // self.shot.whole.images
+        part = np.flatnonzero(np.isin(self.now.body[:count], bodies))
+        likely = self.initial.neighbours.pairs(bodies, self.now.id[part] // images) if self.initial else None
+        spacing = self.spacings(part)
+        labels = connected_groups(self.now.fields["position"][part], spacing, likely=likely)
+        case_axes = self.shot.back(self.position[part].reshape(len(part), -1))  # those of the planes of symmetry
+        labels = self.shot.whole.join_groups(labels, case_axes, LINK * spacing)
+        return Groups.from_labels((part[None] + count * np.arange(images)[:, None]).ravel(), labels)
 
     @cached_property
     def shot_groups(self) -> Fragments:
@@ -390,6 +392,7 @@ class Scene:
         sides = [self._main(plate & upper), self._main(plate & ~upper)]
         return [side for side in sides if len(side)]
 
+    @memoize
     def rim(self, body: int) -> np.ndarray:
         """Return whether a particle is of a layer's rim, its outer tenth towards any of its edges, shape (n,).
 
@@ -397,11 +400,6 @@ class Scene:
         start is known and particles have permanent numbers, as in our own files; else what is there now, between the
         edges of the main bodies: debris may have flown further. In 1D there is none.
         """
-        if body not in self._rims:
-            self._rims[body] = self._rim(body)
-        return self._rims[body]
-
-    def _rim(self, body: int) -> np.ndarray:
         own = self.now.body == body
         if self.now.dimensions == 1:
             return np.zeros_like(own)

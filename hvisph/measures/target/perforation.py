@@ -19,7 +19,7 @@ import numpy as np
 
 from hvisph.measures.debris.groups import connected_groups
 from hvisph.measures.frame.impact_geometry import own_spacings
-from hvisph.measures.frame.measurement_frame import Perforation, Rim, Scene
+from hvisph.measures.frame.measurement_frame import Perforation, Rim, Scene, memoize
 from hvisph.measures.frame.target_geometry import Plate
 from hvisph.measures.result import weighted_quantile
 
@@ -31,19 +31,17 @@ LOOSE = 0.56  # share of the density at the start below which grains do not touc
 SLOW = 0.03  # share of the shot's speed below which a fragment is stuck
 
 
+@memoize
 def layer_state(scene: Scene, body: int) -> Perforation:
-    """Return the state of a layer, computed once for each scene."""
-    if body not in scene.states:
-        plate = scene.plate(body)
-        if scene.now.dimensions == 1:
-            scene.states[body] = Perforation("", "a perforation is undefined in 1D")
-        elif plate is None:
-            scene.states[body] = Perforation("", "a single snapshot does not contain the plate before the impact")
-        elif not {"velocity", "mass"} <= scene.now.fields.keys():
-            scene.states[body] = Perforation("", "the snapshot has no velocity or no mass")
-        else:
-            scene.states[body] = perforation(scene, plate)
-    return scene.states[body]
+    """Return the state of a layer."""
+    plate = scene.plate(body)
+    if scene.now.dimensions == 1:
+        return Perforation("", "a perforation is undefined in 1D")
+    if plate is None:
+        return Perforation("", "a single snapshot does not contain the plate before the impact")
+    if not {"velocity", "mass"} <= scene.now.fields.keys():
+        return Perforation("", "the snapshot has no velocity or no mass")
+    return perforation(scene, plate)
 
 
 def perforation(scene: Scene, plate: Plate) -> Perforation:
@@ -145,6 +143,7 @@ def _is_within(scene: Scene, plate: Plate, fixed: np.ndarray) -> np.ndarray:
     return np.asarray(inside)
 
 
+@memoize
 def is_behind(scene: Scene, plate: Plate) -> bool:
     """Whether half of the projectile's mass or more is behind a layer's rear face, which moves along with its rim."""
     own = np.flatnonzero(scene.is_projectile)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hvisph.measures.debris.fragments import FEWEST
-from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.frame.measurement_frame import Scene, memoize
 from hvisph.measures.frame.target_geometry import RIM, Plate
 from hvisph.measures.registry import Outcome, Outcomes, measures
 from hvisph.measures.result import Result, UndefinedMeasureError
@@ -122,6 +122,7 @@ WIDER, MUCH_WIDER = 1.5, 2.0
 FILLED = 0.8  # share of the layer's volume between clear width and slice from which on it is bent and not gone
 
 
+@memoize
 def _attached_particles(scene: Scene, plate: Plate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the attached particles (n,), their depth (n,) and coordinates in the plane (n, dim - 1) [m]."""
     fixed = layer_state(scene, plate.body).attached

@@ -10,7 +10,7 @@ import numpy as np
 
 from hvisph.core.measure_catalogue import format_of
 from hvisph.measures.frame.impact_geometry import PROJECTILE
-from hvisph.measures.frame.measurement_frame import Scene
+from hvisph.measures.frame.measurement_frame import Scene, memoize
 from hvisph.measures.frame.target_geometry import Plate
 from hvisph.measures.registry import evaluate, measures
 from hvisph.measures.result import Result, UndefinedMeasureError, weighted_quantile
@@ -110,6 +110,7 @@ MOST = 0.9  # mass fraction of what has arrived within the loaded diameter
 LEAST = 1e-4  # share of the projectile's mass that must have arrived
 
 
+@memoize
 def arrived_particles(scene: Scene, plate: Plate) -> np.ndarray:
     """Return the indices of the particles of the projectile and earlier layers that have reached a layer."""
     before = scene.layers[: scene.layers.index(plate.body)]
