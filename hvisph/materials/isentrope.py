@@ -12,7 +12,7 @@ the scaled temperature tau = T/theta, otherwise T would not be the derivative of
 h follows from c_p(T) measured at zero pressure, less the work of expansion, in `HEAT_POINTS` steps.
 With a heat of melting T stays at the melting point while material melts: right after release, early
 under pressure. `total_energy` takes all energy as heat, T = T_room + max(e, 0)/c_v (Young 2021):
-887 K instead of 490 K behind a shock of 1 km/s in aluminium.
+870 K instead of 490 K behind a shock of 1 km/s in aluminium.
 """
 
 from __future__ import annotations
