@@ -18,7 +18,7 @@ from hvisph.measures.compare import compare_expected
 from hvisph.measures.measure import measure, measure_snapshot, undefined_measures
 from hvisph.measures.pressure import Plateau, before_release
 from hvisph.measures.result import Result, undefined_result
-from hvisph.measures.table import rows
+from hvisph.measures.table import body_rows, rows
 from hvisph.output.hdf5 import write_hdf5
 from hvisph.output.vtu import write_vtu
 
@@ -242,6 +242,15 @@ def test_table_for_people():
     assert table["a_new_measure"].passed is None
     plain = {row.name: row for row in rows(results, unitless=True)}
     assert plain["extension"].value == "0.00661 ± 0.0001"
+
+
+def test_rows_of_bodies():
+    body = {"mass": 0.219, "velocity": [2462.04, 0.0], "kinetic_energy": 6.71e5}
+    plain = {"bodies": {"shot": body}, "whole": {"kind": "whole"}}
+    assert body_rows(plain) == [("shot", "219 g/m", "(2462, 0) m/s", "671 kJ/m")]
+    plain["whole"]["kind"] = "revolution"
+    assert body_rows(plain) == [("shot", "219 g", "(2462, 0) m/s", "671 kJ")]
+    assert body_rows(plain, unitless=True) == [("shot", "0.219", "(2462, 0)", "6.71e+05")]
 
 
 def summary(measures):

@@ -13,6 +13,7 @@ from .result import Result
 # Units of fractions and angles, whose small values are not enlarged; and what counts as zero in any unit of tables.
 UNSIZED = ("", "%", "deg")
 LEAST = 1e-6
+KILO = 1e4  # [J]; kinetic energies of bodies from here on are shown in kJ
 _TIME = NumberFormat("time", "t", "us", 2)
 
 
@@ -84,13 +85,15 @@ def body_rows(plain: Mapping[str, Any], unitless: bool = False) -> list[tuple[st
     table = []
     for name, body in (plain.get("bodies") or {}).items():
         space = 3 if plain["whole"]["kind"] == "revolution" else len(body["velocity"])
-        mass, energy = (
-            NumberFormat("", "", "" if unitless else f"{unit}{PER_DEPTH[space]}", -1) for unit in ("g", "J")
-        )
+
+        def quantity(value: float, unit: str, space: int = space) -> str:
+            return _format_number(value, None, NumberFormat("", "", "" if unitless else unit + PER_DEPTH[space], -1))
+
+        energy = body["kinetic_energy"]
         parts = ", ".join(f"{one + 0.0:.4g}" for one in body["velocity"])
         velocity = f"({parts})" if len(body["velocity"]) > 1 else parts
-        table.append((name, _format_number(body["mass"], None, mass), f"{velocity}{'' if unitless else ' m/s'}",
-                      _format_number(body["kinetic_energy"], None, energy)))  # fmt: skip
+        table.append((name, quantity(body["mass"], "g"), f"{velocity}{'' if unitless else ' m/s'}",
+                      quantity(energy, "kJ" if energy >= KILO else "J")))  # fmt: skip
     return table
 
 
