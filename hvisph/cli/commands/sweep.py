@@ -20,22 +20,20 @@ if TYPE_CHECKING:
 @shared
 def sweep(
     how: How,
-    source: Annotated[
-        str, typer.Argument(metavar="SWEEP", help="Sweep's file, or the folder of one that was begun, to go on with.")
-    ],
+    source: Annotated[str, typer.Argument(metavar="SWEEP", help="File of a sweep, or the folder of one to continue.")],
     only: Annotated[
         str | None, typer.Option("--only", metavar="WHAT", help="failed, interrupted, or numbers: 3..7.")
     ] = None,
     dry: Annotated[bool, typer.Option("--dry-run", help="List the cases and run nothing.")] = False,
-    table: Annotated[bool, typer.Option("--table", help="Show how a sweep stands and run nothing.")] = False,
+    table: Annotated[bool, typer.Option("--table", help="Show the state of the sweep and run nothing.")] = False,
     work: Annotated[
-        bool, typer.Option("--worker", help="Be one more worker of a sweep's folder, as in a job array.")
+        bool, typer.Option("--worker", help="Work on the sweep as one more worker, as in a job array.")
     ] = False,
     wanted: Annotated[Path | None, typer.Option("--while", hidden=True)] = None,
 ) -> None:
-    """Run many cases that differ from one, and tabulate what they measured; the same command goes on.
+    """Run a parameter study and tabulate its measures; the command continues an interrupted study.
 
-    Exit codes: 0 all done and as expected, 1 missed an expectation or a limit, 2 bad input, 3 a case failed,
+    Exit codes: 0 all done and as expected, 1 missed an expectation or a limit, 2 invalid input, 3 a case failed,
     130 interrupted.
     """
     from hvisph.sweeps.selection import Selection
@@ -63,7 +61,8 @@ def converge(
     how: How,
     case: CaseArgument,
     resolutions: Annotated[
-        str, typer.Option("--resolutions", metavar="LIST", help="At least two, best three: 0.4mm,0.2mm,0.1mm.")
+        str,
+        typer.Option("--resolutions", metavar="LIST", help="Two or more spacings, better three: 0.4mm,0.2mm,0.1mm."),
     ],
     settings: SetOption = None,
 ) -> None:
@@ -99,7 +98,7 @@ def ballistic_limit(
 ) -> None:
     """Find the ballistic limit, or the limit of another event, by bisection with all workers.
 
-    Exit codes: 0 found, 1 no limit between the values, 2 bad input, 3 a shot failed, 130 interrupted.
+    Exit codes: 0 found, 1 no limit between the values, 2 invalid input, 3 a shot failed, 130 interrupted.
     """
     bounds = _bounds(bracket)
     width = tolerance if tolerance is not None else _sixteenth(*bounds)

@@ -30,7 +30,7 @@ def validate(
         bool,
         typer.Option("--second-resolution", help="Second, coarser resolution, for the discretization error."),
     ] = False,
-    coarse: Annotated[bool, typer.Option("--coarse", help="Coarse forms, seconds a shot: whether all works.")] = False,
+    coarse: Annotated[bool, typer.Option("--coarse", help="Coarse form, seconds per shot, as a test.")] = False,
     across: Annotated[
         float | None,
         typer.Option(
@@ -40,18 +40,20 @@ def validate(
     only: Annotated[
         str | None, typer.Option("--only", metavar="WHAT", help="failed, interrupted, or numbers of shots: 3..7.")
     ] = None,
-    table: Annotated[bool, typer.Option("--table", help="Show what has been computed and run nothing.")] = False,
+    table: Annotated[bool, typer.Option("--table", help="Show the results and run nothing.")] = False,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIR", help="Folder of all runs; validation unless given.")
     ] = None,
     page: Annotated[
         Path | None,
-        typer.Option("--page", metavar="FILE", help="Write a page, with results and pictures in a folder of its name."),
+        typer.Option(
+            "--page", metavar="FILE", help="Write a page, with results and pictures in a folder of the same name."
+        ),
     ] = None,
 ) -> None:
-    """Compute shots that were fired and print measured beside computed; the same command goes on.
+    """Compute sets of experiments and print measured and computed values; the command continues an interrupted set.
 
-    Exit codes: 0 all as asked, 1 some not, 2 bad input, 3 a shot failed, 130 interrupted.
+    Exit codes: 0 all as asked, 1 some not, 2 invalid input, 3 a shot failed, 130 interrupted.
     """
     from hvisph.core.errors import CaseError
     from hvisph.verification.checkout import require_module
