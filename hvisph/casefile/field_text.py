@@ -22,6 +22,8 @@ DERIVED = {
 
 def value_text(spot: Spot) -> str:
     """Return what may be written at `spot`, in a few words."""
+    if spot.info is not None and spot.info.annotation in (bool, bool | None):
+        return "`true` \\| `false`"
     if spot.quantity is not None:
         dimension = spot.quantity.dimension
         kind = "number" if dimension is NUMBER else dimension.name.split(" ", 1)[1]
@@ -58,4 +60,6 @@ def default_text(name: str, info: FieldInfo) -> str:
 
 
 def _scalar(value: Any) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
     return f"{value:g}" if isinstance(value, float) else str(value)
