@@ -61,6 +61,7 @@ LIBRARIES = {
     "matplotlib": {"visualization"},
     "jinja2": {"visualization"},
     "hvisph_validation": {"cli"},
+    "sklearn": {"sweeps"},
     "scipy": {"sweeps", "geometry", "measures", "diagnostics", "verification"},
     "llvmlite": {"compiler"},
     "platformdirs": {"compiler"},
@@ -70,7 +71,7 @@ LIBRARIES = {
     "numpy": {*MAY_IMPORT} - {"cli", "case", "casefile"},
 }
 # Slow to import and seldom needed: only within functions, so that nobody pays who does not use them.
-LAZY = {"PIL", "trimesh", "jinja2", "scipy", "matplotlib", "h5py", "meshio", "pint", "psutil", "mpi4py"}
+LAZY = {"PIL", "trimesh", "jinja2", "scipy", "sklearn", "matplotlib", "h5py", "meshio", "pint", "psutil", "mpi4py"}
 # Outside `compiler`, numba sets and tells the number of threads; only `compiler` compiles.
 NUMBA_ELSEWHERE = {"config", "get_num_threads", "set_num_threads", "threading_layer"}
 # Packages that must load without numba: nothing that they do needs a compiler.

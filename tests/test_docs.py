@@ -11,6 +11,7 @@ import yaml
 from hvisph.case.case import Case
 from hvisph.case.formulations.eulerian import EulerianFormulation
 from hvisph.case.materials.material import Material
+from hvisph.case.sweep import Sweep
 from hvisph.casefile.loader import load_case
 from hvisph.casefile.material_library import doubted
 from hvisph.casefile.model_fields import spot_of
@@ -19,7 +20,7 @@ from hvisph.sweeps.plan import load_plan
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
-MOST_LINES = 5500  # of all prose documentation
+MOST_LINES = 5550  # of all prose documentation
 PAGES = sorted(path.relative_to(DOCS).as_posix() for path in DOCS.rglob("*.md"))
 PROSE = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *(DOCS / page for page in PAGES)]
 LINK = re.compile(r"\]\((?!https?:|#)([^)#\s]+)")
@@ -140,6 +141,9 @@ def test_examples_load(page, number, tmp_path):
     if content.get("vary", {}).get("type") == "grid":  # of the case above it
         (tmp_path / content["case"]).write_text(blocks(page, "yaml")[0], encoding="utf-8")
         assert len(load_plan(content | {"case": str(tmp_path / content["case"])}).first()) > 1
+        return
+    if content.get("vary", {}).get("type") == "fit":  # its tables are the reader's own
+        Sweep.model_validate(content)
         return
     if "vary" in content:
         content["case"] = "quickstart"

@@ -235,7 +235,7 @@ def test_a_limit_may_lie_where_values_fall():
     (["8 mm", "2 mm"], [(8, 1.0), (2, 1.0)], "at every value that was tried: begin at a higher one"),
     (["8 mm", "2 mm"], [(8, 0.0), (2, 0.0)], "at no value that was tried: end at a lower one"),
     (["2 mm", "8 mm"], [(2, 1.0), (8, 1.0)], "begin at a lower one"),
-    (["8 mm", "2 mm"], [(8, 0.0), (2, None)], "shot 2 does not tell yet on which side of it: a later time.end"),
+    (["8 mm", "2 mm"], [(8, 0.0), (2, None)], "shot 2 does not tell yet on which side of it: give a later `longest`"),
     (["8 mm", "2 mm"], [], "no shot is done"),
 ])  # fmt: skip
 def test_a_limit_that_was_not_found_says_what_to_do(between, outcomes, why):

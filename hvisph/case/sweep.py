@@ -134,12 +134,23 @@ class Sample(StrictModel):
     )
 
 
+FitResult = Annotated[
+    File | dict[str, Any] | None,
+    Field(
+        default=None,
+        description="Folder of a fit whose material the case is made of: its covariance is the material's share of the "
+        "uncertainty",
+    ),
+]
+
+
 class Converge(StrictModel):
     """Resolutions, for the order of convergence and the value at infinite resolution."""
 
     type: Literal["converge"] = "converge"
     path: Text = Field(default="resolution", description="The setting that is refined")
     values: list[Bound] = Field(description="Its values, at least two and best three", min_length=2)
+    fit: FitResult
 
 
 class Event(StrictModel):
@@ -171,9 +182,59 @@ class Bisect(StrictModel):
     parameters: dict[str, list[Value]] = Field(
         default={}, description="By path of a setting: values for each of which the limit is determined"
     )
+    longest: PositiveTime | None = Field(
+        default=None,
+        description="Time [s] up to which a shot that is not decided goes on; four times that of the case unless given",
+    )
+    resolutions: list[Bound] = Field(
+        default=[], description="Spacings for each of which the limit is looked for, for its uncertainty", min_length=2
+    )
+    fit: FitResult
 
 
-Vary = Annotated[Grid | Listed | Sample | Converge | Bisect, Field(discriminator="type")]
+class Parameter(StrictModel):
+    """A setting that a fit varies."""
+
+    start: Bound = Field(description="First value")
+    bounds: tuple[Bound, Bound] = Field(description="Least and greatest value")
+
+
+class FittedMaterial(StrictModel):
+    """The material that a fit writes."""
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z][\w-]*$", max_length=64)] = Field(description="Name of the material")
+    base: Text = Field(description="Material of the library that it differs from in the fitted parameters")
+    bodies: list[Text] | None = Field(default=None, description="Bodies made of it; all unless given")
+
+
+class Fit(StrictModel):
+    """Parameters whose results agree best with measured values, by least squares or by a response surface."""
+
+    type: Literal["fit"] = "fit"
+    shots: File | list[Settings] = Field(
+        description="A CSV file: `shot` is the name, the other heads are paths of settings"
+    )
+    measured: File | list[Settings] = Field(
+        description="A CSV file with the heads shot, quantity, at, value, unit, scatter, source"
+    )
+    only: list[Text] | None = Field(default=None, description="Names of the shots that count, with * and ?")
+    quantities: list[Text] | None = Field(default=None, description="Quantities that count; all unless given")
+    parameters: dict[str, Parameter] = Field(
+        description="By path of a setting, where `material.` stands for the material of each of the bodies",
+        min_length=1,
+    )
+    material: FittedMaterial | None = Field(default=None, description="The material file to write")
+    method: Literal["least_squares", "surrogate"] = Field(
+        default="least_squares", description="`surrogate` for expensive runs: `count` points, then a response surface"
+    )
+    count: Count = Field(default=40, description="Points of a surrogate")
+    iterations: Annotated[int, Field(ge=1, le=200)] = Field(default=20, description="Most iterations of least squares")
+    step: Annotated[float, Field(gt=0.0, le=0.2)] = Field(
+        default=0.03, description="Step of the central differences, as a share of the bounds' distance"
+    )
+
+
+Vary = Annotated[Grid | Listed | Sample | Converge | Bisect | Fit, Field(discriminator="type")]
 
 
 class Sweep(StrictModel):

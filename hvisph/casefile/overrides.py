@@ -121,13 +121,19 @@ def with_bases(document: Document, values_of: Callable[[str], dict[str, Any]]) -
         try:
             if not isinstance(material["base"], str):
                 raise CaseError("expected the name of a material")
-            base = values_of(material["base"])
+            written = _written_out(material, values_of)
         except CaseError as error:
             raise CaseError(error.message, where=".".join(path), file=place.file, line=place.line) from None
-        changes = {key: value for key, value in material.items() if key != "base"}
-        varied = {"name": f"{base['name']}, varied"} if changes else {}
-        result[name] = {**body, "material": laid_over(base | varied, changes)}
+        result[name] = {**body, "material": written}
     return Document({**document.value, "bodies": result}, document.places)
+
+
+def _written_out(material: dict[str, Any], values_of: Callable[[str], dict[str, Any]]) -> dict[str, Any]:
+    """Return a material that varies a `base` with all its values."""
+    base = values_of(material["base"])
+    changes = {key: value for key, value in material.items() if key != "base"}
+    varied = {"name": f"{base['name']}, varied"} if changes else {}
+    return laid_over(base | varied, changes)
 
 
 def overridden(document: Document, override: str, values_of: Callable[[str], dict[str, Any]]) -> Document:
@@ -185,6 +191,8 @@ class _Setting:
             self.mark(path)
         elif isinstance(value, str) and _takes_material(path):
             value = self.values_of(value)
+        elif _takes_material(path) and isinstance(value, dict) and isinstance(value.get("base"), str):
+            value = _written_out(value, self.values_of)
         if not isinstance(value, dict):
             raise self.fail(path, f"has no keys, so '{keys[0]}' cannot be set in it; it is {kind_of(value)}")
         return self.apply_in_mapping(value, path, keys, new)

@@ -107,6 +107,7 @@ for command in (
     point.point,
     explain.help,
     sweep.sweep,
+    sweep.fit,
     sweep.converge,
     sweep.ballistic_limit,
     limits.correlations,

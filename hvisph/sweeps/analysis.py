@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import sqrt
 from typing import Any
+
+import numpy as np
 
 from hvisph.case import sweep as models
 
+from .calibration import Calibration
+from .design import converge_cases, variants
 from .experiment_comparison import against_experiment
+from .finding import finding
 from .folder import ENDED
-from .parameters import FACTORS, Scale, Values, product
-from .statistics import convergence, rank_correlations, spread
+from .parameters import FACTORS, Scale, Values, product, split
+from .sampling import distribution
+from .statistics import convergence, spread
+from .surrogate import sensitivity
 from .table import Row
-from .threshold import Bracket, bracket, lambert_jonas, next_values
+from .threshold import Bracket, bracket, lambert_jonas, logistic_limit, next_values
+from .uncertainty import combined
 
 
 def verdict(vary: Any, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
@@ -33,19 +42,25 @@ def verdict(vary: Any, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str
     elif isinstance(vary, models.Sample):
         said["sample"] = _sample(vary, base, done)
     elif isinstance(vary, models.Bisect):
-        said["limits"] = [_limit(vary, base, fixed, group) for fixed, group in _groups(vary, done)]
+        said["limits"] = [_limit(vary, base, fixed, group) for fixed, group in _groups(vary, base, done)]
+        _add_uncertainty(vary, base, said["limits"])
+    elif isinstance(vary, models.Fit):
+        said["fit"] = Calibration(vary, base, done).solve()[1]
+    said["finding"] = finding(said, done)
     return said
 
 
 def following(vary: Any, base: Mapping[str, Any], rows: Sequence[Row], points: int) -> list[Values]:
-    """Return the cases of the next round of a bisection, `points` for each limit; none of other sweeps."""
+    """Return the cases of the next round of a bisection, `points` for each limit, or of a fit; none of other sweeps."""
+    if isinstance(vary, models.Fit):
+        return Calibration(vary, base, [row for row in rows if row["status"] == "done"]).solve()[0]
     if not isinstance(vary, models.Bisect):
         return []
     without, beyond, width = Scale(vary.path, [*vary.bracket, vary.tolerance], base).numbers
     cases: list[Values] = []
-    for fixed, group in _groups(vary, [row for row in rows if row["status"] == "done"]):
+    for fixed, group in _groups(vary, base, [row for row in rows if row["status"] == "done"]):
         decided = _decided(vary.event, group)
-        if len(decided) < len(group):  # a shot that tells nothing now would tell nothing again
+        if len(decided) < len(group):  # the shot first has to go on to a later time
             continue
         scale = Scale(vary.path, [*vary.bracket, vary.tolerance, *(row["values"][vary.path] for row in group)], base)
         known = bracket(scale.numbers[3:], [yes for _, yes in decided], beyond < without)
@@ -53,11 +68,39 @@ def following(vary: Any, base: Mapping[str, Any], rows: Sequence[Row], points: i
     return cases
 
 
-def _groups(vary: models.Bisect, rows: Sequence[Row]) -> list[tuple[Values, list[Row]]]:
+def _groups(vary: models.Bisect, base: Mapping[str, Any], rows: Sequence[Row]) -> list[tuple[Values, list[Row]]]:
+    """Return the settings of each limit with its shots."""
+    every = [one | variant for one in product(vary.parameters) for variant in variants(vary, base)]
+    paths = {path for one in every for path in one}
     return [
-        (fixed, [row for row in rows if all(row["values"].get(path) == value for path, value in fixed.items())])
-        for fixed in product(vary.parameters)
+        (fixed, [row for row in rows if all(row["values"].get(path) == fixed.get(path) for path in paths)])
+        for fixed in every
     ]
+
+
+def undecided(vary: Any, rows: Sequence[Row]) -> list[int]:
+    """Return the numbers of the shots of a limit that are done and do not tell on which side of it they are."""
+    if not isinstance(vary, models.Bisect):
+        return []
+    return [row["number"] for row in rows if row["status"] == "done" and _happened(vary.event, row) is None]
+
+
+def _add_uncertainty(vary: models.Bisect, base: Mapping[str, Any], limits: Sequence[dict[str, Any]]) -> None:
+    """Add the combined uncertainty to the first limit of each group of variants."""
+    extras = variants(vary, base)
+    if len(extras) == 1:
+        return
+    spacings = Scale("resolution", vary.resolutions, base).numbers if vary.resolutions else [1.0]
+    for k in range(0, len(limits), len(extras)):
+        group = limits[k : k + len(extras)]
+        if any(one["limit"] is None for one in group):
+            continue
+        values = [one["limit"] for one in group]
+        finest = group[spacings.index(min(spacings))]
+        half = 0.5 * abs(finest["above"] - finest["below"])
+        correlation = vary.fit["correlation"] if isinstance(vary.fit, dict) else []
+        count = len(spacings)
+        finest["uncertainty"] = combined(spacings, values[:count], half, values[count:], correlation)
 
 
 def _happened(event: models.Event, row: Row) -> bool | None:
@@ -91,7 +134,10 @@ def _limit(vary: models.Bisect, base: Mapping[str, Any], fixed: Values, rows: Se
         factor = FACTORS[scale.unit]
         curve = lambert_jonas([factor * s["value"] for s in through], [abs(s["residual"]) for s in through],
                               bracket([factor * number for number in numbers], happened))  # fmt: skip
-    return {"parameters": fixed, "path": vary.path, "unit": scale.unit, **limits.as_dict(), "shots": shots,
+    v50 = logistic_limit(numbers, happened) if limits.mixed else None
+    if v50 is None and limits.below is not None and limits.above is not None:  # equally likely within the bracket
+        v50 = 0.5 * (limits.below + limits.above), abs(limits.above - limits.below) / sqrt(12.0)
+    return {"parameters": fixed, "path": vary.path, "unit": scale.unit, **limits.as_dict(), "v50": v50, "shots": shots,
             "undecided": undecided, "open": _open(limits, without, beyond, decided, undecided),
             "lambert_jonas": None if curve is None else curve.as_dict()}  # fmt: skip
 
@@ -101,7 +147,7 @@ def _open(limits: Bracket, without: float, beyond: float, decided: Sequence[Any]
     if undecided:
         which = ", ".join(map(str, undecided))
         told = f"shots {which} do not tell yet" if len(undecided) > 1 else f"shot {which} does not tell yet"
-        return f"{told} on which side of it: a later time.end is needed"
+        return f"{told} on which side of it: give a later `longest`, or the time.end of a run that tells"
     if not decided:
         return "no shot is done"
     farther = ("lower", "higher") if without < beyond else ("higher", "lower")
@@ -115,6 +161,9 @@ def _open(limits: Bracket, without: float, beyond: float, decided: Sequence[Any]
 
 
 def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
+    perturbed = [next((row for row in rows if row["values"] == one), None)
+                 for one in converge_cases(vary, base)[len(vary.values) :]]  # fmt: skip
+    rows = [row for row in rows if len(row["values"]) == 1]
     scale = Scale(vary.path, [row["values"][vary.path] for row in rows], base) if rows else None
     spacings = scale.numbers if scale else []
     names = dict.fromkeys(name for row in rows for name in row["measures"])
@@ -133,6 +182,12 @@ def _converge(vary: models.Converge, base: Mapping[str, Any], rows: Sequence[Row
             "unit": known[0][0]["unit"], "spacings": [h for _, h in known], "values": values,
             "uncertainties": uncertain, "spacing_unit": scale.unit if scale else "",
         }  # fmt: skip
+        if len(values) == len(vary.values):
+            finest = min(known, key=lambda one: one[1])[0]
+            time = (finest.get("uncertainty_by") or {}).get("swing", 0.0)
+            others = [None if row is None else row["measures"].get(name, {}).get("value") for row in perturbed]
+            correlation = vary.fit["correlation"] if isinstance(vary.fit, dict) else []
+            verdicts[name]["uncertainty"] = combined([h for _, h in known], values, time, others, correlation)
     return verdicts
 
 
@@ -145,19 +200,19 @@ def _noise(measure: Mapping[str, Any]) -> float | None:
 
 
 def _sample(vary: models.Sample, base: Mapping[str, Any], rows: Sequence[Row]) -> dict[str, Any]:
-    inputs: dict[str, list[Any]] = {}
-    for path, one in vary.values.items():
-        values = [row["values"].get(path) for row in rows]
-        plain = isinstance(one, models.Choice) or not values
-        inputs[path] = values if plain else Scale(path, values, base).numbers
+    drawn = {path: distribution(path, one, base) for path, one in vary.values.items()
+             if not isinstance(one, models.Choice)}  # fmt: skip
     verdicts = {}
     for name in dict.fromkeys(name for row in rows for name in row["measures"]):
-        chosen = [k for k, row in enumerate(rows)
-                  if isinstance(row["measures"].get(name, {}).get("value"), int | float)]  # fmt: skip
+        chosen = [row for row in rows if isinstance(row["measures"].get(name, {}).get("value"), int | float)]
         if not chosen:
             continue
-        results = [float(rows[k]["measures"][name]["value"]) for k in chosen]
-        some = {path: [values[k] for k in chosen] for path, values in inputs.items()}
-        verdicts[name] = {"unit": rows[chosen[0]]["measures"][name]["unit"], **spread(results),
-                       "rank_correlation": rank_correlations(results, some)}  # fmt: skip
+        results = np.array([float(row["measures"][name]["value"]) for row in chosen])
+        verdicts[name] = {"unit": chosen[0]["measures"][name]["unit"], **spread(results.tolist())}
+        if len(drawn) < len(vary.values) or not (scale := {path: one for path, (one, _) in drawn.items()}):
+            continue
+        inputs = np.array([[split(path, row["values"][path])[0] for path in drawn] for row in chosen])
+        found = sensitivity(inputs, results, [one for _, one in drawn.values()])
+        if found:
+            verdicts[name]["sensitivity"] = found | {"inputs": {path: one.unit for path, one in scale.items()}}
     return verdicts

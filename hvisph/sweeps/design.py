@@ -10,8 +10,10 @@ from typing import Any
 from hvisph.case import sweep as models
 from hvisph.core.errors import CaseError
 
+from .calibration import Calibration
 from .parameters import Scale, Values, plain, product
 from .sampling import sampled
+from .uncertainty import perturbations
 
 
 def points(vary: Any, base: Mapping[str, Any], folder: Path) -> list[Values]:
@@ -42,16 +44,37 @@ def points(vary: Any, base: Mapping[str, Any], folder: Path) -> list[Values]:
     elif isinstance(vary, models.Sample):
         cases = sampled(vary, base)
     elif isinstance(vary, models.Converge):
-        cases = [{vary.path: value} for value in _unlike(vary, base)]
+        cases = converge_cases(vary, base)
+    elif isinstance(vary, models.Fit):
+        cases = Calibration(vary, base).first()
     else:
         scale = Scale(vary.path, [*vary.bracket, vary.tolerance], base)
         if scale.numbers[0] == scale.numbers[1] or not scale.numbers[2] > 0.0:
             raise CaseError("needs two values that differ, and a width above 0", where="bracket")
-        fixed = product(vary.parameters)
+        fixed = [one | variant for one in product(vary.parameters) for variant in variants(vary, base)]
         cases = [{**one, vary.path: scale.value(number)} for one in fixed for number in scale.numbers[:2]]
     if len(cases) > models.MOST_CASES:
         raise CaseError(f"makes {len(cases)} cases, more than {models.MOST_CASES}")
     return cases
+
+
+def converge_cases(vary: models.Converge, base: Mapping[str, Any]) -> list[Values]:
+    """Return the spacings of a convergence study, and the coarsest with each parameter of the material raised."""
+    values = _unlike(vary, base)
+    numbers = Scale(vary.path, vary.values, base).numbers
+    coarsest = values[numbers.index(max(numbers))]
+    raised = perturbations(vary.fit, base)
+    return [{vary.path: value} for value in values] + [{vary.path: coarsest} | one for one in raised]
+
+
+def variants(vary: models.Bisect, base: Mapping[str, Any]) -> list[Values]:
+    """Return the settings for each of which a limit is looked for, for its uncertainty; a single empty one for none."""
+    if not vary.resolutions:
+        return [{}, *perturbations(vary.fit, base)]
+    numbers = Scale("resolution", vary.resolutions, base).numbers
+    coarsest = vary.resolutions[numbers.index(max(numbers))]
+    raised = perturbations(vary.fit, base)
+    return [{"resolution": value} for value in vary.resolutions] + [{"resolution": coarsest} | one for one in raised]
 
 
 def _unlike(vary: models.Converge, base: Mapping[str, Any]) -> list[Any]:

@@ -13,13 +13,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Sequence
+from datetime import date
 from typing import Any, Protocol
 
-from hvisph.case.sweep import Bisect
+from hvisph import __version__
+from hvisph.casefile.yaml_text import dump
 from hvisph.core.errors import INTERRUPTED, OutputError
-from hvisph.output import atomic_write
+from hvisph.output import atomic_write, file_names
 
-from .analysis import following, verdict
+from .analysis import following, undecided, verdict
+from .calibration import material_document
 from .correlation_comparison import beside_limit
 from .folder import ENDED, RESULTS, STEPPING, SweepFolder
 from .plan import Member
@@ -27,6 +30,7 @@ from .selection import Selection
 from .subprocess_fork import Forked, can_fork
 from .table import Row, TableKeeper, row, rows
 
+LONGEST = 4.0  # times the end of a case: how far a shot that is not decided goes on unless told
 POLL = 0.1  # least wall time between two looks [s]
 MOST_FAILURES = 5  # of workers in a row that end with an error
 
@@ -159,7 +163,7 @@ class Driver:
             while True:
                 yield from self._round()
                 more = self._more()
-                if not more:
+                if not more and not self._prolonged():
                     break
                 self.members += more
                 self.folder.write_members(self.members)
@@ -173,8 +177,16 @@ class Driver:
         said = verdict(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members))
         for limit in said.get("limits", []):
             limit |= beside_limit(self.plan, limit)
+        if (said.get("fit") or {}).get("material"):
+            self._write_material(said["fit"])
         atomic_write.write_text(self.folder.path / RESULTS, json.dumps(said, indent=2, ensure_ascii=False) + "\n")
         return said
+
+    def _write_material(self, fit: dict[str, Any]) -> None:
+        """Write the fitted material; its date is that of the last run."""
+        day = max((self.folder.run_folder(member) / file_names.SUMMARY).stat().st_mtime for member in self.members)
+        document = material_document(fit, date.fromtimestamp(day).isoformat(), __version__)
+        atomic_write.write_text(self.folder.path / f"{fit['material']['name']}.yaml", dump(document))
 
     def _take_up(self) -> None:
         """Let cases that are asked for by their status be taken again."""
@@ -212,13 +224,28 @@ class Driver:
         alone = self.crew.waits_for_first and not (self.folder.path / STEPPING).exists()
         return 1 if alone else min(self.workers, left)
 
+    def _prolonged(self) -> bool:
+        """Let shots of a limit that are not decided go on to twice their time; False where none may."""
+        numbers = set(undecided(self.sweep.vary, rows(self.folder, self.members)))
+        prolonged = False
+        for member in self.members:
+            if member.number not in numbers:
+                continue
+            first = self.plan.case(member.values).time.end
+            longest = getattr(self.sweep.vary, "longest", None) or LONGEST * first
+            end = self.folder.prolonged(member) or first
+            if end < longest:
+                self.folder.begin_again(member, end=min(2.0 * end, longest))
+                prolonged = True
+        return prolonged
+
     def _failed(self) -> list[Member]:
         return [member for member in self.members if self.folder.standing(member).status in ENDED[1:]]
 
     def _more(self) -> list[Member]:
-        """Return the next round of a bisection."""
-        if not isinstance(self.sweep.vary, Bisect) or self._failed():
+        """Return the next round of a bisection or a fit."""
+        if self._failed():
             return []
-        points = self.sweep.vary.points or self.workers
+        points = getattr(self.sweep.vary, "points", None) or self.workers
         more = following(self.sweep.vary, self.plan.base.value, rows(self.folder, self.members), points)
         return self.plan.members(more, len(self.members))

@@ -205,10 +205,14 @@ class SweepFolder:
             return Standing("interrupted", str(last.get("reason", "")), summary)
         return Standing("waiting")
 
-    def begin_again(self, member: Member) -> None:
-        """Let a case that has ended badly, or was cut off by its limit, be taken again."""
+    def begin_again(self, member: Member, end: float | None = None) -> None:
+        """Let a case be taken again: one that failed or was cut off, or up to a later `end` [s]."""
         self._ended.pop(member.number, None)
-        self.note(member, "again")
+        self.note(member, "again", **({} if end is None else {"end": end}))
+
+    def prolonged(self, member: Member) -> float | None:
+        """Return the later end that a case was given [s]; None for its own."""
+        return next((event["end"] for event in reversed(self._events(member)) if "end" in event), None)
 
     def _events(self, member: Member) -> list[dict[str, Any]]:
         try:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from hvisph.case.case import Case
-from hvisph.case.sweep import Sweep
+from hvisph.case.sweep import Fit, Sweep
 from hvisph.casefile.errors import located
 from hvisph.casefile.loader import materials_of, validated
 from hvisph.casefile.overrides import overridden
@@ -21,8 +21,10 @@ from hvisph.core.errors import CaseError
 from hvisph.core.text import format_value
 from hvisph.precheck.estimate import estimated_steps, rough_count
 
+from .calibration import with_data
 from .design import points
 from .parameters import EXPERIMENT, Values
+from .uncertainty import read_fit
 
 
 @dataclass(frozen=True)
@@ -70,6 +72,9 @@ class Plan:
     def __init__(self, sweep: Sweep, base: Document, places: Mapping[Any, Place], folder: Path):
         self.sweep, self.places, self.folder = sweep, places, folder
         self.base = base
+        self.counts: dict[str, float] = {}  # of particles, by spacing and shapes: estimates for the order of the cases
+        vary = self._blamed(("vary",), lambda: _with_files(sweep.vary, folder))
+        self.sweep = sweep.model_copy(update={"vary": vary})
         for path, value in sweep.set.items():
             self.base = self._blamed(("set", path), lambda: setting(self.base, path, value))  # noqa: B023 called at once
 
@@ -83,7 +88,10 @@ class Plan:
         members = []
         for number, one in enumerate(values, start):
             case = self.case(one, number)
-            members.append(Member(number, digest(case), one, float(rough_count(case)) * estimated_steps(case)))
+            shapes = f"{case.resolution} {[body.shape for body in case.bodies.values()]}"
+            if shapes not in self.counts:
+                self.counts[shapes] = float(rough_count(case))
+            members.append(Member(number, digest(case), one, self.counts[shapes] * estimated_steps(case)))
         return members
 
     def case(self, values: Values, number: int = 0) -> Case:
@@ -106,6 +114,15 @@ class Plan:
             keys = tuple(part for part in error.where.split(".") if part) if path == ("vary",) else ()
             known = (*path, *keys)
             raise located(known, error.message, self.places) from None
+
+
+def _with_files(vary: Any, folder: Path) -> Any:
+    """Return what varies with the content of the files that it names, so that the sweep's folder holds all."""
+    if isinstance(vary, Fit):
+        return with_data(vary, folder)
+    if getattr(vary, "fit", None) is not None:
+        return vary.model_copy(update={"fit": read_fit(vary.fit, folder)})
+    return vary
 
 
 def setting(document: Document, path: str, value: Any) -> Document:

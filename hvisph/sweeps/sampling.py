@@ -40,12 +40,17 @@ def _distribution(path: str, one: Any, base: Mapping[str, Any]) -> Any:
     """Return a function from a probability to a value of the setting."""
     if isinstance(one, models.Choice):
         return lambda u: one.choice[min(int(u * len(one.choice)), len(one.choice) - 1)]
+    scale, drawn = distribution(path, one, base)
+    return lambda u: scale.value(float(drawn.ppf(min(max(u, 1e-12), 1.0 - 1e-12))))
+
+
+def distribution(path: str, one: Any, base: Mapping[str, Any]) -> tuple[Scale, Any]:
+    """Return the scale of a setting and its distribution in that scale, a frozen one of `scipy.stats`."""
+    from scipy.stats import norm, uniform
+
     if isinstance(one, models.Uniform):
         scale = Scale(path, one.uniform, base)
         low, high = scale.numbers
-        return lambda u: scale.value(low + (high - low) * u)
-    from scipy.special import ndtri
-
+        return scale, uniform(low, high - low)
     scale = Scale(path, [one.normal.mean, one.normal.sd], base)
-    mean, deviation = scale.numbers
-    return lambda u: scale.value(mean + deviation * float(ndtri(min(max(u, 1e-12), 1.0 - 1e-12))))
+    return scale, norm(*scale.numbers)

@@ -14,7 +14,7 @@ of an order.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -112,17 +112,3 @@ def spread(results: Sequence[float]) -> dict[str, float]:
     x = np.asarray(results, float)
     statistics = {"count": len(x), "mean": float(x.mean()), "sd": float(x.std(ddof=1)) if len(x) > 1 else 0.0}
     return statistics | {f"p{q}": float(np.percentile(x, q)) for q in PERCENTILES}
-
-
-def rank_correlations(results: Sequence[float], inputs: Mapping[str, Sequence[Any]]) -> dict[str, float | None]:
-    """Return Spearman's rank correlation of results with each input; None where either does not vary."""
-    from scipy.stats import spearmanr
-
-    correlations: dict[str, float | None] = {}
-    for name, values in inputs.items():
-        numbers = [value if isinstance(value, int | float) else None for value in values]
-        if any(number is None for number in numbers) or len(set(numbers)) < 2 or len(set(results)) < 2:
-            correlations[name] = None
-        else:
-            correlations[name] = float(spearmanr(numbers, results).statistic)
-    return correlations

@@ -51,6 +51,33 @@ def bracket(values: Sequence[float], happened: Sequence[bool], falling: bool = F
     return Bracket(below, above, mixed)
 
 
+def logistic_limit(values: Sequence[float], happened: Sequence[bool]) -> tuple[float, float] | None:
+    """Return V50 and the standard deviation of the limit from a logistic fit; None where it has no maximum.
+
+    The likelihood is penalised by the determinant of its information (Firth 1993), which keeps the estimate finite
+    where a value separates all shots. The deviation is that of the logistic distribution, scale pi/sqrt(3).
+    """
+    from scipy.optimize import minimize
+
+    v, y = np.asarray(values, float), np.asarray(happened, float)
+    middle, width = float(v.mean()), float(v.std())
+    if len(v) < 3 or width == 0.0 or len(set(happened)) < 2:
+        return None
+    terms = np.column_stack([np.ones(len(v)), (v - middle) / width])
+
+    def loss(b: np.ndarray) -> float:
+        z = terms @ b
+        p = 1.0 / (1.0 + np.exp(-np.clip(z, -500.0, 500.0)))
+        information = terms.T @ (terms * (p * (1.0 - p))[:, None])
+        return float(np.logaddexp(0.0, z).sum() - y @ z - 0.5 * np.linalg.slogdet(information + 1e-12 * np.eye(2))[1])
+
+    options = {"xatol": 1e-6, "fatol": 1e-9, "maxiter": 4000}
+    fitted = minimize(loss, np.zeros(2), method="Nelder-Mead", options=options).x
+    if fitted[1] == 0.0:
+        return None
+    return middle - width * float(fitted[0] / fitted[1]), width * float(np.pi / np.sqrt(3.0) / abs(fitted[1]))
+
+
 def next_values(known: Bracket, points: int, width: float) -> list[float]:
     """Return values that shrink the bracket by `points` + 1; none where it is narrow enough, open or mixed."""
     if known.below is None or known.above is None or known.mixed:

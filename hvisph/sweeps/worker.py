@@ -137,7 +137,7 @@ class Worker:
         begun = (path / file_names.CASE).is_file()
         if begun and not self.folder.failed(member):
             try:
-                return resume(path, threads=self.threads, listener=listener)
+                return resume(path, self.folder.prolonged(member), threads=self.threads, listener=listener)
             except (CaseError, OutputError):
                 pass  # what is there cannot be gone on with: begin again, or fail for the same reason
         case = self.plan.case(member.values, member.number)

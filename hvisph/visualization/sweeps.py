@@ -57,6 +57,8 @@ def sweep_figure(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]],
     """Return the figure of what a sweep says; raises `CaseError` when there is nothing to draw."""
     if "limits" in said:
         return _limits(said["limits"])
+    if said.get("fit"):
+        return _fitted(said["fit"]["data"])
     if "experiment" in said:
         return _panels(said["experiment"], _against)
     for kind, draw in (("converge", _convergence), ("sample", _tornado)):
@@ -124,16 +126,36 @@ def _against(axes: Axes, one: Mapping[str, Any], display: Any) -> None:
 
 
 def _tornado(axes: Axes, one: Mapping[str, Any], display: Any) -> None:
-    """Rank correlations with each input, the strongest on top."""
-    ranks = {path: rank or 0.0 for path, rank in one["rank_correlation"].items()}
-    paths = sorted(ranks, key=lambda path: abs(ranks[path]))
-    axes.barh([".".join(path.split(".")[-3:]) for path in paths], [ranks[path] for path in paths],
-              color=[INK if ranks[path] >= 0.0 else ACCENT for path in paths])  # fmt: skip
+    """Change of the measure over 5 to 95 % of each input, the largest on top."""
+    found = one.get("sensitivity") or {"inputs": {}, "swing": []}
+    swings = sorted(zip(found["inputs"], found["swing"], strict=True), key=lambda pair: abs(pair[1]))
+    axes.barh([".".join(path.split(".")[-3:]) for path, _ in swings], [swing * display.factor for _, swing in swings],
+              color=[INK if swing >= 0.0 else ACCENT for _, swing in swings])  # fmt: skip
     axes.axvline(0.0, color="black", linewidth=0.8)
-    axes.set_xlim(-1.0, 1.0)
-    axes.set_xlabel("rank correlation")
+    axes.set_xlabel(f"change over 5 to 95 % of the input [{display.unit or '-'}]")
     spread = f"{one['mean'] * display.factor:.4g} ± {one['sd'] * display.factor:.2g} {display.unit}"
     axes.set_title(f"{display.label}: {spread}", fontsize=9)
+
+
+def _fitted(data: Sequence[Mapping[str, Any]]) -> Figure:
+    """Measured beside computed: by shot where there is one number each, over time or distance for curves."""
+    groups: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    for one in data:
+        groups.setdefault((one["quantity"], "" if one["at"] is None else one["shot"]), []).append(one)
+    figure, panels = _figure(min(len(groups), MOST_PANELS))
+    for axes, ((quantity, shot), rows) in zip(panels, groups.items(), strict=False):
+        x = range(len(rows)) if not shot else [row["at"] for row in rows]
+        measured, scatter, computed = ([row[key] for row in rows] for key in ("value", "scatter", "computed"))
+        axes.errorbar(x, measured, scatter, fmt="o", color=ACCENT, capsize=2, markersize=4, label="measured")
+        axes.plot(x, computed, "-" if shot else "D", color=INK, markersize=4, label="computed")
+        if shot:
+            axes.set_xlabel("distance from the foot [mm]" if quantity == "outline" else "time [us]")
+        else:
+            axes.set_xticks(x, [row["shot"] for row in rows], rotation=30, ha="right", fontsize=7)
+        axes.set_ylabel(f"{format_of(quantity).label} [{rows[0]['unit'] or '-'}]")
+        axes.set_title(shot, fontsize=9)
+    panels[0].legend(fontsize=8)
+    return figure
 
 
 def _limits(verdicts: Sequence[Mapping[str, Any]]) -> Figure:

@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from hvisph.sweeps.folder import SweepFolder
 
 
+FitOption = Annotated[
+    str | None, typer.Option("--fit", metavar="DIR", help="Folder of the material's fit: its share of the uncertainty.")
+]
+
+
 @shared
 def sweep(
     how: How,
@@ -57,6 +62,30 @@ def sweep(
 
 
 @shared
+def fit(
+    how: How,
+    source: Annotated[
+        str, typer.Argument(metavar="FIT", help="File of a fit, or the folder of one that was begun, to go on with.")
+    ],
+) -> None:
+    """Fit parameters of a material to measured shots and write the material; the same command goes on.
+
+    Exit codes: 0 fitted, 1 a parameter is not determined or the fit not converged, 2 bad input, 3 a shot failed,
+    130 interrupted.
+    """
+    from hvisph.core.errors import CaseError
+    from hvisph.sweeps.selection import Selection
+    from hvisph.sweeps.start import begin
+
+    how.refuse()
+    folder = begin(source, how.out)
+    if folder.sweep.vary.type != "fit":
+        raise CaseError(f"{source} is a sweep of type {folder.sweep.vary.type}: use hvisph sweep", where="vary.type")
+    go(folder, how, Selection(), None)
+    _show(folder, how)
+
+
+@shared
 def converge(
     how: How,
     case: CaseArgument,
@@ -64,6 +93,7 @@ def converge(
         str,
         typer.Option("--resolutions", metavar="LIST", help="Two or more spacings, better three: 0.4mm,0.2mm,0.1mm."),
     ],
+    fit: FitOption = None,
     settings: SetOption = None,
 ) -> None:
     """Run a case at several resolutions: order of convergence, value at infinite resolution, grid convergence index."""
@@ -72,7 +102,7 @@ def converge(
     values = [value.strip() for value in resolutions.split(",") if value.strip()]
     if len(values) < 2:
         raise CaseError(f"'{resolutions}': at least two, such as 0.4mm,0.2mm,0.1mm", where="--resolutions")
-    vary = {"type": "converge", "path": "resolution", "values": values}
+    vary = {"type": "converge", "path": "resolution", "values": values} | ({"fit": fit} if fit else {})
     _study(how, "converge", case, settings, vary)
 
 
@@ -93,6 +123,13 @@ def ballistic_limit(
         str, typer.Option("--event", metavar="MEASURE", help="The event: this measure above --threshold.")
     ] = "perforated",
     threshold: Annotated[float, typer.Option("--threshold", help="Threshold of the measure [SI].")] = 0.5,
+    longest: Annotated[
+        str | None, typer.Option("--longest", metavar="TIME", help="Up to when an undecided shot goes on; 4 x its end.")
+    ] = None,
+    resolutions: Annotated[
+        str | None, typer.Option("--resolutions", metavar="LIST", help="A limit for each: its uncertainty by spacing.")
+    ] = None,
+    fit: FitOption = None,
     resolution: ResolutionOption = None,
     settings: SetOption = None,
 ) -> None:
@@ -104,6 +141,9 @@ def ballistic_limit(
     width = tolerance if tolerance is not None else _sixteenth(*bounds)
     varied = {"type": "bisect", "path": vary, "bracket": list(bounds), "tolerance": width,
               "event": {"measure": measure, "threshold": threshold}}  # fmt: skip
+    varied |= {"longest": longest} if longest else {}
+    varied |= {"resolutions": [one.strip() for one in resolutions.split(",")]} if resolutions else {}
+    varied |= {"fit": fit} if fit else {}
     fixed = [*(settings or ()), *([f"resolution={resolution}"] if resolution else ())]
     _study(how, "ballistic-limit", case, fixed, varied)
 
@@ -219,5 +259,7 @@ def _show(folder: SweepFolder, how: How) -> None:
     statuses = {row["status"] for row in shown}
     if statuses & {"failed", "error", "killed"}:
         raise typer.Exit(FAILED)
-    if any(row["missed"] for row in shown) or any(one["open"] for one in said.get("limits", [])):
+    found = said.get("fit") or {"parameters": {}, "converged": True}
+    doubtful = not found["converged"] or not all(one["determined"] for one in found["parameters"].values())
+    if doubtful or any(row["missed"] for row in shown) or any(one["open"] for one in said.get("limits", [])):
         raise typer.Exit(1)

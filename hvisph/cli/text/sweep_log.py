@@ -12,10 +12,11 @@ from typing import Any
 from hvisph.core.text import format_differences, format_value
 
 from .echo import say
-from .formatting import duration, table, tables
+from .formatting import duration, paragraph, table, tables
 
 SHOT = "experiment.shot"  # names a case by itself
 SHOWN_MISSES = 5  # cases whose expected values were missed, on the terminal
+SHOWN_RESIDUALS = 6
 SHOWN_ROWS = 60  # of the table on the terminal
 
 
@@ -96,7 +97,9 @@ def _measured(row: dict[str, Any], names: Sequence[str]) -> str:
 
 def summary(sweep: Any, rows: Sequence[dict[str, Any]], said: dict[str, Any], path: Path) -> str:
     """Return what a sweep says, in words and tables."""
-    parts = [""]
+    parts = ["", paragraph(said["finding"]), ""] if said.get("finding") else [""]
+    if said.get("fit"):
+        return "\n".join([*parts, _fit(said["fit"], path), "", f"{len(rows)} runs: {path / 'table.csv'}"])
     if "converge" in said:
         parts += [_converge(said["converge"], sweep.record), ""]
     elif "limits" in said:
@@ -215,13 +218,42 @@ def _experiment(verdict: dict[str, Any]) -> str:
 def _sample(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
     from hvisph.core.measure_catalogue import format_of
 
-    paths = list(next(iter(verdict.values()))["rank_correlation"]) if verdict else []
-    lines = [["", "unit", "mean", "sd", "5 %", "50 %", "95 %", *_shortest(paths)]]
+    lines = [["", "unit", "mean", "sd", "5 %", "50 %", "95 %"]]
+    slopes = [["", "slope", "", "variance", "total Sobol", "R2", "left out"]]
     for name, one in verdict.items():
         if record is not None and name not in record:
             continue
         display = format_of(name)
         numbers = [f"{one[key] * display.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
-        ranks = ["-" if rank is None else f"{rank:+.2f}" for rank in one["rank_correlation"].values()]
-        lines.append([display.label, display.unit, *numbers, *ranks])
-    return table(lines)
+        lines.append([display.label, display.unit, *numbers])
+        found = one.get("sensitivity")
+        for k, (path, unit) in enumerate(found["inputs"].items() if found else ()):
+            slope = f"{found['slope'][k] * display.factor:+.3g} ± {found['error'][k] * display.factor:.1g}"
+            per = f"{display.unit or '1'} per {unit or '1'} of {_shortest([path])[0]}"
+            shares = [f"{100.0 * found[key][k]:.0f} %" for key in ("share", "total")]
+            errors = [f"{found['r2']:.3f}", f"{100.0 * found['leave_one_out']:.0f} %"] if k == 0 else ["", ""]
+            slopes.append([display.label if k == 0 else "", slope, per, *shares, *errors])
+    return table(lines) + ("\n\n" + table(slopes) if len(slopes) > 1 else "")
+
+
+def _fit(fit: dict[str, Any], folder: Path) -> str:
+    """Return a fit's parameters, their correlation and the residuals by shot."""
+    names = list(fit["parameters"])
+    lines = [["", "", "95 %", "", *_shortest(names)]]
+    for path, one, row in zip(names, fit["parameters"].values(), fit["correlation"], strict=True):
+        doubt = "" if one["determined"] else "not determined by the data"
+        value, *interval = (f"{number:.4g}" for number in (one["value"], *one["interval"]))
+        lines.append([path, f"{value} {one['unit']}", " to ".join(interval), doubt, *(f"{r:+.2f}" for r in row)])
+    shots: dict[str, list[str]] = {}
+    for one in fit["data"]:
+        at = "" if one["at"] is None else f" at {one['at']:g}"
+        shots.setdefault(one["shot"], []).append(f"{one['quantity']}{at} {one['residual']:+.2f}")
+    residuals = [[shot, ", ".join(found[:SHOWN_RESIDUALS]) + (" ..." if len(found) > SHOWN_RESIDUALS else "")]
+                 for shot, found in shots.items()]  # fmt: skip
+    parts = [table(lines), "", "residuals, (computed - measured)/scatter:", table(residuals), "", fit["method"]]
+    if "surrogates" in fit:
+        worst = max(fit["surrogates"], key=lambda one: one["share"])
+        parts.append(f"leave-one-out error of the surfaces at most {100.0 * worst['share']:.2g} % of the deviation")
+    if fit["material"]:
+        parts.append(f"material: {folder / fit['material']['name']}.yaml")
+    return "\n".join(parts)

@@ -76,7 +76,7 @@ def _table(home: Path) -> tuple[list[str], list[dict[str, str]]]:
 
 
 def _verdict(said: Mapping[str, Any]) -> str:
-    text = f"{said.get('done', 0)} of {said.get('cases', 0)} cases are done."
+    text = f"{said.get('done', 0)} of {said.get('cases', 0)} cases are done. {said.get('finding', '')}".rstrip()
     for limit in said.get("limits", []):
         where = "".join(f"{path} = {value}: " for path, value in limit["parameters"].items())
         if limit.get("open") or limit["limit"] is None:
@@ -109,6 +109,13 @@ def _measures_table(said: Mapping[str, Any]) -> tuple[list[str], list[list[str]]
             numbers = [f"{one[key] * display.factor:.4g}" for key in ("mean", "sd", "p5", "p50", "p95")]
             rows.append([display.label, display.unit, *numbers])
         return ["measure", "unit", "mean", "deviation", "5 %", "50 %", "95 %"], rows
+    if said.get("fit"):
+        rows = []
+        for path, one in said["fit"]["parameters"].items():
+            value, low, high = (f"{number:.4g}" for number in (one["value"], *one["interval"]))
+            doubt = "" if one["determined"] else "not determined by the data"
+            rows.append([path, f"{value} {one['unit']}", f"{low} to {high}", doubt])
+        return ["parameter", "value", "95 %", ""], rows
     if "experiment" in said:
         rows = []
         for name, one in said["experiment"].items():
