@@ -154,6 +154,11 @@ def test_examples_load(page, number, tmp_path):
     load_case(content)
 
 
+def test_the_case_of_the_readme_loads():
+    (text,) = re.findall(r"```yaml\n(.*?)```", (ROOT / "README.md").read_text(encoding="utf-8"), re.DOTALL)
+    assert set(load_case(yaml.safe_load(text)).bodies) == {"projectile", "bumper"}
+
+
 def test_the_python_of_the_interface_page_runs(tmp_path, monkeypatch):
     pytest.importorskip("pandas")
     monkeypatch.chdir(tmp_path)
