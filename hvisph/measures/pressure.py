@@ -1,4 +1,4 @@
-"""Peak pressure and tension of the projectile.
+"""Pressures, free-surface velocities and temperatures: peaks, pull-back, plateau of a plate impact, mean values.
 
 A run records at every step `centre_pressure`, the mean pressure of the projectile's particles that were initially
 within 0.3 mm of its centre, and `axis_pressure_min`, the lowest pressure of those within dx of the shot line. Peaks are
@@ -10,20 +10,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hvisph.measures.frame.measurement_frame import Scene
 
-from .registry import Outcomes, measures
-from .result import Result, UndefinedMeasureError
-
-if TYPE_CHECKING:
-    from hvisph.measures.frame.measurement_frame import Scene
+from .registry import Outcome, Outcomes, measures
+from .result import Result, UndefinedMeasureError, weighted_quantile
 
 CENTRE_RADIUS = 0.3e-3  # [m]
 CENTRE_COLUMN, AXIS_COLUMN = "centre_pressure", "axis_pressure_min"
+MOST_OF_THE_MASS = 0.999  # mass fraction that does not exceed the maximum
 
 
 def centre_particles(
@@ -230,3 +228,22 @@ def _reach(x: np.ndarray, stress: np.ndarray, level: float) -> float:
 
 def _mean(sample: np.ndarray) -> Result:
     return Result(float(sample.mean()), scatter=float(sample.std(ddof=1)))
+
+
+@measures("run", "projectile_temperature", "target_temperature", "temperature_max")
+def temperatures(scene: Scene) -> Outcomes:
+    """Return mass-mean temperatures of the projectile and of all layers, and the maximum of both [K]."""
+    fields = scene.now.fields
+    if not {"temperature", "mass"} <= fields.keys():
+        raise UndefinedMeasureError("no material has a heat capacity")
+    layers = np.isin(scene.now.body, scene.layers)
+
+    def value(rows: np.ndarray, maximum: bool = False) -> Outcome:
+        known = rows & np.isfinite(fields["temperature"])
+        if not known.any():
+            return "its material has no heat capacity" if rows.any() else "there is no layer"
+        own, weights = fields["temperature"][known], fields["mass"][known]
+        return weighted_quantile(own, weights, MOST_OF_THE_MASS) if maximum else float(np.average(own, weights=weights))
+
+    return {"projectile_temperature": value(scene.is_projectile), "target_temperature": value(layers),
+            "temperature_max": value(scene.is_projectile | layers, maximum=True)}  # fmt: skip

@@ -64,7 +64,7 @@ class Entry:
 # The modules with measures, below `hvisph.measures`.
 MODULES = ("debris.cloud", "pressure", "projectile.bars", "projectile.cavities", "projectile.lengths",
            "projectile.residual_projectile", "target.perforation_times", "target.plug", "target.target_damage",
-           "target.targets", "temperatures")  # fmt: skip
+           "target.targets")  # fmt: skip
 ENTRIES: dict[str, list[Entry]] = {section: [] for section in SECTIONS}
 
 
