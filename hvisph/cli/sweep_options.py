@@ -54,7 +54,7 @@ class Running:
         if self.dask is None and self.cluster is None:
             from hvisph.sweeps.driver import LocalCrew
 
-            return partial(LocalCrew, forks=True)
+            return LocalCrew
         from hvisph.sweeps import cluster as clusters
 
         if self.cluster is not None and self.cluster not in clusters.KINDS:

@@ -113,16 +113,6 @@ def bind_constants(function: Any, **constants: Any) -> Any:
     return _narrowed(function, tuple(sorted(constants.items())))
 
 
-def _loops() -> list[Any]:
-    """Return the loops that numba has made."""
-    return [one.made for one in _made.values() if one.inlined is None and one.is_made]
-
-
-def loops_there() -> bool:
-    """Whether this process has any loop yet: one that may have run."""
-    return any(made.signatures for made in _loops())
-
-
 _made: dict[str, CompiledFunction] = {}
 
 

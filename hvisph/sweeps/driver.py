@@ -27,7 +27,6 @@ from .correlation_comparison import beside_limit
 from .folder import ENDED, RESULTS, STEPPING, SweepFolder
 from .plan import Member
 from .selection import Selection
-from .subprocess_fork import Forked, can_fork
 from .table import Row, TableKeeper, row, rows
 
 LONGEST = 4.0  # times the end of a case: how far a shot that is not decided goes on unless told
@@ -83,16 +82,13 @@ class LocalCrew:
         Threads of each worker.
     options
         Further options of the command, such as a selection.
-    forks
-        Whether this process may be forked: workers then begin at once.
     """
 
     waits_for_first = False  # who needs a loop that another makes waits for it
 
-    def __init__(self, folder: SweepFolder, threads: int, options: Sequence[str] = (), *, forks: bool = False):
+    def __init__(self, folder: SweepFolder, threads: int, options: Sequence[str] = ()):
         self.folder, self.threads, self.options = folder, threads, tuple(options)
-        self.forks = forks
-        self.processes: list[subprocess.Popen[bytes] | Forked] = []
+        self.processes: list[subprocess.Popen[bytes]] = []
         self.failures = Failures()
 
     def keep(self, wanted: int) -> int:
@@ -106,12 +102,7 @@ class LocalCrew:
             self.processes.append(self._start())
         return len(self.processes)
 
-    def _start(self) -> subprocess.Popen[bytes] | Forked:
-        if self.forks and can_fork():
-            from .worker import Worker
-
-            only = Selection.parse(dict(zip(self.options[::2], self.options[1::2], strict=True)).get("--only"))
-            return Forked(lambda: Worker(SweepFolder(self.folder.path), self.threads, only).work())
+    def _start(self) -> subprocess.Popen[bytes]:
         command = worker_command(self.folder, self.threads, self.options)
         environment = os.environ | {"NUMBA_NUM_THREADS": str(self.threads), "OMP_NUM_THREADS": str(self.threads)}
         # a session of its own, so that Ctrl-C reaches it once, through `stop`

@@ -8,7 +8,6 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationInfo, model_validator
 
 from hvisph.case.dimensions import NUMBER
-from hvisph.case.least_squares import fitted
 from hvisph.case.model import DataFile, Problem, StrictModel, refuse
 from hvisph.case.units import (
     Length,
@@ -152,9 +151,10 @@ class MieGruneisenEos(StrictModel):
         """c0 [m/s], s1, s2 and s3, from the points where they are given."""
         if self.sound_speed is not None and self.s1 is not None:
             return self.sound_speed, self.s1, self.s2, self.s3
-        columns = [[1.0] * len(self.us_up)]
-        columns += [[up * (up / us) ** k for up, us in self.us_up] for k in range(self.us_up_order)]
-        found = fitted(columns, [us for _, us in self.us_up])
+        from numpy.linalg import lstsq
+
+        columns = [[1.0, *(up * (up / us) ** k for k in range(self.us_up_order))] for up, us in self.us_up]
+        found = lstsq(columns, [us for _, us in self.us_up])[0].tolist()
         c0, s1, s2, s3 = [*found, 0.0, 0.0][:4]
         return c0, s1, s2, s3
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 import sys
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 
@@ -17,8 +17,18 @@ from hvisph.cli.text.echo import say
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
 
 
-def doctor(as_json: JsonOption = False) -> None:
+COMMON = ("quickstart", "sphere_on_plate_axisymmetric", "sphere_on_plate")  # one case of each kinematics
+
+
+def doctor(
+    compile_loops: Annotated[
+        bool, typer.Option("--compile", help="Compile the loops of contact SPH and standard SPH for later runs.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
     """Show versions, cores, memory and cache, and test a compiled loop."""
+    if compile_loops:
+        _compile_common(not as_json)
     facts = _facts()
     if as_json:
         from hvisph.cli.text.formatting import echo_json
@@ -28,6 +38,22 @@ def doctor(as_json: JsonOption = False) -> None:
         say(_words(facts))
     if not facts["self_test"]["passed"]:
         raise typer.Exit(FAILED)
+
+
+def _compile_common(tell: bool) -> None:
+    """Take one step of each of the common cases by contact SPH and by standard SPH."""
+    from tempfile import TemporaryDirectory
+
+    from hvisph.casefile.loader import load_case
+    from hvisph.simulation.run import run
+
+    with TemporaryDirectory() as folder:
+        for name in COMMON:
+            for formulation in ("riemann", "eulerian"):
+                if tell:
+                    say(f"compiling {formulation}: {name}")
+                settings = f"formulation={{type: {formulation}}}", "time.max_steps=1", "expected=null"
+                run(load_case(name, settings), folder, force=True)
 
 
 def _facts() -> dict[str, Any]:
