@@ -95,7 +95,7 @@ def check(got, points, arrays, close, factor=(1.0, 1.0, 1.0)):
     np.testing.assert_allclose(got.fields["mass"], mass * arrays["m"][back], **close)
 
 
-OWN = Convention({"density": "rho_own"})
+OWN = Convention({"density": "rho_own"}, (1.0, 1.0, 1.0))  # densities between 1 and 2 are meant
 
 
 @pytest.mark.parametrize("mode", [*MODES, "raw"])
@@ -225,6 +225,17 @@ def test_a_folder_of_another_code_is_measured_in_its_units(tmp_path):
         value = found["measures"][name]["value"]
         assert value is None if result.value is None else value == pytest.approx(result.value, rel=1e-9)
     assert plain["residual_velocity"].value == pytest.approx(1000.0)
+
+
+@pytest.mark.parametrize(("unit", "likely"), [
+    ((1e-2, 1e-3, 1e-6), "cm,g,us"), ((1e-3, 1e-3, 1e-6), "mm,g,us"), ((1e-3, 1.0, 1e-3), "mm,kg,ms"),
+    ((1e-3, 1e3, 1.0), "mm,t,s")])  # fmt: skip
+def test_densities_that_no_solid_has_in_si_are_refused_with_the_likely_units(tmp_path, unit, likely):
+    shot(tmp_path / "s.vtp", 0.0, unit=unit)
+    with pytest.raises(OutputError, match=f"give --units {likely},"):
+        read_snapshot(tmp_path / "s.vtp")
+    told = CliRunner().invoke(app, ["measure", str(tmp_path / "s.vtp"), "--units", likely])
+    assert told.exit_code == 0, told.output
 
 
 def test_what_is_said_wrongly_is_refused(tmp_path):

@@ -257,7 +257,7 @@ def add_swing(results: Mapping[str, Result], end: float, earlier: Sequence[tuple
 
 
 def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
-            names: Mapping[str, str] | None = None, units: tuple[float, float, float] = (1.0, 1.0, 1.0),
+            names: Mapping[str, str] | None = None, units: tuple[float, float, float] | None = None,
             witness: float | None = None) -> Measures:  # fmt: skip
     """Measure a run folder or a single snapshot file.
 
@@ -271,7 +271,7 @@ def measure(source: str | os.PathLike[str], at: float | str | None = None, *,
     names
         Of another code's files: their own name of a quantity, ``{"density": "rho_0"}``.
     units
-        Of another code's files: units of length [m], mass [kg] and time [s].
+        Of another code's files: units of length [m], mass [kg] and time [s]; SI unless given.
     witness
         Coordinate of a witness plane along the shot line [m]; the case's unless given.
 

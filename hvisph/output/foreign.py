@@ -1,23 +1,95 @@
-"""Snapshots from the files of other codes: which of their arrays are which quantity.
+"""Snapshots from the files of other codes: VTU, VTP, legacy VTK (by pyvista) and LAMMPS text dumps.
 
-Points are the positions; a coordinate that is 0 throughout is no dimension. Names and units:
-`hvisph.output.foreign_names`. Every array that is none of the quantities known there is kept under the name it has.
+Points are the positions; a coordinate that is 0 throughout is no dimension. Names of arrays are compared without case,
+blanks, dashes and underscores. An array that is none of the quantities in `QUANTITIES` keeps its own name.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 
 from hvisph.core.errors import OutputError, suggest_nearest
 from hvisph.core.text import harmless
 
-from .foreign_names import BODY, ID, MATERIAL, SCALARS, SI, VELOCITY, Convention, bare
+from .atomic_write import reason
 from .snapshot import Snapshot
 
+# Each quantity: powers of length, mass and time in its unit, and the usual names of its array.
+QUANTITIES = {
+    "position": ((1, 0, 0), ""),
+    "velocity": ((1, 0, -1), "velocity vel v"),
+    "mass": ((0, 1, 0), "mass m"),
+    "density": ((-3, 1, 0), "density rho"),
+    "internal_energy": ((2, 0, -2), "internalenergy specificinternalenergy energy e u"),
+    "smoothing_length": ((1, 0, 0), "smoothinglength h"),
+    "pressure": ((-1, 1, -2), "pressure p"),
+    "sound_speed": ((1, 0, -1), "soundspeed cs c"),
+    "plastic_strain": ((0, 0, 0), "plasticstrain equivalentplasticstrain eps"),
+    "von_mises_stress": ((-1, 1, -2), "vonmisesstress vonmises"),
+    "temperature": ((0, 0, 0), "temperature temp"),
+    "damage": ((0, 0, 0), "damage d"),
+    "body": ((0, 0, 0), "body bodyid mol object part material mat type"),
+    "material": ((0, 0, 0), "material materialid mat type"),
+    "id": ((0, 0, 0), "id particleid gid globalids tag"),
+}
+WHOLE = ("body", "material", "id")  # quantities whose arrays hold whole numbers
 VELOCITY_COMPONENTS = (("vx", "vy", "vz"), ("u", "v", "w"))
-TIME = ("timevalue", "time")
+UNLIKELY_DENSITY = 50.0  # [kg/m^3], less than that of any solid
+# Usual systems of units by the power of ten of a solid's density in them.
+LIKELY_UNITS = {0: "cm,g,us", -3: "mm,g,us", -6: "mm,kg,ms", -9: "mm,t,s"}
+
+Array = tuple[str, np.ndarray]  # own name and values
+
+
+def bare(name: str) -> str:
+    """Return a name without case, blanks, dashes and underscores."""
+    return re.sub(r"[ _-]", "", name.lower())
+
+
+@dataclass(frozen=True)
+class Convention:
+    """Names and units of another code's files.
+
+    Parameters
+    ----------
+    names
+        The file's own name of a quantity, used in place of the usual ones: ``{"density": "rho_0"}``.
+    units
+        Units of length, mass and time in SI; all others follow. SI, if None.
+    """
+
+    names: Mapping[str, str] = field(default_factory=dict)
+    units: tuple[float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        known = [name for name in QUANTITIES if name != "position"]
+        for quantity in self.names:
+            if quantity not in known:
+                raise OutputError(f"'{quantity}' is no quantity that measures know{suggest_nearest(quantity, known)}")
+
+    def aliases(self, quantity: str) -> list[str]:
+        """Return the bare names of a quantity's array: the given one, or the usual ones."""
+        return [bare(self.names[quantity])] if quantity in self.names else QUANTITIES[quantity][1].split()
+
+    def factor(self, quantity: str) -> float:
+        """Return the SI value of a quantity's unit in these files."""
+        powers = QUANTITIES[quantity][0] if quantity in QUANTITIES else (0, 0, 0)
+        return math.prod(unit**power for unit, power in zip(self.units or (1.0, 1.0, 1.0), powers, strict=True))
+
+    def refuse_own(self) -> None:
+        """Raise `OutputError` where names or units are given for a snapshot of hvisph."""
+        if self.names or self.units:
+            raise OutputError("it is a snapshot of hvisph, which says names and units itself: give none")
+
+
+SI = Convention()
 
 
 def snapshot_of_another_code(
@@ -27,7 +99,7 @@ def snapshot_of_another_code(
     convention: Convention = SI,
     step: int = 0,
 ) -> Snapshot:
-    """Return what can be understood of another code's points and arrays.
+    """Return a snapshot of another code's points and arrays.
 
     Parameters
     ----------
@@ -36,7 +108,7 @@ def snapshot_of_another_code(
     point_data
         Arrays with one row a point, by name.
     field_data
-        Arrays of the file, by name; a time is looked for among them.
+        Arrays of the file, by name; `TimeValue` or `Time` among them is the time.
     convention
         Names and units of the file.
     step
@@ -45,39 +117,44 @@ def snapshot_of_another_code(
     Raises
     ------
     OutputError
-        When there are no points, or no array has a name that was given.
+        When there are no points, no array has a name that was given, or densities cannot be in SI.
     """
     n = len(points)
     if n == 0:
         raise OutputError("it holds no points")
-    arrays = {bare(name): (name, _column(values)) for name, values in point_data.items()}
-    _refuse_missing(convention, arrays, list(point_data))
-    dim = _dimensions(points)
+    arrays: dict[str, Array] = {}
+    for name, values in point_data.items():
+        column = np.asarray(values)
+        arrays[bare(name)] = (name, column[:, 0] if column.ndim == 2 and column.shape[1] == 1 else column)
+    for quantity, name in convention.names.items():
+        if bare(name) not in arrays:
+            raise OutputError(f"it has no array '{name}' for the {quantity}{harmless(suggest_nearest(name, list(point_data)))}")
+    dim = max((axis for axis in range(points.shape[1]) if points[:, axis].any()), default=0) + 1
     fields = {"position": np.ascontiguousarray(points[:, :dim], dtype=float)}
-    used = set()
-    velocity, parts = _velocity(arrays, dim, convention.aliases("velocity", VELOCITY))
+    velocity, used = _velocity(arrays, dim, convention.aliases("velocity"))
     if velocity is not None:
         fields["velocity"] = velocity
-        used.update(parts)
-    for name, aliases in SCALARS.items():
-        known = convention.aliases(name, aliases)
-        key = next((k for k in known if k in arrays and k not in used and arrays[k][1].ndim == 1), None)
+    for name in (name for name in QUANTITIES if name not in ("position", "velocity", *WHOLE)):
+        known = (key for key in convention.aliases(name) if key in arrays and key not in used)
+        key = next((key for key in known if arrays[key][1].ndim == 1), None)
         if key is not None:
             fields[name] = arrays[key][1].astype(float)
-            used.add(key)
+            used.append(key)
     fields |= {name: values for key, (name, values) in arrays.items() if key not in used and name not in fields}
-    fields = {name: values if convention.factor(name) == 1.0 else values * convention.factor(name)
-              for name, values in fields.items()}  # fmt: skip
-    body, bodies = _groups(arrays, convention.aliases("body", BODY), n, "body")
-    material, materials = _groups(arrays, convention.aliases("material", MATERIAL), n, "material")
-    number = _whole(arrays, convention.aliases("id", ID))
+    if convention.units is None and "density" in fields:
+        _refuse_unlikely(fields["density"])
+    body, bodies = _groups(arrays, convention, n, "body")
+    material, materials = _groups(arrays, convention, n, "material")
+    number = _whole(arrays, convention.aliases("id"))
     number = np.arange(n) if number is None or len(np.unique(number)) != n else number
     order = np.argsort(number, kind="stable")
+    times = [np.ravel(values) for name, values in field_data.items() if bare(name) in ("timevalue", "time")]
+    time = float(times[0][0]) if times and len(times[0]) else 0.0
     return Snapshot(
-        time=_time(field_data) * convention.units[2],
+        time=time * (convention.units or (1.0, 1.0, 1.0))[2],
         step=step,
         dimensions=dim,
-        fields={name: values[order] for name, values in fields.items()},
+        fields={name: _scaled(values, convention.factor(name))[order] for name, values in fields.items()},
         body=body[order],
         material=material[order],
         id=number[order],
@@ -86,25 +163,24 @@ def snapshot_of_another_code(
     )
 
 
-def _column(values: np.ndarray) -> np.ndarray:
-    values = np.asarray(values)
-    return values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
+def _scaled(values: np.ndarray, factor: float) -> np.ndarray:
+    return values if factor == 1.0 else values * factor
 
 
-def _dimensions(points: np.ndarray) -> int:
-    used = [axis for axis in range(points.shape[1]) if points[:, axis].any()]
-    return max(used, default=0) + 1
+def _refuse_unlikely(density: np.ndarray) -> None:
+    """Raise `OutputError` for densities that no solid has in SI, with the units that they are likely in."""
+    largest = float(density.max(initial=0.0))
+    if not 0.0 < largest < UNLIKELY_DENSITY:
+        return
+    likely = LIKELY_UNITS.get(3 * math.floor(math.log10(largest) / 3.0 + 0.1), "mm,g,us")
+    raise OutputError(
+        f"its densities, up to {largest:.3g}, cannot be those of a solid in kg/m^3; "
+        f"give --units {likely}, or --units m,kg,s if they are"
+    )
 
 
-def _refuse_missing(convention: Convention, arrays: Mapping[str, object], there: list[str]) -> None:
-    for quantity, name in convention.names.items():
-        if bare(name) not in arrays:
-            raise OutputError(f"it has no array '{name}' for the {quantity}{harmless(suggest_nearest(name, there))}")
-
-
-def _velocity(
-    arrays: Mapping[str, tuple[str, np.ndarray]], dim: int, names: tuple[str, ...]
-) -> tuple[np.ndarray | None, list[str]]:
+def _velocity(arrays: Mapping[str, Array], dim: int, names: list[str]) -> tuple[np.ndarray | None, list[str]]:
+    """Return the velocity (n, dim) and the names of its arrays."""
     for name in names:
         if name in arrays and arrays[name][1].ndim == 2 and arrays[name][1].shape[1] >= dim:
             return np.ascontiguousarray(arrays[name][1][:, :dim], dtype=float), [name]
@@ -116,28 +192,91 @@ def _velocity(
     return None, []
 
 
-def _whole(arrays: Mapping[str, tuple[str, np.ndarray]], names: tuple[str, ...]) -> np.ndarray | None:
+def _whole(arrays: Mapping[str, Array], names: list[str]) -> np.ndarray | None:
     """Return the first array of `names` that holds whole numbers, as integers."""
     for name in names:
-        if name not in arrays:
-            continue
-        values = arrays[name][1]
+        values = arrays.get(name, ("", np.zeros((0, 0))))[1]
         if values.ndim == 1 and np.isfinite(values).all() and (values == np.round(values)).all():
             return values.astype(np.int64)
     return None
 
 
-def _groups(
-    arrays: Mapping[str, tuple[str, np.ndarray]], names: tuple[str, ...], n: int, word: str
-) -> tuple[np.ndarray, list[str]]:
+def _groups(arrays: Mapping[str, Array], convention: Convention, n: int, word: str) -> tuple[np.ndarray, list[str]]:
     """Return the index of each point's group, counted from 0 in the order of their numbers, and names."""
-    values = _whole(arrays, names)
+    values = _whole(arrays, convention.aliases(word))
     if values is None:
         return np.zeros(n, dtype=np.int64), [f"{word} 0"]
     numbers, index = np.unique(values, return_inverse=True)
     return index.astype(np.int64), [f"{word} {number}" for number in numbers]
 
 
-def _time(field_data: Mapping[str, np.ndarray]) -> float:
-    times = [np.ravel(values) for name, values in field_data.items() if bare(name) in TIME]
-    return float(times[0][0]) if times and len(times[0]) else 0.0
+@contextmanager
+def _reading(path: str | Path, kind: str) -> Iterator[None]:
+    """Name the file in every error of this block: a damaged one fails anywhere in a decoder."""
+    try:
+        yield
+    except OutputError as error:
+        raise OutputError(f"cannot read {path}: {error}") from error
+    except OSError as error:
+        raise OutputError(f"cannot read {path}: {reason(error)}") from error
+    except Exception as error:
+        text = f"it is truncated, damaged or not {kind} ({str(error) or type(error).__name__})"
+        raise OutputError(f"cannot read {path}: {text}") from error
+
+
+def read_vtk(path: str | Path, convention: Convention = SI, ending: str = ".vtk") -> Snapshot:
+    """Read another code's points from a legacy VTK file, or a VTP file with ``ending=".vtp"``.
+
+    Raises
+    ------
+    OutputError
+        When pyvista is missing, or the file is missing, truncated, damaged or holds no points.
+    """
+    with _reading(path, "a VTK file"):
+        try:
+            import pyvista
+        except ImportError:
+            raise OutputError("VTP and VTK files need pyvista: pip install 'hvisph[foreign]'") from None
+        with pyvista.VtkErrorCatcher(raise_errors=True):
+            mesh = pyvista.read(path, force_ext=ending)
+        if not isinstance(mesh, pyvista.PolyData | pyvista.UnstructuredGrid):
+            raise OutputError(f"it holds {type(mesh).__name__}; read are POLYDATA and UNSTRUCTURED_GRID")
+        arrays = {name: np.asarray(values) for name, values in mesh.point_data.items()}
+        told = {name: np.asarray(values) for name, values in mesh.field_data.items()}
+        return snapshot_of_another_code(np.asarray(mesh.points), arrays, told, convention)
+
+
+def read_lammps(path: str | Path, convention: Convention = SI) -> Snapshot:
+    """Read the last moment of a LAMMPS text dump.
+
+    Scaled (xs), unwrapped (xu) and scaled unwrapped (xsu) coordinates are understood; ``c_``, ``v_`` and ``f_`` before
+    the name of a compute, variable or fix are left out. Format: https://docs.lammps.org/dump.html
+
+    Raises
+    ------
+    OutputError
+        When the file is missing, truncated, damaged, or its particles have no positions.
+    """
+    with _reading(path, "a text dump of LAMMPS"):
+        _, _, moment = Path(path).read_text("ascii").rpartition("ITEM: TIMESTEP\n")
+        parts = [part.partition("\n") for part in f"TIMESTEP\n{moment}".split("ITEM: ")]
+        items = {re.sub(r" ?\b[a-z].*", "", head): (head.split()[1:], body.splitlines()) for head, _, body in parts}
+        names, lines = items["ATOMS"]
+        rows = np.genfromtxt(lines, dtype=float, ndmin=2)  # words, such as elements, are NaN
+        if rows.shape != (int(items["NUMBER OF ATOMS"][1][0]), len(names)):
+            raise ValueError(f"{items['NUMBER OF ATOMS'][1][0]} particles of {len(names)} columns were announced")
+        columns = dict(zip((re.sub(r"^[cvf]_", "", name) for name in names), rows.T, strict=True))
+        arrays = {name: values for name, values in columns.items() if not np.isnan(values).all()}
+        boxes = [[float(one) for one in line.split()] for line in items["BOX BOUNDS"][1][:3]]
+        if any(len(box) > 2 for box in boxes):
+            raise OutputError("its box is not rectangular")
+        points = np.zeros((len(rows), 3))
+        for k, (axis, (low, high)) in enumerate(zip("xyz", boxes, strict=True)):
+            name = next((axis + end for end in ("u", "", "su", "s") if axis + end in arrays), None)
+            if name is not None:
+                values = arrays.pop(name)
+                points[:, k] = low + values * (high - low) if "s" in name else values
+            elif axis != "z":
+                raise OutputError(f"its particles have no '{axis}', '{axis}u' or '{axis}s'")
+        told = {"time": np.array([float(items["TIME"][1][0])])} if "TIME" in items else {}
+        return snapshot_of_another_code(points, arrays, told, convention, int(items["TIMESTEP"][1][0]))

@@ -20,14 +20,11 @@ from hvisph.core.text import harmless
 
 from . import file_names
 from .atomic_write import reason
-from .foreign_names import SI, Convention
+from .foreign import SI, Convention, read_lammps, read_vtk
 from .hdf5 import read_hdf5, time_in
-from .lammps import read_lammps
 from .sealed_hdf5 import SIGNATURE
 from .snapshot import Snapshot
 from .summary_schema import misfit
-from .vtk_legacy import read_vtk
-from .vtp import is_vtp, read_vtp
 from .vtu import read_vtu
 
 # Files of other codes, by how their names end; in a folder of several kinds the first of these is read.
@@ -58,7 +55,9 @@ def read_snapshot(path: str | Path, convention: Convention = SI, *, lazily: bool
         return read_hdf5(path, lazily)
     text = start.lstrip(b"\xef\xbb\xbf \t\r\n")
     if text.startswith(b"<"):
-        return read_vtp(path, convention) if is_vtp(path) else read_vtu(path, convention)
+        head = _bytes(Path(path), 4096)
+        is_vtp = b"PolyData" in head and b"UnstructuredGrid" not in head
+        return read_vtk(path, convention, ".vtp") if is_vtp else read_vtu(path, convention)
     if text.startswith(b"# vtk DataFile"):
         return read_vtk(path, convention)
     if text.startswith(b"ITEM:"):

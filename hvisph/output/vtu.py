@@ -23,8 +23,7 @@ from hvisph.core.errors import OutputError
 
 from . import field_layout
 from .atomic_write import reason, replacing, write_text
-from .foreign import snapshot_of_another_code
-from .foreign_names import SI, Convention
+from .foreign import SI, Convention, snapshot_of_another_code
 from .sealed_hdf5 import append_seal, has_seal, verify_seal
 from .snapshot import Snapshot
 

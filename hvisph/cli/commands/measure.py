@@ -159,10 +159,10 @@ def _names(fields: list[str]) -> dict[str, str]:
     return chosen
 
 
-def _units(text: str) -> tuple[float, float, float]:
-    """Return units of length, mass and time in SI."""
+def _units(text: str) -> tuple[float, float, float] | None:
+    """Return units of length, mass and time in SI; None where none are given."""
     if not text:
-        return 1.0, 1.0, 1.0
+        return None
     from hvisph.case.dimensions import LENGTH, MASS, TIME
     from hvisph.case.units import parse_quantity
     from hvisph.core.errors import CaseError
