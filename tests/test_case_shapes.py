@@ -8,7 +8,7 @@ import pytest
 
 from hvisph.casefile.loader import bundled_cases, load_case
 from hvisph.core.errors import CaseError
-from hvisph.precheck.body_rules import advice
+from hvisph.precheck.advice import advice
 from hvisph.precheck.estimate import estimate, rough_count
 from hvisph.precheck.first_contact import first_contact
 from hvisph.precheck.impact_pair import meeting

@@ -26,7 +26,7 @@ def check(
     """Check a case without running it: particles, steps, time, memory, expected pressure, warnings."""
     from hvisph.case.checks.consistency import warnings_of
     from hvisph.core.errors import computable
-    from hvisph.precheck.body_rules import advice, sparse
+    from hvisph.precheck.advice import advice, sparse
     from hvisph.precheck.contact_rules import contact_warnings
     from hvisph.precheck.estimate import estimate
 
@@ -75,7 +75,7 @@ def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
 
 def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     from hvisph.cli.text.formatting import duration, paragraph, quantity, rounded, size, table
-    from hvisph.precheck.body_rules import tears
+    from hvisph.precheck.advice import tears
     from hvisph.precheck.impact_pair import meeting
     from hvisph.precheck.regime import regime
     from hvisph.precheck.validation_record import experience
@@ -104,7 +104,7 @@ def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
     ]
     facts = [("particles", f"{about}{taken.particles}")]
     kind = regime(case)
-    facts += [("regime", kind.words), *([("", text)] if (text := tears(case, kind)) else [])]
+    facts += [("regime", kind.words), *([("", text)] if (text := tears(case)) else [])]
     if known := experience(case, kind):
         facts.append(("shots fired", known))
     if shock is None:

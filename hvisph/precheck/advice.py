@@ -1,0 +1,381 @@
+"""Advice on a case: a table of conditions, each with its sentence and the page that has the evidence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from hvisph.case.formulations.riemann import following, is_gas
+from hvisph.core.errors import CaseError
+
+from .impact_pair import Meeting, meeting
+from .regime import ELASTIC, SHOCK, Regime, material_of_body, regime
+
+if TYPE_CHECKING:
+    from hvisph.case.bodies import Body
+    from hvisph.case.case import Case
+
+# Impact pressure over strength above which a plate may be punched, and speeds below which it is, not burst [m/s].
+PUNCHED = 2.0
+BALLISTIC = 1200.0
+POINTED, ROUND_NOSED = ("cone", "ogive"), ("sphere", "hollow_sphere", "disc", "annulus", "dome", "rounded_cylinder")
+# Particles across a projectile from which on it shears out plugs in time, and up to which contact SPH slows it.
+BAND, COARSE = 60.0, 24.0
+# Length over width of a rod, particles across from which on it erodes as it should, and speeds up to which it matters
+# [m/s]: measured with 25 mm of `tungsten-alloy-wnife`, 5 mm across, in `steel-4340`, axisymmetric.
+SLENDER, EVEN, ERODING = 3.0, 20.0, 2500.0
+WIDE = 1.5  # smoothing length over spacing from which on the foot of a bar in 3D holds together
+# Impact pressure up to which strength matters [Pa], and materials of the library that are liquids.
+FELT = 20e9
+LIQUIDS = ("water",)
+FEWEST_IN_WALL = 3.0  # particles across a wall of a mesh
+SHEET = 0.2  # wall over least extent of a mesh, below which a body is of sheet; a solid ball has a third
+FEWEST_ACROSS = 5  # particles across a body, below which its waves and its bending are not resolved
+# Speed over sound speed below which, over many crossings, bodies vibrate rather than carry shocks.
+SLOW, CROSSINGS = 0.01, 20.0
+# The same for bodies that never yield: balls of 11 particles across rebound with 0.2 of their speed in contact SPH at
+# 5 m/s and with half of it at 50, by Total Lagrangian kernels with 0.987.
+BOUNCING = 0.1
+STRONG = 0.3  # particle velocity over sound speed beyond which density that is not of the spacing is off by 2 %
+LONGEST_STEP = 0.42  # Courant number up to which contact SPH was verified
+
+
+class Facts:
+    """What the conditions of the rules depend on."""
+
+    def __init__(self, case: Case):
+        self.case, self.bodies, self.dim = case, case.bodies, case.dim
+        self.model: Any = case.formulation
+        self.scheme = case.formulation.type
+
+    @cached_property
+    def kind(self) -> Regime:
+        """The regime of the case."""
+        return regime(self.case)
+
+    @cached_property
+    def met(self) -> Meeting | None:
+        """The two bodies that meet first."""
+        return meeting(self.case)
+
+    @cached_property
+    def overload(self) -> float:
+        """Impact pressure over strength; 0 without an impact or without strength."""
+        if self.kind.velocity <= 0.0 or self.kind.strength is None:
+            return 0.0
+        return self.kind.pressure / self.kind.strength if self.kind.strength else math.inf
+
+    @cached_property
+    def motionless(self) -> bool:
+        """Whether nothing happens: no bodies close, and nothing else sets them in motion."""
+        bodies = self.bodies.values()
+        driven = any(body.initial_velocity or body.internal_energy or body.temperature for body in bodies)
+        driven = driven or any(body.material.eos.type in ("jwl", "ideal_gas") for body in bodies)
+        return not (self.kind.velocity > 0.0 or driven or self.case.initial_loads)
+
+    @cached_property
+    def moving(self) -> list[str]:
+        """Names of the bodies with a velocity."""
+        return [name for name, body in self.bodies.items() if any(body.velocity)]
+
+    @cached_property
+    def strength_of_shock(self) -> float:
+        """Particle velocity over the sound speed of the struck body; 0 without an impact."""
+        if self.kind.velocity <= 0.0:
+            return 0.0
+        struck = next(iter(self.bodies.values())) if self.met is None else self.bodies[self.met.second]
+        return 0.5 * self.kind.velocity / material_of_body(struck).bulk_sound_speed
+
+    @cached_property
+    def punched(self) -> dict[str, Any]:
+        """Johnson-Cook damage of the bodies that may be punched at ballistic speed, by name."""
+        struck = {name: body.material.damage for name, body in self.bodies.items() if not self._strikes(name)}
+        failing = {name: damage for name, damage in struck.items() if damage.type == "johnson_cook"}
+        slow = 0.0 < self.kind.velocity < BALLISTIC and len(self.bodies) > 1 and self.dim > 1
+        return failing if slow and self.overload > PUNCHED and not (self.met and self._nose in POINTED) else {}
+
+    @cached_property
+    def _nose(self) -> str:
+        return shape_type(self.bodies[self.met.first].shape) if self.met else ""
+
+    def _strikes(self, name: str) -> bool:
+        return self.met is not None and name == self.met.first
+
+    @cached_property
+    def flat(self) -> bool:
+        """Whether the projectile is flat: a round nose pushes metal aside before the rest of a plate shears."""
+        return self._nose not in ROUND_NOSED
+
+    @cached_property
+    def across(self) -> float:
+        """Particles across the projectile."""
+        shots = [body for name, body in self.bodies.items() if self._strikes(name)]
+        return max((min(body.shape.extent()[1:], default=0.0) for body in shots), default=0.0) / self.case.resolution
+
+    @cached_property
+    def gases(self) -> str:
+        """Names of the bodies that are gases or become gases."""
+        return ", ".join(name for name, body in self.bodies.items() if is_gas(body))
+
+
+def shape_type(shape: Any) -> str:
+    """Return the type of a shape, or of what a hollow one is cut from."""
+    return str(getattr(shape, "whole", shape).type)
+
+
+Values = Mapping[str, object]
+Found = bool | Values | Iterable[Values]
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A piece of advice.
+
+    Parameters
+    ----------
+    condition
+        Whether it applies; or the values of the sentence, or several of them where it applies several times.
+    sentence
+        Key of the case and what to consider, with the values in braces.
+    page
+        Page of the documentation with the evidence.
+    """
+
+    condition: Callable[[Facts], Found]
+    sentence: str
+    page: str = ""
+
+    def texts(self, facts: Facts) -> list[str]:
+        """Return the advice that applies."""
+        found = self.condition(facts)
+        if isinstance(found, Mapping):
+            found = [found]
+        values = ([{}] if found else []) if isinstance(found, bool) else found
+        page = f" (docs/{self.page}.md)" if self.page else ""
+        return [self.sentence.format(**one) + page for one in values]
+
+
+def advice(case: Case) -> list[str]:
+    """Return what a user should consider of formulation, contact, smoothing length, spacing and damage."""
+    from .hugoniot_check import beyond_measured
+
+    facts = Facts(case)
+    texts = [rule.texts(facts) for rule in RULES]
+    return [*texts[0], *texts[1], *beyond_measured(case), *(text for one in texts[2:] for text in one)]
+
+
+def sparse(across: Mapping[str, int]) -> list[str]:
+    """Return which bodies have too few particles across to be resolved, from the numbers by name."""
+    return [
+        f"bodies.{name}: {count} particles across do not resolve its waves and its bending; {FEWEST_ACROSS} are few, "
+        "10 show what matters: give a finer resolution"
+        for name, count in across.items()
+        if count < FEWEST_ACROSS
+    ]
+
+
+def tears(case: Case) -> str:
+    """Return which solids without damage come under tension after an impact; empty where none does."""
+    if Facts(case).overload < 1.0:
+        return ""
+    names = [name for name, body in case.bodies.items()
+             if body.material.strength.type != "none" and body.material.damage.type == "none"]  # fmt: skip
+    if not names:
+        return ""
+    return (
+        f"release waves bring tension up to the impact pressure to {', '.join(names)}, without a model of damage: "
+        "where and when a lattice of particles tears is not physics"
+    )
+
+
+def _away(facts: Facts) -> Found:
+    """Bodies that move but do not approach each other."""
+    if not facts.motionless or not facts.moving or len(facts.bodies) < 2:
+        return False
+    row = "; in a row the first body stands at x < 0 and meets the next flying towards +x"
+    first = facts.bodies[facts.moving[0]]
+    closed = any(plane.axis == "x" for plane in facts.case.symmetry)
+    return not closed and {"name": facts.moving[0], "row": row if first.position is None else ""}
+
+
+def _slow(facts: Facts) -> Found:
+    """Bodies that vibrate, bend or spin: kernels in the current configuration damp that."""
+    case, kind = facts.case, facts.kind
+    if facts.motionless or facts.scheme not in ("riemann", "eulerian") or kind.strength is None:
+        return False
+    fastest = max(math.dist(body.velocity, (0.0,) * case.dim) for body in facts.bodies.values())
+    slowest = min(material_of_body(body).bulk_sound_speed for body in facts.bodies.values())
+    # some shapes know their size only where they stand
+    size = max((size for body in facts.bodies.values() for size in body.shape.extent()), default=math.inf)
+    slow = BOUNCING if math.isinf(kind.strength) else SLOW
+    if not (kind.pressure < ELASTIC * kind.strength and fastest < slow * slowest):
+        return False
+    lost = "" if facts.model.conserve_angular_momentum else " and loses spin"
+    crossings = case.time.end * slowest / size
+    return crossings > CROSSINGS and {"scheme": facts.scheme, "lost": lost, "crossings": crossings}
+
+
+def _unfollowed(facts: Facts) -> Found:
+    """Gases whose smoothing length does not follow their density."""
+    if not facts.gases or facts.scheme not in ("riemann", "eulerian") or facts.model.smoothing_length.type != "fixed":
+        return False
+    wanted = following(facts.bodies.values(), facts.case.kinematics)
+    return {"gases": facts.gases, "wanted": "{" + ", ".join(f"{key}: {value}" for key, value in wanted.items()) + "}"}
+
+
+def _loaded(facts: Facts) -> Found:
+    """Bodies placed nearer than a spacing, between which repulsion begins with energy of its own."""
+    contact = getattr(facts.model, "contact", None)
+    if contact is None or contact.type != "penalty" or facts.scheme != "eulerian":
+        return False
+    near = [name for name, body in list(facts.bodies.items())[1:]
+            if body.position is None and body.gap < 0.5 * facts.case.resolution]  # fmt: skip
+    return [{"name": name, "gap": facts.case.resolution} for name in near[:1]]
+
+
+def _eroding(facts: Facts) -> bool:
+    """Rods that erode in thick metal, with few particles across."""
+    met = facts.met
+    if met is None or facts.scheme != "riemann" or facts.dim == 1 or facts.kind.velocity >= ERODING:
+        return False
+    rod, struck = (facts.bodies[name].shape.extent() for name in (met.first, met.second))
+    if facts.overload < SHOCK or not rod or not struck or not min(rod[1:]) > 0.0:
+        return False
+    width = max(rod[1:])
+    return rod[0] > SLENDER * width and struck[0] > width and width < EVEN * facts.case.resolution
+
+
+def _spalling(facts: Facts) -> Found:
+    """Shocked plates whose damage depends on plastic strain alone; elsewhere plates are bent and punched first."""
+    shocked = facts.overload >= SHOCK and facts.kind.velocity >= BALLISTIC
+    if facts.overload < 1.0 or (facts.dim > 1 and not shocked):
+        return False
+    names = [name for name, body in reversed(list(facts.bodies.items())[1:]) if _strain_alone(body)]
+    return [{"name": name} for name in names[:1]]
+
+
+def _strain_alone(body: Body) -> bool:
+    damage: Any = body.material.damage
+    return damage.type == "johnson_cook" and damage.spall_strength is None and damage.pressure_cutoff is None
+
+
+def _brittle(facts: Facts) -> Iterator[Values]:
+    """Fits of the strain to failure that fall to zero in tension."""
+    from hvisph.materials.damage.johnson_cook import TRIAXIALITY_LIMIT
+
+    for name, body in facts.bodies.items() if facts.overload >= 1.0 else ():
+        damage: Any = body.material.damage
+        if damage.type != "johnson_cook" or damage.high_triaxiality == "void_growth":
+            continue
+        if damage.d1 < 0.0 and damage.d2 > -damage.d1 and damage.d3 < 0.0:
+            end = math.log(-damage.d1 / damage.d2) / damage.d3
+            if end < TRIAXIALITY_LIMIT:
+                yield {"name": name, "end": end}
+
+
+def _liquid(facts: Facts) -> Iterator[Values]:
+    """Solids of the library without a strength, where an impact is weak enough for strength to matter."""
+    from hvisph.casefile.material_library import library_of
+
+    if facts.kind.velocity <= 0.0 or facts.kind.pressure > FELT or facts.case.units != "si":
+        return
+    library = library_of()
+    for name, body in facts.bodies.items():
+        model = body.material
+        if model.strength.type == "none" and model.name in library.files and not model.name.startswith(LIQUIDS):
+            yield {"name": name, "material": model.name}
+
+
+def _thin_walls(facts: Facts) -> Iterator[Values]:
+    """Meshes of sheet that the spacing does not resolve; of shapes with sizes these are refused."""
+    from hvisph.setup.shapes import shape_of
+
+    for name, body in facts.bodies.items():
+        if body.shape.type != "mesh":
+            continue
+        try:
+            shape, dx = shape_of(body.shape, facts.case.drawing_dimensions), body.resolution or facts.case.resolution
+        except CaseError as error:
+            raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
+        wall = getattr(shape, "thickness", math.inf)
+        if wall < min(FEWEST_IN_WALL * dx, SHEET * min(shape.extent())):
+            yield {"name": name, "wall": 1e3 * wall, "count": wall / dx, "finer": 1e3 * wall / FEWEST_IN_WALL}
+
+
+RULES = (
+    Rule(lambda f: f.motionless and not f.moving,
+         "bodies: none has a velocity, and nothing else sets them in motion: nothing will happen"),
+    Rule(_away, "bodies.{name}.velocity: no two bodies approach each other: nothing will be struck{row}"),
+    Rule(_slow,
+         "formulation: the bodies stay elastic and move slowly over {crossings:.3g} crossings of their waves; "
+         "'{scheme}' damps vibration and rebound{lost}; take total_lagrangian", "verification"),
+    Rule(lambda f: (f.scheme == "riemann" and f.case.time.step is None and f.case.time.cfl > LONGEST_STEP)
+         and {"cfl": f.case.time.cfl, "most": LONGEST_STEP},
+         "time.cfl: {cfl:g} is beyond {most:g}, up to which 'riemann' was verified; from 0.5 on yielded metal, liquids "
+         "and gases stay noisy; leave it out and take the default", "verification"),
+    Rule(lambda f: f.scheme == "riemann" and f.model.variant == "original" and f.strength_of_shock > STRONG / 2,
+         "formulation.variant: 'original' underestimates the stress behind strong shocks, by 2 % at 3 km/s and "
+         "37 % at 24 km/s in aluminium; take 'corrected'", "verification"),
+    Rule(lambda f: f.scheme == "eulerian" and f.model.density_form == "volume" and f.strength_of_shock > 1.5 * STRONG,
+         "formulation.density_form: 'volume' is off by up to 6 % of the stress in shocks this strong (24 km/s in "
+         "aluminium); take 'mass', or the formulation riemann", "verification"),
+    Rule(lambda f: f.scheme == "total_lagrangian" and f.overload > SHOCK,
+         "formulation: at an impact pressure above ten times the strength strains exceed what reference kernels "
+         "resolve; take riemann or adaptive, or give reference_update_strain: 0.3", "verification"),
+    Rule(lambda f: ({"name": name} for name, body in f.bodies.items()
+                    if f.overload >= SHOCK and body.arrangement == "lattice_two_rings"),
+         "bodies.{name}.arrangement: single particles on the axis of 'lattice_two_rings' show 1.3 times the pressure "
+         "of 'square' and 'rings'; take one of these, or a mean, where peaks count", "verification"),
+    Rule(lambda f: (f.scheme == "eulerian" and f.dim == 3 and f.overload >= SHOCK
+                    and any(body.shape.type == "sphere" for body in f.bodies.values())),
+         "formulation: in 3D 'eulerian' leaves single particles at the rim of the contact of a sphere at up to 1.2 "
+         "times the pressure of a flat impact (riemann: 1.09); take riemann where peaks count", "verification"),
+    Rule(lambda f: f.gases != "" and f.scheme in ("total_lagrangian", "adaptive") and {"gases": f.gases},
+         "formulation: {gases} is a gas or becomes one, which no reference kernel follows; take riemann, or give such "
+         "bodies `formulation: eulerian`", "verification"),
+    Rule(_unfollowed,
+         "formulation.smoothing_length: fixed, and {gases} is a gas or becomes one, which expands beyond the reach of "
+         "a fixed kernel; give {wanted}", "verification"),
+    Rule(lambda f: (f.gases != "" and f.scheme == "eulerian" and f.model.correction.type == "none"
+                    and f.model.density_form == "volume"
+                    and all(body.material.eos.type == "ideal_gas" for body in f.bodies.values())),
+         "formulation.density_form: with 'volume' density and pressure of a gas are a fifth too high behind a shock "
+         "that compresses it fourfold; take 'mass', or the formulation riemann", "verification"),
+    Rule(_loaded,
+         "formulation.contact: 'penalty' starts loaded where bodies touch: bodies.{name} is pushed off at rest; give "
+         "it a gap of {gap:g}, or take 'frictional'", "verification"),
+    # a limit came out 8 % too high with 60 particles across and by more than 12 % with 40
+    Rule(lambda f: bool(f.punched) and f.flat and f.across < BAND,
+         "resolution: a blunt projectile shears out a plug along a band that 80 particles across it resolve; "
+         "with 40 the ballistic limit is 12 % too high; compare with an experiment", "validation"),
+    Rule(lambda f: [{"name": name} for name, damage in f.punched.items() if not damage.softening][:1],
+         "bodies.{name}.material.damage: damage does not reduce the yield stress, so that plugs leave a metal that "
+         "hardens too late; give `softening`, D_c, if the damage was published with one", "validation"),
+    # a flat steel core at 850 m/s leaves 10 mm of aluminium at 616 m/s at 8 particles across, at 648 at 12, for 680
+    Rule(lambda f: bool(f.punched) and f.flat and f.scheme == "riemann" and f.across < COARSE,
+         "formulation: a projectile that punches a plate at this speed loses up to 10 % too much of it in 'riemann' "
+         "with few particles across; take adaptive, and compare with eulerian", "validation"),
+    Rule(_eroding,
+         "resolution: a rod that erodes stops too early with few particles across it: tungsten at 1.5 km/s penetrates "
+         "0.75 of its length into steel at 8 across and 0.91 at 14; compare with a finer one", "validation"),
+    Rule(lambda f: (f.dim == 3 and f.scheme == "riemann" and f.model.h_over_dx < WIDE and f.met is None
+                    and f.overload > SHOCK) and {"wide": WIDE},
+         "formulation.h_over_dx: in a foot that flattens against a wall in 3D particles separate beyond the reach of "
+         "their kernels; it spreads by 9 % too much at 1.2, within 3 % at {wide:g}; give that, or take axisymmetric",
+         "validation"),
+    Rule(_brittle,
+         "bodies.{name}.material.damage: the strain to failure falls to zero at a triaxiality of {end:.3g}, so that "
+         "the tension of a release fails it at once; give high_triaxiality: void_growth, or damage none", "validation"),
+    Rule(_spalling,
+         "bodies.{name}.material.damage: johnson_cook adds up plastic strain, of which a release makes little, so that "
+         "plates spall too late; give spall_strength where spall decides", "validation"),
+    Rule(_liquid,
+         "bodies.{name}.material: the library has no strength of '{material}', a liquid here; give it a `strength` "
+         "where bending, penetration and shape count"),
+    Rule(_thin_walls,
+         "bodies.{name}: its walls are {wall:.3g} mm thick in the mean, {count:.2g} particles: three are few, so give "
+         "it a `resolution` of {finer:.2g} mm or finer"),
+)  # fmt: skip
