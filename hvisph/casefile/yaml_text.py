@@ -3,13 +3,13 @@
 Only what a case needs is read: mappings with text keys, lists, text, numbers, true,
 false and null, in one document. Tags are refused, so no code can run from a file. Numbers
 are those of YAML 1.2: `1e9` is one, `1:30`, `010` as octal and `yes` as true are not.
-The text is read event by event, never by recursion, so that depth and size can be bounded.
+The text is read event by event, so that depth and size can be bounded.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -74,7 +74,7 @@ def parse(text: str, name: str) -> Document:
     """
     try:
         text.encode("utf-8")
-        return _Reader(name).read(yaml.parse(text, Loader=_LOADER))
+        return _Reader(name, yaml.parse(text, Loader=_LOADER)).read()
     except UnicodeEncodeError:
         raise CaseError("is not valid Unicode text", file=name) from None
     except yaml.MarkedYAMLError as error:
@@ -109,115 +109,85 @@ class _Dumper(yaml.SafeDumper):
 _Dumper.add_implicit_resolver("tag:yaml.org,2002:float", re.compile(f"^(?:{_FLOAT.pattern})$"), list("-+.0123456789"))
 
 
-class _Frame:
-    """A mapping or list that is being filled."""
-
-    def __init__(self, value: Any, path: Path, anchor: str | None):
-        self.value, self.path, self.anchor = value, path, anchor
-        self.key: str | None = None
-
-    def next_path(self) -> Path:
-        return (*self.path, self.key if isinstance(self.value, dict) else len(self.value))  # type: ignore[arg-type]
-
-    def add(self, item: Any) -> None:
-        if isinstance(self.value, dict):
-            self.value[self.key] = item
-            self.key = None
-        else:
-            self.value.append(item)
-
-
 class _Reader:
-    """Builds values from the parser's events."""
+    """Builds values from the parser's events, to a bounded depth."""
 
-    def __init__(self, name: str):
-        self.name = name
-        self.document = Document(None)
-        self.stack: list[_Frame] = []
+    def __init__(self, name: str, events: Iterator[yaml.Event]):
+        self.name, self.events = name, events
+        self.places: dict[Path, Place] = {}
         self.anchors: dict[str, Any] = {}
         self.nodes = 0
-        self.documents = 0
 
-    def fail(self, message: str, event: yaml.Event) -> CaseError:
-        return CaseError(message, file=self.name, line=_line(event))
-
-    def read(self, events: Iterator[yaml.Event]) -> Document:
-        for event in events:
+    def read(self) -> Document:
+        value, documents = None, 0
+        for event in self.events:
             if isinstance(event, yaml.DocumentStartEvent):
-                self.documents += 1
-                if self.documents > 1:
-                    raise self.fail("holds more than one document; only one case per file", event)
+                documents += 1
+                if documents > 1:
+                    raise self.error("holds more than one document; only one case per file", event)
             elif isinstance(event, yaml.NodeEvent):
-                self.node(event)
-            elif isinstance(event, yaml.CollectionEndEvent):
-                frame = self.stack.pop()
-                if frame.anchor:
-                    self.anchors[frame.anchor] = frame.value
-        return self.document
+                value = self.node(event, ())
+        return Document(value, self.places)
 
-    def node(self, event: yaml.NodeEvent) -> None:
-        self.count(1, event)
-        frame = self.stack[-1] if self.stack else None
-        if frame is not None and isinstance(frame.value, dict) and frame.key is None:
-            frame.key = self.mapping_key(event, frame)
-            self.document.places[frame.next_path()] = self.place(event)
-            return
-        path = frame.next_path() if frame else ()
-        self.document.places.setdefault(path, self.place(event))
-        value = self.value(event, path)
-        if frame is None:
-            self.document.value = value
-        else:
-            frame.add(value)
-
-    def value(self, event: yaml.NodeEvent, path: Path) -> Any:
+    def node(self, event: Any, path: Path) -> Any:
+        self.enter(event, path)
+        self.places.setdefault(path, Place(self.name, _line(event)))
         if isinstance(event, yaml.AliasEvent):
-            return self.aliased(event, path)
-        if getattr(event, "tag", None) is not None:
-            raise self.fail(f"the tag '{event.tag}' is not allowed", event)  # type: ignore[attr-defined]
+            if event.anchor not in self.anchors:
+                raise self.error(f"the alias '*{event.anchor}' refers to itself or to no anchor before it", event)
+            return self.copy(self.anchors[event.anchor], path, event)
+        if event.tag is not None:
+            raise self.error(f"the tag '{event.tag}' is not allowed", event)
         if isinstance(event, yaml.ScalarEvent):
-            plain = event.value if event.style else _scalar(event.value)
-            if event.anchor:
-                self.anchors[event.anchor] = plain
-            return plain
-        value: Any = {} if isinstance(event, yaml.MappingStartEvent) else []
-        self.stack.append(_Frame(value, path, event.anchor))
-        if len(self.stack) > MOST_DEEP:
-            raise self.fail(f"is nested more than {MOST_DEEP} levels deep", event)
+            value = event.value if event.style else _scalar(event.value)
+        elif isinstance(event, yaml.SequenceStartEvent):
+            value = [self.node(item, (*path, index)) for index, item in enumerate(self.items())]
+        else:
+            value = {}
+            for item in self.items():
+                key = self.key(item, value)
+                self.places[(*path, key)] = Place(self.name, _line(item))
+                value[key] = self.node(next(self.events), (*path, key))
+        if event.anchor:
+            self.anchors[event.anchor] = value
         return value
 
-    def aliased(self, event: yaml.AliasEvent, path: Path) -> Any:
-        if event.anchor not in self.anchors:
-            raise self.fail(f"the alias '*{event.anchor}' refers to itself or to no anchor before it", event)
-        return self.copy(self.anchors[event.anchor], path, event)
+    def items(self) -> Iterator[yaml.Event]:
+        """Yield the events that begin the items of the list or mapping under way."""
+        for event in self.events:
+            if isinstance(event, yaml.CollectionEndEvent):
+                return
+            yield event
+
+    def key(self, event: yaml.Event, mapping: Mapping[str, Any]) -> str:
+        self.enter(event, ())
+        if not isinstance(event, yaml.ScalarEvent) or event.tag is not None:
+            raise self.error("a key must be plain text", event)
+        if event.value == "<<" and not event.style:
+            raise self.error("merge keys (<<) are not supported; use `base: other.yaml`", event)
+        if event.value in mapping:
+            raise self.error(f"the key '{event.value}' appears twice in one mapping", event)
+        return str(event.value)
 
     def copy(self, value: Any, path: Path, event: yaml.Event) -> Any:
-        self.count(1, event)
-        self.document.places[path] = self.place(event)
-        if len(path) > MOST_DEEP:
-            raise self.fail(f"is nested more than {MOST_DEEP} levels deep", event)
+        """Return an anchor's value at the place of its alias."""
+        self.enter(event, path)
+        self.places[path] = Place(self.name, _line(event))
         if isinstance(value, dict):
             return {key: self.copy(item, (*path, key), event) for key, item in value.items()}
         if isinstance(value, list):
             return [self.copy(item, (*path, index), event) for index, item in enumerate(value)]
         return value
 
-    def mapping_key(self, event: yaml.NodeEvent, frame: _Frame) -> str:
-        if not isinstance(event, yaml.ScalarEvent) or event.tag is not None:
-            raise self.fail("a key must be plain text", event)
-        if event.value == "<<" and not event.style:
-            raise self.fail("merge keys (<<) are not supported; use `base: other.yaml`", event)
-        if event.value in frame.value:
-            raise self.fail(f"the key '{event.value}' appears twice in one mapping", event)
-        return event.value
-
-    def place(self, event: yaml.Event) -> Place:
-        return Place(self.name, _line(event))
-
-    def count(self, number: int, event: yaml.Event) -> None:
-        self.nodes += number
+    def enter(self, event: yaml.Event, path: Path) -> None:
+        self.nodes += 1
         if self.nodes > MOST_NODES:
-            raise self.fail(f"holds more than {MOST_NODES} values", event)
+            raise self.error(f"holds more than {MOST_NODES} values", event)
+        if len(path) > MOST_DEEP:
+            raise self.error(f"is nested more than {MOST_DEEP} levels deep", event)
+
+    def error(self, message: str, event: yaml.Event) -> CaseError:
+        return CaseError(message, file=self.name, line=_line(event))
 
 
 def _line(event: yaml.Event) -> int:
