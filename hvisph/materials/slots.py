@@ -77,23 +77,10 @@ MODEL_COUNT = 3
 FLOOR_SHARE = 0.01
 
 
-@inline
-def parameters(table, m):
-    """Return the slots of row `m` (uint64) of the table as a tuple of scalars, and last the row's address."""
-    return (
-        table[m, 0], table[m, 1], table[m, 2], table[m, 3], table[m, 4], table[m, 5],
-        table[m, 6], table[m, 7], table[m, 8], table[m, 9], table[m, 10], table[m, 11],
-        table[m, 12], table[m, 13], table[m, 14], table[m, 15], table[m, 16], table[m, 17],
-        table[m, 18], table[m, 19], table[m, 20], table[m, 21], table[m, 22], table[m, 23],
-        table[m, 24], table[m, 25], table[m, 26], table[m, 27], table[m, 28], table[m, 29],
-        table[m, 30], table[m, 31], table[m, 32], table[m, 33], table[m, 34], table[m, 35],
-        table[m, 36], table[m, 37], table[m, 38], table[m, 39], table[m, 40], table[m, 41],
-        table[m, 42], table[m, 43], table[m, 44], table[m, 45], table[m, 46], table[m, 47],
-        table[m, 48], table[m, 49], table[m, 50], table[m, 51], table[m, 52], table[m, 53],
-        table[m, 54], table[m, 55], table[m, 56], table[m, 57], table[m, 58], table[m, 59],
-        table[m, 60],
-        row_address(table, m),
-    )  # fmt: skip
+# Slots of row `m` (uint64) of the table as a tuple of scalars, and last the row's address.
+_TEXT = "def parameters(table, m):\n    return ({}, row_address(table, m))"
+exec(_TEXT.format(", ".join(f"table[m, {slot}]" for slot in range(SLOT_COUNT))), globals())  # noqa: S102 text of ours
+parameters = inline(globals()["parameters"])
 
 
 def values(row: np.ndarray) -> tuple[float, ...]:

@@ -2,62 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import fields
 from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hvisph.core.errors import CaseError
-from hvisph.materials.damage import (
-    CockcroftLatham,
-    GradyKipp,
-    GradySpall,
-    JohnsonCookDamage,
-    JohnsonHolmquistDamage,
-    NoDamage,
-    PressureCutoff,
-    PrincipalStress,
-)
-from hvisph.materials.eos import (
-    Elastic,
-    Grid,
-    IdealGas,
-    JonesWilkinsLee,
-    Linear,
-    MieGrueneisen,
-    Murnaghan,
-    Polynomial,
-    StiffenedGas,
-    Table,
-    Tillotson,
-    UsUpTable,
-    read_grid,
-)
+from hvisph.materials import damage, eos, strength
 from hvisph.materials.material_table import Material
 from hvisph.materials.melting import Lindemann, Simon
 from hvisph.materials.porosity import Porosity
-from hvisph.materials.slots import KEEPS_STRESS, EquationOfState, Model
-from hvisph.materials.strength import (
-    CowperSymonds,
-    ElasticStrength,
-    JohnsonCook,
-    JohnsonHolmquist,
-    LinearHardening,
-    NoStrength,
-    Rock,
-    SteinbergGuinan,
-    SteinbergLund,
-    VonMises,
-    ZerilliArmstrong,
-)
+from hvisph.materials.slots import KEEPS_STRESS
 from hvisph.output.eos_table import SUFFIXES, read_eos_table
 
 if TYPE_CHECKING:
     from hvisph.case.materials.damage import Damage as DamageModel
     from hvisph.case.materials.eos import Eos as EosModel
     from hvisph.case.materials.material import Material as MaterialModel
-    from hvisph.case.materials.strength import Strength as StrengthModel
-    from hvisph.case.materials.thermal import Melting as MeltingModel
-    from hvisph.case.materials.thermal import Temperature as TemperatureModel
+
+# Keys of the case for the fields that parameter classes call otherwise.
+STEINBERG_KEYS = {"exponent": "n", "gamma0": "melt_gamma", "a_melt": "melt_a"}
+KEYS: Mapping[type, Mapping[str, str]] = {
+    eos.Elastic: {"young_modulus": "youngs_modulus"},
+    eos.StiffenedGas: {"gamma0": "gamma"},
+    eos.MieGrueneisen: {"gamma0": "gamma"},
+    eos.UsUpTable: {"gamma0": "gamma"},
+    eos.Tillotson: {"capital_b": "b_modulus", "small_a": "a", "small_b": "b"},
+    eos.JonesWilkinsLee: {"capital_a": "a", "capital_b": "b"},
+    strength.JohnsonCook: {"yield_stress": "a", "hardening_coefficient": "b", "hardening_exponent": "n",
+                           "rate_coefficient": "c", "thermal_exponent": "m", "specific_heat": "heat_capacity"},
+    strength.SteinbergGuinan: STEINBERG_KEYS,
+    strength.SteinbergLund: STEINBERG_KEYS | {"rate_c1": "c1", "drag": "c2"},
+    strength.ZerilliArmstrong: {"exponent": "n"},
+    strength.JohnsonHolmquist: {"intact": "a", "intact_exponent": "n", "fractured": "b", "fractured_exponent": "m",
+                                "rate_coefficient": "c"},
+    damage.PressureCutoff: {"pressure_minimum": "pressure"},
+    damage.JohnsonCookDamage: {"pressure_minimum": "pressure_cutoff"},
+    Lindemann: {"gamma0": "gamma"},
+}  # fmt: skip
 
 
 def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
@@ -70,152 +53,69 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
     internal_energy
         Specific internal energy that its body starts with [J/kg]: an ideal gas at rest is known by it.
     """
-    shear, heat, pores = model.shear_modulus, model.temperature, model.porosity
+    heat, law = model.temperature, model.melting
+    melts = heat.type == "isentrope" and heat.melting_point is not None and heat.heat_of_melting is not None
     return Material(
-        model.name,
-        model.density,
-        _eos(model.eos, model.density, internal_energy),
-        _strength(model.strength, shear),
-        _damage(model.damage),
-        None if pores is None else Porosity(pores.distension, pores.elastic_pressure, pores.solid_pressure),
-        heat.heat_capacity or 0.0,
-        heat.room_temperature or 0.0,
-        heat.type == "total_energy",
-        _melting(model.melting),
-        _failed_friction(model.damage),
-        getattr(model.strength, "rate_smoothing", 0),
-        *_spall(model.damage),
-        getattr(heat, "heat_capacities", ()),
-        _heat_of_melting(heat),
-    )
+        name=model.name,
+        density=model.density,
+        eos=parameters(eos.REGISTRY[model.eos.type], model.eos, **_of_eos(model.eos, model.density, internal_energy)),
+        strength=parameters(strength.REGISTRY[model.strength.type], model.strength, shear_modulus=model.shear_modulus),
+        damage=parameters(damage.REGISTRY[model.damage.type], model.damage,
+                          void_growth=getattr(model.damage, "high_triaxiality", "") == "void_growth"),
+        porosity=None if model.porosity is None else parameters(Porosity, model.porosity),
+        heat_capacity=heat.heat_capacity or 0.0,
+        room_temperature=heat.room_temperature or 0.0,
+        total_energy=heat.type == "total_energy",
+        melting=None if law is None else parameters(Lindemann if law.type == "lindemann" else Simon, law),
+        failed_friction=_failed_friction(model.damage),
+        rate_smoothing=getattr(model.strength, "rate_smoothing", 0),
+        **_spall(model.damage),
+        heat_capacities=getattr(heat, "heat_capacities", ()),
+        heat_of_melting=(heat.melting_point, heat.heat_of_melting) if melts else None,
+    )  # fmt: skip
 
 
-def _spall(damage: DamageModel) -> tuple[float, float, float]:
+def parameters(kind: type[Any], model: object, **known: Any) -> Any:
+    """Return the parameter object `kind` of a case's model: each field from `known`, or from the key of its name.
+
+    Fields whose key the model lacks, or has as null, keep their defaults.
+    """
+    keys = KEYS.get(kind, {})
+    values = {one.name: getattr(model, keys[one.name]) if one.name in keys else getattr(model, one.name, None)
+              for one in fields(kind)}  # fmt: skip
+    values |= {name: value for name, value in known.items() if name in values}
+    return kind(**{name: value for name, value in values.items() if value is not None})
+
+
+def _of_eos(model: EosModel, density: float, internal_energy: float) -> dict[str, Any]:
+    """Return the parameters of an equation of state that are no keys of its model."""
+    known: dict[str, Any] = {"reference_density": density, "ambient_energy": internal_energy}
+    if model.type == "linear":
+        known["bulk_modulus"] = model.modulus(density)
+    elif model.type == "mie_gruneisen":
+        known |= dict(zip(("sound_speed", "s1", "s2", "s3"), model.hugoniot, strict=True))
+        known["linear_expansion"] = model.expansion == "linear"
+    elif model.type == "table":
+        path = Path(model.file)
+        is_table = path.suffix in SUFFIXES
+        known["grid"] = eos.Grid(**read_eos_table(path)) if is_table else eos.read_grid(path, model.number)
+    return known
+
+
+def _spall(model: DamageModel) -> dict[str, float]:
     """Return spall strength [Pa], infinite where none is given, its exponent [-] and the rate of it [1/s]."""
-    exponent: float = getattr(damage, "spall_exponent", 0.0)
-    if damage.type == "pressure_cutoff":
-        return (-damage.pressure if exponent else inf), exponent, damage.spall_rate
-    return getattr(damage, "spall_strength", None) or inf, exponent, getattr(damage, "spall_rate", 1.0)
+    exponent: float = getattr(model, "spall_exponent", 0.0)
+    if model.type == "pressure_cutoff":
+        spall = -model.pressure if exponent else inf
+    else:
+        spall = getattr(model, "spall_strength", None) or inf
+    return {"spall_strength": spall, "spall_exponent": exponent, "spall_rate": getattr(model, "spall_rate", 1.0)}
 
 
-def _heat_of_melting(heat: TemperatureModel) -> tuple[float, float] | None:
-    if heat.type != "isentrope" or heat.melting_point is None or heat.heat_of_melting is None:
-        return None
-    return heat.melting_point, heat.heat_of_melting
-
-
-def _melting(melting: MeltingModel | None) -> Lindemann | Simon | None:
-    if melting is None:
-        return None
-    if melting.type == "lindemann":
-        return Lindemann(melting.temperature, melting.gamma, melting.a)
-    return Simon(melting.temperature, melting.a, melting.c)
-
-
-def _failed_friction(damage: DamageModel) -> float:
-    if damage.type == "none" or damage.type == "johnson_holmquist":
+def _failed_friction(model: DamageModel) -> float:
+    if model.type == "none" or model.type == "johnson_holmquist":
         return 0.0
-    return (
-        KEEPS_STRESS
-        if damage.failed_strength == "unchanged"
-        else damage.friction
-        if damage.failed_strength == "rubble"
-        else 0.0
-    )
-
-
-def _eos(eos: EosModel, density: float, internal_energy: float) -> EquationOfState:
-    match eos.type:
-        case "linear":
-            return Linear(eos.modulus(density))
-        case "elastic":
-            return Elastic(eos.youngs_modulus, eos.poisson_ratio)
-        case "stiffened_gas":
-            return StiffenedGas(eos.sound_speed, eos.gamma)
-        case "mie_gruneisen":
-            c0, s1, s2, s3 = eos.hugoniot
-            return MieGrueneisen(c0, eos.gamma, s1, s2, s3, eos.a, eos.expansion == "linear")
-        case "us_up_table":
-            return UsUpTable(eos.us_up, eos.gamma)
-        case "tillotson":
-            return Tillotson(eos.bulk_modulus, eos.b_modulus, eos.a, eos.b, eos.reference_energy, eos.alpha, eos.beta,
-                             eos.incipient_energy, eos.vaporization_energy, eos.expansion,
-                             eos.low_density)  # fmt: skip
-        case "polynomial":
-            return Polynomial(eos.a1, eos.a2, eos.a3, eos.b0, eos.b1, eos.t1 or 0.0, eos.t2)
-        case "murnaghan":
-            return Murnaghan(eos.bulk_modulus, eos.exponent, eos.gamma)
-        case "jwl":
-            return JonesWilkinsLee(eos.a, eos.b, eos.r1, eos.r2, eos.omega, eos.detonation_energy, density)
-        case "table":
-            return Table(_grid(Path(eos.file), eos.number), density)
-        case "ideal_gas":
-            return IdealGas(eos.gamma, internal_energy)
-    raise ValueError(eos.type)
-
-
-def _grid(path: Path, number: int | None) -> Grid:
-    return Grid(**read_eos_table(path)) if path.suffix in SUFFIXES else read_grid(path, number)
-
-
-def _strength(strength: StrengthModel, shear: float) -> Model:
-    match strength.type:
-        case "none":
-            return NoStrength()
-        case "elastic":
-            return ElasticStrength(shear)
-        case "von_mises":
-            return VonMises(shear, strength.yield_stress)
-        case "linear_hardening":
-            return LinearHardening(shear, strength.yield_stress, strength.hardening_modulus)
-        case "johnson_cook":
-            return JohnsonCook(shear, strength.a, strength.b, strength.n, strength.c, strength.m,
-                               strength.melt_temperature, strength.heat_capacity, strength.room_temperature,
-                               strength.reference_rate)  # fmt: skip
-        case "steinberg_guinan" | "steinberg_lund":
-            shared = (shear, strength.yield_stress, strength.yield_limit, strength.beta, strength.n,
-                      strength.pressure_coefficient, strength.heat_coefficient, strength.melt_temperature,
-                      strength.melt_gamma, strength.melt_a, strength.initial_strain)  # fmt: skip
-            if strength.type == "steinberg_guinan":
-                return SteinbergGuinan(*shared)
-            return SteinbergLund(*shared, strength.c1, strength.activation_energy, strength.peierls_stress, strength.c2)
-        case "zerilli_armstrong":
-            return ZerilliArmstrong(shear, strength.lattice, strength.c0, strength.c3, strength.c4, strength.c1,
-                                    strength.c2, strength.c5, strength.n, strength.melt_temperature or inf)  # fmt: skip
-        case "cowper_symonds":
-            return CowperSymonds(shear, strength.yield_stress, strength.reference_rate, strength.exponent,
-                                 strength.hardening_modulus)  # fmt: skip
-        case "rock":
-            return Rock(shear, strength.cohesion, strength.friction, strength.limit or inf, strength.broken_friction,
-                        strength.melt_energy or inf, strength.melt_temperature or inf)  # fmt: skip
-        case "johnson_holmquist":
-            return JohnsonHolmquist(shear, strength.hugoniot_elastic_limit, strength.hel_pressure, strength.tension,
-                                    strength.a, strength.n, strength.b, strength.m, strength.c,
-                                    strength.fractured_limit or inf)  # fmt: skip
-    raise ValueError(strength.type)
-
-
-def _damage(damage: DamageModel) -> Model:
-    match damage.type:
-        case "none":
-            return NoDamage()
-        case "pressure_cutoff":
-            return PressureCutoff(damage.pressure, damage.permanent)
-        case "grady_kipp":
-            return GradyKipp(damage.weibull_k, damage.weibull_m, damage.seed)
-        case "grady_spall":
-            return GradySpall(damage.toughness, damage.yield_stress, damage.critical_strain)
-        case "principal_stress":
-            return PrincipalStress(damage.tensile_strength, damage.shear_strength or inf)
-        case "cockcroft_latham":
-            return CockcroftLatham(damage.critical_work)
-        case "johnson_holmquist":
-            return JohnsonHolmquistDamage(damage.d1, damage.d2, damage.beta)
-        case "johnson_cook":
-            cutoff = -inf if damage.pressure_cutoff is None else damage.pressure_cutoff
-            strain = (damage.d1, damage.d2, damage.d3, damage.d4, damage.d5, damage.reference_rate)
-            return JohnsonCookDamage(*strain, cutoff, damage.softening, damage.high_triaxiality == "void_growth")
-    raise ValueError(damage.type)
+    return {"unchanged": KEEPS_STRESS, "rubble": model.friction}.get(model.failed_strength, 0.0)
 
 
 def start_of(name: str, model: Any, material: Material) -> tuple[float, float]:

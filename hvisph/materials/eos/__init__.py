@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import sys
 from math import sqrt
-from types import ModuleType
 
 from hvisph.compiler.jit import inline, noinline
 from hvisph.materials import tags
@@ -11,7 +11,6 @@ from hvisph.materials.model_flags import FURTHER_EOS
 from hvisph.materials.slots import SOUND_SPEED_SQUARED_FLOOR, EquationOfState
 
 from . import (
-    elastic,
     ideal_gas,
     jwl,
     linear,
@@ -45,19 +44,7 @@ REGISTRY: dict[str, type[EquationOfState]] = {
     )
 }
 # Where each model's functions are: `pressure` and `sound_speed_squared`, or `state` with all in one.
-MODULES: dict[str, ModuleType] = {
-    "linear": linear,
-    "elastic": elastic,
-    "stiffened_gas": stiffened_gas,
-    "mie_gruneisen": mie_gruneisen,
-    "ideal_gas": ideal_gas,
-    "tillotson": tillotson,
-    "polynomial": polynomial,
-    "murnaghan": murnaghan,
-    "jwl": jwl,
-    "table": table,
-    "us_up_table": us_up_table,
-}
+MODULES = {name: sys.modules[model.__module__] for name, model in REGISTRY.items()}
 
 
 @noinline
