@@ -62,16 +62,18 @@ LIBRARIES = {
     "jinja2": {"visualization"},
     "hvisph_validation": {"cli"},
     "sklearn": {"sweeps"},
-    "scipy": {"sweeps", "geometry", "measures", "diagnostics", "verification"},
+    "pyvista": {"output"},
+    "scipy": {"sweeps", "geometry", "measures", "diagnostics", "verification", "exact"},
     "llvmlite": {"compiler"},
     "platformdirs": {"compiler"},
     "psutil": {"core", "cli"},
     "mpi4py": {"parallel"},
     "numba": {"compiler", "setup", "precheck", "simulation", "diagnostics"},
-    "numpy": {*MAY_IMPORT} - {"cli", "case", "casefile"},
+    "numpy": {*MAY_IMPORT} - {"cli", "casefile"},  # `case` within a function
 }
 # Slow to import and seldom needed: only within functions, so that nobody pays who does not use them.
-LAZY = {"PIL", "trimesh", "jinja2", "scipy", "sklearn", "matplotlib", "h5py", "meshio", "pint", "psutil", "mpi4py"}
+LAZY = {"PIL", "trimesh", "jinja2", "scipy", "sklearn", "matplotlib", "h5py", "meshio", "pint", "psutil", "mpi4py",
+        "pyvista"}  # fmt: skip
 # Outside `compiler`, numba sets and tells the number of threads; only `compiler` compiles.
 NUMBA_ELSEWHERE = {"config", "get_num_threads", "set_num_threads", "threading_layer"}
 # Packages that must load without numba: nothing that they do needs a compiler.

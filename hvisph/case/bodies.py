@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Protocol
 
 from pydantic import Field
 
@@ -22,6 +22,14 @@ if TYPE_CHECKING:  # what is made from the catalogue cannot be read by a type ch
     Arrangement = str
 else:
     Arrangement = Literal[tuple(ARRANGEMENTS)]
+
+
+class HasResolution(Protocol):
+    """A case, as far as the spacing of its bodies goes."""
+
+    @property
+    def resolution(self) -> float:
+        """Spacing dx [m]."""
 
 
 class Grading(StrictModel):
@@ -108,3 +116,7 @@ class Body(StrictModel):
         default=None,
         description="Initial temperature, at the density that has no pressure then [K]; that at rest unless given",
     )
+
+    def spacing(self, case: HasResolution) -> float:
+        """Return the particle spacing of the body [m]: its own, or that of the case."""
+        return self.resolution or case.resolution

@@ -27,6 +27,7 @@ from hvisph.sph.terms.viscosity import shear_share
 
 from .particle_steps import MORRIS_MONAGHAN, Limits, Shown, State, hoop_signal, ring_radius
 from .sums import COUNTED, HEATING, INTERNAL, KINETIC, LENGTH, MOMENTUM, PLASTIC, SIZE, SLIPPING, SPEED2, SUPPORT
+from .time_step import VISCOUS_SIGNAL
 
 CHUNK = 256
 # Rings in shear flow have all of the viscosity at the axis, none beyond the reduced share from h over this on.
@@ -149,7 +150,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
         share = viscous_share(share, l, c, ahead.h, stage, coefficients)
         rows[s, SHARE] = share
         # a small share lets no step grow: the shock that raises it may be a step away
-        signal += 1.2 * coefficients[0] * max(share - 1.0, 0.0) * c
+        signal += VISCOUS_SIGNAL * coefficients[0] * max(share - 1.0, 0.0) * c
     signals[s] = max(signal, c_l * hoop_signal(ahead.h, ring)) if AXISYMMETRIC else signal
     fastest, longest, size = most
     return max(fastest, speed2), max(longest, ahead.h), size + (kinetic + abs(internal) if here else 0.0)

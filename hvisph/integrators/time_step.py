@@ -1,6 +1,6 @@
 """Named time-step criteria, and the watch for values that are not finite.
 
-    signal        h / (c_l + 1.2 alpha c + 1.2 beta max|mu|)        Monaghan 1989
+    signal        h / (c_l + 1.2 alpha c + 1.2 beta max|mu|)        Monaghan 1989, `VISCOUS_SIGNAL`
     acceleration  sqrt(h / |a|)
 
 None depends on the frame. The smallest over all particles, times the case's cfl, limits the step.
@@ -20,6 +20,7 @@ from hvisph.compiler.threads.parallel_for import chunk_loop
 NAMES = ("signal", "acceleration")
 CHUNK = 256
 NOBODY = 0xFFFFFFFF
+VISCOUS_SIGNAL = 1.2  # weight of the artificial viscosity in the signal speed [-]
 
 
 @dataclass

@@ -9,6 +9,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from hvisph.case.formulations.riemann import following, is_gas
+from hvisph.case.time import COURANT_OF
 from hvisph.core.errors import CaseError
 
 from .impact_pair import Meeting, meeting
@@ -40,7 +41,7 @@ SLOW, CROSSINGS = 0.01, 20.0
 # 5 m/s and with half of it at 50, by Total Lagrangian kernels with 0.987.
 BOUNCING = 0.1
 STRONG = 0.3  # particle velocity over sound speed beyond which density that is not of the spacing is off by 2 %
-LONGEST_STEP = 0.42  # Courant number up to which contact SPH was verified
+LONGEST_STEP = COURANT_OF["riemann"]  # Courant number up to which contact SPH was verified
 
 
 class Facts:
@@ -297,7 +298,7 @@ def _thin_walls(facts: Facts) -> Iterator[Values]:
         if body.shape.type != "mesh":
             continue
         try:
-            shape, dx = shape_of(body.shape, facts.case.drawing_dimensions), body.resolution or facts.case.resolution
+            shape, dx = shape_of(body.shape, facts.case.drawing_dimensions), body.spacing(facts.case)
         except CaseError as error:
             raise CaseError(error.message, where=f"bodies.{name}.{error.where}") from error
         wall = getattr(shape, "thickness", math.inf)

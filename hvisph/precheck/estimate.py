@@ -18,6 +18,7 @@ from hvisph.core.particles import BASE_FIELDS
 from hvisph.geometry.filling import estimated_count
 from hvisph.geometry.section import Section
 from hvisph.geometry.shapes import Shape
+from hvisph.integrators.time_step import VISCOUS_SIGNAL
 from hvisph.setup.bodies import PlacedBody, placed_bodies
 from hvisph.setup.build import build
 from hvisph.setup.materials import material_of, start_of
@@ -228,7 +229,7 @@ def _rough(body: Any, case: Case) -> float:
     """Return the number of a body's particles by volume; a graded body is taken to be fine throughout."""
     if body.shape.type == "particles":
         return 0.0
-    whole = estimated_count(_filled_shape(body, case), body.resolution or case.resolution)
+    whole = estimated_count(_filled_shape(body, case), body.spacing(case))
     return whole * 0.5 ** len({plane.axis for plane in case.symmetry})
 
 
@@ -240,7 +241,7 @@ def _filled_shape(body: Any, case: Case) -> Shape:
 
 def estimated_steps(case: Case) -> int:
     """Return about how many steps `case` takes."""
-    finest = min(body.resolution or case.resolution for body in case.bodies.values()) / case.resolution
+    finest = min(body.spacing(case) for body in case.bodies.values()) / case.resolution
     dt = case.time.step or case.time.cfl * finest * case.smoothing_length / _signal_speed(case)
     steps = math.ceil(case.time.end / dt - 1e-9)
     return min(steps, case.time.max_steps or steps)
@@ -253,7 +254,7 @@ def _signal_speed(case: Case) -> float:
     at_rest = 0.0
     for body in case.bodies.values():
         material = material_of(body.material, body.internal_energy)
-        speed = material.longitudinal_sound_speed + 1.2 * alpha * material.bulk_sound_speed
+        speed = material.longitudinal_sound_speed + VISCOUS_SIGNAL * alpha * material.bulk_sound_speed
         at_rest = max(at_rest, speed)
     velocities = [body.velocity for body in case.bodies.values()]
     fastest = max(math.dist(one, other) for one in velocities for other in velocities)
@@ -296,7 +297,7 @@ def _density(name: str, model: Any) -> float:
 def _uncounted(case: Case) -> list[BodyEstimate]:
     parts = []
     for name, body in case.bodies.items():
-        shape, dx = shape_of(body.shape, case.drawing_dimensions), body.resolution or case.resolution
+        shape, dx = shape_of(body.shape, case.drawing_dimensions), body.spacing(case)
         kept, across = _rough(body, case), shape.extent()[min(1, case.dim - 1)] / dx
         volume = kept * dx**case.dim if case.drawing_dimensions == case.dim else shape.volume
         parts.append(BodyEstimate(name, round(kept), round(across), _density(name, body) * volume, volume))

@@ -154,7 +154,7 @@ def _fill_body(
     case: Case, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mirror]
 ) -> tuple[Shape | None, Filling]:
     """Return a body's shape and its particles about its origin."""
-    dx = model.resolution or case.resolution
+    dx = model.spacing(case)
     if model.shape.type == "particles":
         try:  # porous or warm, they weigh what the file says
             density, _ = start_of("", model, material_of(model.material, model.internal_energy))

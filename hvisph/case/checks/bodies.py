@@ -42,7 +42,7 @@ def spacing_warnings(case: Surroundings) -> Iterator[str]:
     """Yield what is doubtful where neighbours in the file have unlike spacings or masses of particles."""
     bodies = list(case.bodies.items())
     for (one, first), (other, second) in pairwise(bodies):
-        spacings = [body.resolution or case.resolution for body in (first, second)]
+        spacings = [body.spacing(case) for body in (first, second)]
         ratio = max(spacings) / min(spacings)
         if ratio > UNLIKE:
             yield (
@@ -81,7 +81,7 @@ def _arrangement(case: Surroundings, body: Body, path: Path) -> Iterator[Problem
 
 def _thickness(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
     formulation = case.formulation
-    h = formulation.h_over_dx * (body.resolution or case.resolution)
+    h = formulation.h_over_dx * body.spacing(case)
     support = formulation.support_over_h * h
     thickness = body.shape.thickness()
     # a thickness written as a decimal multiple of dx must not fail by round-off
@@ -119,7 +119,7 @@ def _spacing(case: Surroundings, body: Body, path: Path) -> Iterator[Problem]:
         yield Problem((*path, "grading"), f"a {body.shape.type} has even spacing; only a box or an interval is graded")
     if len(grading.fine) != case.dim:
         yield _length((*path, "grading", "fine"), case.dim, len(grading.fine), "widths")
-    if not grading.coarsest > (body.resolution or case.resolution):
+    if not grading.coarsest > body.spacing(case):
         yield Problem((*path, "grading", "coarsest"), "must be above the spacing of the fine part, the resolution")
     if body.mass == "nominal":
         yield Problem((*path, "mass"), "a graded body always has its exact mass; leave `mass` out")
@@ -171,7 +171,7 @@ def _place(case: Surroundings, body: Body, path: Path, first: bool) -> Iterator[
 
 def _count(case: Surroundings) -> Iterator[Problem]:
     spacings = [
-        math.prod(size / (b.resolution or case.resolution) for size in b.shape.extent()[: case.dim])
+        math.prod(size / b.spacing(case) for size in b.shape.extent()[: case.dim])
         for b in case.bodies.values()
         if b.grading is None and b.shape.extent()
     ]

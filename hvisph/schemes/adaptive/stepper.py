@@ -19,6 +19,7 @@ import numpy as np
 from hvisph.core.particles import Particles
 from hvisph.integrators import particle_update as single
 from hvisph.integrators import sums as column
+from hvisph.integrators.time_step import VISCOUS_SIGNAL
 from hvisph.materials.material_table import Material, pack
 from hvisph.schemes.stepper import fastest_sound
 from hvisph.schemes.total_lagrangian.reference_update import stop_at_planes
@@ -193,7 +194,7 @@ class CompositeStepper(CompositeState):
                 len(self._active), self.rows_, self._current_rows(), self._active, self._eulerian,
                 (self.particles.data, self.particles.tags, ref.volume, self.loads, self.swellings, self.before),
                 ref.lists, ref.corrections, (self.table, self.models, self._moduli),
-                (self._stage, 1.2 * formulation.alpha, formulation.courant),
+                (self._stage, VISCOUS_SIGNAL * formulation.alpha, formulation.courant),
                 (self.jacobians, self.strains, self.latest, self.pressures, self.signals), self._rates,
             )  # fmt: skip
             self.copies.refresh(self.rows_, self.layout, slice(2 * self.particles.dim, self._read))

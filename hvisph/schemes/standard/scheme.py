@@ -18,6 +18,7 @@ from hvisph.compiler.template_binding import bind
 from hvisph.compiler.tensors import add_identity, multiply, put
 from hvisph.compiler.tensors3d import plane_components
 from hvisph.core.particles import Particles
+from hvisph.integrators.time_step import VISCOUS_SIGNAL
 from hvisph.schemes.formulation import Smoothing
 from hvisph.schemes.stepper import Stepper
 from hvisph.sph.contact import coupling
@@ -105,7 +106,7 @@ class Eulerian:
     @property
     def viscous_factor(self) -> float:
         """1.2 beta, the share of max|mu| in the signal speed."""
-        return 1.2 * self.viscosity.beta
+        return VISCOUS_SIGNAL * self.viscosity.beta
 
     @property
     def corrects(self) -> bool:
@@ -245,8 +246,8 @@ def _pack(rows, s, coefficients, one):
         put(rows, s, SPIN_STRESS, multiply(0.5 * one.rho * inverse2, one.spin))
     if DISSIPATION:
         rows[s, P] = one.p
-        return one.c_l + 1.2 * (coefficients[0] + coefficients[4]) * one.c
-    return one.c_l + 1.2 * coefficients[0] * one.c
+        return one.c_l + VISCOUS_SIGNAL * (coefficients[0] + coefficients[4]) * one.c
+    return one.c_l + VISCOUS_SIGNAL * coefficients[0] * one.c
 
 
 def fallbacks(stepper: Any) -> int:

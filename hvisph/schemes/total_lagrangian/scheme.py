@@ -16,6 +16,7 @@ import numpy as np
 from hvisph.compiler.tensors import put
 from hvisph.compiler.tensors3d import plane_components
 from hvisph.integrators.particle_steps import WHOLE
+from hvisph.integrators.time_step import VISCOUS_SIGNAL
 from hvisph.schemes.adaptive.conversion import Conversion
 from hvisph.schemes.adaptive.stepper import CompositeStepper
 from hvisph.schemes.formulation import Smoothing
@@ -119,7 +120,7 @@ class TotalLagrangian:
     @property
     def viscous_factor(self) -> float:
         """1.2 beta, the share of max|mu| in the signal speed."""
-        return 1.2 * self.viscosity.beta
+        return VISCOUS_SIGNAL * self.viscosity.beta
 
     @property
     def corrects(self) -> bool:
@@ -197,4 +198,4 @@ def _pack(rows, s, coefficients, one):
     put(rows, s, S, plane_components(one.s, DIM))
     if AXISYMMETRIC:
         rows[s, RING] = one.ring
-    return one.c_l + 1.2 * coefficients[0] * one.c
+    return one.c_l + VISCOUS_SIGNAL * coefficients[0] * one.c
