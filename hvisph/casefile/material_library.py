@@ -260,16 +260,6 @@ def library_values(name: str) -> dict[str, Any]:
     return library_of().values(name)
 
 
-def doubted() -> list[tuple[str, str, str, str]]:
-    """Return the library's numbers whose source was not opened: material, numbers, how sure, the source to open."""
-    return [
-        (name, ", ".join(source.of), CONFIDENCE[source.confidence], " ".join(source.text.split()))
-        for name in material_names()
-        for source in library_of().notes(name).sources
-        if source.confidence.startswith("memory")
-    ]
-
-
 def library() -> dict[str, Material]:
     """Return all materials of the package's library by name."""
     return {name: load_material(name) for name in material_names()}

@@ -48,11 +48,6 @@ class CompiledFunction:
         """The numba function."""
         return self._make(self)
 
-    @property
-    def is_made(self) -> bool:
-        """Whether the numba function exists."""
-        return "made" in vars(self)
-
 
 class prange:  # noqa: N801  numba's name; numba's class replaces it in compiled loops
     """A range that is shared between threads."""

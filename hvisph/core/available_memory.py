@@ -75,10 +75,10 @@ def own_memory() -> float:
     return least
 
 
-def _available(table: Path = Path("/proc/meminfo")) -> float:
+def _available() -> float:
     """Return what the system has free, what it would give up included [bytes]; Linux tells it in a table."""
     with suppress(OSError, ValueError, KeyError):
-        lines = (line.partition(":") for line in table.read_text(encoding="ascii").splitlines())
+        lines = (line.partition(":") for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines())
         return 1024.0 * float({name: value.split()[0] for name, _, value in lines}["MemAvailable"])
     import psutil  # 6 ms to load
 

@@ -116,8 +116,6 @@ def with_reflections(
     plates: Sequence[tuple[Material, float, float, float]],
     end: float,
     strain_step: float = 0.004,
-    weakest: float = 5e-4,
-    alike: float = 1e-2,
 ) -> Tracked:
     """Follow all waves in plates that hit one another.
 
@@ -133,8 +131,6 @@ def with_reflections(
         Time to follow [s].
     strain_step
         Change of ln(rho) by which rarefactions are cut into fronts.
-    weakest, alike
-        Limits below which waves and borders are left out: see `fronts.track`.
 
     Returns
     -------
@@ -145,4 +141,4 @@ def with_reflections(
     for material, begin, finish, velocity in plates:
         law = laws.setdefault(material, SolidLaw(material))
         made.append(Layer(law, begin, finish, velocity))
-    return track(made, end, strain_step, weakest, alike)
+    return track(made, end, strain_step, weakest=5e-4, alike=1e-2)

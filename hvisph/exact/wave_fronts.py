@@ -22,6 +22,7 @@ from .wave_curves import State, Wave
 from .wave_history import Front, Layer, Tracked
 
 _TOGETHER = 1e-12  # events this close, in relation to the time span, are one
+MOST_FRONTS = 300_000
 _MANY = 50  # fronts alive from which on the limits below which waves and borders are left out rise
 
 
@@ -115,8 +116,8 @@ def _ending_at(waves: list[Wave], ahead: State | None, end: State, direction: in
 class _Tracker:
     """The fronts alive, in order of mass, and the next meeting of any two neighbours."""
 
-    def __init__(self, strain_step: float, weakest: float, alike: float, most: int = 300_000):
-        self.strain_step, self.weakest, self.alike, self.most = strain_step, weakest, alike, most
+    def __init__(self, strain_step: float, weakest: float, alike: float):
+        self.strain_step, self.weakest, self.alike = strain_step, weakest, alike
         self.alive: list[Front] = []
         self.dead: list[Front] = []
         self.strongest = 0.0
@@ -136,8 +137,8 @@ class _Tracker:
             self.rise = max(1.0, len(self.alive) / _MANY) ** 2
             self.highest = max(self.highest, self.rise)
             self.meet(first, last + 1, now)
-            if len(self.dead) > self.most:
-                raise RunError(f"more than {self.most} fronts by t = {now:.6g}; coarser rarefactions would help")
+            if len(self.dead) > MOST_FRONTS:
+                raise RunError(f"more than {MOST_FRONTS} fronts by t = {now:.6g}; coarser rarefactions would help")
 
     @staticmethod
     def _meeting(a: Front, b: Front, now: float) -> float:

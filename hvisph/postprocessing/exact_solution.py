@@ -104,15 +104,15 @@ class ExactSolution:
         return profile
 
 
-def exact_solution(case: Case, bodies: list[PlacedBody] | None = None) -> ExactSolution:
+def exact_solution(case: Case) -> ExactSolution:
     """Solve a case exactly.
 
     Gauges see what the particle sees that they ride with. Those fixed in space are left out.
 
     Parameters
     ----------
-    case, bodies
-        As those of `hvisph.setup.initial_state.begin`.
+    case
+        The case.
 
     Raises
     ------
@@ -123,7 +123,7 @@ def exact_solution(case: Case, bodies: list[PlacedBody] | None = None) -> ExactS
         Where the waves lead out of the materials' laws.
     """
     _refuse_unsolvable(case)
-    placed = bodies or placed_bodies(case)
+    placed = placed_bodies(case)
     layers = []
     for body in placed:
         # half a spacing outside of the outermost particles, which a plane of symmetry may have cut

@@ -7,7 +7,6 @@ a laptop core: both are there to tell a minute from a day.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -164,9 +163,10 @@ def estimate(case: Case, threads: int | None = None) -> Estimate:
     )
 
 
-def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *, free: float | None = None,
-                      processes: int = 1, beside: int = 1, begins: bool = False) -> None:  # fmt: skip
-    """Refuse a case that surely needs more memory than there is; without `bodies`, before a particle is made.
+def refuse_impossible(
+    case: Case, *, free: float | None = None, processes: int = 1, beside: int = 1, begins: bool = False
+) -> None:
+    """Refuse a case that surely needs more memory than there is, before a particle is made.
 
     Overlapping bodies are refused where they are placed (`hvisph.setup.bodies`).
 
@@ -174,8 +174,6 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
     ----------
     case
         The case.
-    bodies
-        Its bodies, where they are placed already; otherwise particles are estimated by volume.
     free
         Memory that may be used [bytes]; asked of the system unless given.
     processes, beside
@@ -188,7 +186,7 @@ def refuse_impossible(case: Case, bodies: Sequence[PlacedBody] | None = None, *,
     CaseError
         Naming what is needed, what there is, and a resolution that fits.
     """
-    count = rough_count(case) if bodies is None else float(sum(len(body.positions) for body in bodies))
+    count = rough_count(case)
     each, interpreter = memory_each(case) * beside / processes, beside * INTERPRETER
     if begins:
         each += BEGINNING

@@ -54,7 +54,9 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
         Specific internal energy that its body starts with [J/kg]: an ideal gas at rest is known by it.
     """
     heat, law = model.temperature, model.melting
-    melts = heat.type == "isentrope" and heat.melting_point is not None and heat.heat_of_melting is not None
+    heat_of_melting = None
+    if heat.type == "isentrope" and heat.melting_point is not None and heat.heat_of_melting is not None:
+        heat_of_melting = heat.melting_point, heat.heat_of_melting
     return Material(
         name=model.name,
         density=model.density,
@@ -71,7 +73,7 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
         rate_smoothing=getattr(model.strength, "rate_smoothing", 0),
         **_spall(model.damage),
         heat_capacities=getattr(heat, "heat_capacities", ()),
-        heat_of_melting=(heat.melting_point, heat.heat_of_melting) if melts else None,
+        heat_of_melting=heat_of_melting,
     )  # fmt: skip
 
 

@@ -36,13 +36,13 @@ def quantity(value: float, unit: str = "", digits: int = 4) -> str:
     return f"{value / factor:.{digits}g} {prefix}{unit}"
 
 
-def times(values: Sequence[float], unit: str = "s", digits: int = 4) -> list[str]:
+def times(values: Sequence[float], unit: str = "s") -> list[str]:
     """Return a series of times [SI] with one prefix for all of them, which suits the least that is not 0."""
     if not unit:
-        return [quantity(value, "", digits) for value in values]
+        return [quantity(value) for value in values]
     least = min((abs(value) for value in values if value), default=1.0)
     factor, prefix = next((p for p in _PREFIXES if least >= 0.0999 * p[0]), _PREFIXES[-1])
-    return [f"{value / factor:.{digits}g} {prefix}{unit}" for value in values]
+    return [f"{value / factor:.4g} {prefix}{unit}" for value in values]
 
 
 def duration(seconds: float) -> str:

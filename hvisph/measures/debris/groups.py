@@ -180,6 +180,6 @@ def by_size(labels: np.ndarray) -> np.ndarray:
     return rank[labels]
 
 
-def main_body(position: np.ndarray, spacing: float | np.ndarray, link: float = LINK) -> np.ndarray:
-    """Return the indices of the particles of the largest group linked at `link` spacings."""
-    return np.flatnonzero(connected_groups(position, spacing, link) == 0)
+def main_body(position: np.ndarray, spacing: float | np.ndarray) -> np.ndarray:
+    """Return the indices of the particles of the largest group linked at `LINK` spacings."""
+    return np.flatnonzero(connected_groups(position, spacing) == 0)
