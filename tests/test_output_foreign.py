@@ -137,6 +137,7 @@ LOOKUP_TABLE default
 2700
 2800
 SCALARS Mk int
+LOOKUP_TABLE default
 10 20
 VECTORS Vel float
 1 2 0
@@ -151,7 +152,8 @@ VECTORS Vel float
     path.write_text(text[: text.index("3 4 0")])
     with pytest.raises(OutputError, match="truncated"):
         read_snapshot(path)
-    path.write_text(text.replace("POLYDATA", "STRUCTURED_POINTS"))
+    grid = "DATASET STRUCTURED_POINTS\nDIMENSIONS 2 1 1\nORIGIN 0 0 0\nSPACING 1 1 1\n"
+    path.write_text(text[: text.index("DATASET")] + grid + text[text.index("POINT_DATA") :])
     with pytest.raises(OutputError, match="POLYDATA and UNSTRUCTURED_GRID"):
         read_snapshot(path)
 
