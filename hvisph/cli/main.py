@@ -5,11 +5,9 @@ from __future__ import annotations
 import atexit
 import gc
 import os
-import sys
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
-from typer.models import CommandInfo
 
 import hvisph
 from hvisph.cli.text.echo import say
@@ -39,43 +37,14 @@ from .commands import (
 from .group import Group
 from .guard import guarded
 
-_USUAL, _FIRST = gc.get_threshold(), 250_000  # objects made between two collections, and before the first
-
-
-def _imported(phase: str, _: dict[str, int]) -> None:
-    """Leave what was there at the first collection alone from then on, and collect as usual."""
-    if phase == "stop" and gc.get_threshold()[0] == _FIRST:  # not that of a loop that is compiled
-        gc.callbacks.remove(_imported)
-        gc.freeze()
-        gc.set_threshold(*_USUAL)
-
-
-# Python's collector looks through all that is imported, again and again, a sixth of the time of `check`, and twice more
-# at the end, 0.2 s. Imports leave next to nothing to collect: the first collection waits for more than they make.
-gc.set_threshold(_FIRST)
-gc.callbacks.append(_imported)
-atexit.register(gc.freeze)
+atexit.register(gc.freeze)  # no collection at the end of a command, 0.2 s
 # numpy's linear algebra starts its threads when it is imported, 0.06 s; matrices here are small.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Models of cases are as this package has them: pydantic need not look through all packages for plugins.
 os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
 
 
-class _App(typer.Typer):
-    """All commands; of a process that is given one of them that one alone is made ready, which takes a twentieth."""
-
-    def __call__(self, *arguments: Any, **further: Any) -> Any:
-        asked = [one for one in self.registered_commands if _name(one) in sys.argv[1:2]]
-        if asked and not arguments and not further.get("args"):
-            self.registered_commands = asked
-        return super().__call__(*arguments, **further)
-
-
-def _name(command: CommandInfo) -> str:
-    return command.name or command.callback.__name__.replace("_", "-")  # type: ignore[union-attr]
-
-
-app = _App(
+app = typer.Typer(
     name="hvisph",
     cls=Group,
     help="Smoothed particle hydrodynamics for solids under high-velocity impact, from a case file.",

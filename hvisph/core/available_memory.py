@@ -6,7 +6,6 @@ import math
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 
 MOUNT = Path("/sys/fs/cgroup")
@@ -24,7 +23,9 @@ def free_memory() -> float:
       containers set them,
     - the process may still take of its own limits of address space and data (``ulimit -v``, ``ulimit -d``).
     """
-    return min(_available(), group_memory(), own_memory())
+    import psutil
+
+    return min(float(psutil.virtual_memory().available), group_memory(), own_memory())
 
 
 def peak_memory() -> float:
@@ -73,16 +74,6 @@ def own_memory() -> float:
             taken = psutil.Process(os.getpid()).memory_info()
             least = min(least, max(float(limit) - float(getattr(taken, used, taken.rss)), 0.0))
     return least
-
-
-def _available() -> float:
-    """Return what the system has free, what it would give up included [bytes]; Linux tells it in a table."""
-    with suppress(OSError, ValueError, KeyError):
-        lines = (line.partition(":") for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines())
-        return 1024.0 * float({name: value.split()[0] for name, _, value in lines}["MemAvailable"])
-    import psutil  # 6 ms to load
-
-    return float(psutil.virtual_memory().available)
 
 
 def _memberships(file: Path) -> Iterator[tuple[str, str]]:
