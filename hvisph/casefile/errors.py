@@ -25,13 +25,7 @@ SLIP, MOST_PLACES = 0.75, 3
 
 
 class CaseErrors(CaseError):  # noqa: N818 - a collection, not a kind
-    """Several things wrong with one case.
-
-    Parameters
-    ----------
-    errors
-        Each of them.
-    """
+    """Several things wrong with one case."""
 
     def __init__(self, errors: Sequence[CaseError]):
         self.errors = tuple(errors)

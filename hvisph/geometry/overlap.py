@@ -100,11 +100,6 @@ def overlaps(bodies: Sequence[Standing]) -> list[Overlap]:
     """Return the pairs of bodies that stand in each other by 0.4 spacings or more.
 
     Bodies whose particles are a spacing apart along an axis never do, and cost next to nothing.
-
-    Parameters
-    ----------
-    bodies
-        All bodies.
     """
     found = ((k, l, _overlap(bodies[k], bodies[l])) for k, l in combinations(range(len(bodies)), 2))
     return [Overlap((k, l), *where) for k, l, where in found if where is not None]

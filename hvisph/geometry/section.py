@@ -27,11 +27,6 @@ ROUND = 1e-6  # [size]: how much the distance to a solid of revolution may chang
 class Section(Measured):
     """The half-plane section (x, r >= 0) of a solid of revolution about x (2D).
 
-    Parameters
-    ----------
-    solid
-        A shape in 3D.
-
     Raises
     ------
     CaseError

@@ -184,13 +184,7 @@ class RunFolder:
 
 
 class SilentFolder(RunFolder):
-    """The folder of a run for a process that writes nothing there: another one does.
-
-    Parameters
-    ----------
-    path
-        The folder.
-    """
+    """The folder of a run for a process that writes nothing there: another one does."""
 
     def __init__(self, path: Path):
         self.path, self.log = path, SilentLog(path / file_names.LOG)

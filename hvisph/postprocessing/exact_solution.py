@@ -109,11 +109,6 @@ def exact_solution(case: Case) -> ExactSolution:
 
     Gauges see what the particle sees that they ride with. Those fixed in space are left out.
 
-    Parameters
-    ----------
-    case
-        The case.
-
     Raises
     ------
     CaseError

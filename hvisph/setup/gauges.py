@@ -109,15 +109,7 @@ class Gauges:
         return any(g.every is not None and step % g.every == 0 for g in self._gauges)
 
     def record(self, step: int, share: Share) -> list[float]:
-        """Return the values of `columns`; NaN for gauges that are not due, see nothing or are retired.
-
-        Parameters
-        ----------
-        step
-            Steps done.
-        share
-            Where the particles are.
-        """
+        """Return the values of `columns`; NaN for gauges that are not due, see nothing or are retired."""
         due = [g.every is None or step % g.every == 0 for g in self._gauges]
         riding = [g.particle for g, now in zip(self._gauges, due, strict=True) if now and g.point is None]
         particles, numbers = self._stepper.particles, np.array(riding, np.int64)

@@ -54,13 +54,7 @@ class Standing:
 
 
 class SweepFolder:
-    """A sweep on disk.
-
-    Parameters
-    ----------
-    path
-        Its folder.
-    """
+    """A sweep on disk."""
 
     def __init__(self, path: str | os.PathLike[str]):
         self.path = Path(path)

@@ -20,15 +20,6 @@ WIDE = 0.99  # share of the mass that the map shows
 def witness_picture(cloud: Cloud, path: str | os.PathLike[str], title: str = "") -> Path:
     """Draw what the witness plane of a cloud receives, and store it.
 
-    Parameters
-    ----------
-    cloud
-        Measured with a plane.
-    path
-        The picture.
-    title
-        Its title.
-
     Raises
     ------
     CaseError

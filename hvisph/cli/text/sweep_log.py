@@ -21,15 +21,7 @@ SHOWN_ROWS = 60  # of the table on the terminal
 
 
 class Teller:
-    """Tells of cases as they end.
-
-    Parameters
-    ----------
-    driver
-        The sweep under way.
-    silent
-        Say nothing.
-    """
+    """Tells of cases as they end."""
 
     def __init__(self, driver: Any, silent: bool):
         self.driver, self.silent = driver, silent

@@ -173,15 +173,7 @@ class Intersection(OfParts):
 
 @dataclass(frozen=True)
 class Difference(Measured):
-    """What is left of a shape when others are cut out.
-
-    Parameters
-    ----------
-    whole
-        The shape.
-    removed
-        What is cut out.
-    """
+    """What is left of a shape when others are cut out."""
 
     whole: Shape
     removed: Sequence[Shape]
