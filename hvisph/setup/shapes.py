@@ -8,32 +8,28 @@ from typing import Any
 import numpy as np
 
 from hvisph.core.errors import CaseError
+from hvisph.geometry import shapes
 from hvisph.geometry.placement import rotation_matrix
-from hvisph.geometry.shapes import (
-    Annulus,
-    Box,
-    Cylinder,
-    Difference,
-    Disc,
-    Dome,
-    Frustum,
-    HollowSphere,
-    Intersection,
-    Interval,
-    Nosed,
-    Ogive,
-    Placed,
-    Polygon,
-    Prism,
-    Repeat,
-    Ring,
-    RoundedCylinder,
-    Shape,
-    Sphere,
-    Tube,
-    Union,
-)
+from hvisph.geometry.shapes import Shape
 from hvisph.geometry.shapes.nosed import Profile
+
+# Classes of simple shapes and of profiles, with the keys of the case that are their arguments.
+SIMPLE = {
+    "interval": (shapes.Interval, "length"),
+    "disc": (shapes.Disc, "diameter"),
+    "annulus": (shapes.Annulus, "outer_diameter inner_diameter"),
+    "polygon": (shapes.Polygon, "points"),
+    "sphere": (shapes.Sphere, "diameter"),
+    "hollow_sphere": (shapes.HollowSphere, "outer_diameter inner_diameter"),
+    "box": (shapes.Box, "size"),
+    "cylinder": (shapes.Cylinder, "diameter length axis"),
+    "tube": (shapes.Tube, "outer_diameter inner_diameter length axis"),
+}
+PROFILES = {
+    "frustum": (shapes.Frustum, "back_diameter front_diameter length"),
+    "ogive": (shapes.Ogive, "diameter nose_length shank_length"),
+    "rounded_cylinder": (shapes.RoundedCylinder, "diameter length edge_radius ends"),
+}
 
 
 def shape_of(model: Any, dim: int) -> Shape:
@@ -44,60 +40,39 @@ def shape_of(model: Any, dim: int) -> Shape:
     CaseError
         When sizes do not go together, or a file cannot be read.
     """
+    if model.type in SIMPLE:
+        return _of_keys(SIMPLE[model.type], model)
     match model.type:
-        case "interval":
-            return Interval(model.length)
-        case "disc":
-            return Disc(model.diameter)
-        case "annulus":
-            return Annulus(model.outer_diameter, model.inner_diameter)
-        case "polygon":
-            return Polygon(model.points)
-        case "sphere":
-            return Sphere(model.diameter)
-        case "hollow_sphere":
-            return HollowSphere(model.outer_diameter, model.inner_diameter)
-        case "box":
-            return Box(tuple(model.size))
-        case "cylinder":
-            return Cylinder(model.diameter, model.length, model.axis)
-        case "tube":
-            return Tube(model.outer_diameter, model.inner_diameter, model.length, model.axis)
         case "cone" | "frustum" | "ogive" | "dome" | "rounded_cylinder":
-            return Nosed(_profile(model), dim, model.axis)
+            return shapes.Nosed(_profile(model), dim, model.axis)
         case "prism":
-            return Prism(shape_of(model.section, 2), model.length, model.axis)
+            return shapes.Prism(shape_of(model.section, 2), model.length, model.axis)
         case "ring":
-            return Ring(shape_of(model.section, 2), model.radius, model.axis)
+            return shapes.Ring(shape_of(model.section, 2), model.radius, model.axis)
         case "mesh":
             return _mesh(model.file, model.unit)
-    return _combine(model, dim)
+        case "union":
+            return shapes.Union(tuple(_part(part, dim) for part in model.parts))
+        case "intersection":
+            return shapes.Intersection(tuple(_part(part, dim) for part in model.parts))
+        case "difference":
+            return shapes.Difference(shape_of(model.whole, dim), tuple(_part(part, dim) for part in model.removed))
+        case "repeat":
+            return shapes.Repeat(shape_of(model.shape, dim), model.vectors, model.counts)
+    raise ValueError(model.type)
+
+
+def _of_keys(kind: tuple[Any, str], model: Any) -> Any:
+    shape, keys = kind
+    return shape(*(getattr(model, key) for key in keys.split()))
 
 
 def _profile(model: Any) -> Profile:
-    match model.type:
-        case "cone":
-            return Frustum(model.diameter, 0.0, model.length)
-        case "frustum":
-            return Frustum(model.back_diameter, model.front_diameter, model.length)
-        case "ogive":
-            return Ogive(model.diameter, model.nose_length, model.shank_length)
-        case "dome":
-            return Dome(model.diameter, model.height or model.diameter / 2)
-    return RoundedCylinder(model.diameter, model.length, model.edge_radius, model.ends)
-
-
-def _combine(model: Any, dim: int) -> Shape:
-    match model.type:
-        case "union":
-            return Union(tuple(_part(part, dim) for part in model.parts))
-        case "intersection":
-            return Intersection(tuple(_part(part, dim) for part in model.parts))
-        case "difference":
-            return Difference(shape_of(model.whole, dim), tuple(_part(part, dim) for part in model.removed))
-        case "repeat":
-            return Repeat(shape_of(model.shape, dim), model.vectors, model.counts)
-    raise ValueError(model.type)
+    if model.type == "cone":
+        return shapes.Frustum(model.diameter, 0.0, model.length)
+    if model.type == "dome":
+        return shapes.Dome(model.diameter, model.height or model.diameter / 2)
+    return _of_keys(PROFILES[model.type], model)
 
 
 def _part(part: Any, dim: int) -> Shape:
@@ -105,7 +80,7 @@ def _part(part: Any, dim: int) -> Shape:
     if part.position is None and part.rotation is None:
         return shape
     turn = None if part.rotation is None else rotation_matrix(dim, part.rotation.radians, part.rotation.axis)
-    return Placed(shape, np.array(part.position or (0.0,) * dim), turn)
+    return shapes.Placed(shape, np.array(part.position or (0.0,) * dim), turn)
 
 
 @lru_cache(maxsize=8)
