@@ -8,6 +8,7 @@ import typer
 from typer.core import TyperGroup
 
 from hvisph.casefile.renamed import COMMANDS, OPTIONS
+from hvisph.core.errors import suggest_nearest
 
 # What people try, and what it is called here.
 MEANT = {
@@ -26,8 +27,6 @@ class Group(TyperGroup):
         """Return the command that the arguments begin with, or say which was probably meant."""
         name = args[0] if args else ""
         if name and not name.startswith("-") and self.get_command(ctx, name) is None:
-            from hvisph.core.errors import suggest_nearest
-
             commands = self.list_commands(ctx)
             if name in COMMANDS:
                 _refuse(f"`hvisph {name}` is now `hvisph {COMMANDS[name]}`")

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from hvisph.core.errors import CaseError
+
 
 def load(case: str, settings: Sequence[str] | None, resolution: str | None) -> Any:
     """Return the validated case that the arguments of a command mean."""
@@ -21,8 +23,6 @@ def placed(case: str) -> Iterator[None]:
 
     What shows only when particles are made, such as bodies that overlap, knows the field alone.
     """
-    from hvisph.core.errors import CaseError
-
     try:
         yield
     except CaseError as error:

@@ -12,6 +12,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from hvisph.cli.text.echo import say
+from hvisph.core.errors import CaseError
 
 from .options import JsonOption, QuietOption, ThreadsOption
 
@@ -47,8 +48,6 @@ class Running:
 
     def crew(self) -> Any:
         """Return what makes the workers; raises `CaseError` where there can be none."""
-        from hvisph.core.errors import CaseError
-
         if self.dask is not None and self.cluster is not None:
             raise CaseError("give either --dask or --cluster", where="--cluster")
         if self.dask is None and self.cluster is None:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from hvisph.core.errors import HvisphError
+
 if TYPE_CHECKING:
     from hvisph.case.case import Case
     from hvisph.casefile.material_library import Library, Notes
@@ -21,8 +23,6 @@ def plane_shock(case: Case) -> tuple[Any, str]:
         The `hvisph.exact.hugoniot.Impact`, in the frame of the second of their `meeting`, and an empty text;
         or None and the reason why there is none.
     """
-    from hvisph.core.errors import HvisphError
-
     if len(case.bodies) < 2:
         return None, "there is only one body"
     if case.kinematics == "plane_stress":

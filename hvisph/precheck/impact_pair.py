@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hvisph.core.errors import CaseError
+
 if TYPE_CHECKING:
     from hvisph.case.bodies import Body
     from hvisph.case.case import Case
@@ -88,7 +90,6 @@ def _threads(case: Case, boxes: list[Box], names: list[str], a: int, b: int) -> 
 
 def _velocity(body: Body, box: Box) -> np.ndarray:
     """Return the velocity of a body's middle, where fields that turn and spread about it have none."""
-    from hvisph.core.errors import CaseError
     from hvisph.setup.velocities import initial_velocity
 
     ends = np.nan_to_num(np.array(box), posinf=0.0, neginf=0.0)  # particles of a file have no sides here
@@ -143,7 +144,6 @@ def _box(body: Any, case: Case, shift: float = 0.0, axes: np.ndarray | None = No
 
     It stands `shift` [m] further along x. The box is along the columns of `axes`, those of the case unless given.
     """
-    from hvisph.core.errors import CaseError
     from hvisph.geometry.shapes import Placed
     from hvisph.setup.shapes import shape_of
 

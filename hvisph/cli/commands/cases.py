@@ -9,6 +9,8 @@ import typer
 
 from hvisph.cli.options import JsonOption
 from hvisph.cli.text.echo import say
+from hvisph.cli.text.formatting import echo_json, table
+from hvisph.core.errors import CaseError, OutputError, suggest_nearest
 
 
 def cases(
@@ -23,7 +25,6 @@ def cases(
 ) -> None:
     """List the bundled cases, print one, or copy them."""
     from hvisph.casefile.paths import bundled_cases
-    from hvisph.core.errors import CaseError, suggest_nearest
 
     files = bundled_cases()
     if name is not None:
@@ -40,7 +41,6 @@ def cases(
 
 def _list(files: dict[str, Path], as_json: bool) -> None:
     from hvisph.casefile.loader import load_case
-    from hvisph.cli.text.formatting import echo_json, table
 
     loaded = {name: load_case(path) for name, path in files.items()}
     if as_json:
@@ -55,8 +55,6 @@ def _list(files: dict[str, Path], as_json: bool) -> None:
 
 
 def _copy(files: dict[str, Path], folder: Path) -> None:
-    from hvisph.core.errors import CaseError, OutputError
-
     targets = {path: folder / f"{name}.yaml" for name, path in files.items()}
     there = [target for target in targets.values() if target.exists()]
     if there:

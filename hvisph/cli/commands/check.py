@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from hvisph.cli.loading import load, placed
 from hvisph.cli.options import CaseArgument, JsonOption, PictureOption, ResolutionOption, SetOption, ThreadsOption
 from hvisph.cli.text.echo import say
+from hvisph.cli.text.formatting import duration, echo_json, paragraph, quantity, rounded, size, table
+from hvisph.core.errors import computable
 from hvisph.core.kinematics import KINEMATICS
 
 if TYPE_CHECKING:
@@ -25,7 +28,6 @@ def check(
 ) -> None:
     """Check a case without running it: particles, steps, time, memory, expected pressure, warnings."""
     from hvisph.case.checks.consistency import warnings_of
-    from hvisph.core.errors import computable
     from hvisph.precheck.advice import advice, sparse
     from hvisph.precheck.contact_rules import contact_warnings
     from hvisph.precheck.estimate import estimate
@@ -47,16 +49,12 @@ def check(
 
     shock, reason = plane_shock(loaded)
     if as_json:
-        from hvisph.cli.text.formatting import echo_json
-
         echo_json(_plain(loaded, taken, shock, reason))
     else:
         say(_words(loaded, taken, shock, reason))
 
 
 def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
-    from dataclasses import asdict
-
     from hvisph.precheck.regime import regime
 
     facts = {
@@ -74,7 +72,6 @@ def _plain(case: Case, taken: Any, shock: Any, reason: str) -> dict[str, Any]:
 
 
 def _words(case: Case, taken: Any, shock: Any, reason: str) -> str:
-    from hvisph.cli.text.formatting import duration, paragraph, quantity, rounded, size, table
     from hvisph.precheck.advice import tears
     from hvisph.precheck.impact_pair import meeting
     from hvisph.precheck.regime import regime

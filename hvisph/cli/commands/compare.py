@@ -11,9 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hvisph.cli.guard import FAILED
+from hvisph.cli.guard import FAILED, noted_interrupts
 from hvisph.cli.options import JsonOption, QuietOption, ResolutionOption, SetOption, ThreadsOption
+from hvisph.cli.text.comparison_table import comparison_tables, gauge_table
 from hvisph.cli.text.echo import say, show
+from hvisph.cli.text.formatting import echo_json
+from hvisph.core.errors import CaseError, suggest_nearest
 
 if TYPE_CHECKING:
     from hvisph.postprocessing.gauge_overlay import Overlay
@@ -60,8 +63,6 @@ def compare(
 
     Cases that have not been run are run first. Exit codes: 0 done, 2 invalid input, 3 a run failed.
     """
-    from hvisph.core.errors import CaseError
-
     if field is not None and picture is None:
         raise CaseError("needs --picture FILE, which it colours", where="--field")
     from hvisph.postprocessing.comparison import entries
@@ -82,8 +83,6 @@ def compare(
         gallery(moments, picture, field or "pressure")
     overlaid = None if gauges is None else _draw_gauges({entry.name: entry.folder for entry in asked}, gauges)
     if as_json:
-        from hvisph.cli.text.formatting import echo_json
-
         told: dict[str, Any] = {
             "rows": [r.as_dict() for r in rows],
             "picture": None if picture is None else str(picture),
@@ -93,13 +92,9 @@ def compare(
                               for name, columns in overlaid.differences.items()}  # fmt: skip
         echo_json(told)
     elif not quiet:
-        from hvisph.cli.text.comparison_table import comparison_tables
-
         unitless = any(_unitless(entry) for entry in asked)
         show(comparison_tables(rows, unitless, every))
         if overlaid is not None:
-            from hvisph.cli.text.comparison_table import gauge_table
-
             say(gauge_table(overlaid))
         for drawn in (picture, gauges):
             if drawn is not None:
@@ -112,7 +107,6 @@ def compare(
 
 def _refuse_picture(picture: Path, field: str | None) -> None:
     """Refuse before anything runs what would fail after it all."""
-    from hvisph.core.errors import CaseError, suggest_nearest
     from hvisph.core.fields import CATALOGUE
 
     refuse_format(picture, "--picture")
@@ -124,8 +118,6 @@ def _refuse_picture(picture: Path, field: str | None) -> None:
 
 def refuse_format(picture: Path, option: str) -> None:
     """Refuse a picture that cannot be stored; raises `CaseError` that names the option."""
-    from hvisph.core.errors import CaseError, suggest_nearest
-
     if picture.suffix.lower() not in PICTURES:
         raise CaseError(
             f"{picture}: pictures cannot be stored as '{picture.suffix}'{suggest_nearest(picture.suffix, PICTURES)}",
@@ -150,7 +142,6 @@ def _complete(asked: Sequence[Any], threads: int | None, force: bool, silent: bo
     todo = [entry for entry in asked if entry.case is not None and (force or not is_run(entry))]
     if not todo:
         return
-    from hvisph.cli.guard import noted_interrupts
     from hvisph.cli.loading import placed
     from hvisph.cli.text.run_report import listener_for
     from hvisph.postprocessing.comparison import complete
@@ -176,7 +167,6 @@ def _unitless(entry: Any) -> bool:
     case = entry.case
     if case is None and (entry.folder / "case.yaml").is_file():
         from hvisph.casefile.loader import load_case
-        from hvisph.core.errors import CaseError
 
         # a run of a later version, say: it can be shown all the same
         with suppress(CaseError):

@@ -13,6 +13,7 @@ import hvisph
 from hvisph.cli.guard import FAILED
 from hvisph.cli.options import JsonOption
 from hvisph.cli.text.echo import say
+from hvisph.cli.text.formatting import duration, echo_json, size, table
 
 PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "h5py", "meshio", "pydantic", "pint", "rich", "typer")
 
@@ -31,8 +32,6 @@ def doctor(
         _compile_common(not as_json)
     facts = _facts()
     if as_json:
-        from hvisph.cli.text.formatting import echo_json
-
         echo_json(facts)
     else:
         say(_words(facts))
@@ -90,8 +89,6 @@ def _facts() -> dict[str, Any]:
 
 
 def _words(facts: dict[str, Any]) -> str:
-    from hvisph.cli.text.formatting import duration, size, table
-
     test = facts["self_test"]
     cache = facts["cache_folder"] or "none: loops are compiled anew in every run; set HVISPH_CACHE_DIR"
     if facts["cache_folder"] and not facts["cache_writable"]:

@@ -10,6 +10,7 @@ import typer
 from hvisph.cli.loading import load, placed
 from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption
 from hvisph.cli.text.echo import say
+from hvisph.cli.text.formatting import echo_json
 
 
 def exact(
@@ -32,8 +33,6 @@ def exact(
     folder = out or Path("exact") / run_name(case)
     files = write_exact(solution, loaded, folder)
     if as_json:
-        from hvisph.cli.text.formatting import echo_json
-
         gauges = {
             g.name: {"time": g.times.tolist()} | {c: g.values(c).tolist() for c in g.columns} for g in solution.gauges
         }

@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 
 from hvisph.cli.text.echo import say
+from hvisph.cli.text.formatting import paragraph, table
+from hvisph.core.errors import CaseError
 
 
 def help(
@@ -26,8 +28,6 @@ def help(
         return
     from hvisph.casefile.explain import explain
     from hvisph.casefile.search import nearest_names
-    from hvisph.cli.text.formatting import paragraph
-    from hvisph.core.errors import CaseError
 
     commands, texts = _commands(context), []
     try:
@@ -59,7 +59,6 @@ def _commands(context: typer.Context) -> list[tuple[str, str]]:
 def _places(word: str, commands: Sequence[tuple[str, str]]) -> str:
     """Return where a word stands, as a table; empty where nowhere."""
     from hvisph.casefile.search import search
-    from hvisph.cli.text.formatting import table
 
     places = search(word, commands)
     keys = [one.name for one in places if one.kind == "key"]

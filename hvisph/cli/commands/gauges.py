@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from hvisph.cli.text.echo import say
+from hvisph.core.errors import CaseError
 
 
 def gauges(
@@ -20,7 +21,6 @@ def gauges(
 ) -> None:
     """Draw the gauges of a run: one panel per field, one line per gauge."""
     from hvisph.casefile.loader import load_case
-    from hvisph.core.errors import CaseError
     from hvisph.postprocessing.gauge_overlay import overlay
     from hvisph.visualization.curves import curves_picture
 

@@ -6,6 +6,8 @@ import typer
 
 from hvisph.cli.loading import load
 from hvisph.cli.options import CaseArgument, JsonOption, ResolutionOption, SetOption
+from hvisph.cli.text.formatting import echo_json, table
+from hvisph.core.measure_catalogue import axis_unit
 
 
 def correlations(
@@ -22,8 +24,6 @@ def correlations(
     impact, reason = impact_of(loaded)
     known = formulas.correlations(impact) if impact is not None else []
     if as_json:
-        from hvisph.cli.text.formatting import echo_json
-
         echo_json({"correlations": [one.as_dict() for one in known], "reason": reason})
         return
     typer.echo(loaded.title or case)
@@ -32,9 +32,6 @@ def correlations(
 
 def correlations_text(known: list[dict[str, object]], reason: str = "") -> str:
     """Return correlations in their plain form as text."""
-    from hvisph.cli.text.formatting import table
-    from hvisph.core.measure_catalogue import axis_unit
-
     if not known:
         return f"no correlation holds here{f': {reason}' if reason else ': all are out of their range'}"
     lines = [("correlation", "", "", "")]

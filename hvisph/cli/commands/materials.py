@@ -10,6 +10,8 @@ import typer
 
 from hvisph.cli.options import JsonOption
 from hvisph.cli.text.echo import say
+from hvisph.cli.text.formatting import echo_json, paragraph, quantity, table
+from hvisph.core.errors import CaseError
 
 
 def materials(
@@ -29,8 +31,6 @@ def materials(
 ) -> None:
     """List the material library, or print one material with its numbers, sources and derived values."""
     from hvisph.casefile.material_library import library_of
-    from hvisph.cli.text.formatting import echo_json, table
-    from hvisph.core.errors import CaseError
 
     known = library_of(tuple(own or ()))
     if name is None:
@@ -64,7 +64,6 @@ def _sheet(known: Any, name: str, model: Any) -> str:
     """Return numbers, sources and what follows, as text."""
     from hvisph.casefile.material_library import CONFIDENCE
     from hvisph.casefile.yaml_text import dump
-    from hvisph.cli.text.formatting import paragraph, quantity, table
     from hvisph.postprocessing.material_sheet import compare_hugoniot, derive_properties, hugoniot, worst_bin
 
     notes = known.notes(name)
@@ -127,7 +126,6 @@ def _apart(beside: Sequence[tuple[float, float, float]]) -> str:
 
 def _beside(models: list[Any]) -> str:
     """Return materials in columns: models, then what follows from their numbers."""
-    from hvisph.cli.text.formatting import quantity, table
     from hvisph.postprocessing.material_sheet import derive_properties
 
     columns = [derive_properties(model) for model in models]

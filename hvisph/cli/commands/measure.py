@@ -11,6 +11,9 @@ import typer
 
 from hvisph.cli.options import JsonOption
 from hvisph.cli.text.echo import say, show
+from hvisph.cli.text.formatting import SCREEN, echo_json, quantity, table, times
+from hvisph.cli.text.results_table import bodies_table, results_table, sections_table
+from hvisph.core.errors import CaseError
 from hvisph.core.text import harmless
 
 if TYPE_CHECKING:
@@ -93,8 +96,6 @@ def measure(
 
         witness_picture(measured.cloud, witness, measured.title)
     if as_json:
-        from hvisph.cli.text.formatting import echo_json
-
         fewest = smallest or _fewest()
         echo_json(measured.fragments_as_dict(fewest) if fragments else measured.as_dict())
         return
@@ -107,8 +108,6 @@ def measure(
 
 def _refuse(at: str | None, fragments: bool, smallest: int | None, plot: Path | None) -> None:
     """Raise `CaseError` for options that say nothing together."""
-    from hvisph.core.errors import CaseError
-
     if smallest is not None and not fragments:
         raise CaseError("it is an option of --fragments", where="--smallest")
     if plot is not None and fragments:
@@ -124,7 +123,6 @@ def _moment(text: str | None) -> float | str | None:
         return text
     from hvisph.case.dimensions import TIME
     from hvisph.case.units import parse_quantity
-    from hvisph.core.errors import CaseError
 
     try:
         return parse_quantity(text, TIME)
@@ -138,7 +136,6 @@ def _plane(text: str | None) -> float | None:
         return None
     from hvisph.case.dimensions import LENGTH
     from hvisph.case.units import parse_quantity
-    from hvisph.core.errors import CaseError
 
     try:
         return parse_quantity(text, LENGTH)
@@ -148,8 +145,6 @@ def _plane(text: str | None) -> float | None:
 
 def _names(fields: list[str]) -> dict[str, str]:
     """Return what `--field` says: the file's own name of each quantity."""
-    from hvisph.core.errors import CaseError
-
     chosen = {}
     for text in fields:
         quantity, equals, name = text.partition("=")
@@ -165,7 +160,6 @@ def _units(text: str) -> tuple[float, float, float] | None:
         return None
     from hvisph.case.dimensions import LENGTH, MASS, TIME
     from hvisph.case.units import parse_quantity
-    from hvisph.core.errors import CaseError
 
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != 3 or not all(part and part[0].isalpha() for part in parts):
@@ -199,7 +193,6 @@ def _fewest() -> int:
 
 def _fragments(measured: Any, fewest: int) -> str:
     """Return the fragments of the moment, or of all of them."""
-    from hvisph.cli.text.formatting import quantity
     from hvisph.cli.text.fragments_table import fragments_series, fragments_text
 
     if measured.series:
@@ -210,9 +203,6 @@ def _fragments(measured: Any, fewest: int) -> str:
 
 def _measures(source: str, measured: Any, at: str | None) -> str:
     """Return the measures of the moment beside what is expected of them, or of all moments."""
-    from hvisph.cli.text.formatting import quantity
-    from hvisph.cli.text.results_table import bodies_table, results_table, sections_table
-
     if measured.series:
         return _series(measured.series, measured.unitless)
     case = _case_of(Path(source))
@@ -232,7 +222,6 @@ def _case_of(folder: Path) -> Case | None:
     path = folder / "case.yaml"
     if path.is_file():
         from hvisph.casefile.loader import load_case
-        from hvisph.core.errors import CaseError
 
         # of a later version, say: the files can be measured all the same
         with suppress(CaseError):
@@ -252,7 +241,6 @@ def _expected(case: Case | None, measured: Any) -> list[dict[str, Any]]:
 
 def _series(series: Any, unitless: bool) -> str:
     """Return one line a moment, one column a measure that ever has a value, in tables that fit a screen."""
-    from hvisph.cli.text.formatting import SCREEN, table, times
     from hvisph.measures.table import rows
 
     shown = [{row.name: row for row in rows(moment.results, unitless=unitless)} for moment in series]

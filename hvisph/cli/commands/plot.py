@@ -8,6 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from hvisph.cli.options import QuietOption
+from hvisph.core.errors import CaseError, suggest_nearest
 
 FieldOption = Annotated[
     str,
@@ -94,7 +95,6 @@ def _times(at: str | None) -> list[float] | str | None:
         return at
     from hvisph.case.dimensions import TIME
     from hvisph.case.units import parse_quantity
-    from hvisph.core.errors import CaseError
 
     try:
         return [parse_quantity(part.strip(), TIME) for part in at.split(",")]
@@ -104,7 +104,6 @@ def _times(at: str | None) -> list[float] | str | None:
 
 def _look(field: str, ends: str | None, log: bool, view: str | None, mirror: bool, zoom: str | None,
           moments: list[Any]) -> Any:  # fmt: skip
-    from hvisph.core.errors import CaseError, suggest_nearest
     from hvisph.visualization.camera import VIEWS
     from hvisph.visualization.particles import Look, usual_view
 
@@ -126,8 +125,6 @@ def _look(field: str, ends: str | None, log: bool, view: str | None, mirror: boo
 
 
 def _numbers(text: str, where: str) -> tuple[float, ...]:
-    from hvisph.core.errors import CaseError
-
     try:
         return tuple(float(part) for part in text.split(","))
     except ValueError:

@@ -9,6 +9,8 @@ import typer
 
 from hvisph.cli.options import JsonOption
 from hvisph.cli.text.echo import say
+from hvisph.cli.text.formatting import echo_json, quantity, table
+from hvisph.core.errors import CaseError, suggest_nearest
 
 _PATHS = "shear, uniaxial_strain, uniaxial_stress, cycle or rotation"
 
@@ -24,7 +26,6 @@ def point(
     as_json: JsonOption = False,
 ) -> None:
     """Integrate the stress update of a material point along a strain path."""
-    from hvisph.cli.text.formatting import echo_json, quantity, table
     from hvisph.setup.material_point import COLUMNS, drive
     from hvisph.setup.materials import material_of
 
@@ -52,7 +53,6 @@ def _material(subject: str, body: str | None) -> Any:
     """Return the material of a name, or of a body of a case."""
     from hvisph.casefile.loader import load_case
     from hvisph.casefile.material_library import library_of
-    from hvisph.core.errors import CaseError, suggest_nearest
 
     try:
         return library_of().load(subject)

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from hvisph.cli.text.echo import say
+from hvisph.core.errors import CaseError, OutputError, suggest_nearest
 
 NAMES = ("case", "summary", "sweep")
 
@@ -23,7 +24,6 @@ def schema(
 ) -> None:
     """Print a JSON schema, or write them into a folder."""
     from hvisph.casefile.paths import data_folder
-    from hvisph.core.errors import CaseError, OutputError, suggest_nearest
 
     if name is not None and name not in NAMES:
         raise CaseError(f"unknown schema '{name[:64]}'{suggest_nearest(name[:64], NAMES)}")

@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hvisph.cli.guard import FAILED, INTERRUPTED
+from hvisph.cli.guard import FAILED, INTERRUPTED, ends_like_ctrl_c
 from hvisph.cli.options import CaseArgument, ResolutionOption, SetOption
 from hvisph.cli.sweep_options import How, Running, shared
 from hvisph.cli.text.echo import say
+from hvisph.cli.text.formatting import echo_json, table
+from hvisph.core.errors import CaseError
+from hvisph.core.text import format_differences
 
 if TYPE_CHECKING:
     from hvisph.sweeps.folder import SweepFolder
@@ -73,7 +76,6 @@ def fit(
     Exit codes: 0 fitted, 1 a parameter is not determined or the fit not converged, 2 bad input, 3 a shot failed,
     130 interrupted.
     """
-    from hvisph.core.errors import CaseError
     from hvisph.sweeps.selection import Selection
     from hvisph.sweeps.start import begin
 
@@ -97,8 +99,6 @@ def converge(
     settings: SetOption = None,
 ) -> None:
     """Run a case at several resolutions: order of convergence, value at infinite resolution, grid convergence index."""
-    from hvisph.core.errors import CaseError
-
     values = [value.strip() for value in resolutions.split(",") if value.strip()]
     if len(values) < 2:
         raise CaseError(f"'{resolutions}': at least two, such as 0.4mm,0.2mm,0.1mm", where="--resolutions")
@@ -150,7 +150,6 @@ def ballistic_limit(
 
 def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, Any]) -> None:
     """Run a sweep that a command describes, and say what came out."""
-    from hvisph.core.errors import CaseError
     from hvisph.sweeps.parameters import plain
     from hvisph.sweeps.selection import Selection
     from hvisph.sweeps.start import SWEEPS, begin
@@ -169,7 +168,6 @@ def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Map
 
 def _bounds(text: str) -> tuple[str, str]:
     """Return two values, the first with the unit of the second where it has none."""
-    from hvisph.core.errors import CaseError
     from hvisph.sweeps.parameters import split
 
     parts = [part.strip() for part in text.split(",")]
@@ -183,8 +181,6 @@ def _sixteenth(low: str, high: str) -> str:
     from hvisph.sweeps.parameters import split
 
     (a, unit), (b, other) = split("--bracket", low), split("--bracket", high)
-    from hvisph.core.errors import CaseError
-
     if unit != other:
         raise CaseError("give --tolerance, or both values in the same unit", where="--bracket")
     return f"{abs(b - a) / 16:.12g} {unit}".strip()
@@ -200,8 +196,6 @@ def _work(source: str, threads: int | None, chosen: Any, wanted: Path | None) ->
 
 
 def _list(source: str, as_json: bool) -> None:
-    from hvisph.cli.text.formatting import echo_json, table
-    from hvisph.core.text import format_differences
     from hvisph.sweeps.plan import load_plan
 
     members = load_plan(source).first()
@@ -217,7 +211,6 @@ def _list(source: str, as_json: bool) -> None:
 
 def go(folder: SweepFolder, how: Running, chosen: Any, only: str | None) -> None:
     """Compute what is left, telling of each case as it ends; leave the command where it is interrupted."""
-    from hvisph.cli.guard import ends_like_ctrl_c
     from hvisph.cli.text.sweep_log import Teller
     from hvisph.sweeps.start import driver
 
@@ -242,8 +235,6 @@ def _show(folder: SweepFolder, how: How) -> None:
     said = stands.conclude()
     shown = rows(folder, stands.members)
     if how.as_json:
-        from hvisph.cli.text.formatting import echo_json
-
         echo_json({"rows": shown, "results": said, "folder": str(folder.path)})
     elif not how.quiet:
         from hvisph.cli.text.sweep_log import summary

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,8 @@ import typer
 from hvisph.cli.guard import FAILED
 from hvisph.cli.sweep_options import Running, shared
 from hvisph.cli.text.echo import say
+from hvisph.cli.text.formatting import echo_json, table
+from hvisph.core.errors import CaseError
 
 from .sweep import go
 
@@ -55,7 +58,6 @@ def validate(
 
     Exit codes: 0 all as asked, 1 some not, 2 invalid input, 3 a shot failed, 130 interrupted.
     """
-    from hvisph.core.errors import CaseError
     from hvisph.verification.checkout import require_module
 
     require_module("experiments")
@@ -91,8 +93,6 @@ def _begun(sets: list[Experiments], form: Form, across: float | None, out: Path 
     """Yield the sets of which something was begun, and tell of the others."""
     from hvisph_validation.evaluation import folders
 
-    from hvisph.core.errors import CaseError
-
     for one in sets:
         try:
             folders(one, form, across, out, there=True)
@@ -121,10 +121,6 @@ def _end(sets: list[Experiments], results: list[SetResult], as_json: bool) -> No
 
     said = {one.name: verdicts(result.rows, one.model.asked) for one, result in zip(sets, results, strict=True)}
     if as_json:
-        from dataclasses import asdict
-
-        from hvisph.cli.text.formatting import echo_json
-
         echo_json([result.as_dict() | {"verdicts": [asdict(one) for one in said[result.name]]} for result in results])
     if any(one["status"] in ("failed", "error", "killed") for result in results for one in result.shots.values()):
         raise typer.Exit(FAILED)
@@ -133,8 +129,6 @@ def _end(sets: list[Experiments], results: list[SetResult], as_json: bool) -> No
 
 
 def _list(sets: list[Experiments], as_json: bool) -> None:
-    from hvisph.cli.text.formatting import echo_json, table
-
     if as_json:
         echo_json([{"name": one.name, "shots": len(one.shots), **one.model.model_dump(mode="json")} for one in sets])
         return

@@ -9,6 +9,8 @@ import typer
 
 from hvisph.cli.options import JsonOption, QuietOption, SetOption, ThreadsOption
 from hvisph.cli.text.echo import say
+from hvisph.cli.text.formatting import echo_json, table
+from hvisph.core.errors import CaseError, suggest_nearest
 
 READABLE = {"Pa": (1e-9, "GPa"), "J/kg": (1e-3, "kJ/kg")}  # units that read better than SI's own
 
@@ -61,8 +63,6 @@ def verify(
     wanted = _formulations(formulations)
     for name in chosen:
         _known(name, list(PROBLEMS), "problem", "NAME")
-    from hvisph.cli.text.formatting import echo_json
-    from hvisph.core.errors import CaseError
     from hvisph.verification.problem import Options
     from hvisph.verification.runner import verdicts
 
@@ -97,7 +97,6 @@ def verify(
 
 
 def _known(name: str, known: list[str], what: str, where: str) -> None:
-    from hvisph.core.errors import CaseError, suggest_nearest
     from hvisph.verification.checkout import FOLDER
 
     if name not in known:
@@ -123,7 +122,6 @@ def _length(text: str | None) -> float | None:
         return None
     from hvisph.case.dimensions import LENGTH
     from hvisph.case.units import parse_quantity
-    from hvisph.core.errors import CaseError
 
     try:
         return parse_quantity(text, LENGTH)
@@ -132,8 +130,6 @@ def _length(text: str | None) -> float | None:
 
 
 def _list(problems: dict[str, Any], as_json: bool) -> None:
-    from hvisph.cli.text.formatting import echo_json, table
-
     rows = [(p.name, "slow" if p.slow else "", p.title) for p in problems.values()]
     if as_json:
         echo_json([{"name": p.name, "title": p.title, "slow": p.slow, "formulations": list(p.formulations)}
@@ -144,8 +140,6 @@ def _list(problems: dict[str, Any], as_json: bool) -> None:
 
 
 def _text(verdict: Any) -> str:
-    from hvisph.cli.text.formatting import table
-
     head = f"  {verdict.trial}, {verdict.formulation} ({verdict.seconds:.1f} s)"
     if verdict.status != "done":
         return f"{head}\n    {'cannot run' if verdict.status == 'refused' else 'FAILED'}: {verdict.message}"

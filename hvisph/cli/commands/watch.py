@@ -10,6 +10,9 @@ from typing import Annotated
 
 import typer
 
+from hvisph.cli.text.results_table import results_table
+from hvisph.core.errors import CaseError
+
 BARS = "▁▂▃▄▅▆▇█"
 WIDTH = 55
 
@@ -23,8 +26,6 @@ def watch(
     ] = None,
 ) -> None:
     """Show progress, histories and measures of a run until it ends."""
-    from hvisph.core.errors import CaseError
-
     if not folder.is_dir():
         raise CaseError(f"there is no run at {folder}")
     if picture is not None:
@@ -55,8 +56,6 @@ def _look(folder: Path) -> tuple[str, bool, int]:
     lines = [f"{folder}: {sight.status}", sight.progress, ""]
     lines += [f"  {name:28s} {sparkline(values)}  {values[-1]:.4g}" for name, values in sight.histories.items()]
     if sight.measures:
-        from hvisph.cli.text.results_table import results_table
-
         lines += ["", f"measured at the newest of {sight.snapshots} snapshots:", results_table(sight.measures)]
     if sight.answer:
         lines += ["", sight.answer]

@@ -8,6 +8,8 @@ from typing import Any
 
 import typer
 
+from hvisph.core.measure_catalogue import format_of
+
 from .formatting import table
 
 # Heading of values: their uncertainty is estimated from one run, not from several resolutions.
@@ -63,7 +65,6 @@ def sections_table(plain: Mapping[str, Any], unitless: bool = False, variants: b
     variants
         Whether to show all variants of a measure.
     """
-    from hvisph.core.measure_catalogue import format_of
     from hvisph.measures.table import rows
 
     blocks = []

@@ -11,10 +11,13 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from hvisph.cli.guard import FAILED
+from hvisph.core.errors import HvisphError
+from hvisph.core.measure_catalogue import format_share
 from hvisph.core.text import harmless
 from hvisph.parallel.mpi_launch import is_first
 
 from .echo import say, show
+from .formatting import duration, echo_json
 
 if TYPE_CHECKING:
     from hvisph.case.case import Case
@@ -41,8 +44,6 @@ def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool, report: b
         raise typer.Exit(outcome.exit_code)
     page = _page(outcome.folder) if report else None
     if as_json:
-        from .formatting import echo_json
-
         echo_json(outcome.summary)
     elif not quiet:
         show(_results(outcome.summary, outcome.folder, unitless))
@@ -70,7 +71,6 @@ def kept(folder: Path | str) -> Iterator[None]:
 
 def _page(folder: Path) -> Path | None:
     """Return the report of a run, just written; None where it cannot be, which is said and spoils nothing."""
-    from hvisph.core.errors import HvisphError
     from hvisph.visualization.html.report import report
 
     try:
@@ -86,8 +86,6 @@ SHARES = {"failed": "failed", "above_melting": "above melting", "beyond_range": 
 
 def _state(summary: dict[str, Any], unitless: bool) -> list[str]:
     """Return a line on shares of the mass that are not nothing, and one on the pressure beside its estimate."""
-    from hvisph.core.measure_catalogue import format_share
-
     told = summary.get("shares") or {}
     parts = [f"{format_share(told[name])} {word}" for name, word in SHARES.items() if told.get(name)]
     lines = [f"of the mass: {', '.join(parts)}"] if parts else []
@@ -104,7 +102,6 @@ def _state(summary: dict[str, Any], unitless: bool) -> list[str]:
 def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
     from hvisph.cli.commands.limits import correlations_text
 
-    from .formatting import duration
     from .results_table import bodies_table, conservation_rows, results_table, sections_table
 
     pace = summary["microseconds_per_particle_step"]

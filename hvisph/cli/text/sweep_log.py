@@ -9,10 +9,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from hvisph.core.measure_catalogue import format_of, main_measures
 from hvisph.core.text import format_differences, format_value
 
 from .echo import say
-from .formatting import duration, paragraph, table, tables
+from .formatting import duration, paragraph, quantity, table, tables
 
 SHOT = "experiment.shot"  # names a case by itself
 SHOWN_MISSES = 5  # cases whose expected values were missed, on the terminal
@@ -66,8 +67,6 @@ class Teller:
 
 def _main(record: Sequence[str] | None, rows: Sequence[dict[str, Any]]) -> list[str]:
     """Return the measures to show: those recorded, with or without values, or the main ones that have some."""
-    from hvisph.core.measure_catalogue import main_measures
-
     if record is not None:
         return [name for name in record if any(name in row["measures"] for row in rows)]
     there = dict.fromkeys(name for row in rows for name, one in row["measures"].items() if one["value"] is not None)
@@ -75,8 +74,6 @@ def _main(record: Sequence[str] | None, rows: Sequence[dict[str, Any]]) -> list[
 
 
 def _measured(row: dict[str, Any], names: Sequence[str]) -> str:
-    from .formatting import quantity
-
     parts = []
     for name in names:
         one = row["measures"].get(name, {})
@@ -113,8 +110,6 @@ def summary(sweep: Any, rows: Sequence[dict[str, Any]], said: dict[str, Any], pa
 
 
 def _rows(rows: Sequence[dict[str, Any]], record: Sequence[str] | None) -> str:
-    from hvisph.core.measure_catalogue import format_of
-
     paths = list(dict.fromkeys(key for row in rows for key in row["values"]))
     names = _main(record, rows)
     sizes = {name: [abs(row["measures"].get(name, {}).get("value") or 0.0) for row in rows] for name in names}
@@ -151,8 +146,6 @@ def _cell(name: str, value: Any, display: Any) -> str:
 
 
 def _converge(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
-    from hvisph.core.measure_catalogue import format_of
-
     lines = [["", "unit", "finest", "order", "extrapolated", "index", ""]]
     for name, one in verdict.items():
         if record is not None and name not in record:
@@ -198,8 +191,6 @@ def _limit(verdict: dict[str, Any]) -> str:
 
 
 def _experiment(verdict: dict[str, Any]) -> str:
-    from hvisph.core.measure_catalogue import format_of
-
     lines = [["against the experiment", "shots", "mean", "worst"]]
     for name, one in verdict.items():
         off = ["-" if one[key] is None else f"{100.0 * one[key]:+.2g} %" for key in ("mean", "worst")]
@@ -208,8 +199,6 @@ def _experiment(verdict: dict[str, Any]) -> str:
 
 
 def _sample(verdict: dict[str, Any], record: Sequence[str] | None) -> str:
-    from hvisph.core.measure_catalogue import format_of
-
     lines = [["", "unit", "mean", "sd", "5 %", "50 %", "95 %"]]
     slopes = [["", "slope", "", "variance", "total Sobol", "R2", "left out"]]
     for name, one in verdict.items():
