@@ -125,7 +125,7 @@ class Experiments:
     def _base(self) -> Any:
         return case_document(f"validation/{self.name}/case").value
 
-    def _spacing(self, values: Mapping[str, Any], number: float) -> str:
+    def _spacing(self, values: Mapping[str, object], number: float) -> str:
         path = self.model.across.of
         text: Any = values.get(ACROSS, values.get(path))
         if text is None:

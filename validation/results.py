@@ -83,7 +83,7 @@ def stored(folder: Path, name: str, across: float) -> SetResult | None:
         raise OutputError(f"{path} cannot be read: {error}") from error
 
 
-def _rounded(value: Any) -> Any:
+def _rounded(value: object) -> Any:
     """Return plain data with numbers of six digits: more would only differ."""
     if isinstance(value, float):
         return float(f"{value:.6g}")

@@ -151,7 +151,7 @@ class Case(StrictModel):
         return {name: expectation.model_dump() for name, expectation in expected.items()}
 
 
-def _fill_body(body: Any, kinematics: Kinematics) -> Any:
+def _fill_body(body: object, kinematics: Kinematics) -> Any:
     if isinstance(body, Body):
         defaults = _body_defaults(body.shape.type, kinematics)
         missing = {key: value for key, value in defaults.items() if not getattr(body, key)}
@@ -164,7 +164,7 @@ def _fill_body(body: Any, kinematics: Kinematics) -> Any:
     return body | {key: value for key, value in defaults.items() if body.get(key) is None}
 
 
-def _with_materials(bodies: Any, context: Any) -> Any:
+def _with_materials(bodies: object, context: object) -> Any:
     """Return raw bodies with the materials that they name; a name that is not known stays, and is refused later."""
     fetch = context.get("library") if isinstance(context, dict) else None
     if fetch is None or not isinstance(bodies, dict):
@@ -179,7 +179,7 @@ def _with_materials(bodies: Any, context: Any) -> Any:
     return told
 
 
-def _body_defaults(shape: Any, kinematics: Kinematics) -> dict[str, Any]:
+def _body_defaults(shape: object, kinematics: Kinematics) -> dict[str, Any]:
     defaults: dict[str, Any] = {"velocity": (0.0,) * kinematics.dim}
     if isinstance(shape, str) and shape in SHAPES[kinematics.drawing_dimensions]:
         defaults["arrangement"] = arrangements_of(kinematics.dim, shape)[0]

@@ -22,7 +22,7 @@ class Expectation(StrictModel):
     source: str = Field(default="", description="Where the value comes from")
 
 
-def _percentage(value: Any, info: ValidationInfo) -> Any:
+def _percentage(value: object, info: ValidationInfo) -> Any:
     """Turn a tolerance such as '12 %' into the measure's unit."""
     if isinstance(value, str) and value.rstrip().endswith("%"):
         try:

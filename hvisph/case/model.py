@@ -65,21 +65,21 @@ class Shorthand:
     forms: tuple[str, ...] = ("number", "string")
     schemas: tuple[JsonSchemaValue, ...] = ()
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_before_validator_function(self.expand, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         return {"anyOf": [handler(schema), *({"type": form} for form in self.forms), *self.schemas]}
 
 
-def _listed(value: Any, info: ValidationInfo) -> Any:
+def _listed(value: object, info: ValidationInfo) -> Any:
     return [value] if isinstance(value, int | float | str) and not isinstance(value, bool) else value
 
 
 SCALAR_AS_LIST = Shorthand(_listed)
 
 
-def _found(value: Any, info: ValidationInfo) -> Any:
+def _found(value: object, info: ValidationInfo) -> Any:
     """Return the path of a file: as it is, or beside one of the case's files where it stands there."""
     if not isinstance(value, str) or Path_(value).is_absolute():
         return value

@@ -51,7 +51,7 @@ class Rotation(StrictModel):
         return math.radians(self.angle)
 
 
-def _angle_alone(value: Any, info: ValidationInfo) -> Any:
+def _angle_alone(value: object, info: ValidationInfo) -> Any:
     return {"angle": value} if isinstance(value, int | float | str) else value
 
 

@@ -32,7 +32,7 @@ Span = create_model(  # `from` is a word of Python's
 )
 
 
-def _spaced(value: Any) -> str:
+def _spaced(value: object) -> str:
     """Tell a span of values from a list of them."""
     return "span" if isinstance(value, dict | Span) else "list"
 
@@ -98,7 +98,7 @@ class Choice(StrictModel):
 DISTRIBUTIONS = {"uniform": Uniform, "normal": Normal, "choice": Choice}
 
 
-def _distribution(value: Any) -> Any:
+def _distribution(value: object) -> Any:
     """Refuse what names no distribution, or several."""
     if isinstance(value, dict) and len(DISTRIBUTIONS.keys() & value.keys()) != 1:
         found = ", ".join(map(str, value)) or "nothing"

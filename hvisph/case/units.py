@@ -138,7 +138,7 @@ class Quantity:
     minimum: float | None = None
     maximum: float | None = None
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_plain_validator_function(self.validate)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
@@ -154,7 +154,7 @@ class Quantity:
             return number
         return {"anyOf": [number, {"type": "string"}], "examples": [self.dimension.example]}
 
-    def validate(self, value: Any, info: ValidationInfo) -> float:
+    def validate(self, value: object, info: ValidationInfo) -> float:
         """Return `value` in SI, or raise ValueError with what is expected."""
         result = self._number(value, info)
         if not math.isfinite(result):
@@ -168,7 +168,7 @@ class Quantity:
             raise ValueError(f"{value} is out of range: must be {self.range_text()}")
         return result
 
-    def _number(self, value: Any, info: ValidationInfo) -> float:
+    def _number(self, value: object, info: ValidationInfo) -> float:
         if isinstance(value, str):
             plain = (info.context or {}).get("units") == "none"
             if plain and self.dimension not in (NUMBER, ANGLE):
@@ -206,7 +206,7 @@ class Quantity:
         return " and ".join(f"{word} {limit:g}{unit if limit else ''}" for word, limit in limits if limit is not None)
 
 
-def kind_of(value: Any) -> str:
+def kind_of(value: object) -> str:
     """Return what a value of a case file is, in words."""
     names: dict[type, str] = {
         dict: "a mapping",

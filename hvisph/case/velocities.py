@@ -17,7 +17,7 @@ from .units import Number, PositiveLength, Quantity, Velocity
 Rate = Annotated[float, Quantity(RATE)]
 
 
-def _vector(value: Any, info: ValidationInfo) -> Any:
+def _vector(value: object, info: ValidationInfo) -> Any:
     """Return the components of {speed, angle}, and a single number as a list."""
     if isinstance(value, Mapping):
         if set(value) - {"speed", "angle"} or "speed" not in value:

@@ -9,7 +9,7 @@ from hvisph.core.errors import CaseError
 from .yaml_text import parse
 
 
-def _case(text: Any) -> dict[str, Any]:
+def _case(text: object) -> dict[str, Any]:
     if not isinstance(text, str):
         return {}
     try:
@@ -19,13 +19,13 @@ def _case(text: Any) -> dict[str, Any]:
     return case if isinstance(case, dict) else {}
 
 
-def formulation(text: Any) -> str:
+def formulation(text: object) -> str:
     """Return the name of the formulation; empty where the text does not tell."""
     chosen = _case(text).get("formulation")
     return str(chosen.get("type", "")) if isinstance(chosen, dict) else ""
 
 
-def symmetry_axes(text: Any) -> tuple[int, ...]:
+def symmetry_axes(text: object) -> tuple[int, ...]:
     """Return the axes whose coordinate plane is a mirror of the model; none where the text does not tell."""
     planes = _case(text).get("symmetry")
     axes = [plane.get("axis") for plane in planes if isinstance(plane, dict)] if isinstance(planes, list) else []

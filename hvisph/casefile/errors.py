@@ -44,7 +44,7 @@ def raise_all(errors: Sequence[CaseError]) -> None:
 
 
 def translate(
-    error: ValidationError, root: type[BaseModel], data: Any, places: Mapping[Path, Place]
+    error: ValidationError, root: type[BaseModel], data: object, places: Mapping[Path, Place]
 ) -> list[CaseError]:
     """Return the errors of a validation of `data` against `root`, each with its place."""
     errors: dict[tuple[Path, str], CaseError] = {}
@@ -68,7 +68,7 @@ def located(path: Path, message: str, places: Mapping[Path, Place]) -> CaseError
     return CaseError(message, where=where, file=place.file, line=place.line)
 
 
-def user_path(root: type[BaseModel], loc: Sequence[str | int], data: Any) -> Path:
+def user_path(root: type[BaseModel], loc: Sequence[str | int], data: object) -> Path:
     """Return pydantic's location without the tags of alternatives, which no user writes."""
     path: Path = ()
     tag_due = False
@@ -195,7 +195,7 @@ def _explain(root: type[BaseModel], path: Path, detail: Any, data: Any) -> tuple
     return path, _plain(kind, detail, value) + (f"; write it like {written}" if written and kind in UNLIKE else "")
 
 
-def _of_others(parent: Spot, value: Any, key: str, allowed: Sequence[str]) -> str:
+def _of_others(parent: Spot, value: object, key: str, allowed: Sequence[str]) -> str:
     """Return which models at `parent` have a key that the chosen one has not; empty where none has."""
     others = [tag for tag, model in parent.models.items() if key in model.model_fields]
     tag = value.get("type") if isinstance(value, dict) else None
@@ -225,7 +225,7 @@ def _paths_by_key(root: type[BaseModel]) -> dict[str, set[str]]:
     return paths
 
 
-def _meaningless(spot: Spot, value: Any, key: str) -> str:
+def _meaningless(spot: Spot, value: object, key: str) -> str:
     """Return why `key` has no meaning in the mapping `value`, empty where it is simply unknown."""
     tag = value.get("type") if isinstance(value, dict) else None
     reason = getattr(spot.models.get(str(tag)), "meaningless", {}).get(key)
@@ -252,7 +252,7 @@ def _plain(kind: str, detail: Any, value: Any) -> str:
     return f"{message[:1].lower()}{message[1:]}, found {_shown(value)}"
 
 
-def _untagged(spot: Spot | None, value: Any) -> str:
+def _untagged(spot: Spot | None, value: object) -> str:
     allowed = list(spot.models) if spot else []
     if isinstance(value, dict):
         return f"`type` is missing; allowed: {', '.join(allowed)}"
@@ -261,7 +261,7 @@ def _untagged(spot: Spot | None, value: Any) -> str:
     return f"expected a mapping with `type`, found {kind_of(value)}; allowed types: {', '.join(allowed)}"
 
 
-def at(data: Any, path: Path) -> Any:
+def at(data: object, path: Path) -> Any:
     """Return the value at `path` in plain `data`, None where there is none."""
     for key in path:
         if isinstance(data, dict):
@@ -273,7 +273,7 @@ def at(data: Any, path: Path) -> Any:
     return data
 
 
-def _shown(value: Any) -> str:
+def _shown(value: object) -> str:
     return f"'{_short(value)}'" if isinstance(value, str) else f"{_short(format_value(value))}"
 
 

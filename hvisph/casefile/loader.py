@@ -109,7 +109,7 @@ def case_hash(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _type_first(value: Any) -> Any:
+def _type_first(value: object) -> Any:
     """Return plain values with the `type` of every block, which says how to read the rest, in front."""
     if isinstance(value, list):
         return [_type_first(item) for item in value]

@@ -14,7 +14,7 @@ from .yaml_text import MOST_DEEP, MOST_NODES, Document, Place
 _SCALARS = str | int | float | bool | None
 
 
-def plain_document(source: Mapping[str, Any]) -> Document:
+def plain_document(source: Mapping[str, object]) -> Document:
     """Return `source` as a document without lines; models within it stay as they are.
 
     Raises
@@ -29,7 +29,7 @@ class _Copy:
     def __init__(self) -> None:
         self.nodes = 0
 
-    def plain(self, value: Any, path: tuple[str, ...]) -> Any:
+    def plain(self, value: object, path: tuple[str, ...]) -> Any:
         self.nodes += 1
         where = ".".join(path)
         if len(path) > MOST_DEEP:

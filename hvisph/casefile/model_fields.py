@@ -56,7 +56,7 @@ class Spot:
     named: bool = False
 
 
-def spot_of(annotation: Any, info: FieldInfo | None = None) -> Spot:
+def spot_of(annotation: object, info: FieldInfo | None = None) -> Spot:
     """Return what `annotation` expects."""
     metadata = list(info.metadata) if info else []
     tagged = bool(info and info.discriminator)
@@ -96,7 +96,7 @@ def tag_of(model: type[BaseModel]) -> str:
     return str(get_args(field.annotation)[0]) if field else ""
 
 
-def walk(root: type[BaseModel], keys: Sequence[str | int], value: Any = None) -> Spot | None:
+def walk(root: type[BaseModel], keys: Sequence[str | int], value: object = None) -> Spot | None:
     """Return what the models expect at the path `keys` below `root`, None where nothing can stand.
 
     Parameters
@@ -127,7 +127,7 @@ def walk(root: type[BaseModel], keys: Sequence[str | int], value: Any = None) ->
     return spot
 
 
-def keys_of(spot: Spot, value: Any = None) -> list[str]:
+def keys_of(spot: Spot, value: object = None) -> list[str]:
     """Return the keys that may stand in the mapping at `spot`, given its `type` in `value`."""
     kind = value.get("type") if isinstance(value, dict) else None
     names: list[str] = []
@@ -141,7 +141,7 @@ def inner_of(spot: Spot) -> Spot:
     return spot if spot.item is None else spot_of(spot.item)
 
 
-def places(model: type[BaseModel], above: str = "", parents: tuple[Any, ...] = ()
+def places(model: type[BaseModel], above: str = "", parents: tuple[object, ...] = ()
            ) -> Iterator[tuple[str, str, FieldInfo, Spot]]:  # fmt: skip
     """Yield every key below `model`: its path, the path of what is below, its field and what may stand there."""
     for name, info, spot, alternatives in _spots_of(model):
@@ -159,13 +159,13 @@ def _spots_of(model: type[BaseModel]) -> list[tuple[str, FieldInfo, Spot, list[t
     return [(name, info, spot, list(inner_of(spot).models.values())) for name, info, spot in spots]
 
 
-def _preferred(spot: Spot, kind: Any) -> list[type[BaseModel]]:
+def _preferred(spot: Spot, kind: object) -> list[type[BaseModel]]:
     if isinstance(kind, str) and kind in spot.models:
         return [spot.models[kind]]
     return list(spot.models.values())
 
 
-def _below(value: Any, key: str | int) -> Any:
+def _below(value: object, key: str | int) -> Any:
     if isinstance(value, dict):
         return value.get(key)
     if isinstance(value, list | tuple) and isinstance(key, int) and 0 <= key < len(value):
@@ -173,5 +173,5 @@ def _below(value: Any, key: str | int) -> Any:
     return None
 
 
-def _is_union(annotation: Any) -> bool:
+def _is_union(annotation: object) -> bool:
     return get_origin(annotation) in (Union, types.UnionType)

@@ -34,7 +34,7 @@ def merged(base: Document, changes: Document) -> Document:
     return result
 
 
-def _merge(old: Any, new: Any, path: Path, places: dict[Path, Place], new_places: dict[Path, Place]) -> Any:
+def _merge(old: object, new: object, path: Path, places: dict[Path, Place], new_places: dict[Path, Place]) -> Any:
     if not isinstance(old, dict) or not isinstance(new, dict) or _other_type(old, new):
         _replace_places(path, places, new_places)
         return _without_null(new, path) if isinstance(new, dict) else new
@@ -176,10 +176,12 @@ def _parsed(override: str) -> tuple[list[str], Any, str]:
 class _Setting:
     """One setting on its way down to the value that it changes."""
 
-    def __init__(self, places: dict[Path, Place], place: Place, root: Any, values_of: Callable[[str], dict[str, Any]]):
+    def __init__(
+        self, places: dict[Path, Place], place: Place, root: object, values_of: Callable[[str], dict[str, Any]]
+    ):
         self.places, self.place, self.root, self.values_of = places, place, root, values_of
 
-    def apply(self, value: Any, path: Path, keys: list[str], new: Any) -> Any:
+    def apply(self, value: object, path: Path, keys: list[str], new: object) -> Any:
         """Return `value`, which stands at `path`, with what lies at `keys` below it set to `new`."""
         if not keys:
             self.mark(path)
@@ -197,14 +199,14 @@ class _Setting:
             raise self.fail(path, f"has no keys, so '{keys[0]}' cannot be set in it; it is {kind_of(value)}")
         return self.apply_in_mapping(value, path, keys, new)
 
-    def apply_in_list(self, value: list[Any], path: Path, keys: list[str], new: Any) -> list[Any]:
+    def apply_in_list(self, value: list[Any], path: Path, keys: list[str], new: object) -> list[Any]:
         index = int(keys[0]) if keys[0].isdecimal() and len(keys[0]) < 9 else len(value)
         if index >= len(value):
             raise self.fail(path, f"has no entry '{keys[0]}'; its {len(value)} entries count from 0")
         item = self.apply(value[index], (*path, index), keys[1:], new)
         return [*value[:index], item, *value[index + 1 :]]
 
-    def apply_in_mapping(self, value: dict[str, Any], path: Path, keys: list[str], new: Any) -> dict[str, Any]:
+    def apply_in_mapping(self, value: dict[str, Any], path: Path, keys: list[str], new: object) -> dict[str, Any]:
         key, *rest = keys
         below = (*path, key)
         if not rest and new is None:

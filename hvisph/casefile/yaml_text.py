@@ -94,7 +94,7 @@ def _indent(text: str, line: int) -> str:
     return whole[: len(whole) - len(whole.lstrip())]
 
 
-def dump(value: Any, width: int = 100) -> str:
+def dump(value: object, width: int = 100) -> str:
     """Return YAML text of plain values that `parse` reads back to the same, its texts wrapped behind `width`."""
     return yaml.dump(value, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=width)
 
@@ -102,7 +102,7 @@ def dump(value: Any, width: int = 100) -> str:
 class _Dumper(yaml.SafeDumper):
     """Quotes what this module would not read as text, beyond what YAML 1.1 has quoted."""
 
-    def ignore_aliases(self, data: Any) -> bool:
+    def ignore_aliases(self, data: object) -> bool:
         return True
 
 
@@ -159,7 +159,7 @@ class _Reader:
                 return
             yield event
 
-    def key(self, event: yaml.Event, mapping: Mapping[str, Any]) -> str:
+    def key(self, event: yaml.Event, mapping: Mapping[str, object]) -> str:
         self.enter(event, ())
         if not isinstance(event, yaml.ScalarEvent) or event.tag is not None:
             raise self.error("a key must be plain text", event)
@@ -169,7 +169,7 @@ class _Reader:
             raise self.error(f"the key '{event.value}' appears twice in one mapping", event)
         return str(event.value)
 
-    def copy(self, value: Any, path: Path, event: yaml.Event) -> Any:
+    def copy(self, value: object, path: Path, event: yaml.Event) -> Any:
         """Return an anchor's value at the place of its alias."""
         self.enter(event, path)
         self.places[path] = Place(self.name, _line(event))

@@ -96,7 +96,7 @@ def shared(command: Callable[..., None]) -> Callable[..., None]:
     names = {one.name: one.default for one in fields(kind_of_how)}
 
     @wraps(command)
-    def call(**given: Any) -> None:
+    def call(**given: object) -> None:
         command(kind_of_how(**{name: given.pop(name) for name in names}), **given)
 
     kind = inspect.Parameter.KEYWORD_ONLY

@@ -121,7 +121,7 @@ class LoopCache(NullCache):
             file.replace(self._path)
 
 
-def _read(path: Path, target_context: Any) -> Any:
+def _read(path: Path, target_context: object) -> Any:
     """Return the loop in a file, or None."""
     try:
         data = path.read_bytes()

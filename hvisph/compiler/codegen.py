@@ -128,7 +128,7 @@ class Library(JITCodeLibrary):
 class _Codegen(JITCPUCodegen):
     _library_class = Library
 
-    def set_env(self, env_name: str, env: Any) -> None:
+    def set_env(self, env_name: str, env: object) -> None:
         """Set the environment of a function that has machine code; `Library` sets the others later."""
         if self._engine.is_symbol_defined(env_name):
             super().set_env(env_name, env)

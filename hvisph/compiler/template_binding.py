@@ -9,7 +9,7 @@ from typing import Any
 from .jit import specialise
 
 
-def bind(template: Callable[..., Any], options: Mapping[str, Any], offered: Mapping[str, Any] | None = None,
+def bind(template: Callable[..., object], options: Mapping[str, object], offered: Mapping[str, Any] | None = None,
          parallel: bool | None = None, parts: Iterable[Callable[..., Any]] = ()) -> Any:  # fmt: skip
     """Return `template` compiled with `options` and with those names of `offered` that it uses.
 
@@ -41,5 +41,5 @@ def bind(template: Callable[..., Any], options: Mapping[str, Any], offered: Mapp
     return specialise(template, parallel=parallel, **_named_by(template, given))
 
 
-def _named_by(template: Callable[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
+def _named_by(template: Callable[..., object], given: Mapping[str, object]) -> dict[str, Any]:
     return {name: given[name] for name in template.__code__.co_names if name in given}

@@ -29,7 +29,7 @@ def _escape_character(character: str) -> str:
 _WORDS = {None: "null", True: "true", False: "false"}
 
 
-def format_value(value: Any) -> str:
+def format_value(value: object) -> str:
     """Return a value as a case file has it: ``{type: disc, diameter: 10 mm}``, ``[1, 2]``, ``true``."""
     if isinstance(value, Mapping):
         return f"{{{', '.join(f'{key}: {format_value(item)}' for key, item in value.items())}}}"

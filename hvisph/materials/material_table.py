@@ -292,7 +292,7 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
     return table, models
 
 
-def fitted(function: Any, table: np.ndarray, models: np.ndarray) -> Any:
+def fitted(function: object, table: np.ndarray, models: np.ndarray) -> Any:
     """Return a compiled function of materials without the models that none of the packed ones has, see `present`."""
     most = models.max(axis=0, initial=0)
     return bind_constants(

@@ -144,7 +144,7 @@ def _write(path: str | os.PathLike[str], head: Sequence[str], body: Iterable[Seq
     return target
 
 
-def _cell(value: Any) -> str:
+def _cell(value: object) -> str:
     """Return a number with the fewest digits that give it back; nothing for what has no value."""
     if isinstance(value, np.generic):
         value = value.item()

@@ -146,7 +146,7 @@ def _check_metadata(metadata: dict[str, Any], dim: int) -> None:
         raise ValueError("its axis is no line across the other coordinates")
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
 
 
@@ -164,7 +164,7 @@ def _gradient_columns(dim: int) -> list[int]:
     return [3 * i + j for i in range(dim) for j in range(dim)]
 
 
-def _plain(value: Any) -> Any:
+def _plain(value: object) -> Any:
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     raise TypeError(f"a snapshot's metadata holds plain numbers and text, not {type(value).__name__}")

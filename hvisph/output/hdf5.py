@@ -161,7 +161,7 @@ def _constants(path: Path, name: str, number: np.ndarray) -> dict[str, np.ndarra
         return {one: data[one][...] for one in CONSTANTS if one in data}
 
 
-def names_in(h5: Any) -> tuple[list[str], list[str]]:
+def names_in(h5: object) -> tuple[list[str], list[str]]:
     """Return the names of bodies and materials of an open snapshot."""
     header = _header(h5)
     return [str(name) for name in header["bodies"]], [str(name) for name in header["materials"]]

@@ -170,7 +170,7 @@ def _lines(records: Sequence[Sequence[Any]]) -> str:
     return buffer.getvalue()
 
 
-def _text(value: Any) -> str:
+def _text(value: object) -> str:
     kind = type(value)
     if kind is float:
         return repr(value)

@@ -193,7 +193,7 @@ def read_summary(run: str | Path) -> dict[str, Any]:
     return dict(_harmless(summary))
 
 
-def _harmless(value: Any) -> Any:
+def _harmless(value: object) -> Any:
     """Return plain values without text that steers a terminal."""
     if isinstance(value, dict):
         return {harmless(name): _harmless(item) for name, item in value.items()}

@@ -10,7 +10,6 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
-from typing import Any
 
 from hvisph.core.errors import CaseError, OutputError
 
@@ -166,7 +165,7 @@ class RunFolder:
         """Write a text file of the folder, beside and renamed; raises `OutputError`."""
         atomic_write.write_text(self.path / name, text)
 
-    def write_json(self, name: str, content: Any) -> None:
+    def write_json(self, name: str, content: object) -> None:
         """Write `content` as indented JSON, beside and renamed; raises `OutputError`."""
         self.write_text(name, json.dumps(content, indent=2, ensure_ascii=False) + "\n")
 

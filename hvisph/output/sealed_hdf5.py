@@ -196,7 +196,7 @@ def _refuse_what_is_not_ours(h5: Any, size: int) -> None:
                 raise OutputError(f"'{name}' claims more than the file holds")
 
 
-def _refuse_elsewhere(node: Any, name: str) -> None:
+def _refuse_elsewhere(node: object, name: str) -> None:
     """Raise `OutputError` unless `node` is an array of plain values that lies in the file as it is."""
     import h5py
 
@@ -233,7 +233,7 @@ class _Sink(io.RawIOBase):
                 self.error = error
         return size
 
-    def readinto(self, buffer: Any, /) -> int:
+    def readinto(self, buffer: object, /) -> int:
         return self._file.readinto(buffer)  # type: ignore[attr-defined]
 
     def seek(self, offset: int, whence: int = 0, /) -> int:

@@ -8,23 +8,23 @@ from typing import Any
 STATUSES = ("done", "failed", "interrupted")
 
 
-def _number(value: Any) -> bool:
+def _number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
 
 
-def _number_or_none(value: Any) -> bool:
+def _number_or_none(value: object) -> bool:
     return value is None or _number(value)
 
 
-def _count(value: Any) -> bool:
+def _count(value: object) -> bool:
     return isinstance(value, int) and not isinstance(value, bool) and 0 <= value < 2**63
 
 
-def _text(value: Any) -> bool:
+def _text(value: object) -> bool:
     return isinstance(value, str)
 
 
-def _is(*allowed: Any) -> Callable[[Any], bool]:
+def _is(*allowed: object) -> Callable[[Any], bool]:
     return lambda value: any(value is one or (isinstance(value, str) and value == one) for one in allowed)
 
 
@@ -35,7 +35,7 @@ _PLAIN = {"title": _text, "status": _is(*STATUSES), "end_time": _number, "partic
           "threads": _count, "wall_seconds": _number, "microseconds_per_particle_step": _number_or_none}  # fmt: skip
 
 
-def misfit(summary: Any) -> str:
+def misfit(summary: object) -> str:
     """Return which part of `summary` is missing or of another kind than hvisph writes; empty where it fits."""
     if not isinstance(summary, dict):
         return "it is not a summary"
@@ -56,7 +56,7 @@ def misfit(summary: Any) -> str:
     return text or (f"its conservation.{odd[0]} is no number" if odd else "")
 
 
-def _misfit(value: Any, kinds: Mapping[str, Callable[[Any], bool]], path: str) -> str:
+def _misfit(value: object, kinds: Mapping[str, Callable[[Any], bool]], path: str) -> str:
     if not isinstance(value, dict):
         return f"its {path.rstrip('.')} has no keys"
     for name, fits in kinds.items():

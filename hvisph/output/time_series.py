@@ -97,7 +97,7 @@ def _outline(path: Path, h5: Any) -> _Outline:
     return _Outline(path, arrays, float(root[TIME][0]), names_in(h5))
 
 
-def _write(h5: Any, outlines: Sequence[_Outline]) -> None:
+def _write(h5: object, outlines: Sequence[_Outline]) -> None:
     root, steps = mark_vtk(h5), len(outlines)
     sizes = np.array([one.arrays["Points"][0][0] for one in outlines], np.int64)
     begins = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)

@@ -61,7 +61,7 @@ class Alone:
         """Return the values (k,) of all processes, (size, k)."""
         return values[None]
 
-    def objects(self, one: Any) -> list[Any]:
+    def objects(self, one: object) -> list[Any]:
         """Return a small object of every process."""
         return [one]
 

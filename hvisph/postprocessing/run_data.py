@@ -162,7 +162,7 @@ class OpenRun:
         except OutputError:
             return Summary(measure(self.path).as_dict())
 
-    def plot(self, field: str = "speed", **look: Any) -> Any:
+    def plot(self, field: str = "speed", **look: object) -> Any:
         """Return a matplotlib figure of the last state; options as of `hvisph.visualization.particles.Look`."""
         return self[-1].plot(field, **look)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -59,7 +59,7 @@ def contact_warnings(case: Case) -> list[str]:
     return warnings
 
 
-def _times(model: Any, factor: float) -> str:
+def _times(model: object, factor: float) -> str:
     """Return the key that gives the stiffness, with `factor` times its value."""
     key = "stiffness" if getattr(model, "absolute_stiffness", None) is None else "absolute_stiffness"
     return f"{key}: {factor * getattr(model, key):.2g}"

@@ -195,7 +195,7 @@ def _split_by(
     return tuple(dict.fromkeys(parts))
 
 
-def _solid(shape: Any) -> Any:
+def _solid(shape: object) -> Any:
     """Return the solid of which `shape` is the half-plane section; itself of any other."""
     return shape.solid if isinstance(shape, Section) else shape
 

@@ -77,7 +77,7 @@ def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
     )  # fmt: skip
 
 
-def parameters(kind: type[Any], model: object, **known: Any) -> Any:
+def parameters(kind: type[Any], model: object, **known: object) -> Any:
     """Return the parameter object `kind` of a case's model: each field from `known`, or from the key of its name.
 
     Fields whose key the model lacks, or has as null, keep their defaults.

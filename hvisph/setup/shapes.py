@@ -62,7 +62,7 @@ def shape_of(model: Any, dim: int) -> Shape:
     raise ValueError(model.type)
 
 
-def _of_keys(kind: tuple[Any, str], model: Any) -> Any:
+def _of_keys(kind: tuple[Any, str], model: object) -> Any:
     shape, keys = kind
     return shape(*(getattr(model, key) for key in keys.split()))
 

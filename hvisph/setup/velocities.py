@@ -101,7 +101,7 @@ def _table(field: Any, positions: np.ndarray, offset: np.ndarray) -> np.ndarray:
 _FIELDS = {"uniform": _uniform, "spin": _spin, "radial": _radial, "linear": _linear, "table": _table}
 
 
-def _unit(direction: Any) -> np.ndarray:
+def _unit(direction: object) -> np.ndarray:
     vector = np.asarray(direction, dtype=float)
     length = float(np.sqrt(vector @ vector))
     if not length > 0:

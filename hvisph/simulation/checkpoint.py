@@ -237,7 +237,7 @@ def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
         raise CaseError(message, where="time.end")
 
 
-def _differences(before: Any, now: Any, path: str) -> list[tuple[str, Any, Any]]:
+def _differences(before: object, now: object, path: str) -> list[tuple[str, Any, Any]]:
     if isinstance(before, dict) and isinstance(now, dict):
         keys = [*before, *(key for key in now if key not in before)]
         changes = [_differences(before.get(key), now.get(key), f"{path}.{key}" if path else key) for key in keys]
@@ -248,6 +248,6 @@ def _differences(before: Any, now: Any, path: str) -> list[tuple[str, Any, Any]]
     return [] if before == now else [(path, before, now)]
 
 
-def _short(value: Any) -> str:
+def _short(value: object) -> str:
     text = "nothing" if value is None else str(value)
     return text if len(text) <= 60 else f"{text[:57]}..."

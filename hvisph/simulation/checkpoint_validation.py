@@ -66,7 +66,7 @@ def refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Parti
         raise ValueError("its particles have other places in the reference configuration")
 
 
-def _refuse_other_kind(own: Any, given: Any, path: str) -> None:
+def _refuse_other_kind(own: object, given: object, path: str) -> None:
     """Raise `ValueError` unless plain values are of the same kinds, nothing being as good as a number."""
     if isinstance(own, dict):
         if not isinstance(given, dict) or own.keys() != given.keys():
@@ -91,9 +91,9 @@ def _refuse_other_kind(own: Any, given: Any, path: str) -> None:
         raise ValueError(f"its {path} is missing")
 
 
-def _is_number(value: Any) -> bool:
+def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")
 
 
-def _is_entry(entry: Any) -> bool:
+def _is_entry(entry: object) -> bool:
     return isinstance(entry, list) and len(entry) == 2 and _is_number(entry[0]) and isinstance(entry[1], str)

@@ -161,7 +161,7 @@ class SweepFolder:
         finally:
             lock.release()
 
-    def note(self, member: Member, event: str, **more: Any) -> None:
+    def note(self, member: Member, event: str, **more: object) -> None:
         """Add a line to a case's claim: what happened, when and to which process."""
         line = {"event": event, "pid": os.getpid(), "time": time.time(), **more}
         path = self.path / CLAIMS / f"{member.number:05d}.jsonl"
@@ -259,7 +259,7 @@ def _summary(folder: Path) -> dict[str, Any]:
         return {}
 
 
-def _cell(value: Any) -> Any:
+def _cell(value: object) -> Any:
     return value if isinstance(value, int | float | str) and not isinstance(value, bool) else json.dumps(value)
 
 

@@ -39,7 +39,7 @@ class Scale:
         When one of them is no number, or of another dimension.
     """
 
-    def __init__(self, path: str, values: Sequence[Any], base: Mapping[str, Any]):
+    def __init__(self, path: str, values: Sequence[object], base: Mapping[str, object]):
         parts = [split(path, value) for value in values]
         units = {unit for _, unit in parts}
         if len(units) == 1:
@@ -62,7 +62,7 @@ class Scale:
         return f"{short:.8g} {self.unit}" if self.unit else short
 
 
-def split(path: str, value: Any) -> tuple[float, str]:
+def split(path: str, value: object) -> tuple[float, str]:
     """Return number and unit of a value; raises `CaseError` that names `path`."""
     match = _NUMBER.fullmatch(str(value))
     if match is None or isinstance(value, bool):

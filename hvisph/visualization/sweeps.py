@@ -25,7 +25,7 @@ MOST_PANELS = 9
 MOST_GROUPS = 12  # that a legend names
 
 
-def sweep_picture(said: Mapping[str, Any], rows: Sequence[Mapping[str, Any]], path: str | os.PathLike[str],
+def sweep_picture(said: Mapping[str, object], rows: Sequence[Mapping[str, Any]], path: str | os.PathLike[str],
                   title: str = "", record: Sequence[str] | None = None) -> Path:  # fmt: skip
     """Draw what a sweep says and store it.
 

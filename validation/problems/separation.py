@@ -32,7 +32,7 @@ def _trials(options: Options) -> Iterator[Trial]:
                  _failed, slides=True)  # fmt: skip
 
 
-def _case(dx: float, shape: dict[str, Any], velocities: list[list[float]], material: Any) -> dict[str, Any]:
+def _case(dx: float, shape: dict[str, Any], velocities: list[list[float]], material: object) -> dict[str, Any]:
     bodies = {
         name: {"material": material, "shape": shape, "velocity": velocity}
         for name, velocity in zip(("left", "right"), velocities, strict=False)

@@ -27,7 +27,7 @@ def _trials(options: Options) -> Iterator[Trial]:
 
 
 def _case(dim: int, dx: float, planes: int, time: dict[str, float], speed: float = SPEED,
-          metal: Any = "aluminium-howell-ball") -> dict[str, Any]:  # fmt: skip
+          metal: object = "aluminium-howell-ball") -> dict[str, Any]:  # fmt: skip
     shot, plate = SHAPES[dim]
     return {
         "title": "impact cut by planes of symmetry" if planes else "whole impact",

@@ -41,7 +41,7 @@ def about_axis(data: dict[str, Any]) -> dict[str, Any]:
     return filled
 
 
-def _flattened(body: Any) -> Any:
+def _flattened(body: object) -> Any:
     if not isinstance(body, dict):
         return body
     short = dict(body)
@@ -61,7 +61,7 @@ def _flattened(body: Any) -> Any:
     return short
 
 
-def _in_space(shape: Any) -> Any:
+def _in_space(shape: object) -> Any:
     """Return a raw shape in 3D whose parts may stand at places of the half-plane, (x, y) for (x, y, 0)."""
     if not isinstance(shape, dict):
         return shape
@@ -79,11 +79,11 @@ def _in_space(shape: Any) -> Any:
     return whole
 
 
-def _lifted(vector: Any) -> Any:
+def _lifted(vector: object) -> Any:
     return [*vector, 0] if isinstance(vector, list | tuple) and len(vector) == 2 else vector
 
 
-def _through_axis(plane: Any) -> bool:
+def _through_axis(plane: object) -> bool:
     if isinstance(plane, SymmetryPlane):
         return plane.axis != "x" and plane.at == 0.0
     return isinstance(plane, dict) and plane.get("axis") in ("y", "z") and plane.get("at", 0) == 0
@@ -111,7 +111,7 @@ def axisymmetric_problems(case: Surroundings) -> Iterator[Problem]:
         yield from _body(name, body)
 
 
-def _without(formulation: Any, key: str, part: str, allowed: str, why: str) -> Iterator[Problem]:
+def _without(formulation: object, key: str, part: str, allowed: str, why: str) -> Iterator[Problem]:
     model = getattr(formulation, key)
     given = getattr(model, part) if part else model
     if given != allowed:

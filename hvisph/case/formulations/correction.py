@@ -58,7 +58,7 @@ Correction = Annotated[
 ]
 
 
-def fill_factor(data: Any, key: str, unless_given: str) -> Any:
+def fill_factor(data: object, key: str, unless_given: str) -> Any:
     """Write out C_f of the correction under `key`, by the artificial stress or what it is `unless_given`."""
     if not isinstance(data, dict):
         return data
@@ -74,7 +74,7 @@ def fill_factor(data: Any, key: str, unless_given: str) -> Any:
     return data
 
 
-def fill_correction(data: Any) -> Any:
+def fill_correction(data: object) -> Any:
     """Write out C_f, by the artificial stress, and the momentum form where a formulation has a correction."""
     if not isinstance(data, dict):
         return data

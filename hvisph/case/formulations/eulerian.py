@@ -66,7 +66,7 @@ class EulerianFormulation(KernelOptions):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_what_depends_on_correction(cls, data: Any) -> Any:
+    def _fill_what_depends_on_correction(cls, data: object) -> Any:
         return fill_correction(data)
 
     @model_validator(mode="after")

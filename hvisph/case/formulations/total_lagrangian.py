@@ -85,7 +85,7 @@ class TotalLagrangianFormulation(KernelOptions):
 
     @model_validator(mode="before")
     @classmethod
-    def _fill_factor(cls, data: Any) -> Any:
+    def _fill_factor(cls, data: object) -> Any:
         return fill_factor(data, "spatial_correction", cls.model_fields["artificial_stress"].default.type)
 
     @property

@@ -126,7 +126,7 @@ class Material(StrictModel):
         return self.eos.shear_modulus if isinstance(self.eos, ElasticEos) else 0.0
 
 
-def _by_name(value: Any, info: ValidationInfo) -> Any:
+def _by_name(value: object, info: ValidationInfo) -> Any:
     """Fetch a material that is given by name from the library."""
     if not isinstance(value, str):
         return value

@@ -148,7 +148,7 @@ def ballistic_limit(
     _study(how, "ballistic-limit", case, fixed, varied)
 
 
-def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, Any]) -> None:
+def _study(how: How, kind: str, case: str, settings: list[str] | None, vary: Mapping[str, object]) -> None:
     """Run a sweep that a command describes, and say what came out."""
     from hvisph.sweeps.parameters import plain
     from hvisph.sweeps.selection import Selection

@@ -6,7 +6,6 @@ import json
 import math
 import textwrap
 from collections.abc import Sequence
-from typing import Any
 
 from hvisph.core.text import harmless
 
@@ -146,7 +145,7 @@ def _wrapped(row: Sequence[str], columns: int, room: int, cut: bool) -> list[lis
     return [[*row[:-1], words[0]], *([""] * (columns - 1) + [line] for line in words[1:])]
 
 
-def echo_json(content: Any) -> None:
+def echo_json(content: object) -> None:
     """Print `content` as JSON on standard output."""
     text = json.dumps(content, indent=2, ensure_ascii=False)
     show("".join(c if c == "\n" or harmless(c) == c or c == "\\" else f"\\u{ord(c):04x}" for c in text))

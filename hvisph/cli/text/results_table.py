@@ -102,7 +102,7 @@ def conservation_rows(summary: Mapping[str, Any]) -> dict[str, float | None]:
     return {name: value for name, value in summary["conservation"].items() if value is not None}
 
 
-def _result(plain: Mapping[str, Any]) -> Any:
+def _result(plain: Mapping[str, object]) -> Any:
     from hvisph.measures.result import Result
 
     return Result.from_dict(plain)

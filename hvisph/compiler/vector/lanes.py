@@ -52,7 +52,7 @@ lanes, strict = Lanes("lanes", FAST), Lanes("strict lanes", ())
 
 @register_model(Lanes)
 class _LanesModel(models.PrimitiveModel):
-    def __init__(self, manager: Any, kind: Any) -> None:
+    def __init__(self, manager: object, kind: object) -> None:
         super().__init__(manager, kind, VECTOR)
 
 

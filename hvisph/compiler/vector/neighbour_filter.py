@@ -23,7 +23,7 @@ _f32, _f64 = ir.FloatType(), ir.DoubleType()
 _FAST = ("reassoc", "contract", "arcp", "nsz")
 
 
-def _lane_numbers(kind: Any, count: int) -> Any:
+def _lane_numbers(kind: object, count: int) -> Any:
     return ir.Constant(ir.VectorType(kind, count), list(range(count)))
 
 

@@ -211,7 +211,7 @@ class Pairs:
         self.sorted[: self.count, : rows.shape[1]] = rows
         self.place[: self.count] = np.arange(self.count, dtype=np.uint32)
 
-    def _run(self, sweep: Any, out: np.ndarray, meant: int) -> None:
+    def _run(self, sweep: object, out: np.ndarray, meant: int) -> None:
         self.capacity = traversal.complete_sweep(
             sweep, self.sorted, self.columns, self.order, (self.present, meant), self.grid, self.kernel.reach,
             self.coefficients, self.capacity, lambda capacity: out)  # fmt: skip

@@ -175,7 +175,7 @@ def sweep(chunk, n_rows, rows, columns, order, owned, grid, reach, constants, ca
     restore_mode(mode)
 
 
-def loop(dim: int, h_slot: int, law: Any, only: int = 0, own_reach: bool = False) -> Any:
+def loop(dim: int, h_slot: int, law: object, only: int = 0, own_reach: bool = False) -> Any:
     """Return the traversal compiled for a bound law, with the slots of the smoothing length and of `Pass.only` in rows.
 
     `own_reach` says that lists hold all that a particle's own kernel reaches.

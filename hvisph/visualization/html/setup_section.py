@@ -111,7 +111,7 @@ def files(told: Run) -> list[tuple[Path, str]]:
     return [*files, (told.paths[0].parent, f"{len(told.paths)} snapshots")]
 
 
-def _parts(value: Any) -> Sequence[float]:
+def _parts(value: object) -> Sequence[float]:
     return [float(part) for part in value] if isinstance(value, Sequence) and not isinstance(value, str) else []
 
 
@@ -141,7 +141,7 @@ def _length(value: float) -> str:
     return f"{value * factor:.4g} {unit}"
 
 
-def _format_value(value: Any, unitless: bool) -> str:
+def _format_value(value: object, unitless: bool) -> str:
     if isinstance(value, float):
         return f"{value:.4g}" if unitless else _length(value)
     if isinstance(value, Sequence) and not isinstance(value, str):
