@@ -124,8 +124,6 @@ def pages() -> dict[str, str]:
             ]
             if page == "eos":
                 parts[page] += [_wrapped(INTRODUCTION), f"```yaml\n{case_text('eos-mie-gruneisen', 'eos')}\n```\n"]
-            else:
-                parts[page] += ["Examples are materials for [this case](eos.md).\n"]
         parts[page].append(section(name, kind, heading, doc, case_models, earlier))
     return {page: "\n".join([*text, *_examples(page)]).replace("\n\n\n", "\n\n") for page, text in parts.items()}
 

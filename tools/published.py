@@ -7,11 +7,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from hvisph import __version__
 from hvisph.measures.compare import Row, last_snapshot, row
-from hvisph.output.reader import read_history
 from hvisph.postprocessing.comparison import complete, entries, is_run
 from hvisph.verification.checkout import checkout_module
 from hvisph.visualization.run_gallery import gallery
@@ -81,7 +78,6 @@ def write(out: Path, runs: Path, resolution: str | None, threads: int | None) ->
         for source, struck in TABLES:
             if struck == impact:
                 lines += ["", f"### {source}", "", *_table(rows, list(published_values(impact, source=source)))]
-        lines += ["", "### All measures", "", *_measured(rows)]
         lines += ["", "### Rows outside the tolerance", "", *_misses(rows, impact)]
     page = out / "published.md"
     page.write_text("\n".join(lines) + "\n", encoding="utf-8")
@@ -160,36 +156,6 @@ def _text(value: float, measure: str, decimals: int = 2) -> str:
     return f"{value / unit:.{1 if measure.startswith('centre') else decimals}f}"
 
 
-def _measured(rows: dict[str, Row]) -> list[str]:
-    lines = _header(
-        "scheme", "d_cra mean", "d_cra min", "L_ext", "L_proj", "P peak", "at [us]", "P mean 0.9-1.1 us",
-        "tension", "voids [%]",
-    )  # fmt: skip
-    lengths = ("crater_diameter", "crater_diameter_min", "extension", "penetration")
-    for name, found in rows.items():
-        cells = [_plain(found.value(length), 100.0, 2) for length in lengths]
-        cells += [_plain(found.value("centre_pressure_peak"), 1e-9, 1)]
-        cells += [_plain(found.measures["centre_pressure_peak"].get("time"), 1e6, 2)]
-        cells += [_plain(_mean_pressure(found.source), 1e-9, 1)]
-        cells += [
-            _plain(found.value("centre_tension_peak"), 1e-9, 1),
-            _plain(found.value("void_fraction"), 100.0, 1),
-        ]
-        lines.append(_line(LABEL[name], *cells))
-    return lines
-
-
-def _mean_pressure(run: Path) -> float | None:
-    """Return the centre pressure about 1 us after contact [Pa], over time."""
-    history = read_history(run)
-    time, pressure = history["time"], history["centre_pressure"]
-    inside = (time >= 0.9e-6) & (time <= 1.1e-6)
-    if inside.sum() < 2:
-        return None
-    steps, middle = np.diff(time[inside]), 0.5 * (pressure[inside][1:] + pressure[inside][:-1])
-    return float(steps @ middle / steps.sum())
-
-
 def _misses(rows: dict[str, Row], impact: str) -> list[str]:
     missed: dict[str, list[str]] = {}
     for printed in _held_against(rows, impact):
@@ -225,10 +191,6 @@ def _for_ours(rows: dict[str, Row], printed: Published) -> Published:
 
 def _unique(found: Iterator[Published]) -> list[Published]:
     return list({printed.measure: printed for printed in found}.values())
-
-
-def _plain(value: float | None, factor: float, decimals: int) -> str:
-    return "-" if value is None else f"{value * factor:.{decimals}f}"
 
 
 def _header(*names: str) -> list[str]:
