@@ -56,7 +56,7 @@ def main() -> None:
     parser.add_argument("--library", action="store_true", help="metals of the library with measured heat capacities")
     arguments = parser.parse_args()
     set_threads(1)
-    name = "sphere_on_plate" if arguments.three else "quickstart"
+    name = "sphere_on_plate" if arguments.three else "al_al_coarse"
     steppers, beside = {}, {}
     for label, material, base in library_metals() if arguments.library else plain_metals():
         case = load_case(name, [f"bodies.{body}.material={material}" for body in ("projectile", "target")]

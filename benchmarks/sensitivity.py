@@ -98,7 +98,7 @@ def measured(name: str, factor: float) -> dict[str, float]:
     if name in ELSEWHERE:
         return solved(own, settings)
     with tempfile.TemporaryDirectory() as folder:
-        case = hvisph.load_case("quickstart", settings)
+        case = hvisph.load_case("al_al_coarse", settings)
         summary = hvisph.run(case, f"{folder}/run", threads=1).summary
     found = {key: summary["measures"][key]["value"] for key in MEASURES} | {
         "energy": summary["conservation"]["energy_drift"]

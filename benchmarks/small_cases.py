@@ -2,7 +2,7 @@
 
     python benchmarks/small_cases.py [--resolutions 0.5,0.25,0.1] [--steps 300] [--spin 0,20000] [--formulation riemann]
 
-Every configuration is a process of its own that steps the quickstart's impact at some resolution; configurations take
+Every configuration is a process of its own that steps the al_al_coarse's impact at some resolution; configurations take
 turns, so that what else the machine does falls on all alike. Best and median wall time and median CPU time a step,
 files aside, and the ratio of wall times to one thread's in the same turn. ``--busy N`` keeps N processes spinning beside them.
 """
@@ -41,7 +41,7 @@ def measure(resolution: float, formulation: str, threads: int, steps: int) -> di
             self.cpu += time.process_time() - cpu
 
     changes = [f"resolution={resolution} mm", "output.every=null", f"time.max_steps={steps}"]
-    case = load_case("quickstart", [*changes, f"formulation={{type: {formulation}}}"])
+    case = load_case("al_al_coarse", [*changes, f"formulation={{type: {formulation}}}"])
     set_threads(threads)
     with tempfile.TemporaryDirectory() as folder, RunFolder.create(Path(folder) / "run", True) as held:
         run = Timed(case, build(case), held, Listener())

@@ -25,8 +25,8 @@ from hvisph.simulation.run import set_threads
 
 SMALL = ["resolution=0.5 mm", "bodies.projectile.shape.diameter=3 mm", "bodies.target.shape.size=[2 mm, 6 mm]"]
 CASES = {
-    "quickstart, small, riemann": ("quickstart", SMALL),
-    "quickstart, small, eulerian": ("quickstart", [*SMALL, "formulation={type: eulerian}"]),
+    "al_al_coarse, small, riemann": ("al_al_coarse", SMALL),
+    "al_al_coarse, small, eulerian": ("al_al_coarse", [*SMALL, "formulation={type: eulerian}"]),
     "plate impact, 1D": ("plate_impact_al_al", ["resolution=0.1 mm"]),
 }
 

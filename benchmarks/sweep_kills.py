@@ -141,7 +141,7 @@ def main() -> None:
     until = time.monotonic() + asked.seconds
     place = asked.out or Path(tempfile.mkdtemp(prefix="sweep_kills"))
     vary = {"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "4 km/s", "count": asked.cases}}}
-    folder = begin({"case": "quickstart", "set": SETTINGS, "vary": vary}, place / "sweep")
+    folder = begin({"case": "al_al_coarse", "set": SETTINGS, "vary": vary}, place / "sweep")
     tally = place / "kills.json"
     counts = json.loads(tally.read_text()) if tally.is_file() else {}
     rng, options, there = random.Random(asked.seed + 1000 * sum(counts.values())), [], None

@@ -46,7 +46,7 @@ def main() -> None:
     asked = parser.parse_args()
     values = {"bodies.projectile.velocity.0": {"from": "2 km/s", "to": "4 km/s", "count": asked.cases}}
     settings = {"resolution": "0.4 mm", "time.end": asked.end, "output.every": asked.end, "output.formats": ["hdf5"]}
-    sweep = {"case": "quickstart", "set": settings, "vary": {"type": "grid", "values": values}}
+    sweep = {"case": "al_al_coarse", "set": settings, "vary": {"type": "grid", "values": values}}
     place = Path(tempfile.mkdtemp(prefix="sweep_overhead"))
     file = place / "sweep.yaml"
     file.write_text(json.dumps(sweep))

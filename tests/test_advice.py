@@ -240,7 +240,7 @@ def test_detonation_products_are_followed_like_gases():
         assert not followed.conserve_angular_momentum  # what tears off the plate would be thrown
     assert row_of([GAS, GAS]).formulation.conserve_angular_momentum
     for material in ("tnt", "{base: tnt}"):  # by its name alone as well
-        named = load_case("quickstart", ["formulation=null", f"bodies.projectile.material={material}"]).formulation
+        named = load_case("al_al_coarse", ["formulation=null", f"bodies.projectile.material={material}"]).formulation
         assert (named.smoothing_length.type, named.conserve_angular_momentum) == ("variable", False)
     (text,) = advice(row_of([tnt, METAL], formulation={"type": "eulerian"}))
     assert "smoothing_length" in text

@@ -57,19 +57,19 @@ def test_the_published_set_ups():
 @pytest.mark.parametrize(("formulation", "number"), [("eulerian", 0.6), ("riemann", 0.42), ("total_lagrangian", 0.5)])
 def test_the_courant_number_goes_with_the_formulation(formulation, number):
     change = [f"formulation={{type: {formulation}}}"]
-    assert load_case("quickstart", overrides=change).time.cfl == number
-    assert load_case("quickstart", overrides=[*change, "time.cfl=0.2"]).time.cfl == 0.2
+    assert load_case("al_al_coarse", overrides=change).time.cfl == number
+    assert load_case("al_al_coarse", overrides=[*change, "time.cfl=0.2"]).time.cfl == 0.2
     assert load_case("sphere_on_plate_axisymmetric", overrides=change).time.cfl == 0.3  # whose rings bear no more
     if formulation != "riemann":  # what less of a viscosity damps does not bear steps as long
         for viscosity in ("{type: none}", "{type: monaghan, alpha: 0.9}"):
             less = [f"formulation={{type: {formulation}, viscosity: {viscosity}}}"]
-            assert load_case("quickstart", overrides=less).time.cfl == 0.3
+            assert load_case("al_al_coarse", overrides=less).time.cfl == 0.3
         more = [f"formulation={{type: {formulation}, viscosity: {{type: monaghan, alpha: 2.5}}}}"]
-        assert load_case("quickstart", overrides=more).time.cfl == number
+        assert load_case("al_al_coarse", overrides=more).time.cfl == number
     else:  # what dissipates all that slopes do not explain
         for way in ("variant: original", "reconstruction: none"):
-            assert load_case("quickstart", overrides=[f"formulation={{type: riemann, {way}}}"]).time.cfl == 0.35
-    fixed = load_case("quickstart", overrides=[*change, "time.step=1 ns"])
+            assert load_case("al_al_coarse", overrides=[f"formulation={{type: riemann, {way}}}"]).time.cfl == 0.35
+    fixed = load_case("al_al_coarse", overrides=[*change, "time.step=1 ns"])
     assert not any("cfl" in warning for warning in warnings_of(fixed))
 
 

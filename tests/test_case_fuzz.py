@@ -104,4 +104,4 @@ def test_any_bytes(tmp_path, raw):
 def test_any_override(data, value):
     source = parse(TEXTS[0], "x").value
     key = data.draw(st.sampled_from([".".join(map(str, p)) for p in paths_of(source) if p]) | st.text(max_size=15))
-    attempt("quickstart", [f"{key}={value}"])
+    attempt("al_al_coarse", [f"{key}={value}"])

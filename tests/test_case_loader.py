@@ -35,8 +35,8 @@ def test_bundled_name_path_and_mapping_are_the_same_case():
 
 def test_a_file_goes_before_a_bundled_name(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    write(tmp_path, "al_al", dump_case(load_case("quickstart")))
-    assert load_case("al_al") == load_case("quickstart")
+    write(tmp_path, "al_al", dump_case(load_case("al_al_coarse")))
+    assert load_case("al_al") == load_case("al_al_coarse")
 
 
 def test_unknown_name_gives_the_nearest():
@@ -71,7 +71,7 @@ def test_defaults():
 
 
 def test_case_is_frozen():
-    case = load_case("quickstart")
+    case = load_case("al_al_coarse")
     with pytest.raises(ValueError, match="frozen"):
         case.time.end = 1.0
 
@@ -141,9 +141,9 @@ def test_override(override, value):
 
 
 def test_override_reaches_into_a_block_left_to_its_default(tmp_path):
-    path = write(tmp_path, "case.yaml", dump_case(load_case("quickstart", ["formulation="])))
+    path = write(tmp_path, "case.yaml", dump_case(load_case("al_al_coarse", ["formulation="])))
     assert load_case(path).formulation.type == "riemann"
-    plain = write(tmp_path, "plain.yaml", "base: quickstart\nformulation: null\n")
+    plain = write(tmp_path, "plain.yaml", "base: al_al_coarse\nformulation: null\n")
     assert load_case(plain, ["formulation.h_over_dx=1.5"]).formulation.h_over_dx == 1.5
     assert (
         load_case("al_al", ["formulation.viscosity=", "formulation.viscosity.beta=3"]).formulation.viscosity.beta == 3
@@ -246,7 +246,7 @@ def test_dump_loads_to_an_equal_case(name):
     ["1e9", "null", "yes", "tRue", "1:30", "010", "a: b", "- x", "é\x85\t\n", "", "#", "~", ".5", "0x1F"],
 )
 def test_dump_keeps_text_as_text(title):
-    case = load_case(parse(bundled_cases()["quickstart"].read_text(), "x").value | {"title": title})
+    case = load_case(parse(bundled_cases()["al_al_coarse"].read_text(), "x").value | {"title": title})
     assert reloaded(dump_case(case)).title == title
 
 
@@ -321,9 +321,9 @@ def test_hostile_files(tmp_path):
 
 def test_byte_order_mark_and_windows_lines(tmp_path):
     path = tmp_path / "case.yaml"
-    text = bundled_cases()["quickstart"].read_text(encoding="utf-8")
+    text = bundled_cases()["al_al_coarse"].read_text(encoding="utf-8")
     path.write_bytes(b"\xef\xbb\xbf" + text.replace("\n", "\r\n").encode())
-    assert load_case(path) == load_case("quickstart")
+    assert load_case(path) == load_case("al_al_coarse")
 
 
 def test_bad_mappings():

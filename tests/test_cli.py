@@ -52,7 +52,7 @@ def test_help_is_light():
     assert in_new_process(code).stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("case", ["al_al", "sphere_on_plate", "quickstart"])
+@pytest.mark.parametrize("case", ["al_al", "sphere_on_plate", "al_al_coarse"])
 def test_check_loads_no_compiler(case):
     code = (
         "import sys\nfrom typer.testing import CliRunner\nfrom hvisph.cli.main import app\n"
@@ -227,7 +227,7 @@ def test_check_without_an_impact_says_why():
 
 @pytest.mark.parametrize("command", ["check", "run"])
 def test_overlapping_bodies_are_refused_by_file_and_line(command):
-    text = bundled_cases()["quickstart"].read_text(encoding="utf-8")
+    text = bundled_cases()["al_al_coarse"].read_text(encoding="utf-8")
     text = text.replace("    arrangement:", "    position: [0, 0]\n    arrangement:")
     text = text.replace("  target:\n", "  target:\n    position: [3 mm, 0]\n")
     Path("mine.yaml").write_text(text, encoding="utf-8")

@@ -23,7 +23,7 @@ def said(*arguments, code=0):
     [("jc", "strength.type: johnson_cook"), ("johnson_cook", "damage.type: johnson_cook"), ("cfl", "time.cfl"),
      ("residual_velocity", "measures.residual_velocity"), ("mirror", "symmetry"), ("bodies.shape", "bodies.NAME.shape"),
      ("copper", "copper-ofhc"), ("Whipple", "docs/howto/shield.md"), ("Al2024", "aluminium-2024-t351"),
-     ("weldox 460", "steel-weldox-460e"), ("bodies.projectile.shape", "cylinder"), ("paraview", "docs/howto/paraview.md"), ("quickstart", "quickstart"), ("animate", "hvisph animate")],
+     ("weldox 460", "steel-weldox-460e"), ("bodies.projectile.shape", "cylinder"), ("paraview", "docs/howto/paraview.md"), ("al_al_coarse", "al_al_coarse"), ("animate", "hvisph animate")],
 )  # fmt: skip
 def test_words_are_found(word, found):
     text = said("help", word)
@@ -53,7 +53,7 @@ def test_unknown_commands_suggest(tried, meant):
 
 
 def test_a_run_can_be_watched_and_resuming_its_end_says_so(tmp_path):
-    case = load_case("quickstart", ["time.end=0.6us", "output.every=1us"], "0.5 mm")  # every beyond the end
+    case = load_case("al_al_coarse", ["time.end=0.6us", "output.every=1us"], "0.5 mm")  # every beyond the end
     folder = run(case, tmp_path / "run").folder
     assert len(list(Path(folder, "snapshots").iterdir())) == 2
     text = said("watch", str(folder), "--once")
@@ -101,7 +101,7 @@ def test_what_commands_print_fits_a_screen(tmp_path):
     shot = str(run(load_case("sphere_on_plate", settings, "0.7 mm"), tmp_path / "a_run_of_a_long_name").folder)
     for arguments in (
         ["measure", shot, "--fragments"], ["measure", shot, "--at", "all"], ["compare", shot, shot, "--all"], ["measure", shot],
-        ["check", "quickstart"], ["materials"], ["cases"],
+        ["check", "al_al_coarse"], ["materials"], ["cases"],
         *(["materials", name] for name in ("iron-armco", "basalt", "alumina-ad995", "titanium-ti-6al-4v", "copper-etp")),
     ):  # fmt: skip
         lines = said(*arguments).splitlines()

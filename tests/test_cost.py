@@ -27,7 +27,7 @@ def threads_kept():
 
 
 def test_small_cases_have_one_thread_and_large_ones_all():
-    case = load_case("quickstart")
+    case = load_case("al_al_coarse")
     found = [cost.worthwhile_threads(case, count) for count in (1, 1155, 4000, 10_000, 10**5, 10**7)]
     assert found == sorted(found)
     assert found[:2] == [1, 1]
@@ -35,21 +35,21 @@ def test_small_cases_have_one_thread_and_large_ones_all():
 
 
 def test_dearer_steps_are_worth_more_threads():
-    flat, solid = load_case("quickstart"), load_case("sphere_on_plate")
-    cheap = load_case("quickstart", ["formulation={type: eulerian}"])
+    flat, solid = load_case("al_al_coarse"), load_case("sphere_on_plate")
+    cheap = load_case("al_al_coarse", ["formulation={type: eulerian}"])
     assert cost.worthwhile_threads(cheap, 8000) < cost.worthwhile_threads(flat, 8000)
     assert cost.worthwhile_threads(flat, 4000) < cost.worthwhile_threads(solid, 4000)
 
 
 def test_more_threads_never_promise_a_slower_step():
-    case = load_case("quickstart")
+    case = load_case("al_al_coarse")
     times = [cost.step_seconds(case, 20_000, threads) for threads in (1, 2, 4, 8)]
     assert times == sorted(times, reverse=True)
 
 
 def test_no_more_threads_than_the_user_allows(monkeypatch):
     monkeypatch.setenv("NUMBA_NUM_THREADS", "3")
-    assert cost.worthwhile_threads(load_case("quickstart"), 10**7) == 3
+    assert cost.worthwhile_threads(load_case("al_al_coarse"), 10**7) == 3
 
 
 def test_an_explicit_number_is_obeyed(threads_kept):
@@ -66,7 +66,7 @@ def test_a_run_takes_no_more_threads_than_a_step_feeds(tmp_path, threads_kept, m
     monkeypatch.setattr(cost, "FEEDS_A_THREAD", 5e-4)
     monkeypatch.setenv("NUMBA_NUM_THREADS", str(numba.config.NUMBA_NUM_THREADS))
     two = min(2, numba.config.NUMBA_NUM_THREADS)
-    case = load_case("quickstart", ["resolution=0.5 mm", "time.max_steps=2"])
+    case = load_case("al_al_coarse", ["resolution=0.5 mm", "time.max_steps=2"])
     run(case, tmp_path / "small", threads=two)
     assert numba.get_num_threads() == 1
     log = (tmp_path / "small" / "run.log").read_text()

@@ -146,11 +146,11 @@ def test_examples_load(page, number, tmp_path):
         Sweep.model_validate(content)
         return
     if "vary" in content:
-        content["case"] = "quickstart"
+        content["case"] = "al_al_coarse"
         load_plan(content | {"vary": content["vary"] | {"parameters": {"bodies.target.shape.size.0": ["2 mm"]}}})
         return
-    if not {"bodies", "resolution", "time"} <= content.keys():  # a part of a case: laid over the quickstart
-        content = {"base": "quickstart", **content}
+    if not {"bodies", "resolution", "time"} <= content.keys():  # a part of a case: laid over al_al_coarse
+        content = {"base": "al_al_coarse", **content}
     load_case(content)
 
 

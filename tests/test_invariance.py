@@ -142,7 +142,7 @@ def test_renumbered_particles_give_the_same(plain, tmp_path):
 @pytest.mark.parametrize("formulation", FORMULATIONS)
 def test_any_number_of_threads_gives_the_same_bits(formulation, tmp_path):
     # more particles than one thread's chunk, or there would be nothing to share
-    case = load_case("quickstart", ["time.max_steps=40", f"formulation={{type: {formulation}}}"], resolution="0.2 mm")
+    case = load_case("al_al_coarse", ["time.max_steps=40", f"formulation={{type: {formulation}}}"], resolution="0.2 mm")
     for threads in (1, 2):
         run(case, tmp_path / str(threads), threads=threads)
     for name in ("history.csv", "snapshots/000000.vtkhdf", "snapshots/000001.vtkhdf"):

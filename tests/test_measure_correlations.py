@@ -91,7 +91,7 @@ time: {end: 1 us}
     assert (impact.speed, impact.obliquity) == (6000.0, 0.0)
     names = {one.name for one in correlations(impact)}
     assert names == {"Cour-Palais", "Maiden-McHugh", "Sawle", "Christiansen, Whipple"}
-    flat, reason = impact_of(load_case("quickstart"))
+    flat, reason = impact_of(load_case("al_al_coarse"))
     assert flat is None
     assert "3D" in reason
     for setting in ("velocity=[-6 km/s, 0, 0]", "position=[-3 mm, 50 mm, 0]"):

@@ -272,10 +272,10 @@ def test_roles_by_default():
 
 def test_a_gas_around_a_projectile_is_no_layer():
     gas = "{material: {density: 1.2, eos: {type: ideal_gas, gamma: 1.4}}, internal_energy: 2e5, shape: {type: disc, diameter: 5 mm}}"
-    assert _roles(load_case("quickstart", [f"bodies.air={gas}"])) == [None, None, "other"]
-    thrown = load_case("quickstart", [f"bodies.air={gas}", "bodies.air.velocity=[1 km/s, 0]"])
+    assert _roles(load_case("al_al_coarse", [f"bodies.air={gas}"])) == [None, None, "other"]
+    thrown = load_case("al_al_coarse", [f"bodies.air={gas}", "bodies.air.velocity=[1 km/s, 0]"])
     assert _roles(thrown) == [None, None, None]
-    assert _roles(load_case("quickstart", [f"bodies.air={gas}", "bodies.air.role=layer"]))[2] == "layer"
+    assert _roles(load_case("al_al_coarse", [f"bodies.air={gas}", "bodies.air.role=layer"]))[2] == "layer"
 
 
 def test_a_run_without_a_projectile_has_a_scene_and_says_so():

@@ -11,7 +11,7 @@ from hvisph.core.errors import CaseError
 @pytest.fixture(scope="module")
 def opened(tmp_path_factory):
     """A coarse impact, run and opened."""
-    case = load_case("quickstart", ["time.end=1us", "output.every=0.5us"], "0.5 mm")
+    case = load_case("al_al_coarse", ["time.end=1us", "output.every=0.5us"], "0.5 mm")
     return hvisph.open_run(hvisph.run(case, tmp_path_factory.mktemp("notebook") / "impact").folder)
 
 

@@ -58,7 +58,7 @@ def test_copies_and_rings_stand_for_the_whole():
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A coarse impact in plane strain."""
-    case = load_case("quickstart", ["time.end=1us", "output.every=0.5us"], "0.5 mm")
+    case = load_case("al_al_coarse", ["time.end=1us", "output.every=0.5us"], "0.5 mm")
     return run(case, tmp_path_factory.mktemp("view") / "impact").folder
 
 

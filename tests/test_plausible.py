@@ -74,7 +74,7 @@ def test_no_bundled_case_is_flagged():
 
 
 def test_a_gas_is_as_thin_as_it_is():
-    case = load_case("quickstart", ["bodies.target.material={density: 1.2, eos: {type: ideal_gas, gamma: 1.4}}",
+    case = load_case("al_al_coarse", ["bodies.target.material={density: 1.2, eos: {type: ideal_gas, gamma: 1.4}}",
                                     "bodies.target.internal_energy=0.2 MJ/kg"])  # fmt: skip
     assert not [text for text in warnings_of(case) if "density" in text]
 
@@ -100,7 +100,7 @@ def test_files_of_tables_stand_beside_the_case(tmp_path):
 def test_a_point_of_a_hugoniot_far_from_the_others_is_named():
     def of(*points):
         material = {"density": 1400, "eos": {"type": "mie_gruneisen", "us_up": list(points), "gamma": 1.0}}
-        texts = warnings_of(load_case("quickstart", [f"bodies.target.material={material}"]))
+        texts = warnings_of(load_case("al_al_coarse", [f"bodies.target.material={material}"]))
         return [text for text in texts if "us_up" in text]
 
     points = [[500, 2600], [1000, 3400], [2000, 5000], [3000, 6500]]
@@ -139,11 +139,11 @@ def test_a_variant_leaves_out_what_it_stands_for():
     made = varied(eos={"us_up": points}, temperature={"heat_capacity": 900.0}).bodies["bar"].material
     assert made.eos.hugoniot[:2] == pytest.approx((5400.0, 1.4))
     assert (made.eos.gamma, made.temperature.heat_capacity, made.temperature.heat_capacities) == (1.97, 900.0, ())
-    back = load_case({"base": "quickstart"}, ["bodies.target.material=al6061", "bodies.target.material.eos.us_up=[[500, 6100], [1000, 6800]]",
+    back = load_case({"base": "al_al_coarse"}, ["bodies.target.material=al6061", "bodies.target.material.eos.us_up=[[500, 6100], [1000, 6800]]",
                                     "bodies.target.material.eos.s1=1.5", "bodies.target.material.eos.sound_speed=5300"])  # fmt: skip
     assert back.bodies["target"].material.eos.hugoniot[:2] == (5300.0, 1.5)
 
 
 def test_output_beyond_the_end_is_named():
-    (text,) = warnings_of(load_case("quickstart", ["output.every=10"]))
+    (text,) = warnings_of(load_case("al_al_coarse", ["output.every=10"]))
     assert text.startswith("output.every: 10 s")

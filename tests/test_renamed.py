@@ -65,7 +65,7 @@ VALUE_TYPES = {
 
 def refused(overrides):
     with pytest.raises(CaseError) as caught:
-        load_case("quickstart", overrides)
+        load_case("al_al_coarse", overrides)
     return str(caught.value)
 
 
@@ -82,7 +82,7 @@ def test_renamed_keys_of_a_case(block, key):
 
 def test_renamed_keys_have_their_place_and_line(tmp_path):
     case = tmp_path / "case.yaml"
-    case.write_text("base: quickstart\nformulation:\n  form: printed\nwatch: {density: false}\n", encoding="utf-8")
+    case.write_text("base: al_al_coarse\nformulation:\n  form: printed\nwatch: {density: false}\n", encoding="utf-8")
     with pytest.raises(CaseError) as caught:
         load_case(case)
     assert f"formulation.form: is now `variant` ({case}, line 3)" in str(caught.value)
@@ -100,7 +100,7 @@ def test_renamed_values(key, value):
 def test_renamed_keys_of_sweeps_and_experiments(tmp_path):
     bisect = {"type": "bisect", "path": "time.end", "between": [1, 2], "until": 1, "for": {}, "event": {"above": 0.5}}
     with pytest.raises(CaseError) as caught:
-        load_sweep({"case": "quickstart", "vary": bisect, "limit": "1 h"})
+        load_sweep({"case": "al_al_coarse", "vary": bisect, "limit": "1 h"})
     text = str(caught.value)
     for path in ("limit", "vary.between", "vary.until", "vary.for", "vary.event.above"):
         block, _, key = path.rpartition(".")
@@ -126,13 +126,13 @@ def answer(*words):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_renamed_commands(name):
-    assert f"`hvisph {name}` is now `hvisph {COMMANDS[name]}`" in answer(name, "quickstart")
+    assert f"`hvisph {name}` is now `hvisph {COMMANDS[name]}`" in answer(name, "al_al_coarse")
 
 
 @pytest.mark.parametrize("name", OPTIONS)
 def test_renamed_options(name):
     command = {"--dry": "sweep", "--work": "sweep", "--second": "validate", "--across": "validate"}
-    assert f"`{name}` is now `{OPTIONS[name]}`" in answer(command.get(name, "ballistic-limit"), "quickstart", name, "1")
+    assert f"`{name}` is now `{OPTIONS[name]}`" in answer(command.get(name, "ballistic-limit"), "al_al_coarse", name, "1")
 
 
 def test_help_of_an_old_key_names_the_present_one():

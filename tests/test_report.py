@@ -27,7 +27,7 @@ BROWSER = shutil.which("chromium") and shutil.which("chromedriver")
 @pytest.fixture(scope="module")
 def plane(tmp_path_factory):
     """A coarse impact in plane strain."""
-    case = load_case("quickstart", ["time.end=2us", "output.every=0.5us"], "0.5 mm")
+    case = load_case("al_al_coarse", ["time.end=2us", "output.every=0.5us"], "0.5 mm")
     return run(case, tmp_path_factory.mktemp("plane") / "impact").folder
 
 
@@ -47,7 +47,7 @@ def solid(tmp_path_factory):
                                  {"shape": {"type": "box", "size": [0.001, 0.002]}}]}, "union of 2 disc, box"),
 ])  # fmt: skip
 def test_shapes_are_told_in_words(shape, words):
-    case = load_case("quickstart", [f"bodies.target.shape={json.dumps(shape)}"])
+    case = load_case("al_al_coarse", [f"bodies.target.shape={json.dumps(shape)}"])
     assert _describe_shape(case.bodies["target"].shape, False) == words
 
 
@@ -89,7 +89,7 @@ def test_the_page_is_whole_small_and_calls_nobody(plane, solid):
     page = report([plane])
     text = page.read_text(encoding="utf-8")
     assert page.parent == plane
-    assert len(text) < 1e6  # of a run as small as the quickstart
+    assert len(text) < 1e6  # of a run as small as the al_al_coarse
     assert not re.search(r"""src=["'](?!data:image/png)""", text)
     links = re.findall(r"""href=["']([^#"'][^"']*)""", text)  # to the data beside it, and nowhere else
     assert {"case.yaml", "summary.json", "history.csv", "series.vtkhdf", "snapshots"} <= set(links)
@@ -210,7 +210,7 @@ def test_a_run_writes_its_report_when_it_is_asked_to(command, plane, tmp_path):
     folder = tmp_path / "run"
     if command == "run":
         settings = ["--resolution", "0.5mm", "--set", "time.end=0.2us", "--set", "output.every=0.1us"]
-        arguments = ["run", "quickstart", *settings, "--out", str(folder), "--report"]
+        arguments = ["run", "al_al_coarse", *settings, "--out", str(folder), "--report"]
     else:
         shutil.copytree(plane, folder)
         arguments = ["resume", str(folder), "--report"]

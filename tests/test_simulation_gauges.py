@@ -183,7 +183,7 @@ def test_a_gauge_may_be_a_coarse_spacing_from_the_nearest_particle(tmp_path):
     """Half a diagonal of a coarse body's lattice is more than a spacing of the case."""
     setting = ["bodies.target.resolution=0.6 mm", "gauges.A={type: material, at: [1.2 mm, 0], fields: [position]}",
                "bodies.target.shape.size.0=2.4 mm", "time.end=1 ns"]  # fmt: skip
-    history = read_history(run(load_case("quickstart", setting), tmp_path / "run", threads=1).folder)
+    history = read_history(run(load_case("al_al_coarse", setting), tmp_path / "run", threads=1).folder)
     assert abs(history["gauge.A.position_x"][0] - 1.2e-3) == pytest.approx(0.3e-3, rel=0.01)
 
 

@@ -31,8 +31,8 @@ SMALL = {"resolution": "0.5 mm", "time.end": "0.3 us", "output.every": "0.1 us"}
 
 
 def plan(**vary):
-    """A plan on the quickstart that varies something."""
-    return load_plan({"case": "quickstart", "set": SMALL, "vary": vary})
+    """A plan on the al_al_coarse that varies something."""
+    return load_plan({"case": "al_al_coarse", "set": SMALL, "vary": vary})
 
 
 def values(**vary):
@@ -50,7 +50,7 @@ def test_a_grid_is_every_combination_in_the_units_of_the_file():
 def test_a_list_comes_from_a_table_and_carries_the_experiment_along(tmp_path):
     (tmp_path / "shots.csv").write_text(f"{SPEED},experiment.hole [mm]\n2 km/s,11.5\n3 km/s,\n")
     (tmp_path / "sweep.yaml").write_text(
-        "case: quickstart\nset: {output.every: null}\nvary: {type: list, file: shots.csv}\n"
+        "case: al_al_coarse\nset: {output.every: null}\nvary: {type: list, file: shots.csv}\n"
     )
     found = load_plan(tmp_path / "sweep.yaml").first()
     assert [one.values for one in found] == [{SPEED: "2 km/s", "experiment.hole [mm]": 11.5}, {SPEED: "3 km/s"}]
@@ -58,7 +58,7 @@ def test_a_list_comes_from_a_table_and_carries_the_experiment_along(tmp_path):
 
 def test_a_head_that_stands_twice_is_told(tmp_path):
     (tmp_path / "shots.csv").write_text(f"{SPEED}, {SPEED}\n2 km/s,3 km/s\n")
-    (tmp_path / "sweep.yaml").write_text("case: quickstart\nvary: {type: list, file: shots.csv}\n")
+    (tmp_path / "sweep.yaml").write_text("case: al_al_coarse\nvary: {type: list, file: shots.csv}\n")
     with pytest.raises(CaseError, match=f"line 1: the head '{SPEED}' stands there twice"):
         load_plan(tmp_path / "sweep.yaml").first()
 
@@ -104,7 +104,7 @@ def test_a_sample_is_reproducible_and_follows_its_distributions(method):
 )
 def test_what_is_wrong_is_said_before_anything_runs(vary, said, tmp_path):
     with pytest.raises(CaseError, match=said):
-        begin({"case": "quickstart", "set": SMALL, "vary": vary}, tmp_path / "out")
+        begin({"case": "al_al_coarse", "set": SMALL, "vary": vary}, tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -249,7 +249,7 @@ def test_a_limit_that_was_not_found_is_no_success(tmp_path):
     from hvisph.cli.main import app
 
     settings = [word for path, value in SMALL.items() for word in ("--set", f"{path}={value}")]
-    done = CliRunner().invoke(app, ["ballistic-limit", "quickstart", "--vary", SPEED, "--bracket", "2,3km/s", *settings,
+    done = CliRunner().invoke(app, ["ballistic-limit", "al_al_coarse", "--vary", SPEED, "--bracket", "2,3km/s", *settings,
                                     "--event", "penetration", "--threshold", "1", "--out", str(tmp_path / "sweep"),
                                     "--workers", "1", "--threads", "1"])  # fmt: skip
     assert done.exit_code == 1
@@ -272,7 +272,7 @@ def same(one, other):
 def test_killed_workers_lose_nothing(tmp_path):
     vary = {"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "4 km/s", "count": 4}}}
     settings = SMALL | {"time.end": "1.5 us", "output.every": "0.5 us", "output.checkpoint_every": 0.02}
-    folder = begin({"case": "quickstart", "set": settings, "vary": vary, "record": ["penetration"]}, tmp_path / "sweep")
+    folder = begin({"case": "al_al_coarse", "set": settings, "vary": vary, "record": ["penetration"]}, tmp_path / "sweep")
     command = [sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--worker", "--threads", "1"]
     for _ in range(2):
         begun = len(list((folder.path / "claims").glob("*.jsonl")))
@@ -309,7 +309,7 @@ def test_killed_workers_lose_nothing(tmp_path):
 def test_a_command_starts_its_workers_and_replaces_one_that_is_killed(tmp_path):
     vary = {"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "4 km/s", "count": 3}}}
     settings = SMALL | {"time.end": "1.5 us", "output.every": "0.5 us", "output.checkpoint_every": 0.02}
-    folder = begin({"case": "quickstart", "set": settings, "vary": vary}, tmp_path / "sweep")
+    folder = begin({"case": "al_al_coarse", "set": settings, "vary": vary}, tmp_path / "sweep")
     command = subprocess.Popen([sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--workers", "2", "--quiet"])
 
     def starts():
@@ -330,7 +330,7 @@ def test_a_command_starts_its_workers_and_replaces_one_that_is_killed(tmp_path):
 @pytest.mark.skipif(sys.platform == "win32", reason="POSIX signals")
 def test_a_command_that_is_asked_to_end_takes_its_workers_along(tmp_path):
     vary = {"type": "list", "cases": [{"time.end": "1 ms"}]}
-    folder = begin({"case": "quickstart", "set": SMALL | {"output.every": None}, "vary": vary}, tmp_path / "sweep")
+    folder = begin({"case": "al_al_coarse", "set": SMALL | {"output.every": None}, "vary": vary}, tmp_path / "sweep")
     command = subprocess.Popen([sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--workers", "1", "--quiet"],
                                stderr=subprocess.PIPE, text=True)  # fmt: skip
     run_log = folder.run_folder(folder.members()[0]) / "run.log"
@@ -346,7 +346,7 @@ def test_a_command_that_is_asked_to_end_takes_its_workers_along(tmp_path):
 def test_a_case_that_cannot_run_is_a_row_and_not_the_end(tmp_path):
     vary = {"type": "list", "cases": [{"time.cfl": 0.25},
                                       {"bodies.projectile.position": ["0.5 mm", "0 mm"]}]}  # fmt: skip
-    folder = begin({"case": "quickstart", "set": SMALL, "vary": vary, "keep": "summary"}, tmp_path / "sweep")
+    folder = begin({"case": "al_al_coarse", "set": SMALL, "vary": vary, "keep": "summary"}, tmp_path / "sweep")
     rows = sorted(sweep(folder.path, workers=1), key=lambda row: row["number"])
     assert [row["status"] for row in rows] == ["done", "error"]
     assert "overlap" in rows[1]["message"]
@@ -355,7 +355,7 @@ def test_a_case_that_cannot_run_is_a_row_and_not_the_end(tmp_path):
 
 
 def test_a_sweep_of_other_cases_is_not_overwritten(tmp_path):
-    one = {"case": "quickstart", "set": SMALL, "vary": {"type": "grid", "values": {SPEED: ["2 km/s"]}}}
+    one = {"case": "al_al_coarse", "set": SMALL, "vary": {"type": "grid", "values": {SPEED: ["2 km/s"]}}}
     begin(one, tmp_path / "sweep")
     more = one | {"vary": {"type": "grid", "values": {SPEED: ["2 km/s", "3 km/s"]}}}
     assert begin(more, tmp_path / "sweep").members() == SweepFolder(tmp_path / "sweep").members()
@@ -366,7 +366,7 @@ def test_a_sweep_of_other_cases_is_not_overwritten(tmp_path):
 
 def test_what_a_begun_sweep_does_not_have_is_told(tmp_path):
     begin(
-        {"case": "quickstart", "set": SMALL, "vary": {"type": "grid", "values": {SPEED: ["2 km/s"]}}}, tmp_path / "one"
+        {"case": "al_al_coarse", "set": SMALL, "vary": {"type": "grid", "values": {SPEED: ["2 km/s"]}}}, tmp_path / "one"
     )
     for only, said in (("3", "numbers go from 0 to 0"), ("3..1", "holds no number"), ("some", "neither failed")):
         with pytest.raises(CaseError, match=said):

@@ -40,7 +40,7 @@ def cluster():
 def begun(path, count):
     """The folder of a sweep of so many small cases."""
     vary = {"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "4 km/s", "count": count}}}
-    return begin({"case": "quickstart", "set": SETTINGS, "vary": vary}, path)
+    return begin({"case": "al_al_coarse", "set": SETTINGS, "vary": vary}, path)
 
 
 def events(folder):

@@ -71,6 +71,7 @@ class Output(StrictModel):
     compress: Literal["none", "gzip"] = Field(
         default="none", description="Compression of HDF5 snapshots: gzip takes about half of the room, and time"
     )
+    report: bool = Field(default=False, description="Whether to write the page `report.html` when the run ends")
     static_fields: Literal["each", "once"] = Field(
         default="each",
         description="Whether `each` HDF5 snapshot holds mass, body and material, or only the first one (`once`), "

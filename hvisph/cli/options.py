@@ -32,6 +32,7 @@ PictureOption = Annotated[
 ]
 JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON only, in SI units.")]
 ReportOption = Annotated[bool, typer.Option("--report", help="Write the run's report.html when it ends.")]
+AllOption = Annotated[bool, typer.Option("--all", help="Print all measures when the run ends.")]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print nothing but errors.")]
 OutOption = Annotated[
     Path | None, typer.Option("--out", metavar="DIR", help="Folder of the run; runs/NAME unless given.")

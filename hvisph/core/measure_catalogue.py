@@ -288,6 +288,18 @@ MAIN = ("perforated", "crater_diameter", "penetration", "residual_velocity", "fi
         "centre_pressure_peak")  # fmt: skip
 MOST_COLUMNS = 5
 
+# Measures that end a run, by the kind of its case; those of a layer are of the last one that was struck.
+HEADLINES = {
+    "bar": ("final_length", "length_ratio", "foot_diameter", "undeformed_length", "temperature_max"),
+    "plate impact": ("plateau_stress", "interface_velocity", "pull_back_velocity", "spall_strength",
+                     "centre_pressure_peak"),
+    "shell": ("inner_radius", "outer_radius"),
+    "perforation": ("projectile.residual_mass", "residual_velocity", "layer.hole_diameter", "layer.perforation_time",
+                    "cloud.cloud_half_angle", "momentum_transfer"),
+    "crater": ("layer.crater_depth", "layer.crater_outer_diameter", "layer.bulge_height", "layer.spall_mass",
+               "layer.impulse", "momentum_transfer"),
+}  # fmt: skip
+
 # What a run has conserved stands in tables beside its measures.
 DRIFTS = {
     "energy_drift": NumberFormat("energy drift", "energy drift", "%", 5),

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from hvisph.cli.guard import noted_interrupts
-from hvisph.cli.options import JsonOption, QuietOption, ReportOption, ThreadsOption
+from hvisph.cli.options import AllOption, JsonOption, QuietOption, ReportOption, ThreadsOption
 from hvisph.cli.text.run_report import conclude, kept, listener_for
 from hvisph.parallel.mpi_launch import is_first
 
@@ -24,6 +24,7 @@ def resume(
     ] = None,
     threads: ThreadsOption = None,
     report: ReportOption = False,
+    everything: AllOption = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -40,4 +41,4 @@ def resume(
             outcome = resume_run(folder, case, threads=threads, listener=listener)
     finally:
         listener.close()
-    conclude(outcome, case.units == "none", quiet, as_json, report)
+    conclude(outcome, case.units == "none", quiet, as_json, report or case.output.report, everything)

@@ -9,6 +9,7 @@ import typer
 from hvisph.cli.guard import noted_interrupts
 from hvisph.cli.loading import load, placed, run_folder
 from hvisph.cli.options import (
+    AllOption,
     CaseArgument,
     JsonOption,
     OutOption,
@@ -29,6 +30,7 @@ def run(
     threads: ThreadsOption = None,
     force: Annotated[bool, typer.Option("--force", help="Replace an earlier run in the folder.")] = False,
     report: ReportOption = False,
+    everything: AllOption = False,
     quiet: QuietOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -47,4 +49,4 @@ def run(
             outcome = run_case(loaded, folder, force=force, threads=threads, listener=listener)
     finally:
         listener.close()
-    conclude(outcome, loaded.units == "none", quiet, as_json, report)
+    conclude(outcome, loaded.units == "none", quiet, as_json, report or loaded.output.report, everything)

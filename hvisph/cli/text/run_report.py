@@ -38,7 +38,9 @@ def listener_for(case: Case, silent: bool) -> Silence:
     return Live(case)
 
 
-def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool, report: bool = False) -> None:
+def conclude(
+    outcome: Any, unitless: bool, quiet: bool, as_json: bool, report: bool = False, everything: bool = False
+) -> None:
     """Print how a run ended, with `report` after writing its page, and leave the command with its exit code."""
     if not is_first():  # of several processes one speaks
         raise typer.Exit(outcome.exit_code)
@@ -46,7 +48,7 @@ def conclude(outcome: Any, unitless: bool, quiet: bool, as_json: bool, report: b
     if as_json:
         echo_json(outcome.summary)
     elif not quiet:
-        show(_results(outcome.summary, outcome.folder, unitless))
+        show(_results(outcome.summary, outcome.folder, unitless, everything))
         if page is not None:
             say(f"Report: {page}")
     failure = outcome.summary["failure"]
@@ -81,44 +83,90 @@ def _page(folder: Path) -> Path | None:
 
 
 SHARES = {"failed": "failed", "above_melting": "above melting", "beyond_range": "beyond the range of its material",
-          "negative_energy": "below zero energy"}  # fmt: skip
+          "negative_energy": "with negative energy"}  # fmt: skip
+MOST_ROWS = 8  # measures that end a run
 
 
-def _state(summary: dict[str, Any], unitless: bool) -> list[str]:
-    """Return a line on shares of the mass that are not nothing, and one on the pressure beside its estimate."""
-    told = summary.get("shares") or {}
-    parts = [f"{format_share(told[name])} {word}" for name, word in SHARES.items() if told.get(name)]
-    lines = [f"of the mass: {', '.join(parts)}"] if parts else []
+def _health(summary: dict[str, Any]) -> str:
+    """Return drifts of conserved quantities and mass fractions in one line."""
+    drifts = [f"{name.replace('_', ' ')} {value:.1e}" for name, value in summary["conservation"].items()
+              if value is not None and name.endswith("drift")]  # fmt: skip
+    shares = summary.get("shares") or {}
+    parts = [f"{format_share(shares[name])} {word}" for name, word in SHARES.items() if shares.get(name)]
+    mass = f"; of the mass: {', '.join(parts)}" if parts else ""
+    return f"Health: {', '.join(drifts)}{mass}"
+
+
+def _headline(summary: dict[str, Any]) -> dict[str, Any]:
+    """Return the measures that matter for the kind of the case, those with an expected value first."""
+    from hvisph.core.measure_catalogue import HEADLINES
+
+    struck = [layer for layer in summary.get("layers") or [] if (layer["measures"]["impulse"]["value"] or 0.0) != 0.0]
+    decisive = struck[-1] if struck else None
+    sections = {"layer": decisive, "projectile": summary.get("projectile"), "cloud": summary.get("cloud")}
+    found: dict[str, Any] = dict(summary["measures"])
+    for section, content in sections.items():
+        for name, one in ((content or {}).get("measures") or {}).items():
+            found[f"{section}.{name}"] = one | {"note": (content or {}).get("body", section)}
+    known = {name for name, one in found.items() if one["value"] is not None}
+    kind = next((kind for kind in ("bar", "plate impact", "shell") if HEADLINES[kind][0] in known), "")
+    if not kind and decisive is not None:
+        kind = "perforation" if decisive["measures"]["perforated"]["value"] else "crater"
+    names = [entry["name"] for entry in summary["expected"] if entry["name"] in found]
+    names += [name for name in HEADLINES.get(kind, tuple(summary["measures"])) if name in known and name not in names]
+    return {name.rpartition(".")[2]: found[name] for name in names[: max(MOST_ROWS, len(summary["expected"]))]}
+
+
+def _unsettled(summary: dict[str, Any]) -> str:
+    """Return how many measures still change at the end; empty if none does."""
+    sections = [summary, *(summary.get("layers") or []), summary.get("projectile") or {}, summary.get("cloud") or {}]
+    values = [one for section in sections for one in (section.get("measures") or {}).values()
+              if one["value"] is not None]  # fmt: skip
+    changing = sum(one.get("settled") is False for one in values)
+    return f"{changing} of {len(values)} measures still change: run longer" if changing else ""
+
+
+def _results(summary: dict[str, Any], folder: Path, unitless: bool, everything: bool) -> str:
+    from .results_table import bodies_table, results_table
+
+    pace = summary["microseconds_per_particle_step"]
+    cost = f", {pace:.3f} us per particle-step" if pace is not None else ""
+    state = {"done": "Done", "failed": "Failed", "interrupted": "Interrupted"}[summary["status"]]
+    lines = ["", *([summary["answer"], ""] if summary["answer"] else [])]
+    if everything:
+        lines += _all_results(summary, unitless)
+    else:
+        expected = [entry | {"source": ""} for entry in summary["expected"]]
+        lines += [results_table(_headline(summary), expected, unitless), ""]
+        if not (summary.get("layers") or len(summary["bodies"]) > MOST_ROWS):
+            lines += [bodies_table(summary, unitless), ""]
+        lines += [_health(summary), *filter(None, [_unsettled(summary)])]
+    lines.append(
+        f"{state} after {summary['steps']} steps in {duration(summary['wall_seconds'])} "
+        f"on {summary['threads']} thread{'s' if summary['threads'] > 1 else ''}{cost}: {harmless(folder)}"
+    )
+    if not everything:
+        lines.append(f"All measures: hvisph measure {harmless(folder)}; a page: hvisph report {harmless(folder)}")
+    missed = [entry["name"] for entry in summary["expected"] if not entry["passed"]]
+    if missed:
+        lines.append(f"Not as expected: {', '.join(missed)}")
+    return "\n".join(lines)
+
+
+def _all_results(summary: dict[str, Any], unitless: bool) -> list[str]:
+    """Return all measures, sections, bodies and correlations as text."""
+    from hvisph.cli.commands.limits import correlations_text
+
+    from .results_table import bodies_table, conservation_rows, results_table, sections_table
+
+    lines = [results_table(summary["measures"], summary["expected"], unitless, conservation_rows(summary)), ""]
+    lines += [f"{text}\n" for text in (sections_table(summary, unitless), bodies_table(summary, unitless)) if text]
     pressures = summary.get("pressures") or {}
     if pressures.get("impedance_match") and pressures.get("highest"):
         scale, unit = (1.0, "") if unitless else (1e-9, " GPa")
         highest, estimate = (scale * pressures[name] for name in ("highest", "impedance_match"))
         lines.append(
-            f"highest pressure {highest:.3g}{unit}; {estimate:.3g}{unit} in a flat impact by impedance matching"
+            f"Highest pressure {highest:.3g}{unit}; {estimate:.3g}{unit} by impedance matching of a flat impact"
         )
-    return ["", *lines] if lines else []
-
-
-def _results(summary: dict[str, Any], folder: Path, unitless: bool) -> str:
-    from hvisph.cli.commands.limits import correlations_text
-
-    from .results_table import bodies_table, conservation_rows, results_table, sections_table
-
-    pace = summary["microseconds_per_particle_step"]
-    cost = f", {pace:.3f} us per particle-step" if pace is not None else ""
-    state = {"done": "Done", "failed": "Failed", "interrupted": "Interrupted"}[summary["status"]]
-    lines = [
-        "",
-        *([summary["answer"], ""] if summary["answer"] else []),
-        results_table(summary["measures"], summary["expected"], unitless, conservation_rows(summary)),
-        *_state(summary, unitless),
-        *([f"\n{text}" for text in (sections_table(summary, unitless), bodies_table(summary, unitless)) if text]),
-        *(["", correlations_text(summary["correlations"])] if summary.get("correlations") else []),
-        "",
-        f"{state} after {summary['steps']} steps in {duration(summary['wall_seconds'])} "
-        f"on {summary['threads']} thread{'s' if summary['threads'] > 1 else ''}{cost}: {harmless(folder)}",
-    ]
-    missed = [entry["name"] for entry in summary["expected"] if not entry["passed"]]
-    if missed:
-        lines.append(f"Not as expected: {', '.join(missed)}")
-    return "\n".join(lines)
+    lines.append(_health(summary))
+    return [*lines, *(["", correlations_text(summary["correlations"])] if summary.get("correlations") else []), ""]

@@ -15,7 +15,7 @@ from .formatting import duration, quantity
 if TYPE_CHECKING:
     from hvisph.case.case import Case
 
-EVERY_SHARE = 0.1  # of the simulated time
+EVERY_SHARE = 0.2  # of the simulated time
 EVERY_SECONDS = 60.0
 
 
