@@ -41,7 +41,7 @@ lists = (np.arange(n + 1, dtype=np.uint64) * 8, random.integers(0, n, 8 * n).ast
          np.arange(8 * n, dtype=np.uint32), random.random((8 * n, 4)))
 options = {"MIXED": 1, "HOURGLASS": 1, "PRINTED": 0, "COUPLED": 0, "AXISYMMETRIC": 0, "BY_PAIRS": 0, "slope": CUBIC_SPLINE.slope,
            "scale": specialise(scale, DIM=2, NORM=CUBIC_SPLINE.norm(2)), "DIM": 2, "WIDTH": width, "WEIGHTS": 3}
-loop = each(bind(reference.accumulate, {}, options | layout.slots() | rates.slots(2)))
+loop = particle_loop(bind(reference.accumulate, {}, options | layout.slots() | rates.slots(2)))
 found = np.zeros((n, rates.width(2)))
 with report_compilation(heard.append):
     loop(n, random.random((n + 1, layout.width)), np.ones(n, np.uint8), 1, random.random(n), lists,
