@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def impact_of(case: Case) -> tuple[Impact | None, str]:
     """Return the impact of a case, and where it is none that correlations know, the reason."""
     if not (case.dim == 3 or KINEMATICS[case.kinematics].revolved) or case.units != "si":
-        return None, "correlations are for spheres on plates in 3D or as rings, in SI units"
+        return None, "correlations are for spheres on plates in 3D or axisymmetric, in SI units"
     names = list(case.bodies)
     shots = [name for name in names if case.bodies[name].shape.type == "sphere" and any(case.bodies[name].velocity)]
     if len(shots) != 1:
