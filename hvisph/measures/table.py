@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from hvisph.core.measure_catalogue import PER_DEPTH, NumberFormat, format_of
+from hvisph.core.measure_catalogue import HEADLINES, PER_DEPTH, NumberFormat, format_of
 
 from .result import Result
 
@@ -14,6 +14,7 @@ from .result import Result
 UNSIZED = ("", "%", "deg")
 LEAST = 1e-6
 KILO = 1e4  # [J]; kinetic energies of bodies from here on are shown in kJ
+MOST_HEADLINES = 8  # measures that end a run
 _TIME = NumberFormat("time", "t", "us", 2)
 
 
@@ -95,6 +96,24 @@ def body_rows(plain: Mapping[str, Any], unitless: bool = False) -> list[tuple[st
         table.append((name, quantity(body["mass"], "g"), f"{velocity}{'' if unitless else ' m/s'}",
                       quantity(energy, "kJ" if energy >= KILO else "J")))  # fmt: skip
     return table
+
+
+def headline(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the measures that matter for the kind of the case, those with an expected value first."""
+    struck = [layer for layer in summary.get("layers") or [] if (layer["measures"]["impulse"]["value"] or 0.0) != 0.0]
+    decisive = struck[-1] if struck else None
+    sections = {"layer": decisive, "projectile": summary.get("projectile"), "cloud": summary.get("cloud")}
+    found: dict[str, Any] = dict(summary["measures"])
+    for section, content in sections.items():
+        for name, one in ((content or {}).get("measures") or {}).items():
+            found[f"{section}.{name}"] = one | {"note": (content or {}).get("body", section)}
+    known = {name for name, one in found.items() if one["value"] is not None}
+    kind = next((kind for kind in ("bar", "plate impact", "shell") if HEADLINES[kind][0] in known), "")
+    if not kind and decisive is not None:
+        kind = "perforation" if decisive["measures"]["perforated"]["value"] else "crater"
+    names = [entry["name"] for entry in summary["expected"] if entry["name"] in found]
+    names += [name for name in HEADLINES.get(kind, tuple(summary["measures"])) if name in known and name not in names]
+    return {name.rpartition(".")[2]: found[name] for name in names[: max(MOST_HEADLINES, len(summary["expected"]))]}
 
 
 def _format_measure(name: str, value: float | None, spread: float | None, display: NumberFormat) -> str:

@@ -14,6 +14,7 @@ from hvisph.cli.guard import FAILED
 from hvisph.core.errors import HvisphError
 from hvisph.core.measure_catalogue import format_share
 from hvisph.core.text import harmless
+from hvisph.measures.table import headline
 from hvisph.parallel.mpi_launch import is_first
 
 from .echo import say, show
@@ -84,7 +85,7 @@ def _page(folder: Path) -> Path | None:
 
 SHARES = {"failed": "failed", "above_melting": "above melting", "beyond_range": "beyond the range of its material",
           "negative_energy": "with negative energy"}  # fmt: skip
-MOST_ROWS = 8  # measures that end a run
+MOST_BODIES = 8  # in the table of bodies
 
 
 def _health(summary: dict[str, Any]) -> str:
@@ -95,26 +96,6 @@ def _health(summary: dict[str, Any]) -> str:
     parts = [f"{format_share(shares[name])} {word}" for name, word in SHARES.items() if shares.get(name)]
     mass = f"; of the mass: {', '.join(parts)}" if parts else ""
     return f"Health: {', '.join(drifts)}{mass}"
-
-
-def _headline(summary: dict[str, Any]) -> dict[str, Any]:
-    """Return the measures that matter for the kind of the case, those with an expected value first."""
-    from hvisph.core.measure_catalogue import HEADLINES
-
-    struck = [layer for layer in summary.get("layers") or [] if (layer["measures"]["impulse"]["value"] or 0.0) != 0.0]
-    decisive = struck[-1] if struck else None
-    sections = {"layer": decisive, "projectile": summary.get("projectile"), "cloud": summary.get("cloud")}
-    found: dict[str, Any] = dict(summary["measures"])
-    for section, content in sections.items():
-        for name, one in ((content or {}).get("measures") or {}).items():
-            found[f"{section}.{name}"] = one | {"note": (content or {}).get("body", section)}
-    known = {name for name, one in found.items() if one["value"] is not None}
-    kind = next((kind for kind in ("bar", "plate impact", "shell") if HEADLINES[kind][0] in known), "")
-    if not kind and decisive is not None:
-        kind = "perforation" if decisive["measures"]["perforated"]["value"] else "crater"
-    names = [entry["name"] for entry in summary["expected"] if entry["name"] in found]
-    names += [name for name in HEADLINES.get(kind, tuple(summary["measures"])) if name in known and name not in names]
-    return {name.rpartition(".")[2]: found[name] for name in names[: max(MOST_ROWS, len(summary["expected"]))]}
 
 
 def _unsettled(summary: dict[str, Any]) -> str:
@@ -137,8 +118,8 @@ def _results(summary: dict[str, Any], folder: Path, unitless: bool, everything: 
         lines += _all_results(summary, unitless)
     else:
         expected = [entry | {"source": ""} for entry in summary["expected"]]
-        lines += [results_table(_headline(summary), expected, unitless), ""]
-        if not (summary.get("layers") or len(summary["bodies"]) > MOST_ROWS):
+        lines += [results_table(headline(summary), expected, unitless), ""]
+        if not (summary.get("layers") or len(summary["bodies"]) > MOST_BODIES):
             lines += [bodies_table(summary, unitless), ""]
         lines += [_health(summary), *filter(None, [_unsettled(summary)])]
     lines.append(

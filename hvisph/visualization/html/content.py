@@ -16,7 +16,7 @@ from hvisph.core.measure_catalogue import format_share, format_time
 from hvisph.measures.frame.measurement_frame import Scene
 from hvisph.measures.measure import debris, measure
 from hvisph.measures.result import Result
-from hvisph.measures.table import Row, body_rows, rows
+from hvisph.measures.table import Row, body_rows, headline, rows
 from hvisph.output import file_names
 from hvisph.output.reader import read_history, read_snapshot, read_summary, snapshots_in
 from hvisph.output.snapshot import Snapshot
@@ -78,7 +78,7 @@ class Told:
             "name": self.name,
             "verdict": verdict,
             "mood": mood,
-            "main_rows": [asdict(row) for row in shown[:12]],
+            "main_rows": [asdict(row) for row in self._headline() or shown[:8]],
             "layers": self._layers(),
             "all_rows": [asdict(row) for row in self._rows(variants=True)],
             "bodies": body_rows(self.summary, self.unitless),
@@ -97,6 +97,13 @@ class Told:
             "reproduce": setup_section.reproduce(self),
             "files": setup_section.files(self),
         }
+
+    def _headline(self) -> list[Row]:
+        """Return the rows of the measures that matter for the kind of the case."""
+        if "measures" not in self.summary:
+            return []
+        found = {name: Result.from_dict(one) for name, one in headline(self.summary).items()}
+        return rows(found, self.summary.get("expected", ()), self.unitless)
 
     def frames(self) -> Frames:
         """Return the moments for the player."""
