@@ -79,10 +79,10 @@ def test_the_end_is_reached_once(tmp_path):
 def test_the_clock_cuts_the_last_step_alone():
     clock, step, taken = Clock(1.0, 0.0301), None, []
     seen = []
-    while not clock.done:
+    while not clock.is_finished:
         step = clock.choose(0.07, "signal", step)
         under_way = clock.last(step) or step
-        seen += clock.passed(under_way)
+        seen += clock.output_times(under_way)
         taken.append(under_way.length)
         if clock.complete(under_way):
             seen.append(clock.time)

@@ -244,7 +244,7 @@ def test_the_live_display_shows_what_it_must():
     live = Live(SimpleNamespace(title="An impact", units="si"), Console(file=screen, width=80, color_system=None))
     live.opening()
     live.compiling("sweep_0123")
-    live.started(Path("runs/x"), 1234, 8e-6)
+    live.start(Path("runs/x"), 1234, 8e-6)
     live.progress(PROGRESS)
     live.close()
     assert "An impact" in screen.getvalue()

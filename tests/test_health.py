@@ -100,7 +100,7 @@ def test_a_negative_energy_is_said_once():
             sums = np.zeros(13)
             signals = np.ones(1)
 
-        class share:  # noqa: N801
+        class subdomain:  # noqa: N801
             most = staticmethod(np.atleast_1d)  # of one process: its own
 
     Setup.stepper.sums[0] = 100.0

@@ -17,10 +17,10 @@ STEP = 6e-9  # the same for all, so that the same steps are compared
 
 
 class Quiet:
-    def started(self, *_):
+    def start(self, *_):
         pass
 
-    progress = message = finished = compiling = started
+    progress = message = finish = compiling = start
 
 
 def impact(formulation, change=None, steps=60):

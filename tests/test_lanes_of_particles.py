@@ -164,7 +164,7 @@ MATERIALS = {
 
 
 def _respond(data, i, out, table, models, m):
-    s, plastic_strain, damage, p, c, memory = recall(
+    s, plastic_strain, damage, p, c, memory = update_stress(
         table, models, m, data[i, 0], data[i, 1], data[i, 2], own_symmetric(data, i, 3, 3), data[i, 9], data[i, 10],
         (data[i, 11], data[i, 12], data[i, 13], data[i, 14], data[i, 15]), own_gradient(data, i, 16, 3))  # fmt: skip
     put(out, i, 0, s)
@@ -185,7 +185,7 @@ def _respond_singly(data, near, out, table, models, m):
 @pytest.fixture(scope="module")
 def loops():
     """Return the stress update of all models over rows, one at a time and lanes at a time."""
-    one = specialise(_respond, recall=stress_update.recall)
+    one = specialise(_respond, update_stress=stress_update.update_stress)
     return [specialise(loop, parallel=False, respond=one) for loop in (_respond_singly, _respond_together)]
 
 
@@ -210,7 +210,7 @@ def test_the_stress_update_of_every_kind_of_model(loops, material):
         made.append(out)
     assert np.array_equal(made[0], made[1], equal_nan=True)
     assert np.isfinite(made[0][:, :10]).all()
-    row = python_twin(stress_update.recall)
+    row = python_twin(stress_update.update_stress)
     for k in (3, 20, 33):
         d = data[k].tolist()
         s, *others, memory = row(

@@ -8,7 +8,7 @@ from test_materials_response import DAMAGES, GAS, JC, LATER_DAMAGES, LATER_STREN
 from hvisph.compiler.jit import python_twin
 from hvisph.materials import stress_update, thermodynamics, traction_limits
 from hvisph.materials.eos import IdealGas
-from hvisph.materials.material_table import Material, fitted, pack
+from hvisph.materials.material_table import Material, bind_models, pack
 from hvisph.materials.porosity import Porosity
 
 PORES = Porosity(1.3, 1e8, 1e9)
@@ -33,16 +33,16 @@ def compare(made, packed_with):
     """Compare the functions fitted to `packed_with` with the general ones, for the first of it."""
     table, models = pack([made, *packed_with])
     answers = []
-    for name in ("recall", "flow_stress", "remembered_state", "shear_modulus", "bearable_tension"):
+    for name in ("update_stress", "flow_stress", "remembered_state", "shear_modulus", "bearable_tension"):
         general = (
             getattr(stress_update, name, None) or getattr(thermodynamics, name, None) or getattr(traction_limits, name)
         )
-        answers.append((name, python_twin(general), python_twin(fitted(general, table, models))))
+        answers.append((name, python_twin(general), python_twin(bind_models(general, table, models))))
     for rho, e, s, strain, damage, generator in states(40):
         l = tuple(1e5 * generator.standard_normal(9))
         memory = (1.2, 1e-4, 2.0, 1.0, 1e3)
         arguments = {
-            "recall": (1e-8, rho, e, s, strain, damage, memory, l),
+            "update_stress": (1e-8, rho, e, s, strain, damage, memory, l),
             "flow_stress": (rho, e, 1e9, strain, damage, 1e4),
             "remembered_state": (rho, e, damage, 1.2),
             "shear_modulus": (rho, e, 1e9),
@@ -73,8 +73,10 @@ def test_a_loop_holds_rare_models_where_a_material_has_one():
     for model in (*MODELS, *LATER_STRENGTHS, *LATER_DAMAGES):
         made = material(model) if model in LATER_STRENGTHS else material(JC, model)
         made = material(JC, eos=model) if model in MODELS else made
-        common = fitted(stress_update.recall, *pack([made])) is fitted(stress_update.recall, *pack(METALS))
+        common = bind_models(stress_update.update_stress, *pack([made])) is bind_models(
+            stress_update.update_stress, *pack(METALS)
+        )
         assert common == (model in MODELS and model.tag <= IdealGas.tag), model
     rare = [material(one, eos=ALUMINIUM) for one in LATER_STRENGTHS]
     porous = Material("foam", RHO0, GAS, JC, LATER_DAMAGES[0], PORES)
-    assert fitted(stress_update.recall, *pack([porous, *rare])) is stress_update.recall
+    assert bind_models(stress_update.update_stress, *pack([porous, *rare])) is stress_update.update_stress

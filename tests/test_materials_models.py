@@ -218,7 +218,7 @@ def brittle_strength(rate):
     k, g, rho, volume = 26.7e9, 22.7e9, 2700.0, 1e-6
     young, speed = 9 * k * g / (3 * k + g), 0.4 * np.sqrt((k + 4 * g / 3) / rho)
     row = Material("basalt", rho, EOS, ElasticStrength(g), GradyKipp(4e35, 9.0, 0, speed, young, volume)).row().tolist()
-    grown, least = python_twin(grady_kipp.grown), (1.0 / (4e35 * volume)) ** (1.0 / 9.0)
+    grown, least = python_twin(grady_kipp.grow_damage), (1.0 / (4e35 * volume)) ** (1.0 / 9.0)
     end = 1.3 * (12.0**3 / (27.0 * 4.0 * np.pi / 3.0 * 4e35 * speed**3 * rate**9)) ** (1.0 / 12.0)
     damage, greatest, dt = 0.0, 0.0, end / 2000
     for step in range(1, 2001):
@@ -246,7 +246,10 @@ def test_cracks_of_single_flaws_add_up_to_grady_and_kipps_damage(rate, half, gre
     k, g, rho, m = 26.7e9, 22.7e9, 2700.0, 9
     young, speed = 9 * k * g / (3 * k + g), 0.4 * np.sqrt((k + 4 * g / 3) / rho)
     one = GradyKipp(1e-30, 9.0, 0, speed, young, 1.0)  # one flaw alone in a large particle
-    row, grown = Material("basalt", rho, EOS, ElasticStrength(g), one).row().tolist(), python_twin(grady_kipp.grown)
+    row, grown = (
+        Material("basalt", rho, EOS, ElasticStrength(g), one).row().tolist(),
+        python_twin(grady_kipp.grow_damage),
+    )
 
     def damage(t):
         """4e35 flaws (strain)^9 in a cubic metre, by Gauss: the sum is a polynomial of the times they began at."""
@@ -264,7 +267,7 @@ def test_damage_of_one_particle_grows_as_its_cracks_do():
     """Cracks at c_g from one flaw: D^(1/3) = c_g t/R, all of it at R/c_g."""
     model = GradyKipp(4e35, 9.0, 0, 1837.3357, 50e9, 1e-9)
     row = Material("basalt", 2700.0, EOS, ElasticStrength(22.7e9), model).row().tolist()
-    grown, whole = python_twin(grady_kipp.grown), model.radius / 1837.3357
+    grown, whole = python_twin(grady_kipp.grow_damage), model.radius / 1837.3357
     damage = 0.0
     for _ in range(500):
         damage = grown(damage, 1.05e-3, 0.5 * whole / 500, 1e-3, 1.0, 1.0, row)
@@ -276,7 +279,7 @@ def test_damage_of_one_particle_grows_as_its_cracks_do():
 
 def recalled(material, rho, e=0.0, damage=0.0, memory=stress_update.NOTHING, dt=0.0, s=(0.0,) * 6, l=(0.0,) * 9):
     table, models = pack([material])
-    return python_twin(stress_update.recall)(table, models, 0, dt, rho, e, s, 0.0, damage, memory, l)
+    return python_twin(stress_update.update_stress)(table, models, 0, dt, rho, e, s, 0.0, damage, memory, l)
 
 
 def test_cut_off_with_memory_spalls_and_without_heals():

@@ -354,7 +354,7 @@ def test_inverted_particle_stops_with_its_place():
     ((time, name, particle),) = setup.stepper.limits()
     assert (time, name) == (0.0, "inverted")
     with pytest.raises(Failure, match="J <= 0") as caught:
-        watch.check_step(setup.share.reduce_limit(Limit(time, name, particle), 0, False), 1e-6, 7)
+        watch.check_step(setup.subdomain.reduce_limit(Limit(time, name, particle), 0, False), 1e-6, 7)
     assert caught.value.particle == setup.particles.id[particle]
     assert len(caught.value.position) == 2
 

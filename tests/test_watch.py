@@ -36,10 +36,10 @@ def spoiled(case, folder, spoil, at_step=9, capacity=None):
 
 
 class Quiet:
-    def started(self, *_):
+    def start(self, *_):
         pass
 
-    progress = message = finished = compiling = started
+    progress = message = finish = compiling = start
 
 
 def spoil_with(name, value, number=17):

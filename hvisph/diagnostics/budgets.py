@@ -68,7 +68,7 @@ class Budget:
         self._has_energy, self._stepper = setup.stepper.has_energy, setup.stepper
         self.momentum = sums[column.MOMENTUM : column.MOMENTUM + 3].copy()
         speed = np.sqrt((particles["velocity"] ** 2).sum(axis=1))
-        share = setup.share
+        share = setup.subdomain
         self.size = share.exact_sum(particles["mass"] * speed)
         self.slip_work = self.plastic_work = self.shock_heating = 0.0
         self.impulse = np.zeros(3)
@@ -99,7 +99,7 @@ class Budget:
 
     def highest(self) -> float:
         """Return the highest pressure of any particle of all processes so far [Pa]."""
-        self.highest_pressure = float(self._setup.share.get_maxima(self.highest_pressure)[0])
+        self.highest_pressure = float(self._setup.subdomain.get_maxima(self.highest_pressure)[0])
         return self.highest_pressure
 
     def energies(self, sums: np.ndarray) -> dict[str, float | None]:
@@ -157,7 +157,7 @@ def angular_momentum(setup: Setup) -> np.ndarray:
     parts = np.zeros((2, columns), np.int64)
     for first in range(0, particles.count, AT_ONCE):
         parts += encode_terms(turning(particles, slice(first, first + AT_ONCE)), unit)
-    return decode_sum(setup.share.total(parts), unit)
+    return decode_sum(setup.subdomain.total(parts), unit)
 
 
 def turning(particles: Particles, some: slice = slice(None)) -> np.ndarray:
@@ -199,9 +199,9 @@ class Observer:
 
     def record(self, step: int, time: float, dt: float, criterion: str, particle: int, budget: Budget) -> list[Any]:
         """Return the record of a step."""
-        sums, share = self._setup.stepper.sums, self._setup.share
+        sums, share = self._setup.stepper.sums, self._setup.subdomain
         centre, axis = self._watched[CENTRE_COLUMN], self._watched[AXIS_COLUMN]
-        pressures = share.at(np.concatenate([centre, axis]), self._setup.stepper.pressures)
+        pressures = share.gather_values(np.concatenate([centre, axis]), self._setup.stepper.pressures)
         drift = budget.energy_drift(sums)
         return [
             step, time, dt, criterion, particle, float(sums[column.KINETIC]), float(sums[column.INTERNAL]),

@@ -89,23 +89,23 @@ def _look(seen: _Seen, limits: Holds, now: Snapshot, fields: Mapping[str, np.nda
 
 
 def _messages(seen: _Seen, limits: Holds, plain: bool) -> Iterator[str]:
-    def shown(value: float) -> str:
+    def format_stress(value: float) -> str:
         return f"{value:.3g}" if plain else f"{1e-9 * value:.3g} GPa"
 
-    def at(time: float) -> str:
+    def format_moment(time: float) -> str:
         return f"{time:.3g}" if plain else format_time(time, ".3g")
 
     if seen.first is not None:
-        most = "" if seen.at == seen.first else f", first at {at(seen.first)}"
+        most = "" if seen.at == seen.first else f", first at {format_moment(seen.first)}"
         yield (
-            f"{format_share(seen.share)} of its mass has left the range of its material at {at(seen.at)}"
+            f"{format_share(seen.share)} of its mass has left the range of its material at {format_moment(seen.at)}"
             f"{most} ({limits.words}): what it does from there on is no statement of the model"
         )
     if limits.tension is not None and seen.torn > LEFT:
         unit, factor = ("", 1.0) if plain else axis_unit("mm", seen.place)
         place = ", ".join(f"{factor * value:.3g}" for value in seen.place)
         yield (
-            f"its material bears tension of up to {shown(seen.tension)}, which none of its models limits, at "
-            f"({place}){unit and f' {unit}'} and {at(seen.time)} (of the snapshots); such a material "
-            f"spalls below {shown(limits.tension)}"
+            f"its material bears tension of up to {format_stress(seen.tension)}, which none of its models limits, at "
+            f"({place}){unit and f' {unit}'} and {format_moment(seen.time)} (of the snapshots); such a material "
+            f"spalls below {format_stress(limits.tension)}"
         )

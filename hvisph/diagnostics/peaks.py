@@ -25,7 +25,7 @@ class Followed:
 
     def __init__(self, setup: Setup, rows: np.ndarray):
         self.rows = rows
-        setup.share.follow(lambda: self.rows, self._replace)
+        setup.subdomain.follow(lambda: self.rows, self._replace)
 
     def permute(self, order: np.ndarray) -> None:
         """Follow the particles into a new order."""

@@ -10,7 +10,7 @@ import numpy as np
 from hvisph.core.errors import RunError
 from hvisph.core.particles import MATERIAL
 from hvisph.integrators import sums as column
-from hvisph.parallel.collectives import Seen, Whole
+from hvisph.parallel.collectives import GlobalLimit, ParticleReport
 from hvisph.setup.build import Setup
 
 # Steps between two looks at all densities.
@@ -73,7 +73,7 @@ class Watch:
     def __init__(self, setup: Setup, limits: Any):
         self._setup, self._limits = setup, limits
         fastest = float(setup.stepper.sums[column.FASTEST])
-        signal = float(setup.share.get_maxima(setup.stepper.signals.max(initial=0.0))[0])
+        signal = float(setup.subdomain.get_maxima(setup.stepper.signals.max(initial=0.0))[0])
         scale = fastest if fastest > 0.0 else signal
         self.speed_limit = np.inf if limits.speed_over_initial is None else limits.speed_over_initial * scale
         self.first: float | None = None
@@ -81,21 +81,21 @@ class Watch:
         self._floor = min(0.0, float(setup.stepper.sums[column.INTERNAL]))
         self._warned = False
 
-    def check_step(self, limit: Whole, time: float, step: int) -> None:
+    def check_step(self, limit: GlobalLimit, time: float, step: int) -> None:
         """Judge what limits the next step: rates that are not finite, a step that has collapsed."""
         if limit.criterion == "not_finite":
             raise self._failure(
-                "not_finite", self._setup.share.look_up(limit.number), time, step, "a rate is not finite"
+                "not_finite", self._setup.subdomain.look_up(limit.number), time, step, "a rate is not finite"
             )
         if limit.criterion == "inverted":
             raise self._failure(
-                "inverted", self._setup.share.look_up(limit.number), time, step,
+                "inverted", self._setup.subdomain.look_up(limit.number), time, step,
                 "a deformation gradient is inverted (J <= 0): the distortion is more than Total Lagrangian kernels "
                 "bear; let particles turn Eulerian (formulation adaptive)",
             )  # fmt: skip
         if limit.criterion == "passed_through":
             raise self._failure(
-                "passed_through", self._setup.share.look_up(limit.number), time, step,
+                "passed_through", self._setup.subdomain.look_up(limit.number), time, step,
                 "bodies pass through each other: particles from within one stand in the midst of another, because "
                 "the impact outgrows the contact; give formulation.contact more stiffness, or take riemann",
             )  # fmt: skip
@@ -104,7 +104,7 @@ class Watch:
         smallest = self._limits.step_over_initial
         if limit.dt < smallest * self.first:
             raise self._failure(
-                "step_collapse", self._setup.share.look_up(limit.number), time, step,
+                "step_collapse", self._setup.subdomain.look_up(limit.number), time, step,
                 f"the time step fell to {limit.dt:.3g} s, below {smallest:g} of the first, by the criterion "
                 f"'{limit.criterion}'",
             )  # fmt: skip
@@ -118,7 +118,7 @@ class Watch:
                 raise self._failure("not_finite", bad, time, step, "a value of the state is not finite")
         if not sums[column.FASTEST] <= self.speed_limit:
             speed = np.sqrt((self._setup.particles["velocity"] ** 2).sum(axis=1))
-            worst = self._setup.share.worst(speed)
+            worst = self._setup.subdomain.worst(speed)
             assert worst is not None
             raise self._failure(
                 "runaway", worst, time, step,
@@ -130,7 +130,7 @@ class Watch:
         missing, allowed = self._missing_energy(), self._limits.negative_energy
         if allowed is not None and missing > allowed:
             particles = self._setup.particles
-            coldest = self._setup.share.worst(-particles["mass"] * particles["internal_energy"])
+            coldest = self._setup.subdomain.worst(-particles["mass"] * particles["internal_energy"])
             raise self._failure(
                 "negative_energy", coldest, time, step,
                 f"the internal energy of the whole is below zero by {100.0 * missing:.3g} % of that at the start, "
@@ -139,7 +139,7 @@ class Watch:
         most = self._limits.energy_drift
         if most is not None and drift is not None and not abs(drift) <= most:
             stepper = self._setup.stepper
-            hottest = self._setup.share.worst(np.abs(stepper.rates[stepper.place, self._power]))
+            hottest = self._setup.subdomain.worst(np.abs(stepper.rates[stepper.place, self._power]))
             raise self._failure(
                 "energy_drift", hottest, time, step,
                 f"total energy has changed by {100.0 * drift:+.3g} % since the start, more than "
@@ -170,7 +170,7 @@ class Watch:
 
     def _check_density(self, time: float, step: int) -> None:
         particles, limits = self._setup.particles, self._setup.density_limits
-        density, share = particles["density"], self._setup.share
+        density, share = particles["density"], self._setup.subdomain
         highest, lowest = density.max(initial=0.0), density.min(initial=np.inf)
         fine = lowest > 0.0 and highest < limits.min()
         if not share.get_maxima(float(not fine))[0]:
@@ -179,7 +179,7 @@ class Watch:
         outside = ~((density > 0.0) & (density < most))
         worst, count = self._first_of(outside), int(share.total(np.array([outside.sum()]))[0])
         if worst:
-            material = int(share.at(np.array([worst.number]), particles.tags)[0, MATERIAL])
+            material = int(share.gather_values(np.array([worst.number]), particles.tags)[0, MATERIAL])
             raise self._failure(
                 "density", worst, time, step,
                 f"a density of {worst.density:.4g} kg/m^3 is outside the range of the equation of state of '"
@@ -188,9 +188,9 @@ class Watch:
                 "without this limit)",
             )  # fmt: skip
 
-    def _first_of(self, chosen: Any) -> Seen | None:
+    def _first_of(self, chosen: Any) -> ParticleReport | None:
         """Return of the `chosen` particles (n,), bool, of all processes that of the smallest number."""
-        return self._setup.share.worst(np.where(chosen, 1.0, -np.inf))
+        return self._setup.subdomain.worst(np.where(chosen, 1.0, -np.inf))
 
     def describe_collapse(self, error: RunError, time: float, step: int) -> Failure:
         """Return the failure of an evaluation that found too many neighbours, at the most crowded place."""
@@ -203,10 +203,10 @@ class Watch:
         cells = np.floor(position / edge).astype(np.int64)
         _, member, crowd = np.unique(cells, axis=0, return_inverse=True, return_counts=True)
         return self._failure(
-            "collapse", self._setup.share.worst(crowd[member.ravel()].astype(float)), time, step, str(error)
+            "collapse", self._setup.subdomain.worst(crowd[member.ravel()].astype(float)), time, step, str(error)
         )
 
-    def _failure(self, criterion: str, seen: Seen | None, time: float, step: int, what: str) -> Failure:
+    def _failure(self, criterion: str, seen: ParticleReport | None, time: float, step: int, what: str) -> Failure:
         assert seen is not None  # there are particles
         body = self._setup.bodies[seen.body]
         place = ", ".join(f"{x:.6g}" for x in seen.position)
@@ -217,7 +217,7 @@ class Watch:
         return Failure(criterion, message, seen.number, body, seen.position, time, step)
 
 
-def _likely_cause(seen: Seen, bears_any_tension: bool) -> str:
+def _likely_cause(seen: ParticleReport, bears_any_tension: bool) -> str:
     density, energy = seen.density, seen.energy
     if not np.isfinite(density) or not np.isfinite(energy):
         return "its state is not finite: the step is too long for what happens there; try a smaller time.cfl"

@@ -124,7 +124,7 @@ def _holds(body: Any, unitless: bool) -> Holds:
     limited = [getattr(damage, key, None) for key in ("spall_strength", "pressure_cutoff")]
     knows_none = damage.type in ("none", "johnson_cook", "cockcroft_latham") and limited == [None, None]
     bears = holds.tension if knows_none else None
-    return Holds(partial(outside_range, material), holds.said(unitless), bears)
+    return Holds(partial(outside_range, material), holds.describe(unitless), bears)
 
 
 def _correlations(case: Case) -> list[dict[str, Any]]:

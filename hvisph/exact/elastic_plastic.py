@@ -101,15 +101,15 @@ class SolidLaw:
         deviator, change = self._deviator(state, volume), 0.5 * (state.volume - volume)
         residue = self._residue(state)
 
-        def given(stress: float) -> float:
+        def residual(stress: float) -> float:
             return self.pressure(1.0 / volume, state.energy + change * (state.stress + stress)) - deviator - residue
 
         # Energy and stress behind depend on one another; linear equations of state close at once.
         first = state.stress
-        second = given(first)
+        second = residual(first)
         for _ in range(50):
-            slope = (given(second) - given(first)) / (second - first) if second != first else 0.0
-            first, second = second, second + (given(second) - second) / (1.0 - slope)
+            slope = (residual(second) - residual(first)) / (second - first) if second != first else 0.0
+            first, second = second, second + (residual(second) - second) / (1.0 - slope)
             if abs(second - first) <= 1e-15 * abs(second):
                 break
         return self._wave(state, volume, second, deviator, direction)

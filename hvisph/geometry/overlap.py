@@ -59,7 +59,7 @@ class Standing:
     surface: Shape | None = None
 
     @property
-    def even(self) -> bool:
+    def uniform(self) -> bool:
         """Whether its spacing is the same everywhere."""
         return self.spacing[1] <= self.spacing[0] * (1 + 1e-9)
 
@@ -108,7 +108,7 @@ def overlaps(bodies: Sequence[Standing]) -> list[Overlap]:
 def _overlap(one: Standing, other: Standing) -> tuple[np.ndarray, float] | None:
     """Return where two bodies stand in each other, and how deep."""
     dx = min(one.spacing[0], other.spacing[0])
-    if one.even and other.even and _boxes_are_separate(one.bounds(), other.bounds(), 1e-6 * dx):
+    if one.uniform and other.uniform and _boxes_are_separate(one.bounds(), other.bounds(), 1e-6 * dx):
         return None
     if one.surface is not None and other.surface is not None:
         shapes_apart = _boxes_are_separate(one.surface.bounds(), other.surface.bounds(), SLACK * dx)

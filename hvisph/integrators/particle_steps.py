@@ -152,7 +152,7 @@ def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
     if SPARSEST:  # which keeps a lone ring from thinning, and does not press it as it nears the axis
         rho = max(rho, min(least, now.rho) if AXISYMMETRIC else least)
     h = min(max(now.h * growth_factor(dt * swelling / DIM), h_low), h_high) if VARIABLE_H else now.h
-    s, plastic_strain, damage, p, c, memory = recall(
+    s, plastic_strain, damage, p, c, memory = update_stress(
         table, models, m, dt, rho, now.e, now.s, now.plastic_strain, now.damage, now.memory, full)  # fmt: skip
     kept = memory if REMEMBERS else NOTHING
     return State(now.x, now.u, rho, now.e, h, s, plastic_strain, damage, kept), p, c, full, thicker

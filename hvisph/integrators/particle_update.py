@@ -143,7 +143,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
             thickness * bearable_shear(
                 table, models, m, ahead.rho, ahead.e, p, ahead.s, ahead.plastic_strain,
                 ahead.plastic_strain > now.plastic_strain, ahead.damage, l),
-            failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
+            has_failed(table, models, m, ahead.damage), orderly(models, m, ahead.plastic_strain),
             1.0 if h_low < ahead.h < h_high else 0.0, density_at_rest(table, m)))  # fmt: skip
     if SWITCH:
         share = state[s, S_VISCOSITY_FACTOR] if SWITCH == MORRIS_MONAGHAN else 1.0

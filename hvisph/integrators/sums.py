@@ -58,7 +58,7 @@ class Sums:
         self._sound_speed, self._h, self._chunk = sound_speed, h, chunk
         self.over, self.exact = lambda wholes, extremes: (wholes, extremes), exact_sum
         self.begin(particles)
-        self.hold(particles.count)
+        self.resize(particles.count)
 
     def begin(self, particles: Particles) -> None:
         """Set the units by the state at the start, mass and energy of the whole."""
@@ -74,7 +74,7 @@ class Sums:
         self.units[SLIPPING] = power_unit
         self._rounders = tuple(float(rounding_constant(self.units[k])) for k in (KINETIC, MOMENTUM, SUPPORT, SLIPPING))
 
-    def hold(self, count: int) -> None:
+    def resize(self, count: int) -> None:
         """Make room for `count` particles."""
         chunks = -(-count // self._chunk)
         self.wholes, self.extremes = np.zeros((chunks, 2, COUNTED), np.int64), np.zeros((chunks, 3))

@@ -92,9 +92,9 @@ class Criteria:
         limits_of = specialise(_limits_of, DIM=dim)
         self._loop = chunk_loop(specialise(_limits, limits_of=limits_of), CHUNK)
         self._which = specialise(_limiting_particle, parallel=False, limits_of=limits_of)
-        self.hold(count)
+        self.resize(count)
 
-    def hold(self, count: int) -> None:
+    def resize(self, count: int) -> None:
         """Make room for `count` particles."""
         self._least = np.empty((-(-count // CHUNK), 3))
 

@@ -75,7 +75,7 @@ def temperature(rho, e, row):
     return max(at_rest + heat * inverse, _LEAST)
 
 
-def tabulated(pressure: Callable[[float, float], float], rho0: float, e0: float, room: float) -> np.ndarray:
+def tabulate_isentrope(pressure: Callable[[float, float], float], rho0: float, e0: float, room: float) -> np.ndarray:
     """Return e_s [J/kg], T_s [K] and room/T_s of the isentrope through (rho0, e0, room), of shape (POINTS, WIDTH).
 
     Parameters
@@ -94,7 +94,7 @@ def tabulated(pressure: Callable[[float, float], float], rho0: float, e0: float,
             for k in places:
                 h = (densities[k] - rho) / _STEPS
                 for _ in range(_STEPS if h else 0):
-                    e, t = _stepped(pressure, rho, h, e, t)
+                    e, t = _step(pressure, rho, h, e, t)
                     rho += h
                 points[k, :2] = e, t if densities[k] > rho0 else room
     points[:, 2] = room / points[:, 1]
@@ -116,9 +116,7 @@ def energies(rho: np.ndarray, temperature: float, row: np.ndarray) -> np.ndarray
     return cold + (row[HEAT_START] + (k + (wanted - tau[k]) / (tau[k + 1] - tau[k])) / per) / per_theta
 
 
-def _stepped(
-    pressure: Callable[[float, float], float], rho: float, h: float, e: float, t: float
-) -> tuple[float, float]:
+def _step(pressure: Callable[[float, float], float], rho: float, h: float, e: float, t: float) -> tuple[float, float]:
     """Return energy and temperature after one Runge-Kutta step `h` of the density."""
 
     def slopes(rho: float, e: float, t: float) -> tuple[float, float]:
@@ -150,7 +148,7 @@ def heat_table(
     melting
         Melting point [K] and heat of melting [J/kg], unless left out.
     curve
-        What `tabulated` returned.
+        What `tabulate_isentrope` returned.
     pressure
         p(rho, e) [Pa].
     at_rest

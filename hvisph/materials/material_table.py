@@ -270,7 +270,9 @@ class Material:
 
 @lru_cache(maxsize=64)
 def _isentrope(eos: Any, density: float, room: float) -> np.ndarray:
-    return isentrope.tabulated(Material("", density, eos).pressure_function(), density, eos.ambient_energy, room)
+    return isentrope.tabulate_isentrope(
+        Material("", density, eos).pressure_function(), density, eos.ambient_energy, room
+    )
 
 
 def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
@@ -292,7 +294,7 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
     return table, models
 
 
-def fitted(function: object, table: np.ndarray, models: np.ndarray) -> Any:
+def bind_models(function: object, table: np.ndarray, models: np.ndarray) -> Any:
     """Return a compiled function of materials without the models that none of the packed ones has, see `present`."""
     most = models.max(axis=0, initial=0)
     return bind_constants(

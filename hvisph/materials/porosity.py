@@ -64,7 +64,7 @@ def crush_curve(p, row):
 
 
 @noinline
-def crushed(tag, rho, e, alpha, row):
+def crush(tag, rho, e, alpha, row):
     """Distension after loading to density `rho` and energy `e` from the distension `alpha`."""
     if alpha <= 1.0:
         return 1.0
@@ -85,9 +85,9 @@ def crushed(tag, rho, e, alpha, row):
 
 
 @noinline
-def loaded(tag, rho, e, alpha, row):
+def load_pores(tag, rho, e, alpha, row):
     """Return pressure [Pa], sound speed of the solid [m/s] and distension after loading from the distension `alpha`."""
-    alpha = crushed(tag, rho, e, alpha, row)
+    alpha = crush(tag, rho, e, alpha, row)
     p, c = pressure_and_sound_speed(tag, alpha * rho, e, row)
     return p / alpha, c, alpha
 

@@ -59,7 +59,7 @@ from .slots import (
 )
 from .strength import hardening, yield_stress
 from .strength import johnson_holmquist as ceramic
-from .thermodynamics import borne, circumstances, felt_damage, solid_pressure
+from .thermodynamics import circumstances, damaged_pressure, felt_damage, solid_pressure
 
 # A deviator this close above the yield surface is on it: a return is not repeated for rounding.
 _ON_THE_SURFACE = 1.0 + 1e-13
@@ -85,7 +85,7 @@ def _half_tangent(a):
 
 
 @inline
-def rotated(s, a):
+def rotate_by_half_angle(s, a):
     """Rotate six components by the half-angle vector `a` (dt/2 times the spin)."""
     a = _half_tangent(a)
     if a[0] == 0.0 and a[1] == 0.0:
@@ -95,13 +95,15 @@ def rotated(s, a):
 
 @inline
 def respond(table, models, m, dt, rho, e, s, plastic_strain, damage, l):
-    """Advance the stress of a particle that remembers nothing else: see `recall`, whose memory is left out."""
-    s, plastic_strain, damage, p, c, _ = recall(table, models, m, dt, rho, e, s, plastic_strain, damage, NOTHING, l)
+    """Advance the stress of a particle that remembers nothing else: see `update_stress`, whose memory is left out."""
+    s, plastic_strain, damage, p, c, _ = update_stress(
+        table, models, m, dt, rho, e, s, plastic_strain, damage, NOTHING, l
+    )
     return s, plastic_strain, damage, p, c
 
 
 @inline
-def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
+def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     """Advance a particle's stress by `dt`.
 
     Parameters
@@ -136,15 +138,15 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     if POROUS and FURTHER_DAMAGE and row[DISTENSION] > 1.0 and damage_tag == tags.GRADY_KIPP:  # crushing breaks
         damage = max(damage, (row[DISTENSION] - first) / (row[DISTENSION] - 1.0))
     if row[SPALL_GROWTH] > 0.0:
-        damage = rated_spall.grown(damage, solid, dt, row)
+        damage = rated_spall.grow_damage(damage, solid, dt, row)
     if row[FAILS_IN_TENSION] > 0.0 and (solid < row[PRESSURE_MINIMUM] or (solid < 0.0 and e > row[MOLTEN_ENERGY])):
         damage = 1.0
     limit = memory[1]
     if FURTHER_DAMAGE and damage_tag == tags.GRADY_SPALL and damage < 1.0:
-        damage, limit = _spalled(solid, rho, c, divergence(l), limit, row)
+        damage, limit = _spall(solid, rho, c, divergence(l), limit, row)
     memory = (first, limit, memory[2], memory[3], memory[4])
     felt = felt_damage(damage, row)
-    p = borne(damage_tag, solid, felt, row)
+    p = damaged_pressure(damage_tag, solid, felt, row)
     friction = row[FAILED_FRICTION]
     owns = FURTHER_STRENGTH and strength in (tags.ROCK, tags.JOHNSON_HOLMQUIST)  # its own strength when broken
     if strength == tags.NO_STRENGTH or (felt >= 1.0 and friction <= 0.0 and not owns):
@@ -168,7 +170,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     strain_rate = sqrt((2.0 / 3.0) * double_dot(d, d)) if heated else 0.0
     smooths = heated and row[RATE_WEIGHT] > 0.0
     if smooths:
-        strain_rate = _smoothed(strain_rate, memory[4], dt, row)
+        strain_rate = _smooth_rate(strain_rate, memory[4], dt, row)
         memory = (first, limit, memory[2], memory[3], strain_rate)
     if FURTHER_STRENGTH and heated:  # the modulus may vary
         homologous, logged, factor, offset, share = circumstances(strength, rho, e, p, strain_rate, felt, row)
@@ -179,7 +181,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
     if damage_tag == tags.JOHNSON_COOK_DAMAGE:
         filled *= damage_model.borne_share(damage, row)
     half = multiply(shear * dt, d)
-    s = add(rotated(add(s, half), multiply(0.25 * dt, curl(l))), half)
+    s = add(rotate_by_half_angle(add(s, half), multiply(0.25 * dt, curl(l))), half)
     if shear == 0.0:
         s = no_symmetric(3)
     flow, increment = inf, 0.0
@@ -213,7 +215,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
             damage = min(damage, 1.0)
     if FURTHER_DAMAGE and damage_tag > tags.JOHNSON_COOK_DAMAGE and damage < 1.0:
         flowed = (increment, flow, strain_rate)
-        s, damage, p, first = _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row)
+        s, damage, p, first = _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row)
         memory = (first, memory[1], memory[2], memory[3], memory[4])
     if felt_damage(damage, row) >= 1.0 and not (FURTHER_DAMAGE and damage_tag == tags.CRUSHING):
         p = max(p, 0.0)
@@ -223,7 +225,7 @@ def recall(table, models, m, dt, rho, e, s, plastic_strain, damage, memory, l):
 
 
 @inline
-def _smoothed(rate, before, dt, row):
+def _smooth_rate(rate, before, dt, row):
     """Strain rate [1/s] as the mean of the past that forgets a share of itself every step."""
     if dt > 0.0:
         before += row[RATE_WEIGHT] * (rate - before)
@@ -231,7 +233,7 @@ def _smoothed(rate, before, dt, row):
 
 
 @noinline
-def _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row):
+def _damage_by_stress(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, row):
     """Return deviator, damage, pressure and first of the memory with the damage of a step, of the models by stress.
 
     `flowed` is the step's plastic strain, yield stress [Pa] and strain rate [1/s].
@@ -253,10 +255,10 @@ def _harmed(damage_tag, strength, dt, rho, s, solid, p, damage, memory, flowed, 
             damage = 1.0
     elif damage_tag == tags.GRADY_KIPP:
         strain = (greatest - solid) * row[grady_kipp.INVERSE_YOUNG]
-        damage = grady_kipp.grown(damage, strain, dt, memory[1], memory[2], memory[3], row)
+        damage = grady_kipp.grow_damage(damage, strain, dt, memory[1], memory[2], memory[3], row)
         if strength not in (tags.ROCK, tags.JOHNSON_HOLMQUIST):
             s = multiply(1.0 - damage, s)
-        p = borne(damage_tag, solid, damage, row)
+        p = damaged_pressure(damage_tag, solid, damage, row)
     return s, damage, p, first
 
 
@@ -267,7 +269,7 @@ def _principal(s):
 
 
 @inline
-def _spalled(p, rho, c, rate, limit, row):
+def _spall(p, rho, c, rate, limit, row):
     """Damage 1 or 0, and Grady's limit [Pa], which is fixed when tension first passes half of it."""
     if p >= 0.0:
         return 0.0, limit

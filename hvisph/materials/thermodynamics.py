@@ -15,7 +15,7 @@ from .eos import pressure_and_sound_speed
 from .isentrope import temperature
 from .melting import melt_temperature
 from .model_flags import FURTHER_DAMAGE, FURTHER_EOS, FURTHER_STRENGTH, POROUS
-from .porosity import loaded
+from .porosity import load_pores
 from .slots import (
     DAMAGE_TAG,
     DISTENSION,
@@ -43,7 +43,7 @@ def felt_damage(damage, row):
 
 
 @inline
-def borne(damage_tag, p, felt, row):
+def damaged_pressure(damage_tag, p, felt, row):
     """Pressure [Pa] that the material bears: limited in tension, and less or none where it is damaged."""
     p = limited_pressure(p, row)
     if p < 0.0:
@@ -59,14 +59,14 @@ def borne(damage_tag, p, felt, row):
 @inline
 def least_pressure(damage_tag, damage, row):
     """Lowest pressure [Pa] that the material bears at its damage: -1e300 where nothing limits its tension."""
-    return borne(damage_tag, -1e300, felt_damage(damage, row), row)
+    return damaged_pressure(damage_tag, -1e300, felt_damage(damage, row), row)
 
 
 @inline
 def solid_pressure(tag, rho, e, memory, row):
     """Pressure [Pa] before any limit, bulk sound speed [m/s], and the first number remembered."""
     if POROUS and row[DISTENSION] > 1.0:
-        return loaded(tag, rho, e, memory, row)
+        return load_pores(tag, rho, e, memory, row)
     p, c = pressure_and_sound_speed(tag, rho, e, row)
     if FURTHER_EOS and tag == tags.JWL and row[BURN_RATE] > 0.0:
         p *= min(max(memory * row[BURN_RATE], 0.0), 1.0)
@@ -80,7 +80,7 @@ def remembered_state(table, models, m, rho, e, damage, memory):
     p, c, _ = solid_pressure(models[m, EOS_TAG], rho, e, memory, row)
     if FURTHER_DAMAGE and damage_tag == tags.CRUSHING:
         p += memory
-    return borne(damage_tag, p, felt_damage(damage, row), row), c
+    return damaged_pressure(damage_tag, p, felt_damage(damage, row), row), c
 
 
 @inline
@@ -92,7 +92,7 @@ def equilibrium_state(table, models, m, rho, e, damage):
     """
     row = parameters(table, m)
     p, c = pressure_and_sound_speed(models[m, EOS_TAG], rho, e, row)
-    return borne(models[m, DAMAGE_TAG], p, felt_damage(damage, row), row), c
+    return damaged_pressure(models[m, DAMAGE_TAG], p, felt_damage(damage, row), row), c
 
 
 @noinline

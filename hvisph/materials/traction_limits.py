@@ -25,7 +25,7 @@ DISORDER = 0.2
 
 
 @inline
-def failed(table, models, m, damage):
+def has_failed(table, models, m, damage):
     """Whether `damage` has left the material without stress but pressure."""
     if damage < 1.0 or table[m, FAILED_FRICTION] != 0.0:
         return False

@@ -57,9 +57,9 @@ class Range:
     @property
     def words(self) -> str:
         """Density and temperature in words, in SI."""
-        return self.said()
+        return self.describe()
 
-    def said(self, unitless: bool = False) -> str:
+    def describe(self, unitless: bool = False) -> str:
         """Return density and temperature in words, in SI or without units."""
         cold = " where it is cold" if self.vapour_energy < inf else ""
         parts = [f"above {self.least_density:.4g}{cold}"] if self.least_density > 0.0 else []

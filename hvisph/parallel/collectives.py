@@ -26,7 +26,7 @@ CRITERIA = (*NAMES, "not_finite", COLLAPSED, "hourglass", "contact", "inverted",
 
 
 @dataclass
-class Whole:
+class GlobalLimit:
     """What limits the step of all, and what processes ask for.
 
     Parameters
@@ -50,7 +50,7 @@ class Whole:
 
 
 @dataclass
-class Seen:
+class ParticleReport:
     """A particle at fault: permanent number, body, place [m], density [kg/m^3], energy [J/kg]."""
 
     number: int
@@ -60,7 +60,7 @@ class Seen:
     energy: float
 
 
-class Asked:
+class Collectives:
     """Particles of a run, of which this process may have a part.
 
     Parameters
@@ -110,9 +110,9 @@ class Asked:
         """Return the largest of each value over all processes."""
         return self.world.get_maxima(np.array(values)) if self._asks else np.array(values)
 
-    def at(self, numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def gather_values(self, numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
         """Return the `values` (n, ...) of particles by their permanent numbers, bit by bit."""
-        rows = self.where(numbers)
+        rows = self.find_rows(numbers)
         if not self._asks:
             return values[rows]
         here = rows >= 0
@@ -127,7 +127,7 @@ class Asked:
         all_ = self.world.objects(one) if self._asks else [one]
         return next(some for some in all_ if some is not None)
 
-    def where(self, numbers: np.ndarray) -> np.ndarray:
+    def find_rows(self, numbers: np.ndarray) -> np.ndarray:
         """Return the rows of particles by their permanent numbers, -1 for those of other processes."""
         own = self._stepper.particles.id
         if not self._asks:
@@ -147,48 +147,55 @@ class Asked:
         """Take note that particles were put into a new order."""
         self._at = None
 
-    def worst(self, score: np.ndarray) -> Seen | None:
+    def worst(self, score: np.ndarray) -> ParticleReport | None:
         """Return the particle of the largest score (n,), of several that of the smallest number; none without scores.
 
         What is no number scores most, and minus infinity is no score.
         """
         particles = self._stepper.particles
         score = np.where(np.isnan(score), np.inf, score)
-        own: tuple[float, int, Seen] | None = None
+        own: tuple[float, int, ParticleReport] | None = None
         if len(score) and score.max() > -np.inf:
             rows = np.flatnonzero(score == score.max())
             row = int(rows[particles.id[rows].argmin()])
-            own = (-float(score[row]), int(particles.id[row]), self._seen(row))
+            own = (-float(score[row]), int(particles.id[row]), self._report(row))
         all_ = [one for one in (self.world.objects(own) if self._asks else [own]) if one is not None]
         return min(all_, key=lambda one: one[:2])[2] if all_ else None
 
-    def look_up(self, number: int) -> Seen:
+    def look_up(self, number: int) -> ParticleReport:
         """Return a particle by its permanent number."""
-        row = int(self.where(np.array([number]))[0])
-        own = self._seen(row) if row >= 0 else None
+        row = int(self.find_rows(np.array([number]))[0])
+        own = self._report(row) if row >= 0 else None
         all_ = self.world.objects(own) if self._asks else [own]
         return next(one for one in all_ if one is not None)
 
-    def _seen(self, row: int) -> Seen:
+    def _report(self, row: int) -> ParticleReport:
         particles = self._stepper.particles
-        return Seen(int(particles.id[row]), int(particles.body[row]), [float(x) for x in particles["position"][row]],
-                    float(particles["density"][row]), float(particles["internal_energy"][row]))  # fmt: skip
+        return ParticleReport(
+            int(particles.id[row]),
+            int(particles.body[row]),
+            [float(x) for x in particles["position"][row]],
+            float(particles["density"][row]),
+            float(particles["internal_energy"][row]),
+        )
 
-    def reduce_limit(self, limit: Limit, stop: int, checkpoint: bool) -> Whole:
+    def reduce_limit(self, limit: Limit, stop: int, checkpoint: bool) -> GlobalLimit:
         """Return what limits the step of all, from what limits that of this process' particles."""
         particles = self._stepper.particles
         number, body = -1, -1
         if 0 <= limit.particle < particles.count:
             number, body = int(particles.id[limit.particle]), int(particles.body[limit.particle])
         if not self._asks:
-            return Whole(limit.dt, limit.criterion, number, body, stop, checkpoint)
+            return GlobalLimit(limit.dt, limit.criterion, number, body, stop, checkpoint)
         kind = CRITERIA.index(limit.criterion)
         own = np.array([limit.dt, kind, number, body, stop, float(checkpoint), limit.unrounded])
         table = self.world.everybodys(own)
         # a failure stops all; of equal steps the first criterion and the smallest number count
         first = int(np.lexsort((table[:, 2], table[:, 6], table[:, 1], table[:, 0]))[0])
         dt, criterion, number, body = table[first, :4].tolist()
-        return Whole(dt, CRITERIA[int(criterion)], int(number), int(body), int(table[:, 4].max()), bool(table[0, 5]))
+        return GlobalLimit(
+            dt, CRITERIA[int(criterion)], int(number), int(body), int(table[:, 4].max()), bool(table[0, 5])
+        )
 
     def dealt(self, rows: np.ndarray | None) -> np.ndarray:
         """Return of the `rows` by permanent number (count, ...) that the first process has those of own particles."""

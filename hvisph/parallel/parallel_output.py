@@ -115,7 +115,7 @@ class Slabbed:
 
     def __getitem__(self, rows: slice | np.ndarray) -> np.ndarray:
         if isinstance(rows, np.ndarray):
-            return self._chosen(rows)
+            return self._read_rows(rows)
         begin, end, step = rows.indices(len(self))
         if step != 1:
             raise IndexError("an array of the whole is fetched by slices of neighbouring rows")
@@ -129,7 +129,7 @@ class Slabbed:
             begin = last
         return np.concatenate([self._slab[:0], *pieces]).astype(self.dtype, copy=False)
 
-    def _chosen(self, rows: np.ndarray) -> np.ndarray:
+    def _read_rows(self, rows: np.ndarray) -> np.ndarray:
         """Return rows by their places, which rise (k,)."""
         pieces = [self[0:0]]
         for begin in range(0, len(self), SLAB):

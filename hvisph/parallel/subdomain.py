@@ -16,7 +16,7 @@ from hvisph.schemes.protocol import AnyStepper
 from hvisph.sph.neighbours.particle_layout import RowLayout
 from hvisph.sph.neighbours.symmetry_planes import Plane
 
-from .collectives import Asked
+from .collectives import Collectives
 from .halo import Halo
 from .partition import Parts
 from .world import Alone, Ranks
@@ -28,7 +28,7 @@ CUT_EVERY, MOVE_EVERY = 128, 16
 BALANCED, SETTLED, SELDOM = 1.05, 1.2, 8
 
 
-class Share(Asked):
+class Subdomain(Collectives):
     """Part of a run that this process has.
 
     Parameters
@@ -64,7 +64,7 @@ class Share(Asked):
             return self.halos[-1]
 
         stepper.totals.over, stepper.totals.exact = self._reduce_over, self.exact_sum
-        stepper.join(halo_for)
+        stepper.attach_halo(halo_for)
 
     def begin(self) -> None:
         """Take the time from now on, with nothing waited and sent yet."""
@@ -81,8 +81,8 @@ class Share(Asked):
 
     def _hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray], rows: list[np.ndarray]) -> None:
         stepper = self._stepper
-        stepper.hold(data, tags, carried)
-        self._criteria.hold(len(data))
+        stepper.replace_particles(data, tags, carried)
+        self._criteria.resize(len(data))
         for (_, write), one in zip(self._rows_of, rows, strict=True):
             write(one)
         self.note_reordering()
@@ -92,7 +92,7 @@ class Share(Asked):
         stepper = self._stepper
         if not self._asks or steps % MOVE_EVERY:
             return
-        settled = stepper.settled
+        settled = stepper.keeps_order
         cut = steps % (SELDOM * CUT_EVERY if settled else CUT_EVERY) == 0
         anew = cut and self._cut_again(SETTLED if settled else BALANCED)
         if not settled or anew:
@@ -108,7 +108,7 @@ class Share(Asked):
         """Give the particles that are in another part to whose they are; after a `cut` grids are made anew."""
         world, stepper = self.world, self._stepper
         particles = stepper.particles
-        target = self._parts.owner(stepper.homes, particles.id)
+        target = self._parts.owner(stepper.owner_positions, particles.id)
         goes = target != world.rank
         carried = stepper.get_carried()
         rows = [read() for read, _ in self._rows_of]
@@ -166,7 +166,7 @@ class Share(Asked):
         if self.imbalance < most:
             return False
         weight = np.full((particles.count, 1), 1.0 if even else busy / max(particles.count, 1))
-        table = world.gather_rows(np.concatenate([stepper.homes, particles.id[:, None], weight], axis=1))
+        table = world.gather_rows(np.concatenate([stepper.owner_positions, particles.id[:, None], weight], axis=1))
         self._parts = world.from_first(
             lambda: Parts(world.size, table[:, :dim], table[:, dim].astype(np.int64), table[:, dim + 1])
         )

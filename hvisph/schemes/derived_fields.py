@@ -8,7 +8,7 @@ from hvisph.compiler.template_binding import bind
 from hvisph.compiler.threads.parallel_for import particle_loop
 from hvisph.core.particles import Particles
 from hvisph.materials import thermodynamics
-from hvisph.materials.material_table import fitted
+from hvisph.materials.material_table import bind_models
 
 NAMES = ("pressure", "sound_speed", "von_mises_stress", "temperature")
 
@@ -35,8 +35,8 @@ def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dic
     not a number in a material without a heat capacity, and left out where none has one.
     """
     fields = {name: np.zeros(particles.count) for name in NAMES}
-    options = {"remembered_state": fitted(thermodynamics.remembered_state, table, models),
-               "temperature_of": fitted(thermodynamics.temperature_of, table, models),
+    options = {"remembered_state": bind_models(thermodynamics.remembered_state, table, models),
+               "temperature_of": bind_models(thermodynamics.temperature_of, table, models),
                "REMEMBERS": int("history_variable" in particles.offsets),
                "COMPONENTS": particles["deviator"].shape[1]}  # fmt: skip
     one = bind(_diagnose, options, {"S_HISTORY_VARIABLE": 0} | particles.bindings())

@@ -33,7 +33,7 @@ class AnyStepper(Protocol):
         The largest smoothing length of all processes [m].
     has_energy
         Whether the scheme has an energy equation, so that total energy can be kept account of.
-    settled
+    keeps_order
         Whether particles stay with their process until space is cut anew.
     """
 
@@ -46,7 +46,7 @@ class AnyStepper(Protocol):
     totals: Sums
     h_max: float
     has_energy: bool
-    settled: bool
+    keeps_order: bool
 
     @property
     def formulation(self) -> AnyFormulation:
@@ -69,7 +69,7 @@ class AnyStepper(Protocol):
         """Pressure of every particle, as the history records it (n,) [Pa]."""
 
     @property
-    def room(self) -> np.ndarray | None:
+    def workspace(self) -> np.ndarray | None:
         """Numbers (k,) that nobody reads from an evaluation to the next; None where there are none."""
 
     @property
@@ -105,13 +105,13 @@ class AnyStepper(Protocol):
         """Return what the next step needs of the whole, between steps, by name."""
 
     @property
-    def homes(self) -> np.ndarray:
+    def owner_positions(self) -> np.ndarray:
         """Places (n, dim) [m] by which particles belong to a part of space."""
 
-    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+    def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
 
-    def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+    def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
         """Have these particles in place of all others, between steps; see `get_carried`."""
 
     def fit_grid(self) -> None:

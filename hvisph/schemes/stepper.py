@@ -15,7 +15,7 @@ from hvisph.integrators import particle_steps as carrying
 from hvisph.integrators import particle_update as single
 from hvisph.integrators import sums as column
 from hvisph.materials import plane_stress, stress_update, thermodynamics, traction_limits
-from hvisph.materials.material_table import Material, fitted, pack
+from hvisph.materials.material_table import Material, bind_models, pack
 from hvisph.sph.neighbours import particle_layout
 from hvisph.sph.neighbours.cells import Grid
 from hvisph.sph.neighbours.ghost_rows import Halo
@@ -28,7 +28,7 @@ from .formulation import Formulation
 # Functions of a particle's material that the pass over single particles calls.
 OF_MATERIALS = (
     *(
-        stress_update.recall,
+        stress_update.update_stress,
         plane_stress.thinning,
         thermodynamics.longitudinal_speed,
         thermodynamics.shear_speed,
@@ -37,7 +37,7 @@ OF_MATERIALS = (
     *(
         traction_limits.bearable_tension,
         traction_limits.bearable_shear,
-        traction_limits.failed,
+        traction_limits.has_failed,
         traction_limits.orderly,
         traction_limits.density_at_rest,
     ),
@@ -92,10 +92,10 @@ class Stepper:
     pieces: np.ndarray | None = None
     _in_pieces = False  # whether any differs from the body
     turns_back = True  # whether particles that pass a plane of symmetry are put back
-    settled = False  # whether particles stay with their process until space is cut anew
+    keeps_order = False  # whether particles stay with their process until space is cut anew
 
     @property
-    def homes(self) -> np.ndarray:
+    def owner_positions(self) -> np.ndarray:
         """Places (n, dim) [m] by which particles belong to a part of space."""
         return self.particles["position"]
 
@@ -137,7 +137,7 @@ class Stepper:
             "NOTHING": stress_update.NOTHING, "REMEMBERS": int("history_variable" in particles.offsets),
             "SLIPS": int(self.formulation.slips), "SPARSEST": self.formulation.sparsest(dim),
         }  # fmt: skip
-        offered |= {of.py_func.__name__: fitted(of, self.table, self.models) for of in OF_MATERIALS}
+        offered |= {of.py_func.__name__: bind_models(of, self.table, self.models) for of in OF_MATERIALS}
         packer, options = self.formulation.pack(dim)
         pack, limits = bind(packer, options, offered), self.formulation.limits()
         shown = {
@@ -159,9 +159,9 @@ class Stepper:
         return self.pairs.rates
 
     @property
-    def room(self) -> np.ndarray | None:
+    def workspace(self) -> np.ndarray | None:
         """Numbers (k,) that nobody reads from an evaluation to the next; None where the history asks for some."""
-        return None if self.formulation.corrects else self.pairs.room
+        return None if self.formulation.corrects else self.pairs.workspace
 
     @property
     def support(self) -> float:
@@ -211,7 +211,7 @@ class Stepper:
         self._show_pieces()
         self._sum_up()
 
-    def part(self, pieces: np.ndarray) -> None:
+    def split(self, pieces: np.ndarray) -> None:
         """Let particles of different `pieces` (n,) meet as different bodies do from now on."""
         self.pieces = pieces.astype(np.uint32)
         self._in_pieces = bool((self.pieces != self.particles.body).any())
@@ -243,7 +243,7 @@ class Stepper:
         order = order[order < count].copy()
         if (order[1:] > order[:-1]).all():  # it is in order, as in 1D at most times
             return order
-        room = pairs.room
+        room = pairs.workspace
         self.particles.permute(order, room)
         more = () if self.pieces is None else (self.pieces,)
         for values in (self.lengths, self.signals, self.pressures, pairs.rows, pairs.place[:count], *more):
@@ -260,7 +260,7 @@ class Stepper:
         It holds until the next evaluation.
         """
         pieces = {} if self.pieces is None else {"pieces": self.pieces}
-        rates = take_rows(self.rates, self.place, self.pairs.room)
+        rates = take_rows(self.rates, self.place, self.pairs.workspace)
         return {"rows": self.rows, "rates": rates, "lengths": self.lengths, "signals": self.signals,
                 "pressures": self.pressures, **pieces}  # fmt: skip
 
@@ -268,26 +268,26 @@ class Stepper:
         """Return what the next step needs of the whole, between steps, by name."""
         return self.totals.history()
 
-    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+    def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
         self.pairs.halo = halo_for(self.pairs.layout)
-        self.separating.join(halo_for)
+        self.separating.attach_halo(halo_for)
 
-    def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+    def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
         """Have these particles in place of all others, between steps; see `get_carried`."""
         particles, pairs, count = self.particles, self.pairs, len(data)
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.lengths, self.signals, self.pressures = (
             carried[name].copy() for name in ("lengths", "signals", "pressures")
         )
-        self.totals.hold(count)
-        pairs.hold(np.ascontiguousarray(carried["rows"]), particles.numbers())
+        self.totals.resize(count)
+        pairs.replace_rows(np.ascontiguousarray(carried["rows"]), particles.numbers())
         pairs.rates[:count] = carried["rates"]
         self._take_parties(carried)
 
     def _take_parties(self, carried: dict[str, np.ndarray]) -> None:
         if self.pieces is not None:
-            self.part(carried["pieces"])
+            self.split(carried["pieces"])
         else:
             self.separating.renumber(self.particles.body)
 

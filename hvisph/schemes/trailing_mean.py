@@ -57,7 +57,7 @@ class TrailingMean:
         """Return the times of the parts, by name."""
         return {"part_times": self._times, "part_time": np.array([self._time])}
 
-    def hold(self, carried: dict[str, np.ndarray]) -> None:
+    def replace_particles(self, carried: dict[str, np.ndarray]) -> None:
         """Take what is `get_carried` of the particles that there are now."""
         self._parts, self._now = np.ascontiguousarray(carried["parts"].T), np.array(carried["part"])
         self._full = self._parts.sum(axis=0)

@@ -12,7 +12,7 @@ from hvisph.core.particles import Particles
 from hvisph.integrators.scheme import SCHEMES
 from hvisph.integrators.time_step import Criteria
 from hvisph.materials.material_table import Material
-from hvisph.parallel.subdomain import Share
+from hvisph.parallel.subdomain import Subdomain
 from hvisph.schemes.protocol import AnyStepper
 from hvisph.schemes.stepper import Stepper
 from hvisph.sph.neighbours.symmetry_planes import Plane
@@ -41,7 +41,7 @@ class Setup:
         What is recorded where.
     density_limits
         Density [kg/m^3] of each material below which its equation of state holds, infinite for most.
-    share
+    subdomain
         What of it this process has.
     notes
         Which sizes had to give way to the spacing of particles.
@@ -58,7 +58,7 @@ class Setup:
     planes: tuple[Plane, ...]
     gauges: Gauges
     density_limits: np.ndarray
-    share: Share
+    subdomain: Subdomain
     notes: tuple[str, ...] = ()
     watched: dict[str, np.ndarray] | None = None
     bears_any_tension: tuple[bool, ...] = ()
@@ -88,9 +88,9 @@ def set_up(case: Case, start: Beginning) -> Setup:
     set_loads(stepper, case, start.bodies)
     criteria = Criteria(particles.dim, particles.count, case.time.cfl, formulation.viscous_factor)
     limits = np.array([_largest_density(material) for material in start.materials])
-    share = Share(stepper, criteria, start.planes, start.count)
+    subdomain = Subdomain(stepper, criteria, start.planes, start.count)
     return Setup(stepper, criteria, start.bodies, [material.name for material in start.materials], start.planes,
-                 Gauges(start.gauges, stepper), limits, share, start.notes, start.watched,
+                 Gauges(start.gauges, stepper), limits, subdomain, start.notes, start.watched,
                  tuple(bears_any_tension(case.bodies[name]) for name in start.bodies))  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from hvisph.compiler.jit import specialise
 from hvisph.core.errors import CaseError
 from hvisph.core.fields import SYMMETRIC_COMPONENTS, component_names, field_of
 from hvisph.core.particles import FLAGS, ID, RETIRED
-from hvisph.parallel.subdomain import Share
+from hvisph.parallel.subdomain import Subdomain
 from hvisph.schemes.derived_fields import NAMES, diagnose
 from hvisph.schemes.protocol import AnyStepper
 from hvisph.sph.neighbours.interpolation import weigh
@@ -108,28 +108,32 @@ class Gauges:
         """Whether a gauge asks for a record after `step` steps."""
         return any(g.every is not None and step % g.every == 0 for g in self._gauges)
 
-    def record(self, step: int, share: Share) -> list[float]:
+    def record(self, step: int, subdomain: Subdomain) -> list[float]:
         """Return the values of `columns`; NaN for gauges that are not due, see nothing or are retired."""
         due = [g.every is None or step % g.every == 0 for g in self._gauges]
         riding = [g.particle for g, now in zip(self._gauges, due, strict=True) if now and g.point is None]
         particles, numbers = self._stepper.particles, np.array(riding, np.int64)
         values = None
         if riding:
-            values = _Values(self._stepper, share.at(numbers, particles.data), share.at(numbers, particles.tags))
+            values = _Values(
+                self._stepper,
+                subdomain.gather_values(numbers, particles.data),
+                subdomain.gather_values(numbers, particles.tags),
+            )
         record: list[float] = []
         row = 0
         for gauge, now in zip(self._gauges, due, strict=True):
             if not now:
                 record += [float("nan")] * len(gauge.columns)
             elif gauge.point is not None:
-                record += self._interpolate(gauge, share)
+                record += self._interpolate(gauge, subdomain)
             else:
                 assert values is not None
-                record += [values.of(column, row, gauge.normal) for column in gauge.columns]
+                record += [values.component(column, row, gauge.normal) for column in gauge.columns]
                 row += 1
         return record
 
-    def _interpolate(self, gauge: PlacedGauge, share: Share) -> list[float]:
+    def _interpolate(self, gauge: PlacedGauge, subdomain: Subdomain) -> list[float]:
         particles = self._stepper.particles
         assert gauge.point is not None
         rows, weights = np.empty(particles.count, np.int64), np.empty(particles.count)
@@ -137,7 +141,7 @@ class Gauges:
         n = self._weigh(particles.data, gauge.point, reach, rows, weights)
         near = rows[:n]
         tags, data, weights = (
-            share.gather_rows(one) for one in (particles.tags[near], particles.data[near], weights[:n])
+            subdomain.gather_rows(one) for one in (particles.tags[near], particles.data[near], weights[:n])
         )
         if not len(tags):
             return [float("nan")] * len(gauge.columns)
@@ -165,7 +169,7 @@ class _Values:
         values = self._particles[name]
         return values if values.ndim == 1 else values[:, component_names(name, dim).index(column)]
 
-    def of(self, column: str, row: int, normal: np.ndarray | None) -> float:
+    def component(self, column: str, row: int, normal: np.ndarray | None) -> float:
         """Return a component at one particle, NaN if it is retired; a surface lies half a spacing outwards."""
         if self._particles.tags[row, FLAGS] & RETIRED:
             return float("nan")

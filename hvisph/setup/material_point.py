@@ -53,7 +53,7 @@ class _Point:
         material = with_cracks(material, VOLUME)
         self.row = material.whole_row
         self.table, self.models = pack([material])
-        self.recall, self.heat = python_twin(stress_update.recall), python_twin(isentrope.temperature)
+        self.update_stress, self.heat = python_twin(stress_update.update_stress), python_twin(isentrope.temperature)
         self.rho, self.e = material.density, material.eos.ambient_energy
         self.s: tuple[float, ...] = (0.0,) * 6
         self.plastic_strain = self.damage = 0.0
@@ -76,8 +76,8 @@ class _Point:
         stress = _matrix(self.s) - self.p * np.eye(3)
         e = self.e
         for _ in range(2):  # the work of the mean stress
-            answer = self.recall(self.table, self.models, 0, dt, rho, e, self.s, self.plastic_strain, self.damage,
-                                self.memory, tuple(l.ravel().tolist()))  # fmt: skip
+            state = self.s, self.plastic_strain, self.damage, self.memory
+            answer = self.update_stress(self.table, self.models, 0, dt, rho, e, *state, tuple(l.ravel().tolist()))
             after = _matrix(answer[0]) - answer[3] * np.eye(3)
             e = self.e + dt * 0.5 * float(((stress + after) * d).sum()) * 2.0 / (self.rho + rho)
         return rho, e, answer

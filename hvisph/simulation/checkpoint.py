@@ -82,7 +82,7 @@ class Keeper:
     @contextmanager
     def capture(self, time_step: TimeStep) -> Iterator[Checkpoint | None]:
         """Yield the state between two steps, `time_step` being the next one; None but on the first process."""
-        share, rows, header = self.setup.share, self._rows(), self._header(time_step)
+        share, rows, header = self.setup.subdomain, self._rows(), self._header(time_step)
         history = {f"{HISTORY}{name}": values for name, values in self.setup.stepper.history().items()}
         arrays: dict[str, Any]
         if share.uses_slabs:
@@ -132,7 +132,7 @@ class Keeper:
         OutputError
             When the checkpoint does not fit the run, though it is whole.
         """
-        share, particles, given = self.setup.share, self.setup.particles, checkpoint.arrays
+        share, particles, given = self.setup.subdomain, self.setup.particles, checkpoint.arrays
         refuse_changed(checkpoint, self.case)
         header, rows, history = self._header(TimeStep(1.0, "")), self._rows(), self.setup.stepper.history()
         own = {name: ((share.count, *values.shape[1:]), values.dtype) for name, values in rows.items()}
@@ -204,7 +204,7 @@ class Cadence:
             return False
         return wall.monotonic() - self._last >= max(self.every, self._cost / MOST_TIME)
 
-    def done(self, started: float) -> None:
+    def record(self, started: float) -> None:
         """Note that one was written, which began at `started` on the monotonic clock [s]."""
         self._last = wall.monotonic()
         self._cost = self._last - started

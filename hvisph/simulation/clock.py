@@ -92,7 +92,7 @@ class Clock:
             return None
         return TimeStep(left, "end", self.end)
 
-    def passed(self, time_step: TimeStep) -> list[float]:
+    def output_times(self, time_step: TimeStep) -> list[float]:
         """Return the moments of output strictly inside `time_step`; none with a fixed step, whose end they wait for."""
         number, moments = self.outputs + 1, []
         if self.fixed is None:
@@ -109,7 +109,7 @@ class Clock:
             self.time = self.steps * self.fixed
             slack = SLIVER * self.fixed
         else:
-            self.outputs += len(self.passed(time_step))
+            self.outputs += len(self.output_times(time_step))
             self.time = time_step.lands_on if time_step.lands_on is not None else self.time + time_step.length
             slack = SLIVER * time_step.length
         reached = self.outputs < self._last and self.time >= self.moment(self.outputs + 1) - slack
@@ -122,6 +122,6 @@ class Clock:
         return self.choose(self.allowed, self.allowed_by, None)
 
     @property
-    def done(self) -> bool:
+    def is_finished(self) -> bool:
         """Whether the end is reached."""
         return self.time >= self.end - SLIVER * (self.fixed or 0.0)

@@ -50,7 +50,7 @@ def distribute(world: Alone, make: Callable[[], Beginning], spacing: float) -> t
     def prepare() -> tuple[Beginning, Parts]:
         whole = make()
         particles = whole.particles
-        if whole.formulation.stepper.settled:  # it keeps this order, by which lists are sorted
+        if whole.formulation.stepper.keeps_order:  # it keeps this order, by which lists are sorted
             from hvisph.schemes.adaptive.stepper import order_of
 
             particles.permute(order_of(particles, whole.formulation.kernel.reach * whole.longest))
@@ -68,7 +68,7 @@ def distribute(world: Alone, make: Callable[[], Beginning], spacing: float) -> t
     wanted = None if owner is None else [np.flatnonzero(owner == rank) for rank in range(world.size)]
     own.particles.data = world.dealt(whole.particles.data, wanted)
     own.particles.tags = world.dealt(whole.particles.tags, wanted)
-    if own.formulation.stepper.settled:
+    if own.formulation.stepper.keeps_order:
         own = replace(own, sequence=world.dealt(whole.sequence, wanted))
     return own, parts
 

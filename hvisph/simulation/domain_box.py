@@ -67,7 +67,7 @@ class Domain:
         setup = self._setup
         particles, stepper = setup.particles, setup.stepper
         gone = np.flatnonzero(self._is_outside() & ((particles.tags[:, FLAGS] & (CLAMPED | RETIRED)) == 0))
-        share = setup.share
+        share = setup.subdomain
         count = int(share.total(np.array([len(gone)]))[0])
         if not count:
             return 0
@@ -103,7 +103,7 @@ class Domain:
         assert self._parking is not None
         axis, edge, sign = self._parking
         particles, support = self._setup.particles, self._setup.stepper.support
-        side = int(np.ceil(self._setup.share.count ** (1.0 / particles.dim)))
+        side = int(np.ceil(self._setup.subdomain.count ** (1.0 / particles.dim)))
         places = np.empty((len(number), particles.dim))
         rest = number.astype(np.int64)
         for k in range(particles.dim):

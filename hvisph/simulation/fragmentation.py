@@ -17,7 +17,7 @@ def tell_pieces(setup: Setup, steps: int) -> None:
 
     Of several processes, all of which call this, the first finds them.
     """
-    stepper, share, particles = setup.stepper, setup.share, setup.particles
+    stepper, share, particles = setup.stepper, setup.subdomain, setup.particles
     if not isinstance(stepper, Stepper) or stepper.pieces is None or steps % LOOK_EVERY:
         return
     if steps == 0:
@@ -36,4 +36,4 @@ def tell_pieces(setup: Setup, steps: int) -> None:
             whole[tags[:, 0]] = label_components(position, lengths, reach, tags[:, 1], tags[:, 2], tags[:, 0])
         told_apart = share.dealt(whole)
     if share.get_maxima(float((told_apart != pieces).any()))[0]:
-        stepper.part(told_apart)
+        stepper.split(told_apart)

@@ -43,7 +43,7 @@ class Progress:
 class Listener:
     """Hears of a run; every method does nothing unless overridden."""
 
-    def started(self, folder: Path, particles: int, end: float) -> None:
+    def start(self, folder: Path, particles: int, end: float) -> None:
         """Hear that the run's folder is made and so many particles run to `end` [s]."""
 
     def compiling(self, name: str) -> None:
@@ -55,7 +55,7 @@ class Listener:
     def message(self, text: str) -> None:
         """Something a user should know."""
 
-    def finished(self, summary: dict[str, Any]) -> None:
+    def finish(self, summary: dict[str, Any]) -> None:
         """Hear that the summary is written."""
 
 

@@ -23,7 +23,7 @@ from hvisph.integrators.time_step import Limit
 from hvisph.output.checkpoint_file import Checkpoint
 from hvisph.output.history import HistoryWriter, NoHistory
 from hvisph.output.run_folder import RunFolder
-from hvisph.parallel.collectives import COLLAPSED, Whole
+from hvisph.parallel.collectives import COLLAPSED, GlobalLimit
 from hvisph.parallel.parallel_output import Moment
 from hvisph.precheck.advice import advice
 from hvisph.precheck.contact_rules import contact_warnings
@@ -68,7 +68,7 @@ class Run:
     ):
         self.case, self.setup, self.folder, self.listener = case, setup, folder, listener
         self.checkpoint, self.text = checkpoint, dump_case(case)
-        self.share, self.domain = setup.share, Domain(setup, case.domain)
+        self.subdomain, self.domain = setup.subdomain, Domain(setup, case.domain)
         self.writer = SnapshotWriter(folder, setup, case, self.text)
         self.observer = Observer(setup, case.resolution)
         self.clock = Clock(case.time.end, case.snapshot_interval, case.time.step)
@@ -91,7 +91,7 @@ class Run:
 
     def _announce(self, seconds: float) -> None:
         """Say that the run begins, after so much wall time [s], and what there is to know of it."""
-        count, world = self.share.count, self.share.world
+        count, world = self.subdomain.count, self.subdomain.world
         threads = of_cores(numba.get_num_threads(), numba.config.NUMBA_NUM_THREADS)
         several = f"{world.size} processes, each with " if world.size > 1 else ""
         self.folder.log.write(
@@ -99,14 +99,14 @@ class Run:
             f"ready after {seconds:.2f} s"
             f"{f'; goes on from step {self.clock.steps}' if self.checkpoint else ''}"
         )
-        self.listener.started(self.folder.path, count, self.clock.end)
+        self.listener.start(self.folder.path, count, self.clock.end)
         warnings = [*warnings_of(self.case), *contact_warnings(self.case), *advice(self.case)]
         said = [f"warning: {warning}" for warning in warnings]
         for line in (*said, *(f"note: {note}" for note in self.setup.notes)):
             self.folder.log.write(line)
             self.listener.message(line)
         self.reporter = Reporter(self.listener, self.setup, self.clock, self.files.state.wall_seconds)
-        self.share.begin()
+        self.subdomain.begin()
         self._first_step = self.clock.steps
 
     def _take_steps(self) -> None:
@@ -123,7 +123,7 @@ class Run:
                 self.listener.message(str(failure))
             else:
                 self.status = "done" if self._enough() else "interrupted"
-                if not self.clock.done or self.clock.fixed is not None:
+                if not self.clock.is_finished or self.clock.fixed is not None:
                     self._checkpoint()
 
     def _begin_files(self) -> HistoryWriter | NoHistory:
@@ -150,16 +150,16 @@ class Run:
         if self.checkpoint is not None:
             self.time_step = self.keeper.restore(self.checkpoint)
             self.checkpoint = replace(self.checkpoint, arrays={})
-            self.share.note_reordering()
-            self.share.sort_out()
+            self.subdomain.note_reordering()
+            self.subdomain.sort_out()
 
     def _stopping(self) -> bool:
         """Whether to stop: of several processes all stop after the same step."""
-        return self._stopped if self.share.world.size > 1 else self.stop.number is not None
+        return self._stopped if self.subdomain.world.size > 1 else self.stop.number is not None
 
     def _enough(self) -> bool:
         most = self.case.time.max_steps
-        return self.clock.done or (most is not None and self.clock.steps >= most)
+        return self.clock.is_finished or (most is not None and self.clock.steps >= most)
 
     def _begin(self) -> None:
         """Choose the first step."""
@@ -171,14 +171,14 @@ class Run:
         stepper.predict(self.time_step.length)
         self.files.record(self.time_step, limit.number, 0.0, self.budget)
 
-    def _limit(self, collapsed: RunError | None = None) -> Whole:
+    def _limit(self, collapsed: RunError | None = None) -> GlobalLimit:
         """Return the limit of the next step over all processes; `collapsed` is the error of this process, if any."""
         own = Limit(-1.0, COLLAPSED, -1) if collapsed else self._own_limit()
-        whole = self.share.reduce_limit(own, self.stop.number or 0, self.files.checkpoint_due())
+        whole = self.subdomain.reduce_limit(own, self.stop.number or 0, self.files.checkpoint_due())
         if whole.criterion == COLLAPSED:
-            what = self.share.first_of(collapsed)
+            what = self.subdomain.first_of(collapsed)
             raise self.watch.describe_collapse(what, self.clock.time, self.clock.steps) from collapsed
-        if whole.stop and self.share.world.size > 1:
+        if whole.stop and self.subdomain.world.size > 1:
             self._stopped, self.stop.number = True, self.stop.number or whole.stop
         return whole
 
@@ -223,10 +223,10 @@ class Run:
             self.files.write_output(due.pop(0)(), number)
         if clock.steps % PERMUTE_EVERY == 0:
             self.writer.permute(stepper.permute())
-            self.share.note_reordering()
+            self.subdomain.note_reordering()
             tell_pieces(self.setup, clock.steps)
             self.domain.retire(self.budget, following.length)
-            self.share.rebalance(clock.steps)
+            self.subdomain.rebalance(clock.steps)
         if limit.checkpoint:
             self._checkpoint()
         try:
@@ -238,8 +238,8 @@ class Run:
         """Carry the state over the step under way; return what makes the snapshots that are due, one at a time."""
         stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
         self.done, self.time_step = self.time_step, following
-        started, moments = clock.time, clock.passed(self.done)
-        before = copy_rows(particles.data, stepper.room) if moments else particles.data
+        started, moments = clock.time, clock.output_times(self.done)
+        before = copy_rows(particles.data, stepper.workspace) if moments else particles.data
         stepper.complete(self.done.length, following.length)
         reached = clock.complete(self.done)
         self.budget.record(stepper.sums, self.done.length, stepper.pressures)
@@ -263,13 +263,13 @@ class Run:
 
     def _finish(self) -> Outcome:
         last = self.files.write_last(self.status == "failed")
-        shared = self.share.account(self.clock.steps - self._first_step)
+        shared = self.subdomain.account(self.clock.steps - self._first_step)
         if shared:
             self.folder.log.write(shared)
         sums = self.setup.stepper.sums
         ended: dict[str, Any] = {
             "status": self.status, "time": self.clock.time, "steps": self.clock.steps,
-            "failure": self.failure.as_dict() if self.failure else None, "particles": self.share.count,
+            "failure": self.failure.as_dict() if self.failure else None, "particles": self.subdomain.count,
             "wall_seconds": self.reporter.seconds, "conservation": self.budget.as_dict(sums),
             "energies": self.budget.energies(sums), "highest_pressure": self.budget.highest(),
         }  # fmt: skip
@@ -280,7 +280,7 @@ class Run:
             assert last is not None
             return sum_up(self.case, self.text, self.writer, last(), ended, self.listener)
 
-        summary = self.share.world.from_first(summary_of)
-        self.listener.finished(summary)
+        summary = self.subdomain.world.from_first(summary_of)
+        self.listener.finish(summary)
         code = exit_code_of(self.status, summary, self.stop.number or 0)
         return Outcome(self.folder.path, summary, code, self.stop.name if self.status == "interrupted" else "")

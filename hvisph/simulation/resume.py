@@ -102,7 +102,7 @@ def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None =
             with world.raise_together():
                 start = with_threads(case, start, threads, world)
                 setup = set_up(case, start)
-            setup.share.join(world, parts)
+            setup.subdomain.join(world, parts)
             world.from_first(lambda: clear_unfinished(path))
             compile_for_all(world, case, start)
             return Run(case, setup, folder, listener, checkpoint or header).go()

@@ -66,7 +66,7 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
         start = with_threads(case, start, threads, world)
         with report_compilation(listener.compiling), computable():
             setup = set_up(case, start)
-    setup.share.join(world, parts)
+    setup.subdomain.join(world, parts)
     with (
         report_compilation(listener.compiling),
         world.end_together(),

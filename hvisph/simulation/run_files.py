@@ -109,8 +109,8 @@ class RunFiles:
         with moment.open() as snapshot:
             if snapshot is None:
                 return
-            self.writer.write(snapshot, number, whole=self._clock.done)
-        if number % self._full_every == 0 or self._clock.done:
+            self.writer.write(snapshot, number, whole=self._clock.is_finished)
+        if number % self._full_every == 0 or self._clock.is_finished:
             self.state.written = snapshot.time
         self.folder.log.write(f"snapshot {number} at {snapshot.time:.6g} s, step {snapshot.step}")
 
@@ -143,4 +143,4 @@ class RunFiles:
         with keeper.capture(time_step) as checkpoint:
             if checkpoint is not None:
                 write_checkpoint(self.folder.checkpoint_path, checkpoint)
-        self._cadence.done(started)
+        self._cadence.record(started)

@@ -73,17 +73,17 @@ class SnapshotWriter:
 
         Its fields are made when they are asked for, so it holds until the run goes on.
         """
-        share, particles = self.setup.share, particles or self.setup.particles
+        share, particles = self.setup.subdomain, particles or self.setup.particles
         if share.uses_slabs:
             return self._snapshot_in_slabs(
-                self._seen(time, step, particles, self.peaks.highest, self.begun.rows), particles
+                self._take_snapshot(time, step, particles, self.peaks.highest, self.begun.rows), particles
             )
         whole = share.whole(particles, self.peaks.highest, self.begun.rows)
-        return Moment(None if whole is None else self._seen(time, step, whole[0], *whole[1]))
+        return Moment(None if whole is None else self._take_snapshot(time, step, whole[0], *whole[1]))
 
     def _snapshot_in_slabs(self, own: Snapshot, particles: Particles) -> Moment:
         """Return the whole as a snapshot that is fetched by slabs, of which `own` is this process' part."""
-        share = self.setup.share
+        share = self.setup.subdomain
         retired = np.sort(share.everybodys_numbers(particles.tags[:, FLAGS] & RETIRED > 0))
         arrays = Derived((*own.fields, *INDICES), lambda name: (
             getattr(own, name) if name in INDICES else own.fields[name]))  # fmt: skip
@@ -95,14 +95,16 @@ class SnapshotWriter:
         fields = Derived(own.fields, slabs.whole)
         return Moment(replace(own, fields=fields, body=body, material=material, id=number), slabs)
 
-    def _seen(self, time: float, step: int, particles: Particles, highest: np.ndarray, begun: np.ndarray) -> Snapshot:
+    def _take_snapshot(
+        self, time: float, step: int, particles: Particles, highest: np.ndarray, begun: np.ndarray
+    ) -> Snapshot:
         """Return a snapshot of particles with their highest pressures [Pa] and where they began (n, dim) [m]."""
         stepper = self.setup.stepper
         order = np.argsort(particles.id)
         order = order[particles.tags[order, FLAGS] & RETIRED == 0]
         own = [name for name in OF_STATE if name in particles.names]
 
-        def found(name: str) -> np.ndarray:
+        def derive(name: str) -> np.ndarray:
             return diagnose(particles, stepper.table, stepper.models)[name]
 
         def field(name: str) -> np.ndarray:
@@ -110,10 +112,10 @@ class SnapshotWriter:
                 case "displacement":
                     return np.asarray(particles["position"][order] - begun[order])
                 case "peak_pressure":
-                    return np.maximum(highest, found("pressure"))[order]
+                    return np.maximum(highest, derive("pressure"))[order]
                 case "failed":
                     return (particles["damage"][order] >= 1.0).astype(np.uint8)
-            return np.asarray((particles[name] if name in own else found(name))[order])
+            return np.asarray((particles[name] if name in own else derive(name))[order])
 
         shown = list(diagnose(particles, stepper.table, stepper.models))
         names_ = (*own, *shown, "displacement", "peak_pressure", "failed")
@@ -242,12 +244,12 @@ def _in_region(snapshot: Snapshot, region: OutputRegion) -> np.ndarray:
 def _reduce_fields(snapshot: Snapshot, output: Output) -> Snapshot:
     """Return a snapshot with the fields that a case asks for, in its precision."""
 
-    def stored(name: str, values: np.ndarray) -> np.ndarray:
+    def convert(name: str, values: np.ndarray) -> np.ndarray:
         single = output.precision == "single" and values.dtype == np.float64 and name != "position"
         return values.astype(np.float32) if single else values
 
     asked = [one for one in snapshot.fields if output.fields is None or one in output.fields or one in ALWAYS]
-    return replace(snapshot, fields=transform_arrays(snapshot.fields, stored, asked))
+    return replace(snapshot, fields=transform_arrays(snapshot.fields, convert, asked))
 
 
 def _impedance(start: Snapshot, number: int) -> float:

@@ -69,7 +69,7 @@ class Live(Lines):
         loop = name.rsplit("_", 1)[0]
         self._display.update(Spinner("dots", f"compiling kernels ({loop}); they are kept for later runs"), refresh=True)
 
-    def started(self, folder: Path, particles: int, end: float) -> None:
+    def start(self, folder: Path, particles: int, end: float) -> None:
         """Say how much there is to do."""
         self._end = end
         words = f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}"

@@ -63,7 +63,7 @@ class Lines(Silence):
             self._compiling = True
             say("compiling kernels (once; they are kept for later runs)")
 
-    def started(self, folder: Path, particles: int, end: float) -> None:
+    def start(self, folder: Path, particles: int, end: float) -> None:
         """Say how much there is to do."""
         say(f"{particles} particles to t = {quantity(end, self._unit)}, into {folder}")
 

@@ -32,8 +32,8 @@ def fill_hcp(shape: Shape, dx: float) -> Filling:
         half = [count_across(shape.diameter / 2, step, "cylinder's radius") + 1 for step in steps[1:]]
         points = _nodes([np.arange(layers), *(np.arange(-h, h + 1) for h in half)]) * steps
         points[:, 0] -= (layers - 1) / 2 * steps[0]
-        points = np.roll(points, shape.along, axis=1)
-        size = tuple(layers * steps[0] if axis == shape.along else shape.diameter for axis in range(3))
+        points = np.roll(points, shape.axis_column, axis=1)
+        size = tuple(layers * steps[0] if axis == shape.axis_column else shape.diameter for axis in range(3))
         return make_filling(points[shape.contains(points)], dx, size, shape.extent())
     if not isinstance(shape, Box):
         low, high = shape.bounds()

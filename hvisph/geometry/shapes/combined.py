@@ -113,7 +113,7 @@ class OfParts(Measured):
         lows, highs = zip(*(part.bounds() for part in self.parts), strict=True)
         return np.array(lows), np.array(highs)
 
-    def _each(self, points: np.ndarray, of_two: np.ufunc) -> np.ndarray:
+    def _reduce_distance(self, points: np.ndarray, of_two: np.ufunc) -> np.ndarray:
         """Return `of_two` distances at a time of all those of `points` (n, dim) to the parts (n,) [m]."""
         found = self.parts[0].distance(points)
         for part in self.parts[1:]:
@@ -140,7 +140,7 @@ class Union(OfParts):
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
-        return self._each(points, np.minimum)
+        return self._reduce_distance(points, np.minimum)
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class Intersection(OfParts):
 
     def distance(self, points: np.ndarray) -> np.ndarray:
         """Return the signed distance of `points` (n, dim) [m] to the surface, negative inside: (n,) [m]."""
-        return self._each(points, np.maximum)
+        return self._reduce_distance(points, np.maximum)
 
 
 @dataclass(frozen=True)
@@ -280,7 +280,7 @@ class Repeat(Measured):
                 np.minimum(least, self.shape.distance(points - (np.array(index) - last) @ steps), out=least)
             return least
         low, high = self.shape.bounds()
-        cell = self._nearest(points - (low + high) / 2)
+        cell = self._nearest_copy(points - (low + high) / 2)
         for beside in itertools.product(*((0, -1, 1) if n > 1 else (0,) for n in self.counts)):
             at = points - (np.clip(cell + beside, 0, np.array(self.counts) - 1) - last) @ steps
             # the nearest copy comes first; of another only those look that its box could be nearer to
@@ -288,7 +288,7 @@ class Repeat(Measured):
             least[near] = np.minimum(least[near], self.shape.distance(at[near]))
         return least
 
-    def _nearest(self, points: np.ndarray) -> np.ndarray:
+    def _nearest_copy(self, points: np.ndarray) -> np.ndarray:
         """Return the index of the copy whose middle is nearest to `points` about that of all: (n, vectors)."""
         steps, last = np.asarray(self.vectors), np.array(self.counts) - 1
         free = np.rint(points @ self._inverse + last / 2)

@@ -111,7 +111,7 @@ class Mesh(Shape):
         They are numbers of some rays, crossing ones among them, their x, and whether they enter there.
         """
         bins = self._bins
-        cell = bins.of(rays)
+        cell = bins.bin_of(rays)
         candidates = np.flatnonzero(bins.counts[cell] > 0)
         ends = np.cumsum(bins.counts[cell[candidates]])
         start = 0
@@ -119,10 +119,10 @@ class Mesh(Shape):
             done = ends[start - 1] if start else 0
             stop = max(start + 1, int(np.searchsorted(ends, done + AT_ONCE, "right")))
             chosen = candidates[start:stop]
-            yield chosen, *self._crossed(rays[chosen], cell[chosen])
+            yield chosen, *self._crossings(rays[chosen], cell[chosen])
             start = stop
 
-    def _crossed(self, rays: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _crossings(self, rays: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return which rays cross a triangle, one entry a crossing, at which x, and whether they enter there."""
         bins = self._bins
         many = bins.counts[cell]
@@ -142,35 +142,35 @@ class Mesh(Shape):
 
         The sign is exact, the size is good to half the distance of those points.
         """
-        away, _, along = self._nearest(points)
+        away, _, along = self._nearest_sample(points)
         # beside a sample of a flat face the distance to the face, farther away that to the sample
-        size = np.where(self._beside(away), np.abs(along), away / (1 + SLACK) - self._apart / 2)
+        size = np.where(self._is_near_face(away), np.abs(along), away / (1 + SLACK) - self._sample_spacing / 2)
         return np.where(self.contains(points), -size, size)
 
     def outward(self, points: np.ndarray, step: float) -> np.ndarray:
         """Return unit vectors (n, 3) along which the distance to the surface grows; of a mesh without a `step`."""
-        away, (apart, normals), along = self._nearest(points)
-        ways = np.where(self._beside(away)[:, None], np.sign(along)[:, None] * normals,
+        away, (apart, normals), along = self._nearest_sample(points)
+        ways = np.where(self._is_near_face(away)[:, None], np.sign(along)[:, None] * normals,
                         apart / np.maximum(away, 1e-300)[:, None])  # fmt: skip
         return np.where(self.contains(points)[:, None], -ways, ways)
 
-    def _nearest(self, points: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
+    def _nearest_sample(self, points: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
         """Return how far a sample of the surface is (n,), the way from it and its normal (n, 3), and their product."""
         samples, normals, tree = self._surface
         away, nearest = tree.query(points, eps=SLACK)
         apart, facing = points - samples[nearest], normals[nearest]
         return away, (apart, facing), (apart * facing).sum(axis=1)
 
-    def _beside(self, away: np.ndarray) -> np.ndarray:
+    def _is_near_face(self, away: np.ndarray) -> np.ndarray:
         """Tell which distances to a sample are those of points beside the face that it is of."""
-        return np.asarray(away < self._apart * 2)
+        return np.asarray(away < self._sample_spacing * 2)
 
     @cached_property
     def _bins(self) -> _Bins:
         return _Bins(self.corners[:, :, 1:])
 
     @cached_property
-    def _apart(self) -> float:
+    def _sample_spacing(self) -> float:
         edges = np.cross(self.corners[:, 1] - self.corners[:, 0], self.corners[:, 2] - self.corners[:, 0])
         area = np.sqrt((edges**2).sum(axis=1)).sum() / 2
         return float(max(np.sqrt(area / MOST_SAMPLES), max(self.extent()) / 1000))
@@ -182,7 +182,7 @@ class Mesh(Shape):
         edges = self.corners[:, 1:] - self.corners[:, :1]
         normals = np.cross(edges[:, 0], edges[:, 1])
         area = np.sqrt((normals**2).sum(axis=1)) / 2
-        many = np.maximum(1, np.rint(area / self._apart**2)).astype(int)
+        many = np.maximum(1, np.rint(area / self._sample_spacing**2)).astype(int)
         owner = np.repeat(np.arange(len(many)), many)
         rank = np.arange(len(owner)) - np.repeat(np.cumsum(many) - many, many)
         # a sequence of low discrepancy, folded into the triangle
@@ -217,7 +217,7 @@ class _Bins:
     def _index(self, points: np.ndarray) -> np.ndarray:
         return np.clip(np.floor((points - self.low) / self.step), 0, self.side - 1).astype(int)
 
-    def of(self, points: np.ndarray) -> np.ndarray:
+    def bin_of(self, points: np.ndarray) -> np.ndarray:
         """Return the bin of each of `points` (n, 2)."""
         out = ((points < self.low) | (points > self.low + self.step * self.side)).any(axis=1)
         at = self._index(points)

@@ -241,16 +241,18 @@ class RoundedCylinder(Profile):
 
     def radius(self, x: np.ndarray) -> np.ndarray:
         """Return the radius at `x` [m]."""
-        along = np.maximum(self._along(x) - (self.length / 2 - self.edge_radius), 0.0)
+        along = np.maximum(self._nose_coordinate(x) - (self.length / 2 - self.edge_radius), 0.0)
         return np.sqrt(np.maximum(self.edge_radius**2 - along**2, 0.0)) + self.diameter / 2 - self.edge_radius
 
     def distance(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
         """Return the signed distance of points with r >= 0 [m]."""
         edge = self.edge_radius
-        rounded = box_distance(self._along(x) - (self.length / 2 - edge), r - (self.diameter / 2 - edge)) - edge
+        rounded = (
+            box_distance(self._nose_coordinate(x) - (self.length / 2 - edge), r - (self.diameter / 2 - edge)) - edge
+        )
         return np.maximum(rounded, -self.length / 2 - x)
 
-    def _along(self, x: np.ndarray) -> np.ndarray:
+    def _nose_coordinate(self, x: np.ndarray) -> np.ndarray:
         return np.abs(x) if self.ends == "both" else x
 
 

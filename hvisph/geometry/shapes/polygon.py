@@ -136,12 +136,12 @@ class Prism(Axial):
     @property
     def flat_axes(self) -> tuple[int, ...]:
         """Axes across which flat faces bound the whole shape."""
-        return (self.along, *(k if k < self.along else k + 1 for k in self.section.flat_axes))
+        return (self.axis_column, *(k if k < self.axis_column else k + 1 for k in self.section.flat_axes))
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower and the upper corner of the box around it, (3,) each [m]."""
         low, high = self.section.bounds()
-        return np.insert(low, self.along, -self.length / 2), np.insert(high, self.along, self.length / 2)
+        return np.insert(low, self.axis_column, -self.length / 2), np.insert(high, self.axis_column, self.length / 2)
 
     @property
     def volume(self) -> float:
@@ -184,13 +184,13 @@ class Ring(Axial):
     @property
     def flat_axes(self) -> tuple[int, ...]:
         """Axes across which flat faces bound the whole shape."""
-        return (self.along,) if 0 in self.section.flat_axes else ()
+        return (self.axis_column,) if 0 in self.section.flat_axes else ()
 
     def bounds(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the lower and the upper corner of the box around it, (3,) each [m]."""
         low, high = self.section.bounds()
         outer = self.radius + high[1]
-        return np.insert([-outer] * 2, self.along, low[0]), np.insert([outer] * 2, self.along, high[0])
+        return np.insert([-outer] * 2, self.axis_column, low[0]), np.insert([outer] * 2, self.axis_column, high[0])
 
     @property
     def volume(self) -> float:

@@ -117,18 +117,18 @@ class Axial(Shape):
             raise CaseError(f"unknown axis '{self.axis}'{suggest_nearest(self.axis, AXES)}", where="axis")
 
     @property
-    def along(self) -> int:
+    def axis_column(self) -> int:
         """Column of the coordinate along the axis."""
         return AXES.index(self.axis)
 
     @property
     def flat_axes(self) -> tuple[int, ...]:
         """Axes across which flat faces bound the whole shape: both ends."""
-        return (self.along,)
+        return (self.axis_column,)
 
     def split(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the coordinate (n,) [m] of `points` (n, 3) along the axis, and the two across it (n, 2)."""
-        return points[:, self.along], np.delete(points, self.along, axis=1)
+        return points[:, self.axis_column], np.delete(points, self.axis_column, axis=1)
 
 
 def require_sizes(shape: str, **sizes: float) -> None:

@@ -107,7 +107,7 @@ class GradyKipp:
 
 
 @inline
-def grown(damage, strain, dt, least, exponent, number, row):
+def grow_damage(damage, strain, dt, least, exponent, number, row):
     """Damage after `dt` at the tensile `strain`, of a particle with these flaws."""
     if strain <= least or number <= 0.0 or damage >= 1.0:
         return damage

@@ -30,7 +30,7 @@ def pack(row: np.ndarray, strength: float, exponent: float, rate: float, bulk_mo
 
 
 @inline
-def grown(damage, p, dt, row):
+def grow_damage(damage, p, dt, row):
     """Damage after `dt` [s] at the pressure `p` [Pa] that the material would bear unbroken."""
     over = -p * row[SPALL_INVERSE]
     if over <= 1.0:

@@ -48,7 +48,7 @@ MODULES = {name: sys.modules[model.__module__] for name, model in REGISTRY.items
 
 
 @noinline
-def _further(tag, rho, e, row):
+def _state_of_rare_models(tag, rho, e, row):
     """Pressure [Pa] and square of the sound speed [m^2/s^2] of the models that are seldom in the same loop."""
     if tag == tags.POLYNOMIAL:
         p, p_rho, p_e = polynomial.state(rho, e, row)
@@ -84,7 +84,7 @@ def pressure_and_sound_speed(tag, rho, e, row):
         p, p_rho, p_e = tillotson.state(rho, e, row)
         c_squared = p_rho + p * p_e / (rho * rho)
     elif FURTHER_EOS and tag >= tags.POLYNOMIAL:
-        p, c_squared = _further(tag, rho, e, row)
+        p, c_squared = _state_of_rare_models(tag, rho, e, row)
     else:  # linear and elastic are one law
         p = linear.pressure(rho, e, row)
         c_squared = linear.sound_speed_squared(rho, e, p, row)

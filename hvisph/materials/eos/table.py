@@ -121,7 +121,7 @@ def _hermite(t, width):
 
 
 @inline
-def _along(address, at, stride, w):
+def _interpolate(address, at, stride, w):
     """Value and slope of a curve between two nodes, each a value with its slope after it."""
     a, a_slope = number_at(address, at), number_at(address, at + 1)
     b, b_slope = number_at(address, at + stride), number_at(address, at + stride + 1)
@@ -144,8 +144,8 @@ def state(rho, e, row):
     beyond = max(place - (NODES - 1), 0.0) / cells  # ln rho behind the table's end
     i = min(int(place), NODES - 2)
     w = _hermite(min(place - i, 1.0), 1.0 / cells)
-    cold, cold_l = _along(address, COLD + 4 * i, 4, w)
-    span, span_l = _along(address, COLD + 4 * i + 2, 4, w)
+    cold, cold_l = _interpolate(address, COLD + 4 * i, 4, w)
+    span, span_l = _interpolate(address, COLD + 4 * i + 2, 4, w)
     cold += beyond * cold_l
     span = max(span, 1e-300)
     relative = (e - cold) / span
@@ -158,10 +158,10 @@ def state(rho, e, row):
     at = NODE + 4 * (i * ENERGIES + j)
     stride = 4 * ENERGIES
     # values and x-slopes at the two energies, each along ln rho
-    a, a_l = _along(address, at, stride, w)
-    b, b_l = _along(address, at + 4, stride, w)
-    c, c_l = _along(address, at + 2, stride, w)
-    d, d_l = _along(address, at + 6, stride, w)
+    a, a_l = _interpolate(address, at, stride, w)
+    b, b_l = _interpolate(address, at + 4, stride, w)
+    c, c_l = _interpolate(address, at + 2, stride, w)
+    d, d_l = _interpolate(address, at + 6, stride, w)
     p = v[0] * a + v[1] * b + v[2] * c + v[3] * d
     p_l = v[0] * a_l + v[1] * b_l + v[2] * c_l + v[3] * d_l
     p_r = (v[4] * a + v[5] * b + v[6] * c + v[7] * d) * x_r

@@ -70,7 +70,7 @@ def shear_share(tag, rho, p, temperature, melt, row):
 
 
 @noinline
-def _further(tag, rho, e, p, temperature, melt, rate, damage, row):
+def _conditions_of_rare_models(tag, rho, e, p, temperature, melt, rate, damage, row):
     """Return what `conditions` does, of the models that are seldom in the same loop."""
     share = shear_share(tag, rho, p, temperature, melt, row)
     if tag in (tags.STEINBERG_GUINAN, tags.STEINBERG_LUND):
@@ -109,7 +109,7 @@ def conditions(tag, rho, e, p, temperature, melt, homologous, rate, logged, dama
     if tag == tags.JOHNSON_COOK:
         return johnson_cook.rate_and_heat_factor(logged, homologous, row), 0.0, 1.0
     if FURTHER_STRENGTH and tag > tags.JOHNSON_COOK:
-        return _further(tag, rho, e, p, temperature, melt, rate, damage, row)
+        return _conditions_of_rare_models(tag, rho, e, p, temperature, melt, rate, damage, row)
     return 1.0, 0.0, 1.0
 
 

@@ -16,7 +16,7 @@ from hvisph.compiler.vector.api import LANES
 from hvisph.core.particles import Particles
 from hvisph.integrators.particle_steps import Shown
 from hvisph.materials import thermodynamics
-from hvisph.materials.material_table import fitted
+from hvisph.materials.material_table import bind_models
 from hvisph.schemes.total_lagrangian import deformation_gradient
 from hvisph.schemes.total_lagrangian import law as reference
 from hvisph.sph.kernels.kernel import scale
@@ -100,8 +100,8 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
         "RATE_SHAPED": dim * moving + dim, "SUMS": (dim + 1) * moving,
         "SECANT": int(formulation.hourglass != 0.0 and formulation.secant), "SHEARS": int(formulation.shears),
         "RENEWS": int(formulation.renew_strain is not None), "AXISYMMETRIC": int(formulation.revolved),
-        "remembered_state": fitted(thermodynamics.remembered_state, *materials), "longitudinal_speed":
-        thermodynamics.longitudinal_speed, "shear_modulus": fitted(thermodynamics.shear_modulus, *materials),
+        "remembered_state": bind_models(thermodynamics.remembered_state, *materials), "longitudinal_speed":
+        thermodynamics.longitudinal_speed, "shear_modulus": bind_models(thermodynamics.shear_modulus, *materials),
         "REMEMBERS": int("history_variable" in particles.offsets), "S_HISTORY_VARIABLE": 0,
         **{name: at for name, at in particles.bindings().items()
            if name in ("S_DENSITY", "S_PLASTIC_STRAIN", "S_DAMAGE", "S_HISTORY_VARIABLE")},

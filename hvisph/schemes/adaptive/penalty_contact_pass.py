@@ -99,7 +99,7 @@ class BodyContact:
         self._stiffness = self._of_material[particles.material]
         self._bodies, self._numbers = particles.body.astype(np.float64), particles.numbers()
 
-    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+    def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
         for pairs in (self.pairs, self._looking):
             pairs.halo = halo_for(pairs.layout)
@@ -261,7 +261,7 @@ class BodyContact:
                 "contact_inner": self._inner, "contact_pieces": self._pieces, "contact_folded": self.folded,
                 "contact_leaving": self.leaving}  # fmt: skip
 
-    def hold(self, carried: dict[str, np.ndarray]) -> None:
+    def replace_particles(self, carried: dict[str, np.ndarray]) -> None:
         """Take what is `get_carried` of the particles that there are now."""
         self.starts, self.omega, self._volume, self._inner = (
             np.array(carried[f"contact_{name}"]) for name in ("starts", "omega", "volume", "inner")

@@ -65,7 +65,7 @@ class SpatialPass:
         """Sorted rows of `pairs` of the particles that the last evaluation paired."""
         return self.pairs.place[: self._chosen]
 
-    def near(self, rows: np.ndarray, numbers: np.ndarray, eulerian: np.ndarray,
+    def find_near(self, rows: np.ndarray, numbers: np.ndarray, eulerian: np.ndarray,
              bodies: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
         """Return which particles are near another body, and which near an Eulerian one (n,), bool.
 
@@ -101,7 +101,7 @@ class SpatialPass:
         chosen
             Particles (k,).
         rows, numbers, eulerian
-            As those of `near`.
+            As those of `find_near`.
         shown
             Bodies, pressures and loads [Pa] of all particles (n,), float64.
         rates
@@ -115,7 +115,7 @@ class SpatialPass:
         pairs.evaluate(self._h)
         self._add_rates(len(chosen), pairs.rates, self.paired_rows, chosen, eulerian, rates)
 
-    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+    def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
         self._seen = halo_for(_selection_layout(self.pairs.layout.dim))
         self.pairs.halo = halo_for(self.pairs.layout)

@@ -71,15 +71,15 @@ class CompositeState(ReferenceChanges, Stepper):
             self.contact.history() if self.contact is not None else {}
         )  # fmt: skip
 
-    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+    def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have from the start on, by the halos that `halo_for` makes of layouts of rows."""
         self.copies.halo, self._halo_for = halo_for(self.copies.layout), halo_for
 
-    def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+    def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
         """Have these particles in place of all others, between steps; see `get_carried`."""
         particles, stage = self.particles, self._stage
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
-        self.totals.hold(len(data))
+        self.totals.resize(len(data))
         self._make_room()
         self._take(carried)
         self._stage = stage
@@ -97,7 +97,7 @@ class CompositeState(ReferenceChanges, Stepper):
             self.before = np.array(carried["before"])
         self.rows_[: self.particles.count], self._rates[...] = carried["rows"], carried["rates"]
         if self.contact is not None:
-            self.contact.hold(carried)
+            self.contact.replace_particles(carried)
             self._body_indices = self.contact.pieces
             self._one_piece = self._one_body and not self.anywhere(kept["loose"].any())
         self._classify()

@@ -54,8 +54,8 @@ class CompositeStepper(CompositeState):
 
     formulation: Any
     turns_back = False  # a Total Lagrangian particle cannot be exchanged for its image
-    settled = True  # reference lists bind particles to where they are
-    room = None
+    keeps_order = True  # reference lists bind particles to where they are
+    workspace = None
 
     def __init__(self, particles: Particles, formulation: Any, materials: list[Material], stage: float,
                  previous: float, h: float, planes: tuple[Plane, ...] = (), drift: float = 0.5):  # fmt: skip
@@ -86,7 +86,7 @@ class CompositeStepper(CompositeState):
         self.sequence = sequence.astype(np.uint64)
 
     @property
-    def homes(self) -> np.ndarray:
+    def owner_positions(self) -> np.ndarray:
         """Places (n, dim) [m] by which particles belong to a part of space."""
         return self.particles["reference_position"]
 
@@ -110,7 +110,7 @@ class CompositeStepper(CompositeState):
         self.spatial = SpatialPass(formulation, self._at_start, self.h, self.planes, offered)
         self.pairs = self.spatial.pairs
         if self._halo_for is not None:
-            self.spatial.join(self._halo_for)
+            self.spatial.attach_halo(self._halo_for)
         if formulation.contact.parts and (formulation.contact.self_contact or not self._one_body):
             fullest = np.zeros(self._bodies_in_all)
             np.maximum.at(fullest, particles.body.astype(np.int64), self.reference.zeroth_sums)
@@ -118,7 +118,7 @@ class CompositeStepper(CompositeState):
                                        (self.reference.zeroth_sums, self.get_maxima(fullest)),
                                        self.totals.units[column.SLIPPING])  # fmt: skip
             if self._halo_for is not None:
-                self.contact.join(self._halo_for)
+                self.contact.attach_halo(self._halo_for)
         self._classify()
 
     @property
@@ -206,7 +206,9 @@ class CompositeStepper(CompositeState):
         self.spatial.rest()
         near_body = near_eulerian = self._none
         if self._any_eulerian or not self._one_piece:
-            near_body, near_eulerian = self.spatial.near(self.rows_, self._numbers, self._eulerian, self._body_indices)
+            near_body, near_eulerian = self.spatial.find_near(
+                self.rows_, self._numbers, self._eulerian, self._body_indices
+            )
         try:
             self._add_spatial(near_eulerian if self.spatial.parted else near_eulerian | near_body)
         finally:  # other processes wait for this one's part in the contact, also where it has failed

@@ -14,7 +14,7 @@ from hvisph.core.errors import RunError
 from hvisph.core.particles import Particles
 from hvisph.integrators import sums as column
 from hvisph.materials import stress_update
-from hvisph.materials.material_table import Material, fitted, pack
+from hvisph.materials.material_table import Material, bind_models, pack
 from hvisph.schemes.formulation import Smoothing
 from hvisph.schemes.protocol import AnyFormulation
 from hvisph.schemes.stepper import fastest_sound
@@ -38,7 +38,7 @@ class ProjectionNumbers(AnyFormulation, Protocol):
         """How the smoothing length follows the flow."""
 
     @property
-    def printed(self) -> bool:
+    def original_gradient(self) -> bool:
         """Whether the pressure gradient is the printed one."""
 
     @property
@@ -88,7 +88,7 @@ class ProjectionStepper:
     """
 
     has_energy = settled = False
-    room = None
+    workspace = None
     stored_energy = contact_energy = 0.0
 
     def __init__(self, particles: Particles, formulation: ProjectionNumbers, materials: list[Material], stage: float,
@@ -117,7 +117,7 @@ class ProjectionStepper:
         dim, kernel = self.particles.dim, self.formulation.kernel
         named = particle_layout.slots(dim) | self.particles.bindings() | {
             "DIM": dim, "slope": kernel.slope, "scale": specialise(scale, DIM=dim, NORM=kernel.norm(dim)),
-            "respond": fitted(stress_update.respond, self.table, self.models),
+            "respond": bind_models(stress_update.respond, self.table, self.models),
         }  # fmt: skip
         sums: tuple[Any, ...] = (laws.velocity_gradient, laws.stress_divergence, laws.poisson, laws.pressure_gradient)
         loops: tuple[Any, ...] = (passes.stress, passes.velocity, passes.pressure, passes.acceleration)
@@ -136,7 +136,7 @@ class ProjectionStepper:
         return self._averaged.mean()
 
     @property
-    def homes(self) -> np.ndarray:
+    def owner_positions(self) -> np.ndarray:
         """Places (n, dim) [m] by which particles belong to a part of space."""
         return self.particles["position"]
 
@@ -161,9 +161,17 @@ class ProjectionStepper:
         stress(n, data, tags, near, *rows.get_pass_rows(0), self.rates, (self.table, self.models), dt)
         velocity(n, data, tags, near, *rows.get_pass_rows(1), self.rates, dt, self._body_force)
         pressure(
-            n, data, near, *rows.get_pass_rows(2), dt, self._eta2, self._fullness, scheme.min_support, scheme.printed
+            n,
+            data,
+            near,
+            *rows.get_pass_rows(2),
+            dt,
+            self._eta2,
+            self._fullness,
+            scheme.min_support,
+            scheme.original_gradient,
         )
-        acceleration(n, data, near, rows.get_pass_rows(3)[0], self.rates, scheme.printed)
+        acceleration(n, data, near, rows.get_pass_rows(3)[0], self.rates, scheme.original_gradient)
 
     def complete(self, dt: float, following: float) -> None:
         """Carry the state over `dt` [s], and announce the step `following`."""
@@ -208,15 +216,15 @@ class ProjectionStepper:
             "step": np.array([self._step]), "crossed": np.array([self._crossed]),
         }  # fmt: skip
 
-    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+    def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
         self._rows.list.halo = halo_for(self._rows.list.layout)
 
-    def hold(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
+    def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
         """Have these particles in place of all others, between steps; see `get_carried`."""
         particles = self.particles
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
-        self.totals.hold(len(data))
+        self.totals.resize(len(data))
         self._take(carried)
 
     def fit_grid(self) -> None:
@@ -239,8 +247,8 @@ class ProjectionStepper:
         self.place = np.arange(count, dtype=np.uint32)
         self.rates, self.signals = np.array(carried["rates"]), np.array(carried["signals"])
         self.lengths = particles["smoothing_length"].copy()
-        self._rows.hold(np.asarray(carried["rows"]))
-        self._averaged.hold(carried)
+        self._rows.replace_rows(np.asarray(carried["rows"]))
+        self._averaged.replace_particles(carried)
         if not self._stale():
             crossed = self._crossed
             apart = np.abs(carried["listed_at"] - particles["position"]).max(initial=0.0)

@@ -36,7 +36,7 @@ class NoContact:
     def renumber(self, bodies: np.ndarray) -> None:
         """Take no note of the bodies."""
 
-    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+    def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """Ask nothing of other processes."""
 
     def add(self, standard: Pairs, h: float) -> None:
@@ -94,12 +94,12 @@ class SeparatingContact:
         """Take note of the bodies of particles that were put into another order, or are others."""
         self._bodies = bodies.astype(np.uint32)
 
-    def join(self, halo_for: Callable[[RowLayout], Halo]) -> None:
+    def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
         """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
         self._pairs.halo = halo_for(self._pairs.layout)
         self._seen = halo_for(_places(self._pairs.layout.dim))
 
-    def _chosen(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
+    def _select(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the particles near another body, and those near one that is: more than these do no harm."""
         if self._seen is None:
             return self._selection.near_other_bodies(rows, self._bodies, reach)
@@ -114,7 +114,7 @@ class SeparatingContact:
     def add(self, standard: Pairs, h: float) -> None:
         """Add the rates of contact to those of the `standard` law; `h` is the largest smoothing length [m]."""
         rows, numbers, rates = standard.rows, standard.numbers, standard.rates
-        meeting, beside = self._chosen(rows, numbers, self._pairs.kernel.reach * h)
+        meeting, beside = self._select(rows, numbers, self._pairs.kernel.reach * h)
         chosen = np.concatenate([meeting, beside])
         if not (len(chosen) if self._seen is None else self._seen.anywhere(len(chosen) > 0)):
             return

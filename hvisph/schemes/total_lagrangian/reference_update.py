@@ -197,7 +197,7 @@ def stop_at_planes(particles: Particles, planes: tuple[Plane, ...], h: float) ->
     passed = False
     x, u = particles["position"], particles["velocity"]
     for plane in planes:
-        over = plane.beyond(x) > 0.0
+        over = plane.distance_beyond(x) > 0.0
         if not over.any():
             continue
         passed = True

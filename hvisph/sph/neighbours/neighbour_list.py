@@ -89,9 +89,9 @@ class NeighbourList:
         self._made = 0
         law = specialise(record, CHUNK=traversal.CHUNK)
         self._sweep = traversal.loop(self.dim, self.dim, law)
-        self.hold(self.count)
+        self.resize(self.count)
 
-    def hold(self, count: int) -> None:
+    def resize(self, count: int) -> None:
         """Make room for lists of `count` particles."""
         self.count = count
         self.first, self.last = np.zeros(count, np.uint64), np.zeros(count, np.uint64)

@@ -202,7 +202,7 @@ class Pairs:
         if failure is not None:
             raise failure
 
-    def hold(self, rows: np.ndarray, numbers: np.ndarray) -> None:
+    def replace_rows(self, rows: np.ndarray, numbers: np.ndarray) -> None:
         """Take these packed rows (n, width) and their numbers in place of all others, sorted in the order given."""
         self.rows, self.numbers, self.count = rows, numbers, len(rows)
         if self._room > 2 * self.count:  # many have gone to other processes

@@ -227,11 +227,11 @@ class Reference:
                 yield part, np.rint(apart)
 
         for part, apart in portions():
-            keys = volumes.of(volume[self.near[part]])
+            keys = volumes.number(volume[self.near[part]])
             for axis in range(dim):
-                number = steps.of(np.where(keys < 0, 0.0, apart[:, axis]))
+                number = steps.number(np.where(keys < 0, 0.0, apart[:, axis]))
                 keys = np.where((keys < 0) | (number < 0), -1, keys * MOST_STEPS + number)
-            codes = kinds.of(np.where(keys < 0, 0, keys))
+            codes = kinds.number(np.where(keys < 0, 0, keys))
             self.codes[part] = np.where((keys < 0) | (codes < 0), OWN_ROW, codes)
         tabled, alone = len(kinds.met), self.codes == OWN_ROW
         self.codes[alone] = tabled + np.arange(alone.sum())
@@ -277,7 +277,7 @@ class _Numbered:
         self._most, self.met = most, np.zeros(1)
         self._sorted, self._numbers = self.met, np.zeros(1, np.int64)
 
-    def of(self, values: np.ndarray) -> np.ndarray:
+    def number(self, values: np.ndarray) -> np.ndarray:
         """Return the numbers of `values` (n,), -1 of those that have none."""
         numbers = self._look_up(values)
         unknown = np.flatnonzero(numbers < 0)

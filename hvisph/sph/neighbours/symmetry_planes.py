@@ -30,7 +30,7 @@ class Plane:
     at: float
     side: float = 1.0
 
-    def beyond(self, x: np.ndarray) -> np.ndarray:
+    def distance_beyond(self, x: np.ndarray) -> np.ndarray:
         """Return how far positions (n, dim) [m] lie beyond the plane [m], below zero for those that do not."""
         return self.side * (self.at - x[:, self.axis])
 
@@ -75,7 +75,7 @@ def with_images(
     """
     made = []
     for plane in planes:
-        depth = plane.beyond(rows)
+        depth = plane.distance_beyond(rows)
         deepest = float(depth[depth < reach].max(initial=0.0))
         source = np.flatnonzero(np.abs(depth) < reach + deepest)
         made.append(Images(plane, source, len(rows)))
@@ -126,7 +126,7 @@ def turn_back(particles: Particles, rows: np.ndarray, layout: RowLayout, rates: 
     """
     dim = particles.dim
     for plane in planes:
-        passed = np.flatnonzero((plane.beyond(particles["position"]) > 0.0) & (particles["mass"] > 0.0))
+        passed = np.flatnonzero((plane.distance_beyond(particles["position"]) > 0.0) & (particles["mass"] > 0.0))
         if not len(passed):
             continue
         for name in particles.names:
