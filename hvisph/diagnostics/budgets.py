@@ -1,4 +1,4 @@
-"""What a run keeps account of: budgets of energy and momentum, the columns of its history."""
+"""Budgets of energy and momentum: the columns of the history."""
 
 from __future__ import annotations
 

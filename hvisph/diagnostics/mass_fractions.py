@@ -1,4 +1,4 @@
-"""Shares of a run's mass that have failed, melted, or left what their material is good for."""
+"""Mass fractions that have failed, melted, or left the range of validity of their models."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a run left the range of its materials' models, and what bore a tension that no such material bears."""
+"""Validity of material models during a run: range of state, and unlimited tension."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is kept of every particle for files alone: the highest pressure so far, where it began."""
+"""Particle histories for output: maximum pressure and initial position."""
 
 from __future__ import annotations
 

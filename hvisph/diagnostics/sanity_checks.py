@@ -1,4 +1,4 @@
-"""Watchers: a run that has left its physics stops, and says which particle did, where, when and why."""
+"""Sanity checks that stop a run of unphysical state and report particle, position, time and cause."""
 
 from __future__ import annotations
 

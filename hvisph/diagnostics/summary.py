@@ -1,4 +1,4 @@
-"""The summary of a run: what it cost, what it conserved, what was measured and what was expected."""
+"""Summary of a run: cost, conservation, measures and expectations."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a finished run should say of itself: signs that its last state is not to be trusted everywhere."""
+"""Warnings on the reliability of a finished run."""
 
 from __future__ import annotations
 

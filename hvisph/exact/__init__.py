@@ -1,1 +1,1 @@
-"""Exact solutions that results are checked against: Hugoniots, plate impact, layered impact."""
+"""Exact solutions: Hugoniots, plate impact, layered impact."""

@@ -1,4 +1,4 @@
-"""The waves that a steady push sends into a material at rest, with its strength and its changes of phase.
+"""Waves from a constant piston velocity into a material with strength and phase changes.
 
     sigma(v) = p(rho, e) + min(4/3 G ln(rho/rho0), 2/3 Y),    e = e_s + (sigma + sigma_s)(v_s - v)/2
     up = sum over the waves of (d sigma d v)^(1/2),    Us of the last = up ahead + v ahead (d sigma/d v)^(1/2)

@@ -1,4 +1,4 @@
-"""An elastic bar that strikes a smooth rigid wall, by explicit finite elements: what stubby bars keep in vibration.
+"""Impact of an elastic bar on a smooth rigid wall, by explicit finite elements.
 
 Two equal bars that meet are mirror images in the frame of their centre, so that the face between them is such a wall:
 the bar that was struck leaves with half the speed and the rebound, and half the speed less the rebound stays.

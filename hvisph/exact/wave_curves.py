@@ -1,4 +1,4 @@
-"""What the front tracker needs from a material: states, and the waves that join them.
+"""Wave curves of materials for front tracking: states, and the waves between them.
 
 A law turns "this state is to come to that stress" into a row of fronts, fastest first. Every
 front, rarefactions cut into small pieces included, satisfies the jump conditions in mass

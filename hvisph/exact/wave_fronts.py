@@ -1,4 +1,4 @@
-"""Wave-front tracking: one-dimensional impact of layers, as a chain of Riemann problems.
+"""Front tracking of one-dimensional impact of layers, as a chain of Riemann problems.
 
 Mass coordinates: the interfaces between materials stand still, fronts run at constant speeds
 between uniform states, and only when fronts meet is there anything to solve. Layers touch or

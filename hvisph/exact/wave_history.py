@@ -1,4 +1,4 @@
-"""What front tracking leaves behind: the ways of all fronts, read as histories and profiles."""
+"""Histories and profiles from the paths of tracked fronts."""
 
 from __future__ import annotations
 

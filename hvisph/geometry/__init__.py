@@ -1,1 +1,1 @@
-"""Bodies to particle positions and volumes."""
+"""Shapes of bodies, and their particle positions and volumes."""

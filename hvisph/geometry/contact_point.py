@@ -1,4 +1,4 @@
-"""Where two bodies first touch when one moves along x: their surfaces, not their boxes.
+"""First contact of two bodies along x, from their surfaces.
 
 From points on one body's surface rays run along x to the other body by sphere tracing (steps of
 the distance to its surface, which cannot jump over it), and from the other body's surface back. The shortest ray

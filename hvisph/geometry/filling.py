@@ -1,4 +1,4 @@
-"""From a shape, an arrangement's name and a spacing to particles: the room's front door."""
+"""Filling of a shape with particles of a lattice and a spacing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Boxes and rectangular sections of rings with graded spacing: fine where they are struck, coarse towards the rim.
+"""Graded spacing of boxes and rectangular sections: fine at the impact, coarse towards the rim.
 
 Along each graded axis the layers are `dx` thick in the fine part and grow from layer to layer outside of it, by as much
 less than the ratio as makes them fill the body, up to the coarsest. A particle's volume is that of its cell, of rings

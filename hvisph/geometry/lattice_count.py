@@ -1,4 +1,4 @@
-"""What an arrangement returns, and the counting of particles that arrangements share."""
+"""Result of a lattice, and particle counts shared by lattices."""
 
 from __future__ import annotations
 

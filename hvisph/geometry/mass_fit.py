@@ -1,4 +1,4 @@
-"""Fillings whose mass is that of the shape: the spacing is stretched to fit, then the masses are scaled.
+"""Filling of exact mass: the spacing is stretched to fit, then the masses are scaled.
 
 Between flat faces a lattice of n = round(L/dx) layers is stretched to L/n, by less than half a layer. Across round
 and oblique surfaces the count N jumps with the spacing s: among spacings a few per cent about dx the one is

@@ -1,4 +1,4 @@
-"""Bodies cut by planes of symmetry, without a change of mass.
+"""Bodies cut by planes of symmetry, with unchanged mass.
 
 A plane through a body must be a plane of symmetry of it, and of its particles. Particles on the far side are left out;
 a row in the plane itself is split: half its mass stays, a quarter of a spacing from the plane, and

@@ -1,4 +1,4 @@
-"""Bodies that stand in each other, told by their surfaces: how deep points of one lie in the other.
+"""Overlap of bodies: depth of surface points of one body inside another.
 
 Touching bodies may keep their particles at any distance: a lattice ends in steps at a curved or turned face, and rings
 may stand on it. So shapes are asked where there are shapes. From particles near the other body points go down

@@ -1,4 +1,4 @@
-"""Particles from a file: CSV, VTU or another mesh format of meshio, HDF5; as somebody made them."""
+"""Particle files: CSV, VTU or another mesh format of meshio, HDF5."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where bodies stand: turned about their centres, then in a row along x, touching or at a gap.
+"""Placement of bodies: rotated about their centres, then in a row along x, in contact or at a gap.
 
 A body's faces along x lie dx / 2 outside its outermost particles, those of a graded one where its layers end, so that
 two touching bodies have their particles dx apart. The row's second body has its first face at x = 0, the struck face,

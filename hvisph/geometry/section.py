@@ -1,4 +1,4 @@
-"""Solids of revolution as their half-plane sections: rings of particles about the x axis.
+"""Half-plane sections of solids of revolution about x.
 
 A particle at (x, r) is a whole ring of the volume 2 pi r A, where A is its share of the section. Rows stand at
 r = dx/2, 3 dx/2, ... from the axis, and the rings' volumes add up to that of the solid.

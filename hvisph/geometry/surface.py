@@ -1,4 +1,4 @@
-"""Points on the surfaces of shapes, from the signed distance alone."""
+"""Points on the surface of a shape from its signed distance."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Volumes and moments of shapes that have no formula, from their signed distance.
+"""Volumes and moments of shapes without a formula, from their signed distance.
 
 A box around the shape is halved along all axes again and again. A cell whose centre is farther from the surface
 than its corners is wholly in or out; what is left at the end lies along the surface, and a cell of it of size s

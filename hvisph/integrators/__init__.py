@@ -1,1 +1,1 @@
-"""Time integration: schemes, the pass that carries every particle on, and the criteria of the next step."""
+"""Time integration: schemes, particle update and time-step criteria."""

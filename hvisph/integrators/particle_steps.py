@@ -1,4 +1,4 @@
-"""Steps of the pass over single particles: load, move, strain and store.
+"""Steps of the particle update: load, move, strain and store.
 
 Templates; `PARTS` are what a stepper binds.
 """

@@ -1,4 +1,4 @@
-"""The pass over single particles: complete a step, predict the next stage, update the stress, pack.
+"""Particle update: complete a step, predict the next stage, update the stress, pack the row.
 
 Between two evaluations of the pair forces every particle is visited once. With the rates of the
 last evaluation its state is carried to the end of the step; then the stage of the

@@ -1,4 +1,4 @@
-"""Time integrators that evaluate the forces once a step.
+"""Time integrators with one evaluation of the rates a step.
 
 Both are one family. Rates f are evaluated at a stage ahead of the state,
 

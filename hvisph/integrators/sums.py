@@ -1,4 +1,4 @@
-"""Sums over the completed states: the same bits for any order of the particles, of threads and of processes.
+"""Exact sums over the completed states, independent of the order of particles, threads and processes.
 
 Columns of the sums: energies and momentum; of the last step, not the state, work of plastic flow and what viscosity,
 Riemann fluxes and friction dissipated; power of slip, forces on clamped particles; largest speed and smoothing length.

@@ -1,4 +1,4 @@
-"""Named time-step criteria, and the watch for values that are not finite.
+"""Time-step criteria, and detection of values that are not finite.
 
     signal        h / (c_l + 1.2 alpha c + 1.2 beta max|mu|)        Monaghan 1989, `VISCOUS_SIGNAL`
     acceleration  sqrt(h / |a|)

@@ -1,4 +1,4 @@
-"""Which of the models that are seldom met a compiled loop has: these flags stand in front of their branches.
+"""Flags of rare models: compiled loops contain only the branches of the models in use.
 
 What most cases have - the common equations of state, strengths and failure - is in every loop, so that another metal
 needs no other loop. The rest is half of what a loop would be made of: `table.fitted` takes out what no material of

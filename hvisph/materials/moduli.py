@@ -1,4 +1,4 @@
-"""Isotropic elastic moduli out of one another."""
+"""Conversion of isotropic elastic moduli."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Layout of a material's row: which number stands in which column.
+"""Column layout of a material's row.
 
 The first slots mean the same for every material; three blocks after them belong to the
 equation of state, the strength and the damage model, whose files name the slots they use.

@@ -1,4 +1,4 @@
-"""The stress update: rotation, elasticity, yield, damage, pressure. The only one.
+"""Stress update of all formulations: rotation, elasticity, yield, damage, pressure.
 
     S* = R (S + G dt dev D) R^T + G dt dev D
     S  = S* (q - 3 G d eps_p) / q   where  q = sqrt(3/2 S*:S*) > Y

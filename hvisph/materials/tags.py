@@ -1,4 +1,4 @@
-"""The number by which compiled loops know each model. Common models come first: `table.fitted` counts on it."""
+"""Integer tags of models in compiled loops; common models come first, as `material_table.bind_models` requires."""
 
 # Equations of state
 LINEAR, ELASTIC, STIFFENED_GAS, MIE_GRUENEISEN, IDEAL_GAS = range(5)

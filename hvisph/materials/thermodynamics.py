@@ -1,4 +1,4 @@
-"""The state of a material: pressure as far as it bears tension, speeds, temperature, modulus, flow stress."""
+"""State of a material: pressure limited by tensile strength, speeds, temperature, modulus, flow stress."""
 
 from __future__ import annotations
 

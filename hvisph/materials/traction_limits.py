@@ -1,4 +1,4 @@
-"""What a material bears at most across a plane: the limits of a traction between particles.
+"""Tensile and shear strength across a plane: limits of the traction between particles.
 
 tension  -p_least + |S|,  p_least the lowest pressure that the material bears at its damage: 0 of a gas and of failed
          material, a cut-off where there is one, of crushed ceramic what is left of its tensile strength; else no limit

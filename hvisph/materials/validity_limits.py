@@ -1,4 +1,4 @@
-"""Where a material's models hold: density, energy, temperature; and the tension that such a material bears.
+"""Range of validity of a material's models: density, energy, temperature, and unlimited tension.
 
 Density. Of condensed matter from half of rho0, where nothing is left of a solid or liquid, to 3 rho0, where the
 isentrope of the temperature ends; less where the cold sound speed falls to its floor on the way (the model has lost

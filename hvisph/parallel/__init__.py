@@ -1,1 +1,1 @@
-"""Several processes: what they say to each other, which particles each has, and the rows that they show each other."""
+"""Distributed runs: communication, domain decomposition and halo exchange."""

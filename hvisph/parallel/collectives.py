@@ -1,6 +1,6 @@
-"""What processes of a run ask of all: sums, extremes, particles by their numbers, what limits the step, the whole.
+"""Collective operations over the particles of all processes: sums, extremes, look-up by number, step limit.
 
-Methods are called by all processes together. Alone a process finds what it is asked for itself.
+Every method is called by all processes together. A single process needs no communication.
 """
 
 from __future__ import annotations
@@ -27,18 +27,9 @@ CRITERIA = (*NAMES, "not_finite", COLLAPSED, "hourglass", "contact", "inverted",
 
 @dataclass
 class GlobalLimit:
-    """What limits the step of all, and what processes ask for.
+    """Limit of the step over all processes: step [s], criterion, particle (-1 for none) and its body, requests.
 
-    Parameters
-    ----------
-    dt, criterion
-        Length of the step [s], and what sets it.
-    number, body
-        The particle that does, by its permanent number, and its body; of no particle -1.
-    stop
-        The signal that asks the run to stop, 0 for none.
-    checkpoint
-        Whether a checkpoint is due.
+    `stop` is the signal that stops the run, 0 for none; `checkpoint` is true when one is due.
     """
 
     dt: float
@@ -51,7 +42,7 @@ class GlobalLimit:
 
 @dataclass
 class ParticleReport:
-    """A particle at fault: permanent number, body, place [m], density [kg/m^3], energy [J/kg]."""
+    """Reported particle: permanent number, body, position [m], density [kg/m^3], energy [J/kg]."""
 
     number: int
     body: int
@@ -61,20 +52,7 @@ class ParticleReport:
 
 
 class Collectives:
-    """Particles of a run, of which this process may have a part.
-
-    Parameters
-    ----------
-    stepper
-        What moves the particles.
-    count
-        Number of particles of the whole.
-
-    Attributes
-    ----------
-    world
-        The processes.
-    """
+    """Collective operations over `count` particles, of which `stepper` has those of this process."""
 
     def __init__(self, stepper: AnyStepper, count: int):
         self._stepper, self.count = stepper, count
@@ -88,30 +66,30 @@ class Collectives:
 
     @property
     def uses_slabs(self) -> bool:
-        """Whether the whole is too large to be gathered by one process, which writes it slab by slab."""
+        """Whether output is too large for one process and is written slab by slab."""
         return self._asks and self.count > parallel_output.MOST_GATHERED
 
     def everybodys_numbers(self, chosen: np.ndarray) -> np.ndarray:
-        """Return the permanent numbers of the `chosen` particles (n,), bool, of all processes, on each of them."""
+        """Return the permanent numbers of the `chosen` particles (n,), bool, of all processes."""
         own = self._stepper.particles.id[chosen].astype(np.int64)
         return np.concatenate(self.world.objects(own)) if self._asks else own
 
     def total(self, counts: np.ndarray) -> np.ndarray:
-        """Return the sums of whole numbers over all particles, from those over this process' own."""
+        """Return the sums of integers over all processes."""
         return self.world.total(counts) if self._asks else counts
 
     def exact_sum(self, terms: np.ndarray) -> float:
-        """Return the sum of `terms` (n,) of all particles rounded once, from those of this process' own."""
+        """Return the sum of `terms` (n,) over all processes, rounded once."""
         if not self._asks:
             return exact_sum(terms)
         return fsum(part for parts in self.world.objects(exact_parts(terms)) for part in parts)
 
     def get_maxima(self, *values: float) -> np.ndarray:
-        """Return the largest of each value over all processes."""
+        """Return the maximum of each value over all processes."""
         return self.world.get_maxima(np.array(values)) if self._asks else np.array(values)
 
     def gather_values(self, numbers: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return the `values` (n, ...) of particles by their permanent numbers, bit by bit."""
+        """Return `values` (n, ...) of particles by their permanent numbers, bit by bit."""
         rows = self.find_rows(numbers)
         if not self._asks:
             return values[rows]
@@ -123,7 +101,7 @@ class Collectives:
         return sums.view(values.dtype) if wide else sums.astype(values.dtype)
 
     def first_of(self, one: T | None) -> T:
-        """Return what any process has, of several that of the first."""
+        """Return the value of the first process that has one."""
         all_ = self.world.objects(one) if self._asks else [one]
         return next(some for some in all_ if some is not None)
 
@@ -144,13 +122,13 @@ class Collectives:
         return np.where(self._ordered[places] == numbers, self._at[places], -1)
 
     def note_reordering(self) -> None:
-        """Take note that particles were put into a new order."""
+        """Discard the look-up table after particles were reordered."""
         self._at = None
 
     def worst(self, score: np.ndarray) -> ParticleReport | None:
-        """Return the particle of the largest score (n,), of several that of the smallest number; none without scores.
+        """Return the particle with the largest score (n,), the smallest number among equals; None without scores.
 
-        What is no number scores most, and minus infinity is no score.
+        NaN is the largest score, and minus infinity is no score.
         """
         particles = self._stepper.particles
         score = np.where(np.isnan(score), np.inf, score)
@@ -180,7 +158,7 @@ class Collectives:
         )
 
     def reduce_limit(self, limit: Limit, stop: int, checkpoint: bool) -> GlobalLimit:
-        """Return what limits the step of all, from what limits that of this process' particles."""
+        """Return the limit of the step over all processes."""
         particles = self._stepper.particles
         number, body = -1, -1
         if 0 <= limit.particle < particles.count:
@@ -198,7 +176,7 @@ class Collectives:
         )
 
     def dealt(self, rows: np.ndarray | None) -> np.ndarray:
-        """Return of the `rows` by permanent number (count, ...) that the first process has those of own particles."""
+        """Distribute `rows` (count, ...) of the first process, by permanent number, to the owners of the particles."""
         numbers = self._stepper.particles.id
         if not self._asks:
             assert rows is not None
@@ -208,11 +186,11 @@ class Collectives:
         return self.world.dealt(rows, np.split(all_, ends[:-1]) if self.world.first else None)
 
     def gather_rows(self, values: np.ndarray) -> np.ndarray:
-        """Return the rows of all processes, as they come, on the first; none on the others."""
+        """Return the rows of all processes in order of rank on the first process; empty on the others."""
         return self.world.gather_rows(values) if self._asks else values
 
     def whole(self, particles: Particles, *further: np.ndarray) -> tuple[Particles, list[np.ndarray]] | None:
-        """Return all particles as they come, and `further` rows of them, own ones no copies; None but on the first."""
+        """Return all particles and their `further` rows on the first process, without copies of its own; else None."""
         tags, data = self.gather_rows(particles.tags), self.gather_rows(particles.data)
         rows = [self.gather_rows(one) for one in further]
         if self._asks and not self.world.first:

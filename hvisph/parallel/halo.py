@@ -1,4 +1,4 @@
-"""Rows of other processes within the reach of this one's: sent where they are needed, anew in every evaluation."""
+"""Halo exchange: rows of other processes within the interaction distance, sent at every evaluation."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .world import Ranks
 
 
 def _box(rows, box):
-    """Write the lowest and the highest coordinates of `rows`, one after the other."""
+    """Write the bounding box of `rows`, lower bounds first."""
     for axis in range(np.uint64(DIM)):
         low, high = np.inf, -np.inf
         for i in range(np.uint64(rows.shape[0])):
@@ -21,7 +21,7 @@ def _box(rows, box):
 
 
 def _choose(rows, box, edge, chosen):
-    """Write the numbers of the rows within `edge` of `box`; return how many they are."""
+    """Write the indices of the rows within `edge` of `box`; return their number."""
     n = np.uint64(0)
     for i in range(np.uint64(rows.shape[0])):
         inside = True
@@ -34,7 +34,7 @@ def _choose(rows, box, edge, chosen):
 
 
 def _pack(rows, numbers, chosen, used, table):
-    """Write the first `used` slots of the chosen rows, their numbers behind them."""
+    """Write the first `used` slots of the chosen rows, followed by their numbers."""
     for k in range(np.uint64(chosen.shape[0])):
         i = np.uint64(chosen[k])
         for f in range(np.uint64(used)):
@@ -43,16 +43,9 @@ def _pack(rows, numbers, chosen, used, table):
 
 
 class Halo:
-    """The rows of other processes, behind this one's own.
+    """Rows of other processes, stored behind those of this process.
 
-    Parameters
-    ----------
-    world
-        The processes.
-    dim, used
-        Number of dimensions, and length of a sorted row.
-    planes
-        Axis, place [m] and side of each plane of symmetry: what has passed one meets images from twice as far.
+    `planes` are axis, position [m] and side of each plane of symmetry: behind one the interaction distance doubles.
     """
 
     def __init__(self, world: Ranks, dim: int, used: int, planes: Sequence[tuple[int, float, float]] = ()):
@@ -101,7 +94,7 @@ class Halo:
         return whole, all_numbers
 
     def _distance_beyond_planes(self, rows: np.ndarray, reach: float) -> float:
-        """Return how far rows lie beyond planes of symmetry altogether [m]."""
+        """Return the sum of the distances of rows beyond planes of symmetry [m]."""
         beyond = 0.0
         for axis, at, side in self._planes:
             depth = side * (at - rows[:, axis])
@@ -120,7 +113,7 @@ class Halo:
         return self._storage[:count], self._numbers[:count]
 
     def refresh(self, sorted_rows: np.ndarray, place: np.ndarray) -> None:
-        """Send the same rows again after a pass wrote into them."""
+        """Send the same rows again after a pass has changed them."""
         used = self._used
         tables = {rank: np.ascontiguousarray(sorted_rows[place[chosen], :used]) for rank, chosen in self._sent.items()}
         into = {rank: np.empty((rows.stop - rows.start, used)) for rank, rows in self._came.items()}
@@ -129,11 +122,11 @@ class Halo:
             sorted_rows[place[rows], :used] = into[rank]
 
     def stand_for(self, chosen: np.ndarray) -> None:
-        """Take the rows that `append` was given as those `chosen` of more rows, whose values `exchange_again` shows."""
+        """Declare the rows given to `append` as those `chosen` of more rows, for `exchange_again`."""
         self._sent = {rank: chosen[rows] for rank, rows in self._sent.items()}
 
     def exchange_again(self, values: np.ndarray) -> np.ndarray:
-        """Return for the rows that the last `append` brought the `values` (n, ...) that others have of them."""
+        """Return `values` (n, ...) of the rows received by the last `append`."""
         tables = {rank: np.ascontiguousarray(values[chosen]) for rank, chosen in self._sent.items()}
         coming = sum(rows.stop - rows.start for rows in self._came.values())
         came = np.empty((coming, *values.shape[1:]), values.dtype)
@@ -145,13 +138,13 @@ class Halo:
         return came
 
     def total(self, counts: np.ndarray) -> np.ndarray:
-        """Return the sums of whole numbers over all processes."""
+        """Return the sums of integers over all processes."""
         return self._world.total(counts)
 
     def get_maxima(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest of each of the floats over all processes."""
+        """Return the maximum of each float over all processes."""
         return self._world.get_maxima(values)
 
     def anywhere(self, here: bool) -> bool:
-        """Tell whether something is so on any process: all of them ask at the same place."""
+        """Return whether a condition holds on any process."""
         return bool(self._world.total(np.array([int(here)]))[0])

@@ -1,4 +1,4 @@
-"""Whether a launcher of MPI started this process as one of several: told by its environment, before MPI is loaded."""
+"""Detection of an MPI launcher from the environment, without loading MPI."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _VARIABLES = (("PMI_RANK", "PMI_SIZE"), ("OMPI_COMM_WORLD_RANK", "OMPI_COMM_WORL
 
 
 def launched_rank() -> tuple[int, int]:
-    """Return the number of this process and how many there are: 0 and 1 where none of several was started."""
+    """Return rank and number of processes; 0 and 1 without a launcher."""
     for rank, size in _VARIABLES:
         here, all_ = os.environ.get(rank, ""), os.environ.get(size, "")
         if here.isdecimal() and all_.isdecimal() and int(all_) > 1:
@@ -18,5 +18,5 @@ def launched_rank() -> tuple[int, int]:
 
 
 def is_first() -> bool:
-    """Whether this process is the one that speaks: the first of several, or alone."""
+    """Return whether this is the first process."""
     return launched_rank()[0] == 0

@@ -1,6 +1,6 @@
-"""What processes have together, written by the first without ever holding it whole: slab by slab, as it is asked for.
+"""Output of distributed particles slab by slab, so that no process stores all of them.
 
-The first process asks by slices of arrays that look like those of the whole; meanwhile the others answer (`serve`).
+The first process requests slices of arrays; the others answer in `serve`.
 """
 
 from __future__ import annotations
@@ -25,16 +25,7 @@ MOST_GATHERED, SLAB = 10_000_000, 1 << 20
 class Slabs:
     """Rows of all processes in one order.
 
-    Parameters
-    ----------
-    world
-        The processes.
-    arrays
-        What this one has, by name: arrays (n, ...) that may be made whenever they are asked for.
-    places
-        Place of each of its rows in the order of all (n,).
-    count
-        Number of rows of all.
+    `arrays` are those of this process by name, computed on request; `places` (n,) the positions of its rows.
     """
 
     world: Alone
@@ -50,17 +41,17 @@ class Slabs:
         self._last = "", self.places
 
     def whole(self, name: str) -> Any:
-        """Return, on the first process, an array of the whole."""
+        """Return an array over all processes, on the first."""
         return Slabbed(self, name, self._own(name))
 
     def _own(self, name: str) -> np.ndarray:
-        """Return an array of this process, kept until another one is asked for."""
+        """Return an array of this process, cached until another one is requested."""
         if self._last[0] != name:
             self._last = name, self.arrays[name]
         return self._last[1]
 
     def fetch(self, name: str, begin: int, end: int) -> np.ndarray:
-        """Return on the first process rows of an array of the whole; `serve` answers it on the others."""
+        """Return rows of an array over all processes, on the first; the others answer in `serve`."""
         self.world.from_first(lambda: (name, begin, end))
         return self._answer(name, begin, end)
 
@@ -73,13 +64,13 @@ class Slabs:
         return out
 
     def serve(self) -> None:
-        """Answer what the first process asks for, until it is done."""
+        """Answer requests of the first process until it has finished."""
         while asked := self.world.from_first(lambda: None):
             self._answer(*asked)
 
     @contextmanager
     def open(self) -> Iterator[Slabs | None]:
-        """Have the first process fetch what it wants in a block, which on the others has nothing."""
+        """Open the arrays for reading on the first process while the others serve."""
         if not self.world.first:
             self.serve()
             yield None
@@ -89,15 +80,7 @@ class Slabs:
 
 
 class Slabbed:
-    """An array of the whole that is fetched by slices.
-
-    Parameters
-    ----------
-    slabs, name
-        Where it is fetched, and by which name.
-    like
-        Rows of its kind.
-    """
+    """Array over all processes that is fetched by slices; `like` has its shape and type."""
 
     def __init__(self, slabs: Slabs, name: str, like: np.ndarray):
         self._slabs, self._name = slabs, name
@@ -108,7 +91,7 @@ class Slabbed:
         return self.shape[0]
 
     def astype(self, dtype: np.dtype | type) -> Slabbed:
-        """Return the same array in another kind of numbers."""
+        """Return the array converted to another type."""
         other = Slabbed(self._slabs, self._name, self._slab[:0])
         other.dtype = np.dtype(dtype)
         return other
@@ -130,7 +113,7 @@ class Slabbed:
         return np.concatenate([self._slab[:0], *pieces]).astype(self.dtype, copy=False)
 
     def _read_rows(self, rows: np.ndarray) -> np.ndarray:
-        """Return rows by their places, which rise (k,)."""
+        """Return rows by their increasing positions (k,)."""
         pieces = [self[0:0]]
         for begin in range(0, len(self), SLAB):
             first, last = np.searchsorted(rows, (begin, begin + SLAB))
@@ -144,22 +127,14 @@ class Slabbed:
 
 @dataclass
 class Moment:
-    """A moment of a run.
-
-    Parameters
-    ----------
-    snapshot
-        All particles, on the first process.
-    slabs
-        Where it is fetched from, if it is not gathered.
-    """
+    """Output time of a run: all particles on the first process, or slabs to fetch them from."""
 
     snapshot: Snapshot | None
     slabs: Slabs | None = None
 
     @contextmanager
     def open(self) -> Iterator[Snapshot | None]:
-        """Give the first process the snapshot in a block, which on the others has nothing."""
+        """Open the arrays for reading on the first process while the others serve."""
         if self.slabs is None:
             yield self.snapshot
             return
@@ -168,7 +143,7 @@ class Moment:
 
 
 def load_arrays(snapshot: Snapshot, keep: bool = False) -> Snapshot:
-    """Return a snapshot whose arrays are in memory: its fields when they are asked for, or all for good."""
+    """Return a snapshot with its arrays in memory; its fields are loaded on request unless `keep`."""
 
     def array(values: np.ndarray) -> np.ndarray:
         return np.asarray(values)

@@ -1,4 +1,4 @@
-"""Parts of the space, one a process: recursive bisection by (coordinate, number)."""
+"""Domain decomposition by recursive bisection of (coordinate, number)."""
 
 from __future__ import annotations
 
@@ -9,16 +9,10 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Cut:
-    """A cut of the space in two, or a part.
+    """Bisection of a region, or a part (`count` 1).
 
-    Parameters
-    ----------
-    first, count
-        Number of the first part, and how many parts lie here.
-    axis, at, number
-        Particles whose (coordinate, number) is below (at, number) lie in the lower side.
-    upper
-        Place of the upper side in the list of cuts; the lower one follows this.
+    The lower side contains the particles whose (coordinate, number) is below (`at`, `number`); `upper` is the index of
+    the upper side in the list of cuts, and the lower side follows this cut.
     """
 
     first: int
@@ -30,18 +24,9 @@ class Cut:
 
 
 class Parts:
-    """Boxes, open outwards, in which the particles weigh alike.
+    """Boxes of equal work, unbounded outwards, for any number of parts.
 
-    By the coordinate alone a whole plane of a lattice would go to one side. Any number of parts will do.
-
-    Parameters
-    ----------
-    count
-        Number of parts.
-    positions, numbers
-        Positions (n, dim) [m] of all particles, and their permanent numbers (n,).
-    weights
-        Work of each (n,); alike unless given.
+    The number breaks ties, so that a plane of a lattice can be divided.  `weights` are the work of each particle.
     """
 
     def __init__(self, count: int, positions: np.ndarray, numbers: np.ndarray, weights: np.ndarray | None = None):
@@ -75,7 +60,7 @@ class Parts:
         self.cuts[place] = Cut(cut.first, cut.count, cut.axis, cut.at, cut.number, upper)
 
     def owner(self, positions: np.ndarray, numbers: np.ndarray) -> np.ndarray:
-        """Return the part (n,) in which each particle lies."""
+        """Return the part (n,) of each particle."""
         owners = np.zeros(len(positions), np.int64)
         numbers = numbers.astype(np.int64)
         stack = [(0, np.arange(len(positions)))]

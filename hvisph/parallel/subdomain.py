@@ -1,6 +1,6 @@
-"""A process' share of a run: the particles of its part of the space, and how they change hands.
+"""Subdomain of a process: domain decomposition, load balance and particle migration.
 
-Alone a share is the whole. Methods are called by all processes together.
+Every method is called by all processes together.
 """
 
 from __future__ import annotations
@@ -29,15 +29,7 @@ BALANCED, SETTLED, SELDOM = 1.05, 1.2, 8
 
 
 class Subdomain(Collectives):
-    """Part of a run that this process has.
-
-    Parameters
-    ----------
-    stepper, criteria, planes
-        The run as built: what moves its particles, what limits its step, its planes of symmetry.
-    count
-        Number of particles of the whole.
-    """
+    """Particles of this process, and their exchange with other processes."""
 
     def __init__(self, stepper: AnyStepper, criteria: Criteria, planes: tuple[Plane, ...], count: int):
         super().__init__(stepper, count)
@@ -48,11 +40,11 @@ class Subdomain(Collectives):
         self.imbalance = 1.0
 
     def follow(self, read: Callable[[], np.ndarray], write: Callable[[np.ndarray], None]) -> None:
-        """Let an array with a row a particle move with the particles: how it is read, and replaced."""
+        """Register an array with one row a particle, by its reader and writer, for migration."""
         self._rows_of.append((read, write))
 
     def join(self, world: Alone, parts: Parts | None) -> None:
-        """Be one of several processes, each with the particles of its part, and see those of others."""
+        """Set up communication with the other processes and attach halos to the stepper."""
         if parts is None:
             return
         assert isinstance(world, Ranks)
@@ -67,7 +59,7 @@ class Subdomain(Collectives):
         stepper.attach_halo(halo_for)
 
     def begin(self) -> None:
-        """Take the time from now on, with nothing waited and sent yet."""
+        """Reset the counters of time and messages."""
         world = self.world
         self._began, self._waited = wall.perf_counter(), world.waited
         self._started = self._began
@@ -88,7 +80,7 @@ class Subdomain(Collectives):
         self.note_reordering()
 
     def rebalance(self, steps: int) -> None:
-        """Give the particles that left this part to whose they are now, between steps; cut the space anew if due."""
+        """Migrate particles to their owners between steps, and repeat the decomposition when it is due."""
         stepper = self._stepper
         if not self._asks or steps % MOVE_EVERY:
             return
@@ -99,13 +91,13 @@ class Subdomain(Collectives):
             self._move(cut)
 
     def sort_out(self) -> None:
-        """Cut the space anew for particles that were put elsewhere, and give each to whose it is."""
+        """Repeat the decomposition after a change of positions, and migrate the particles."""
         if self._asks:
             self._cut_again(0.0, even=True)
             self._move(True)
 
     def _move(self, cut: bool) -> None:
-        """Give the particles that are in another part to whose they are; after a `cut` grids are made anew."""
+        """Migrate particles to their owners; after a `cut` make the cell grids anew."""
         world, stepper = self.world, self._stepper
         particles = stepper.particles
         target = self._parts.owner(stepper.owner_positions, particles.id)
@@ -137,7 +129,7 @@ class Subdomain(Collectives):
             stepper.fit_grid()
 
     def account(self, steps: int) -> str:
-        """Return what sharing took in so many steps, in words; empty for one process."""
+        """Return a sentence on the cost of communication over `steps`; empty for one process."""
         if not self._asks or not steps:
             return ""
         halo, world = self.halos[0], self.world
@@ -155,7 +147,7 @@ class Subdomain(Collectives):
         )
 
     def _cut_again(self, most: float, even: bool = False) -> bool:
-        """Cut the space by the work of its particles, or `even`, if it is out of balance; return whether it was."""
+        """Repeat the decomposition by measured work, or `even`, when out of balance; return whether it was."""
         world, stepper = self.world, self._stepper
         particles, dim = stepper.particles, stepper.particles.dim
         now = wall.perf_counter()

@@ -1,4 +1,4 @@
-"""What processes say to each other: `Alone`, or `Ranks` by MPI. The only importer of mpi4py.
+"""Communication: `Alone` for one process, `Ranks` by MPI. Only this module imports mpi4py.
 
 Every method but `rank` and `size` is called by all processes, at the same place of the program.
 """
@@ -25,16 +25,9 @@ INSTALL = "pip install 'hvisph[mpi]', or mpi4py alone for the MPI that is there"
 
 
 class Alone:
-    """One process: what it says it hears.
+    """Communication of a single process, which does nothing.
 
-    Attributes
-    ----------
-    rank, size
-        Number of this process, and of all.
-    waited
-        Time spent on waiting for others so far [s].
-    messages, sent
-        Number of tables sent to others, and of their rows.
+    `waited` is the time spent waiting so far [s]; `messages` and `sent` count the tables sent and their rows.
     """
 
     rank, size = 0, 1
@@ -50,11 +43,11 @@ class Alone:
         return self.rank == 0
 
     def total(self, values: np.ndarray) -> np.ndarray:
-        """Return the sums of whole numbers over all processes."""
+        """Return the sums of integers over all processes."""
         return values
 
     def get_maxima(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest of each of the floats over all processes; what is no number counts as infinite."""
+        """Return the maximum of each float over all processes; NaN counts as infinite."""
         return values
 
     def everybodys(self, values: np.ndarray) -> np.ndarray:
@@ -66,45 +59,39 @@ class Alone:
         return [one]
 
     def gather_rows(self, rows: np.ndarray) -> np.ndarray:
-        """Return the rows of all processes one after the other, on the first; none on the others."""
+        """Return the rows of all processes in order of rank on the first process; empty on the others."""
         return rows
 
     def dealt(self, rows: np.ndarray | None, wanted: list[np.ndarray] | None) -> np.ndarray:
-        """Return of the `rows` (n, ...) of the first process those `wanted` here: it names them for every process."""
+        """Distribute the `wanted` rows of `rows` (n, ...) from the first process."""
         assert rows is not None
         assert wanted is not None
         return np.asarray(rows[wanted[0]])
 
     def from_first(self, make: Callable[[], T]) -> T:
-        """Return what `make` returns on the first process, or raise what it raises there."""
+        """Return the result of `make` on the first process, or raise its error."""
         return make()
 
     def exchange_tables(self, tables: dict[int, np.ndarray], width: int) -> dict[int, np.ndarray]:
-        """Send tables (n, width) to processes by number; return what came, by number."""
+        """Send tables (n, width) to processes by rank; return those received."""
         return {}
 
     def prepare_per_machine(self, prepare: Callable[[], None]) -> None:
-        """Have the first process of each machine prepare it, and wait for all: alone there is nothing to prepare."""
+        """Call `prepare` on the first process of each machine, and wait for all."""
 
     @contextmanager
     def raise_together(self) -> Iterator[None]:
-        """Leave a block, in which processes say nothing, by an error if any process does."""
+        """Raise an error on every process when a block without communication fails on any."""
         yield
 
     @contextmanager
     def end_together(self) -> Iterator[None]:
-        """End all processes if one of them leaves this block by an error that the others do not have."""
+        """End all processes when one of them leaves the block by an error of its own."""
         yield
 
 
 class Ranks(Alone):
-    """Several processes by MPI.
-
-    Parameters
-    ----------
-    communicator
-        That of mpi4py, of all processes.
-    """
+    """Communication by MPI."""
 
     def __init__(self, communicator: Any):
         from mpi4py import MPI
@@ -122,13 +109,13 @@ class Ranks(Alone):
         return result
 
     def total(self, values: np.ndarray) -> np.ndarray:
-        """Return the sums of whole numbers over all processes."""
+        """Return the sums of integers over all processes."""
         sums = np.empty_like(values)
         self._waiting(lambda: self._all.Allreduce(np.ascontiguousarray(values), sums, self._mpi.SUM))
         return sums
 
     def get_maxima(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest of each of the floats over all processes; what is no number counts as infinite."""
+        """Return the maximum of each float over all processes; NaN counts as infinite."""
         largest = np.empty(values.shape)
         own = np.where(np.isnan(values), np.inf, values).astype(float)
         self._waiting(lambda: self._all.Allreduce(own, largest, self._mpi.MAX))
@@ -145,7 +132,7 @@ class Ranks(Alone):
         return list(self._waiting(lambda: self._all.allgather(one)))
 
     def gather_rows(self, rows: np.ndarray) -> np.ndarray:
-        """Return the rows of all processes one after the other, on the first; none on the others."""
+        """Return the rows of all processes in order of rank on the first process; empty on the others."""
         own = np.ascontiguousarray(rows)
         counts = self.everybodys(np.array([len(own)]))[:, 0]
         if self.rank:
@@ -167,7 +154,7 @@ class Ranks(Alone):
             self._waiting(lambda piece=piece: self._all.Recv(piece, rank, 1))  # type: ignore[misc]
 
     def dealt(self, rows: np.ndarray | None, wanted: list[np.ndarray] | None) -> np.ndarray:
-        """Return of the `rows` (n, ...) of the first process those `wanted` here: it names them for every process."""
+        """Distribute the `wanted` rows of `rows` (n, ...) from the first process."""
         made = None if rows is None or wanted is None else (rows.shape[1:], rows.dtype.str, [len(w) for w in wanted])
         shape, kind, counts = self.from_first(lambda: made or ((), "", [0]))
         if rows is None or wanted is None:
@@ -179,7 +166,7 @@ class Ranks(Alone):
         return np.asarray(rows[wanted[0]])
 
     def from_first(self, make: Callable[[], T]) -> T:
-        """Return what `make` returns on the first process, or raise what it raises there."""
+        """Return the result of `make` on the first process, or raise its error."""
         result: Any = None
         if self.first:
             try:
@@ -193,7 +180,7 @@ class Ranks(Alone):
         return cast(T, value)
 
     def exchange_tables(self, tables: dict[int, np.ndarray], width: int) -> dict[int, np.ndarray]:
-        """Send tables (n, width) to processes by number; return what came, by number."""
+        """Send tables (n, width) to processes by rank; return those received."""
         going, coming = np.zeros(self.size, np.int64), np.empty(self.size, np.int64)
         for rank, table in tables.items():
             going[rank] = len(table)
@@ -203,7 +190,7 @@ class Ranks(Alone):
         return came
 
     def exchange(self, tables: dict[int, np.ndarray], into: dict[int, np.ndarray]) -> None:
-        """Send tables to processes by number, and receive those whose sizes are known."""
+        """Send tables to processes by rank, and receive those of known sizes."""
         asked = [self._all.Irecv(table, rank, 3) for rank, table in into.items()]
         asked += [self._all.Isend(table, rank, 3) for rank, table in tables.items()]
         self._waiting(lambda: self._mpi.Request.Waitall(asked))
@@ -211,14 +198,14 @@ class Ranks(Alone):
         self.sent += sum(map(len, tables.values()))
 
     def prepare_per_machine(self, prepare: Callable[[], None]) -> None:
-        """Have the first process of each machine prepare it, and wait for all."""
+        """Call `prepare` on the first process of each machine, and wait for all."""
         if not self._machine.rank:
             prepare()
         self._waiting(self._all.Barrier)
 
     @contextmanager
     def raise_together(self) -> Iterator[None]:
-        """Leave a block, in which processes say nothing, by an error if any process does."""
+        """Raise an error on every process when a block without communication fails on any."""
         own: Exception | None = None
         try:
             yield
@@ -232,7 +219,7 @@ class Ranks(Alone):
 
     @contextmanager
     def end_together(self) -> Iterator[None]:
-        """End all processes if one of them leaves this block by an error that the others do not have."""
+        """End all processes when one of them leaves the block by an error of its own."""
         try:
             yield
         except BaseException as error:
@@ -247,14 +234,14 @@ class Ranks(Alone):
 
 
 def _pieces(rows: np.ndarray) -> Iterator[np.ndarray]:
-    """Yield the bytes of contiguous rows in pieces that a message can hold."""
+    """Yield the bytes of contiguous rows in blocks that a message can hold."""
     flat = rows.reshape(-1).view(np.uint8)
     for first in range(0, len(flat), MESSAGE):
         yield flat[first : first + MESSAGE]
 
 
 def world_here() -> Alone:
-    """Return the processes that a launcher started together with this one, alike in what their bits hang on.
+    """Return the processes started by the MPI launcher, checked for equal installations.
 
     Raises
     ------

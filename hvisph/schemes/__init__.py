@@ -1,1 +1,1 @@
-"""Which passes make a step, for each published formulation."""
+"""Published formulations: the passes that make a step of each."""

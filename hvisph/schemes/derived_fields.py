@@ -1,4 +1,4 @@
-"""What snapshots show beside the state: pressure, sound speed, von Mises stress and temperature of every particle."""
+"""Derived fields of snapshots: pressure, sound speed, von Mises stress and temperature."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a formulation declares: its passes over the pairs and what a particle packs for them."""
+"""Declaration of a formulation: its passes over the pairs and its particle rows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the step loop asks of every formulation and of what moves its particles."""
+"""Interfaces of formulations and steppers to the step loop."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One step of a formulation: evaluate the pair forces, then carry every particle on."""
+"""Step of a formulation: pair rates, then update of every particle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The mean of a particle field over the time just past, for fields whose single values say little."""
+"""Running time mean of a particle field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""From the case's bodies to particle positions: shapes, fillings and places. Compiles nothing."""
+"""Particle positions of the case's bodies: shapes, fillings and placement."""
 
 from __future__ import annotations
 

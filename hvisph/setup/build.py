@@ -1,4 +1,4 @@
-"""From a case to the objects of a run: the only translator."""
+"""Construction of a run's objects from its case."""
 
 from __future__ import annotations
 

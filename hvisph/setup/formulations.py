@@ -1,4 +1,4 @@
-"""From the case's formulation to the published scheme with its numbers."""
+"""Formulations of a case as schemes with their parameters."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Gauges: records of single particles, of points in space and of free surfaces, step by step.
+"""Gauges: records of particles, points in space and free surfaces.
 
 A gauge is placed once, on the bodies as they start. Those that ride follow a particle by its
 permanent number, so nothing of them changes while a run goes on: a run that is built again from

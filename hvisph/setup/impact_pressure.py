@@ -1,4 +1,4 @@
-"""The pressure that an impact brings, known before the start from impedance matching."""
+"""Impact pressure by impedance matching."""
 
 from __future__ import annotations
 

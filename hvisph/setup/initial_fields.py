@@ -1,4 +1,4 @@
-"""What a body's particles start with: their material, density, energy, and what they remember."""
+"""Initial fields of a body's particles: material, density, energy and history variables."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A material point driven along a path of strain: the stress update alone, in plain Python.
+"""Material point under a prescribed strain path: the stress update in plain Python.
 
 For choosing a model and for testing one: no neighbours, no waves, nothing compiled. The energy takes the work of the
 stress, de = (S:D - p tr D) dt/rho, and the density follows the volume.

@@ -1,4 +1,4 @@
-"""From the case's materials to the objects that the compiled loops are packed from."""
+"""Materials of a case as objects to be packed for compiled loops."""
 
 from __future__ import annotations
 

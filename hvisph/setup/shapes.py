@@ -1,4 +1,4 @@
-"""From a case's shapes to the geometry's. Compiles nothing."""
+"""Shapes of a case as geometry objects."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Velocities of a body's particles at the start: its vector and the fields that the case adds to it."""
+"""Initial velocities of a body's particles: uniform velocity and velocity fields."""
 
 from __future__ import annotations
 

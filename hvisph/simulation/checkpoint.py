@@ -1,7 +1,6 @@
-"""What of a run goes into a checkpoint, how it comes back, and when one is due.
+"""Checkpoints of a run: content, restoration and schedule.
 
-A run that goes on is first built from its case as at its start - references, gauges and limits are then
-those of the beginning - and takes its state from the checkpoint afterwards. So only what changes is kept.
+A resumed run is built from its case first, so that only what changes is stored.
 """
 
 from __future__ import annotations
@@ -41,17 +40,7 @@ MAY_CHANGE = ("time.end", "time.max_steps", "output.checkpoint_every", "limits",
 
 @dataclass
 class Files:
-    """How far the files of a run are.
-
-    Parameters
-    ----------
-    recorded
-        Step of the last record of the history.
-    written
-        Time of the last numbered snapshot [s].
-    wall_seconds
-        Wall time of all steps so far [s].
-    """
+    """Progress of a run's files: step of the last record, time of the last snapshot [s], wall time [s]."""
 
     recorded: int = 0
     written: float = 0.0
@@ -60,15 +49,7 @@ class Files:
 
 @dataclass
 class Keeper:
-    """All parts of a run that a checkpoint is made of.
-
-    Parameters
-    ----------
-    case
-        The effective case.
-    setup, clock, budget, watch, files, series, peaks
-        The run's parts; `series` is that of its VTU snapshots.
-    """
+    """All parts of a run that a checkpoint contains."""
 
     case: Case
     setup: Setup
@@ -81,7 +62,7 @@ class Keeper:
 
     @contextmanager
     def capture(self, time_step: TimeStep) -> Iterator[Checkpoint | None]:
-        """Yield the state between two steps, `time_step` being the next one; None but on the first process."""
+        """Yield the state between two steps, with the next step `time_step`; None but on the first process."""
         share, rows, header = self.setup.subdomain, self._rows(), self._header(time_step)
         history = {f"{HISTORY}{name}": values for name, values in self.setup.stepper.history().items()}
         arrays: dict[str, Any]
@@ -99,7 +80,7 @@ class Keeper:
         yield Checkpoint(self.clock.steps, header, arrays | history)
 
     def _rows(self) -> dict[str, np.ndarray]:
-        """Return what of the particles goes into a checkpoint, by the names that it has there."""
+        """Return the particle arrays of a checkpoint by name."""
         particles, carried = self.setup.particles, self.setup.stepper.get_carried()
         rows: dict[str, np.ndarray] = {STATE: particles.data, TAGS: particles.tags, PEAKS: self.peaks.highest}
         return rows | {f"{CARRIED}{name}": values for name, values in carried.items()}
@@ -123,7 +104,7 @@ class Keeper:
         }  # fmt: skip
 
     def restore(self, checkpoint: Checkpoint) -> TimeStep:
-        """Go back to `checkpoint` and return its next step; of several processes the first alone has its arrays.
+        """Restore `checkpoint`, whose arrays the first process has, and return the next step.
 
         Raises
         ------
@@ -176,7 +157,7 @@ class Keeper:
 
 @contextmanager
 def _fits(checkpoint: Checkpoint) -> Iterator[None]:
-    """Say of what goes wrong with a checkpoint's content that it does not fit the run."""
+    """Raise an error on a checkpoint's content as one on a checkpoint that does not fit the run."""
     try:
         yield
     except (LookupError, ValueError, TypeError, AttributeError, OverflowError) as error:
@@ -185,13 +166,7 @@ def _fits(checkpoint: Checkpoint) -> Iterator[None]:
 
 @dataclass
 class Cadence:
-    """When a checkpoint is due.
-
-    Parameters
-    ----------
-    every
-        Wall time between two [s]; None for never.
-    """
+    """Schedule of checkpoints, `every` so much wall time [s]; None for never."""
 
     every: float | None
     _last: float = field(default_factory=wall.monotonic)
@@ -199,21 +174,21 @@ class Cadence:
 
     @property
     def due(self) -> bool:
-        """Whether enough time has passed since the last one, also for what that one cost."""
+        """Return whether a checkpoint is due, considering the cost of the last one."""
         if self.every is None:
             return False
         return wall.monotonic() - self._last >= max(self.every, self._cost / MOST_TIME)
 
     def record(self, started: float) -> None:
-        """Note that one was written, which began at `started` on the monotonic clock [s]."""
+        """Record that a checkpoint begun at `started` on the monotonic clock [s] was written."""
         self._last = wall.monotonic()
         self._cost = self._last - started
 
 
 def refuse_changed(checkpoint: Checkpoint, case: Case) -> None:
-    """Raise `CaseError` unless a checkpoint's case and `case` compute the same; it names the differences.
+    """Raise `CaseError` naming the differences unless a checkpoint's case and `case` are equivalent.
 
-    A new end is no change, but it must not be behind the checkpoint.
+    A new end is accepted unless it is before the checkpoint.
     """
     before, now = checkpoint.header.get("case"), case.model_dump(mode="json")
     try:

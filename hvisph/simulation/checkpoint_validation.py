@@ -1,8 +1,7 @@
-"""Whether a checkpoint fits the run that it is to go on with: kinds, shapes, and all that compiled loops go by.
+"""Validation of a checkpoint against the run: types, shapes and all indices that compiled loops use.
 
-A checkpoint that is whole may still be forged, or made of something else. Loops trust indices, so what is used as
-one - numbers, bodies, materials, flags - must be what this run has. Values that are only
-computed with are not judged: nonsense there ends in a watcher's message.
+A readable checkpoint may be forged or belong to another run. Indices (numbers, bodies, materials, flags) must be
+those of this run; other values are left to the sanity checks.
 """
 
 from __future__ import annotations
@@ -17,15 +16,7 @@ from hvisph.output.checkpoint_file import Checkpoint
 
 def refuse_misfit(given: Checkpoint, header: dict[str, Any],
                   own: dict[str, tuple[tuple[int, ...], np.dtype]]) -> None:  # fmt: skip
-    """Raise `ValueError` unless `given` is made like a checkpoint of this run at its start.
-
-    Parameters
-    ----------
-    given
-        The checkpoint to go on from.
-    header, own
-        Header of one of this run as it was built, and shapes and kinds of its arrays.
-    """
+    """Raise `ValueError` unless `given` has the types and shapes of `own` and `header`."""
     for name, value in header.items():
         if name != "case":
             _refuse_other_kind(value, given.header[name], name)
@@ -45,7 +36,7 @@ def refuse_misfit(given: Checkpoint, header: dict[str, Any],
 
 
 def refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Particles, renews: bool) -> None:
-    """Raise `ValueError` unless these are the `particles`, row by row, with what never changes as it was."""
+    """Raise `ValueError` unless the constant data of `particles` are unchanged, row by row."""
     fixed = np.array([BODY, MATERIAL])
     flags = tags[:, FLAGS] & ~np.uint32(RETIRED)
     if (tags[:, fixed] != particles.tags[:, fixed]).any() or (flags != particles.tags[:, FLAGS]).any():
@@ -67,7 +58,7 @@ def refuse_other_particles(state: np.ndarray, tags: np.ndarray, particles: Parti
 
 
 def _refuse_other_kind(own: object, given: object, path: str) -> None:
-    """Raise `ValueError` unless plain values are of the same kinds, nothing being as good as a number."""
+    """Raise `ValueError` unless plain values have equal types; None may stand for a number."""
     if isinstance(own, dict):
         if not isinstance(given, dict) or own.keys() != given.keys():
             raise ValueError(f"its {path} has other keys")

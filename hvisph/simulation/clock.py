@@ -1,7 +1,7 @@
 """Time of a run: steps from the criteria alone, the last one cut to land on the end.
 
-Moments of output cut no step: what they show lies between two steps (`hvisph.simulation.interpolate_state`), so the
-cadence of output changes nothing in the results.
+Output times cut no step: their states are interpolated (`hvisph.simulation.interpolate_state`), so that the output
+interval does not change the results.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ SLIVER = 1e-9
 
 @dataclass
 class TimeStep:
-    """A step: its length [s], what limited it, and the time that it ends on where that is the run's end."""
+    """Time step: length [s], limiting criterion, and end time when it is the run's end."""
 
     length: float
     criterion: str
@@ -29,25 +29,8 @@ class TimeStep:
 class Clock:
     """Time, steps done and the step under way.
 
-    The rates of the step under way are known before it is completed, and the next step is chosen then.
-
-    Parameters
-    ----------
-    end
-        Time at which the run ends [s].
-    every
-        Time between outputs [s]; from the end on there is one, the end.
-    fixed
-        Fixed step [s], or None for steps from the criteria.
-
-    Attributes
-    ----------
-    time, steps
-        Time [s] and number of steps done.
-    outputs
-        Moments of output that are done, the start not counted.
-    allowed, allowed_by
-        The last step that the criteria allowed, before it was cut to land on the end [s], and which did.
+    `every` is the output interval [s] and `fixed` a fixed step [s] or None; `outputs` counts output times reached.
+    `allowed` and `allowed_by` are the last step of the criteria [s], before it was cut to land on the end.
     """
 
     end: float
@@ -60,24 +43,16 @@ class Clock:
     allowed_by: str = ""
 
     def moment(self, number: int) -> float:
-        """Return the moment of output with this number [s], at most the end."""
+        """Return the output time with this number [s], at most the end."""
         return self.end if number >= self._last else number * self.every
 
     @property
     def _last(self) -> int:
-        """Number of the last moment of output, which is the end."""
+        """Number of the last output time, which is the end."""
         return max(ceil(self.end / self.every - SLIVER), 1)
 
     def choose(self, allowed: float, criterion: str, under_way: TimeStep | None) -> TimeStep:
-        """Return the step after the one under way.
-
-        Parameters
-        ----------
-        allowed, criterion
-            Step [s] that the criteria allow now, and the one that limits it.
-        under_way
-            The step that is being taken; None before the first.
-        """
+        """Return the step after `under_way`, None before the first, from the step [s] and criterion allowed."""
         if self.fixed is not None:
             return TimeStep(self.fixed, "fixed")
         if under_way is not None and allowed > GROWTH * self.allowed:
@@ -86,14 +61,14 @@ class Clock:
         return TimeStep(allowed, criterion)
 
     def last(self, time_step: TimeStep) -> TimeStep | None:
-        """Return `time_step` as cut to land on the end, if it reaches that far; None otherwise, and for fixed steps."""
+        """Return `time_step` cut to land on the end if it reaches it; None otherwise and for fixed steps."""
         left = self.end - self.time
         if self.fixed is not None or time_step.lands_on is not None or time_step.length * (1.0 + SLIVER) < left:
             return None
         return TimeStep(left, "end", self.end)
 
     def output_times(self, time_step: TimeStep) -> list[float]:
-        """Return the moments of output strictly inside `time_step`; none with a fixed step, whose end they wait for."""
+        """Return the output times strictly inside `time_step`; none with a fixed step."""
         number, moments = self.outputs + 1, []
         if self.fixed is None:
             after = time_step.lands_on if time_step.lands_on is not None else self.time + time_step.length
@@ -103,7 +78,7 @@ class Clock:
         return moments
 
     def complete(self, time_step: TimeStep) -> bool:
-        """Count a step as done; return whether its end is a moment of output. Those that it passed are done too."""
+        """Advance the time by a step; return whether its end is an output time."""
         self.steps += 1
         if self.fixed is not None:
             self.time = self.steps * self.fixed
@@ -117,7 +92,7 @@ class Clock:
         return reached
 
     def extend(self) -> TimeStep:
-        """Return the step from here after `end` was moved, in place of the one under way."""
+        """Return the present step after `end` was moved."""
         self.outputs = floor(self.time / self.every * (1.0 + SLIVER))
         return self.choose(self.allowed, self.allowed_by, None)
 

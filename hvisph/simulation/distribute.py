@@ -1,7 +1,4 @@
-"""Handing out what a run begins with: the first process makes it and gives each the particles of its part of the space.
-
-So one process holds the state of all for a moment, and none its neighbours, rows and lists.
-"""
+"""Distribution of the initial state: created by the first process and sent to the owners of the particles."""
 
 from __future__ import annotations
 
@@ -27,7 +24,7 @@ FEW = 16
 
 
 def distribute(world: Alone, make: Callable[[], Beginning], spacing: float) -> tuple[Beginning, Parts | None]:
-    """Return what this process begins with, and the parts of the space where there are several processes.
+    """Return the initial state of this process, and the decomposition of several processes.
 
     Parameters
     ----------
@@ -74,7 +71,7 @@ def distribute(world: Alone, make: Callable[[], Beginning], spacing: float) -> t
 
 
 def compile_for_all(world: Alone, case: Case, start: Beginning) -> None:
-    """Let the first process of each machine compile the loops with a few particles: the others find them."""
+    """Compile the loops on the first process of each machine with a few particles, for the others to load."""
 
     def evaluate() -> None:
         particles = start.particles

@@ -1,4 +1,4 @@
-"""The domain: particles that leave its box are retired, with what they carry kept in the balance.
+"""Domain box: particles that leave it are retired, and their mass, momentum and energy stay in the balance.
 
 A retired particle stays in the arrays, so that nothing is renumbered: without mass, at rest, parked so
 far outside that it meets no neighbour ever again. It costs what a particle alone in the void costs,
@@ -26,15 +26,7 @@ APART = 3.0
 
 
 class Domain:
-    """The box that particles may not leave.
-
-    Parameters
-    ----------
-    setup
-        The run at its start.
-    box
-        The case's `domain`; None for none.
-    """
+    """Box that particles may not leave: the case's `domain`, None for none."""
 
     def __init__(self, setup: Setup, box: Any):
         self._setup = setup
@@ -53,15 +45,7 @@ class Domain:
         return np.asarray(np.logical_or(position < self._low, position > self._high).any(axis=1))
 
     def retire(self, budget: Budget, following: float) -> int:
-        """Retire the free particles outside, count them into `budget` and return their number.
-
-        Parameters
-        ----------
-        budget
-            Receives what they carry.
-        following
-            The step under way [s], whose stage is predicted again without them.
-        """
+        """Retire the free particles outside, add them to `budget`, predict stage `following`; return their number."""
         if self._parking is None:
             return 0
         setup = self._setup
@@ -99,7 +83,7 @@ class Domain:
         return count
 
     def _parking_places(self, number: np.ndarray) -> np.ndarray:
-        """Return the parking places (n, dim) [m] of particles by their permanent numbers."""
+        """Return the positions (n, dim) [m] of retired particles by their permanent numbers."""
         assert self._parking is not None
         axis, edge, sign = self._parking
         particles, support = self._setup.particles, self._setup.stepper.support

@@ -1,4 +1,4 @@
-"""How a run ends: its last state and its summary."""
+"""End of a run: last state and summary."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Outcome:
 
 
 def exit_code_of(status: str, summary: dict[str, Any], signal: int) -> int:
-    """Return the exit code of a run that ended with `status`, by a `signal` if it was interrupted."""
+    """Return the exit code of a run from its `status`, and the `signal` that interrupted it."""
     if status == "interrupted":
         return 128 + signal
     if status == "failed":
@@ -53,18 +53,9 @@ def exit_code_of(status: str, summary: dict[str, Any], signal: int) -> int:
 
 def sum_up(case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: dict[str, Any],
            listener: Listener) -> dict[str, Any]:  # fmt: skip
-    """Write the summary, and what it gives to remark, and return it: the run's files alone are measured.
+    """Write and return the summary, measured from the run's files, with its warnings.
 
-    Parameters
-    ----------
-    case, text
-        The effective case and its text.
-    writer, now
-        What wrote the snapshots, and the last one.
-    ended
-        How the run ended, by the names of `summarise`.
-    listener
-        Hears the remarks.
+    `ended` has the arguments of `summarise` that describe the end of the run.
     """
     from hvisph.diagnostics.summary import summarise  # all that measures: nothing of it is needed to begin
 
@@ -83,7 +74,7 @@ def sum_up(case: Case, text: str, writer: SnapshotWriter, now: Snapshot, ended: 
 
 
 def _start(case: Case, text: str, writer: SnapshotWriter) -> Snapshot:
-    """Return the run's first snapshot: from its file, or where that is gone or holds less from the case."""
+    """Return the first snapshot from its file, or from the case when the file is missing or incomplete."""
     if writer.exact:
         with suppress(OutputError):
             return read_snapshot(writer.path(0), lazily=True)

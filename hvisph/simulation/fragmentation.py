@@ -1,4 +1,4 @@
-"""Pieces that have come apart from a body, looked up every so many steps, which then meet others as bodies do."""
+"""Fragmentation: detached connected components of a body, treated as bodies in contact."""
 
 from __future__ import annotations
 
@@ -13,10 +13,7 @@ LOOK_EVERY = 64
 
 
 def tell_pieces(setup: Setup, steps: int) -> None:
-    """Find the pieces of bodies that have come apart and let them meet as bodies, if it is due after so many `steps`.
-
-    Of several processes, all of which call this, the first finds them.
-    """
+    """Find the connected components of bodies when due, on the first process, and renumber contact bodies."""
     stepper, share, particles = setup.stepper, setup.subdomain, setup.particles
     if not isinstance(stepper, Stepper) or stepper.pieces is None or steps % LOOK_EVERY:
         return

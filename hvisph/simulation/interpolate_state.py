@@ -17,19 +17,7 @@ from hvisph.core.particles import Particles
 
 
 def interpolate_state(before: np.ndarray, particles: Particles, share: float, dt: float) -> Particles:
-    """Return the state at a share of the last step.
-
-    Parameters
-    ----------
-    before
-        The state's data before the step, in the present order (count, width), which become those in between.
-    particles
-        The state after it.
-    share
-        Share of the step, 0 to 1.
-    dt
-        Length of the step [s].
-    """
+    """Return the state at a `share` 0 to 1 of a step `dt` [s]; overwrites `before` (count, width)."""
     at = copy(particles)
     at.data = before
     gained = particles["velocity"] - at["velocity"]
@@ -44,10 +32,7 @@ def interpolate_state(before: np.ndarray, particles: Particles, share: float, dt
 
 
 def let_go(holder: Any, _seen: set[int] | None = None) -> None:
-    """Empty all arrays that an object of hvisph holds, and those of the objects that it holds itself.
-
-    It is no good for anything afterwards. What is constant, as frozen settings are, stays.
-    """
+    """Release the arrays of an object and of the objects it contains; it cannot be used afterwards."""
     seen = set() if _seen is None else _seen
     if id(holder) in seen or not hasattr(holder, "__dict__") or not type(holder).__module__.startswith("hvisph."):
         return

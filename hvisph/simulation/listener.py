@@ -1,4 +1,4 @@
-"""What a run tells while it goes on: the terminal, a notebook or a test listens."""
+"""Progress reports of a run, for a terminal, a notebook or a test."""
 
 from __future__ import annotations
 
@@ -13,20 +13,10 @@ REPORT_EVERY = 0.1
 
 @dataclass(frozen=True)
 class Progress:
-    """Where a run is.
+    """State of a running simulation.
 
-    Parameters
-    ----------
-    time, end
-        Simulated time and its end [s].
-    step, dt
-        Steps done and the next step [s].
-    criterion, body
-        What limits the step, and the body of the particle that does.
-    wall_seconds, steps_per_second
-        Wall time of the steps so far and the present pace.
-    energy_drift
-        Change of total energy over total energy at the start; None without an energy equation.
+    Times in s; `dt`, `criterion` and `body` are those of the next step. `energy_drift` is the relative change of total
+    energy, None without an energy equation.
     """
 
     time: float
@@ -41,36 +31,26 @@ class Progress:
 
 
 class Listener:
-    """Hears of a run; every method does nothing unless overridden."""
+    """Receiver of events; every method does nothing unless overridden."""
 
     def start(self, folder: Path, particles: int, end: float) -> None:
-        """Hear that the run's folder is made and so many particles run to `end` [s]."""
+        """Report that the folder exists and the particles run to `end` [s]."""
 
     def compiling(self, name: str) -> None:
-        """Hear that a loop is being compiled afresh."""
+        """Report that a loop is compiled."""
 
     def progress(self, progress: Progress) -> None:
-        """Hear where the run is, some ten times a second."""
+        """Report the progress, ten times a second."""
 
     def message(self, text: str) -> None:
-        """Something a user should know."""
+        """Report a text to the user."""
 
     def finish(self, summary: dict[str, Any]) -> None:
-        """Hear that the summary is written."""
+        """Report that the summary is written."""
 
 
 class Reporter:
-    """Tells a listener where the run is, some ten times a second.
-
-    Parameters
-    ----------
-    listener
-        Who hears it.
-    setup, clock
-        The run.
-    before
-        Wall time of its earlier steps [s].
-    """
+    """Sender of progress reports, ten times a second; `before` is the wall time of earlier steps [s]."""
 
     def __init__(self, listener: Listener, setup: Any, clock: Any, before: float):
         self._listener, self._setup, self._clock = listener, setup, clock
@@ -83,7 +63,7 @@ class Reporter:
         return wall.perf_counter() - self._began
 
     def report(self, time_step: Any, body: int, drift: float | None) -> None:
-        """Report, if it is time, with the next step, the body that limits it and the energy drift."""
+        """Report the next step, the body that limits it and the energy drift, when due."""
         now, clock = wall.perf_counter(), self._clock
         since = now - self._last
         if since < REPORT_EVERY:

@@ -1,4 +1,4 @@
-"""The step loop, with everything that happens on a schedule."""
+"""Step loop and its schedule."""
 
 from __future__ import annotations
 
@@ -44,19 +44,7 @@ from .writer import SnapshotWriter
 
 
 class Run:
-    """The step loop and its schedule.
-
-    Parameters
-    ----------
-    case, setup
-        The case, and its objects as at the start.
-    folder
-        The run's folder, held.
-    listener
-        Hears of the run.
-    checkpoint
-        Where to go on from; None to begin.
-    """
+    """Step loop with output, checkpoints and sanity checks; begins from `checkpoint` when given."""
 
     def __init__(
         self,
@@ -79,7 +67,7 @@ class Run:
         self._stopped = False  # what all processes know of it
 
     def go(self) -> Outcome:
-        """Run to the end, to a failure or to an interruption, and sum up."""
+        """Run to the end, a failure or an interruption, and write the summary."""
         ready = wall.perf_counter()
         if self.checkpoint is None:
             self.files.write_case()
@@ -90,7 +78,7 @@ class Run:
             return self._finish()
 
     def _announce(self, seconds: float) -> None:
-        """Say that the run begins, after so much wall time [s], and what there is to know of it."""
+        """Report the start after `seconds` of wall time, with the notes on the case."""
         count, world = self.subdomain.count, self.subdomain.world
         threads = of_cores(numba.get_num_threads(), numba.config.NUMBA_NUM_THREADS)
         several = f"{world.size} processes, each with " if world.size > 1 else ""
@@ -110,7 +98,7 @@ class Run:
         self._first_step = self.clock.steps
 
     def _take_steps(self) -> None:
-        """Go to the end, to a failure or to an interruption."""
+        """Advance to the end, a failure or an interruption."""
         with self.files.go_on() if self.checkpoint else self._begin_files():
             try:
                 if self.checkpoint is None:
@@ -132,7 +120,7 @@ class Run:
         return self.files.begin(start)
 
     def _prepare(self) -> None:
-        """Evaluate the start and, to go on, take the state from the checkpoint."""
+        """Evaluate the initial rates; restore the checkpoint when resuming."""
         tell_pieces(self.setup, 0)
         self.setup.stepper.start()
         self.budget, self.watch = Budget(self.setup), Watch(self.setup, self.case.limits)
@@ -154,7 +142,7 @@ class Run:
             self.subdomain.sort_out()
 
     def _stopping(self) -> bool:
-        """Whether to stop: of several processes all stop after the same step."""
+        """Return whether to stop; all processes stop after the same step."""
         return self._stopped if self.subdomain.world.size > 1 else self.stop.number is not None
 
     def _enough(self) -> bool:
@@ -172,7 +160,7 @@ class Run:
         self.files.record(self.time_step, limit.number, 0.0, self.budget)
 
     def _limit(self, collapsed: RunError | None = None) -> GlobalLimit:
-        """Return the limit of the next step over all processes; `collapsed` is the error of this process, if any."""
+        """Return the step limit over all processes; `collapsed` is the error of this process, if any."""
         own = Limit(-1.0, COLLAPSED, -1) if collapsed else self._own_limit()
         whole = self.subdomain.reduce_limit(own, self.stop.number or 0, self.files.checkpoint_due())
         if whole.criterion == COLLAPSED:
@@ -194,7 +182,7 @@ class Run:
         return limit
 
     def _advance(self) -> None:
-        """Take one step: forces, the next step from the criteria, the state carried on, the schedule."""
+        """Advance by one step: rates, next step, state, schedule."""
         stepper, clock = self.setup.stepper, self.clock
         last = clock.last(self.time_step)
         if last is not None:  # the end cuts it; from before it the run can be extended
@@ -235,7 +223,7 @@ class Run:
             self.stop.note()
 
     def _complete(self, following: TimeStep) -> list[Callable[[], Moment]]:
-        """Carry the state over the step under way; return what makes the snapshots that are due, one at a time."""
+        """Complete the step under way; return functions that create the snapshots due in it."""
         stepper, clock, particles = self.setup.stepper, self.clock, self.setup.particles
         self.done, self.time_step = self.time_step, following
         started, moments = clock.time, clock.output_times(self.done)
@@ -252,7 +240,7 @@ class Run:
         return due
 
     def _interpolated_state(self, before: np.ndarray, time: float, started: float, last: bool) -> Moment:
-        """Return a moment of the step just done from the state before it, which the last such moment may have."""
+        """Interpolate the state within the last step; the `last` such moment may overwrite the state before it."""
         share, state = (time - started) / self.done.length, before if last else before.copy()
         return self.writer.snapshot(
             time, self.clock.steps, interpolate_state(state, self.setup.particles, share, self.done.length)

@@ -1,4 +1,4 @@
-"""Going on with a run that was stopped, killed or has ended, as if it had never stopped."""
+"""Continuation of a stopped, killed or finished run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from .run import folder_of, prepare_process, with_threads
 
 def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_steps: int | None = None,
            threads: int | None = None, listener: Listener | None = None) -> Outcome:  # fmt: skip
-    """Go on with a run from its newest checkpoint, bit for bit as if it had not stopped.
+    """Continue a run from its newest checkpoint, bit for bit as without the stop.
 
     A run that was killed before its first checkpoint begins again. One that has reached its end only sums up
     anew, unless the end is later now.
@@ -58,7 +58,7 @@ def resume(run: str | os.PathLike[str], end: str | float | None = None, *, max_s
 
 
 def has_ended(run: str | os.PathLike[str]) -> bool:
-    """Tell whether a run has reached its end."""
+    """Return whether a run has reached its end."""
     try:
         return bool(read_summary(Path(run))["status"] == "done")
     except OutputError:
@@ -66,7 +66,7 @@ def has_ended(run: str | os.PathLike[str]) -> bool:
 
 
 def resume_case(run: str | os.PathLike[str], end: str | float | None = None, max_steps: int | None = None) -> Case:
-    """Return the case that a run goes on with; arguments and errors as of `resume`."""
+    """Return the case that a run continues with; arguments and errors as of `resume`."""
     folder = Path(run)
     if not folder.is_dir() or not looks_like_a_run(folder):
         raise CaseError(f"{folder} is not the folder of a run")
@@ -80,7 +80,7 @@ def resume_case(run: str | os.PathLike[str], end: str | float | None = None, max
 
 def resume_run(run: str | os.PathLike[str], case: Case, *, threads: int | None = None,
                listener: Listener | None = None) -> Outcome:  # fmt: skip
-    """Go on with a run by a case of `resume_case`; arguments and errors as of `resume`."""
+    """Continue a run by a case of `resume_case`; arguments and errors as of `resume`."""
     world, path = world_here(), Path(run)
     listener = listener if listener and world.first else Listener()
     with world.end_together(), folder_of(world, path, lambda: RunFolder.open(path)) as folder:

@@ -1,4 +1,4 @@
-"""A case from start to end: placed, built, run; on several processes by all of them together."""
+"""A case from start to end: set-up, step loop and summary, on one or several processes."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def run(case: Case | str | os.PathLike[str], out: str | os.PathLike[str] | None 
 
 
 def prepare_process(case: Case, world: Alone, make: Callable[[], Beginning]) -> tuple[Beginning, Parts | None]:
-    """Return what this process begins with of what `make` makes, and the parts of all, if memory allows."""
+    """Return the part of the initial state for this process and the decomposition, if memory allows."""
     with computable():
         with world.raise_together():
             refuse_impossible(case, processes=world.size, beside=world.beside, begins=world.first and world.size > 1)
@@ -85,14 +85,14 @@ def prepare_process(case: Case, world: Alone, make: Callable[[], Beginning]) -> 
 
 
 def folder_of(world: Alone, path: Path, make: Callable[[], RunFolder]) -> RunFolder:
-    """Return the folder of a run: the first process makes it, others write nothing."""
+    """Return the run's folder, created by the first process; the others write nothing."""
     made: list[RunFolder] = []
     world.from_first(lambda: made.append(make()))
     return made[0] if made else SilentFolder(path)
 
 
 def with_threads(case: Case, start: Beginning, threads: int | None, world: Alone) -> Beginning:
-    """Use so many threads as `set_threads` says, or as a step feeds, which the beginning then notes."""
+    """Set the number of threads as `set_threads` does, and note it in the initial state."""
     count = -(-start.count // world.size)
     set_threads(threads, worthwhile_threads(case, count), world.beside)
     note = too_many(threads, case, count) if threads else ""

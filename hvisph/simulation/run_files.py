@@ -1,4 +1,4 @@
-"""The files of a run while it goes on: case, history, snapshots and checkpoints, each on its schedule."""
+"""Files of a run: case, history, snapshots and checkpoints, each on its schedule."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class RunFiles:
-    """Writes what a run leaves behind.
+    """Writer of a run's files.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class RunFiles:
         self.folder.write_text(file_names.CASE, head + self._text)
 
     def begin(self, start: Moment) -> HistoryWriter | NoHistory:
-        """Begin anew with the first snapshot; return the history, to be closed by the caller."""
+        """Write the first snapshot; return the new history, closed by the caller."""
         self.history: HistoryWriter | NoHistory = NoHistory()
         with start.open() as snapshot:
             if snapshot is None:
@@ -76,7 +76,7 @@ class RunFiles:
         return self.history
 
     def go_on(self) -> HistoryWriter | NoHistory:
-        """Cut what lies after the checkpoint; return the history, to be closed by the caller.
+        """Truncate the files at the checkpoint; return the history, closed by the caller.
 
         Raises
         ------
@@ -97,7 +97,7 @@ class RunFiles:
         return self.history
 
     def record(self, time_step: TimeStep, limiting: int, length: float, budget: Budget) -> None:
-        """Add a record: the next step, the particle that limits it, the length of the last one, the budget."""
+        """Add a record: next step, limiting particle, length of the last step, budget."""
         clock = self._clock
         self.state.recorded = clock.steps
         self.history.append(
@@ -105,7 +105,7 @@ class RunFiles:
         )
 
     def write_output(self, moment: Moment, number: int) -> None:
-        """Write the snapshot of a moment of output, on the first process."""
+        """Write the snapshot of an output time, on the first process."""
         with moment.open() as snapshot:
             if snapshot is None:
                 return
@@ -115,7 +115,7 @@ class RunFiles:
         self.folder.log.write(f"snapshot {number} at {snapshot.time:.6g} s, step {snapshot.step}")
 
     def write_last(self, failed: bool) -> Callable[[], Snapshot] | None:
-        """Write the state in which the run ends, under its own name after a failure; return what gives it back."""
+        """Write the final state, under its own name after a failure; return its source."""
         with self.writer.snapshot(self._clock.time, self._clock.steps).open() as now:
             if now is None:
                 return None
@@ -132,11 +132,11 @@ class RunFiles:
         return lambda: read_snapshot(path, lazily=True)
 
     def checkpoint_due(self) -> bool:
-        """Whether it is time for a checkpoint."""
+        """Return whether a checkpoint is due."""
         return self._writes and self._cadence.due
 
     def checkpoint(self, keeper: Keeper, time_step: TimeStep, wall_seconds: float) -> None:
-        """Write a checkpoint, after all records up to it."""
+        """Write a checkpoint after all records up to it."""
         started = wall.monotonic()
         self.state.wall_seconds = wall_seconds
         self.history.sync()

@@ -1,4 +1,4 @@
-"""Signals that ask a run to stop: noted, so that the step under way is finished and kept."""
+"""Signals that stop a run after the step under way."""
 
 from __future__ import annotations
 
@@ -12,17 +12,9 @@ STOPPING = (signal.SIGINT, signal.SIGTERM, *([HANGUP] if HANGUP is not None else
 
 
 class StopRequests:
-    """Within its block SIGINT, SIGTERM and SIGHUP are noted in `number`; a second one interrupts at once.
+    """Context that records SIGINT, SIGTERM and SIGHUP in `number`; a second SIGINT or SIGTERM interrupts at once.
 
-    A closed terminal may send SIGHUP twice, so a second of these changes nothing.
-
-    Signals that the parent had ignored, as `nohup` and shells do, stay ignored. Outside the main
-    thread, where Python allows no handlers, nothing is caught.
-
-    Attributes
-    ----------
-    number
-        The signal that was received; None while there was none.
+    Signals ignored by the parent process, as with `nohup`, stay ignored. Outside the main thread nothing is caught.
     """
 
     def __init__(self) -> None:
@@ -50,7 +42,7 @@ class StopRequests:
             signal.signal(number, before)
 
     def note(self, number: int = signal.SIGINT) -> None:
-        """Ask the run to stop, as the signal `number` does."""
+        """Request a stop by the signal `number`."""
         self.number = number
 
     def _note(self, number: int, frame: FrameType | None) -> None:

@@ -1,4 +1,4 @@
-"""Snapshots of a run: from the state to VTKHDF and VTU files in its folder."""
+"""Snapshots of a run in VTKHDF and VTU files."""
 
 from __future__ import annotations
 
@@ -37,17 +37,7 @@ MOST_TIME = 0.02  # share of a run's wall time that its series may take while it
 
 
 class SnapshotWriter:
-    """Writes numbered snapshots in the formats that the case asks for.
-
-    Parameters
-    ----------
-    folder
-        The run's folder.
-    setup
-        The run.
-    case, text
-        The case and its effective text.
-    """
+    """Writer of numbered snapshots in the formats of the case."""
 
     def __init__(self, folder: RunFolder, setup: Setup, case: Case, text: str):
         self.folder, self.setup, self.output = folder, setup, case.output
@@ -69,10 +59,7 @@ class SnapshotWriter:
         self._series_due = 0.0
 
     def snapshot(self, time: float, step: int, particles: Particles | None = None) -> Moment:
-        """Return the state as it stands, or another state of the run, ordered by the particles' permanent numbers.
-
-        Its fields are made when they are asked for, so it holds until the run goes on.
-        """
+        """Return the present or another state, ordered by permanent number, with fields computed on request."""
         share, particles = self.setup.subdomain, particles or self.setup.particles
         if share.uses_slabs:
             return self._snapshot_in_slabs(
@@ -82,7 +69,7 @@ class SnapshotWriter:
         return Moment(None if whole is None else self._take_snapshot(time, step, whole[0], *whole[1]))
 
     def _snapshot_in_slabs(self, own: Snapshot, particles: Particles) -> Moment:
-        """Return the whole as a snapshot that is fetched by slabs, of which `own` is this process' part."""
+        """Return a snapshot over all processes that is fetched by slabs; `own` is the part of this process."""
         share = self.setup.subdomain
         retired = np.sort(share.everybodys_numbers(particles.tags[:, FLAGS] & RETIRED > 0))
         arrays = Derived((*own.fields, *INDICES), lambda name: (
@@ -98,7 +85,7 @@ class SnapshotWriter:
     def _take_snapshot(
         self, time: float, step: int, particles: Particles, highest: np.ndarray, begun: np.ndarray
     ) -> Snapshot:
-        """Return a snapshot of particles with their highest pressures [Pa] and where they began (n, dim) [m]."""
+        """Return a snapshot with maximum pressures [Pa] and initial positions (n, dim) [m]."""
         stepper = self.setup.stepper
         order = np.argsort(particles.id)
         order = order[particles.tags[order, FLAGS] & RETIRED == 0]
@@ -124,22 +111,22 @@ class SnapshotWriter:
                         self.setup.bodies, self.setup.materials, dict(self.metadata))  # fmt: skip
 
     def permute(self, order: np.ndarray) -> None:
-        """Follow the particles into a new order."""
+        """Reorder stored arrays with the particles."""
         self.peaks.permute(order)
         self.begun.permute(order)
 
     @property
     def exact(self) -> bool:
-        """Whether files of the whole hold all of a snapshot, bit by bit."""
+        """Whether the files store every field bit by bit."""
         return self.output.fields is None and self.output.precision == "double"
 
     def path(self, number: int | str) -> Path:
-        """Return the file of a snapshot, the first of its formats."""
+        """Return the file of a snapshot in the first of its formats."""
         hdf5 = "hdf5" in self.output.formats or isinstance(number, str)
         return self.folder.snapshot_path(number) if hdf5 else self.folder.vtu_path(int(number))
 
     def start(self) -> Moment:
-        """Return the start, and keep what later snapshots need of it to be measured alone."""
+        """Return the initial snapshot, and store what measures of later ones need."""
         moment = self.snapshot(0.0, 0)
         with moment.open() as start:
             if start is not None:
@@ -160,7 +147,7 @@ class SnapshotWriter:
         return reference(start) | ({"surfaces": surfaces} if surfaces else {})
 
     def forget_after(self, number: int) -> None:
-        """Delete the snapshots after `number` and that of a failure: a run that went back makes them again."""
+        """Delete snapshots after `number` and that of a failure, before a run is repeated from there."""
         path = self.folder.path
         try:
             for path in file_names.own_files(self.folder.path):
@@ -172,7 +159,7 @@ class SnapshotWriter:
             raise OutputError(f"cannot delete {path}: {reason(error)}") from error
 
     def write_series(self) -> None:
-        """Write the series of all snapshots so far; the next one is due after a while, the longer this one took."""
+        """Write the series file of all snapshots; its interval grows with its cost."""
         if "hdf5" in self.output.formats:
             began = wall.monotonic()
             write_time_series(self.folder.path)
@@ -180,15 +167,7 @@ class SnapshotWriter:
             self._series_due = now + (now - began) / MOST_TIME
 
     def write(self, snapshot: Snapshot, number: int | str, whole: bool = True) -> None:
-        """Write a snapshot under its number, or one with a name of its own, in every format, and its regions.
-
-        Parameters
-        ----------
-        snapshot, number
-            The state, and its number or name.
-        whole
-            Whether more than its regions is written: else only where the case asks for it at this moment.
-        """
+        """Write a snapshot and its regions in every format, by number or name; `whole` writes all particles."""
         output, numbered = self.output, isinstance(number, int)
         if isinstance(number, int):
             self._write_regions(snapshot, number)
@@ -220,7 +199,7 @@ class SnapshotWriter:
 
 
 def _with_folder(path: Path) -> Path:
-    """Make the folder of a file, and return the file."""
+    """Create the folder of a file and return the file."""
     try:
         path.parent.mkdir(exist_ok=True)
     except OSError as error:
@@ -229,7 +208,7 @@ def _with_folder(path: Path) -> Path:
 
 
 def _in_region(snapshot: Snapshot, region: OutputRegion) -> np.ndarray:
-    """Return the places of a region's particles in a snapshot, looked at slab by slab."""
+    """Return the indices of a region's particles in a snapshot, slab by slab."""
     chosen, position = [], snapshot.fields["position"]
     bodies = [snapshot.bodies.index(body) for body in region.bodies]
     for begin in range(0, snapshot.count, SLAB):
@@ -242,7 +221,7 @@ def _in_region(snapshot: Snapshot, region: OutputRegion) -> np.ndarray:
 
 
 def _reduce_fields(snapshot: Snapshot, output: Output) -> Snapshot:
-    """Return a snapshot with the fields that a case asks for, in its precision."""
+    """Return a snapshot with the fields and the precision of the case."""
 
     def convert(name: str, values: np.ndarray) -> np.ndarray:
         single = output.precision == "single" and values.dtype == np.float64 and name != "position"
@@ -253,13 +232,13 @@ def _reduce_fields(snapshot: Snapshot, output: Output) -> Snapshot:
 
 
 def _impedance(start: Snapshot, number: int) -> float:
-    """Return density times bulk sound speed [Pa s/m] of a particle at the start."""
+    """Return the initial acoustic impedance [Pa s/m] of a particle."""
     row = int(np.flatnonzero(start.id == number)[0])
     return float(start.fields["density"][row] * start.fields["sound_speed"][row])
 
 
 def _roles(case: Case) -> list[str | None]:
-    """Return the roles of a case: gases at rest beside solids, and explosives where nothing flies, are `other`."""
+    """Return the roles of bodies: gases at rest beside solids and explosives without projectile are `other`."""
     bodies = case.bodies.values()
     moves = [any(body.velocity) or bool(body.initial_velocity) for body in bodies]
     kinds = [body.material.eos.type for body in bodies]

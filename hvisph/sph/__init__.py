@@ -1,1 +1,1 @@
-"""Pairwise numerics: kernels, neighbours, the traversal and its pair laws."""
+"""Smoothed particle hydrodynamics: kernels, neighbours, pair traversal and pair laws."""

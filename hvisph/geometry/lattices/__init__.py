@@ -1,1 +1,1 @@
-"""Arrangements of particles inside shapes, one family a file; `hvisph.geometry.filling` chooses among them."""
+"""Particle lattices inside shapes; `hvisph.geometry.filling` selects among them."""

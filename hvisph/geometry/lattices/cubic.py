@@ -1,4 +1,4 @@
-"""Particles on a simple lattice: evenly spaced in 1D, square in 2D, cubic in 3D.
+"""Simple lattice: equidistant in 1D, square in 2D, cubic in 3D.
 
 Along an axis a body of size L holds n = round(L / dx) particles at (i - (n - 1) / 2) dx, so that the
 outer particles lie dx / 2 inside the faces: 2 mm at 0.1 mm are 20 layers. Round shapes keep the nodes

@@ -1,4 +1,4 @@
-"""Particles in hexagonal close packing (3D): each has twelve neighbours at the distance a.
+"""Hexagonal close packing (3D): twelve neighbours at the distance a.
 
 A node's cell has the volume a^3 / sqrt(2); a = 2^(1/6) dx = 1.1225 dx makes it dx^3. Triangular layers
 lie across x (across the axis of a cylinder), a sqrt(2/3) apart, so that the face towards the other body

@@ -1,4 +1,4 @@
-"""Particles on a triangular lattice (2D): each has six neighbours at the distance a.
+"""Triangular lattice (2D): six neighbours at the distance a.
 
 A node's cell has the area a^2 sqrt(3) / 2; a = dx (4/3)^(1/4) = 1.0746 dx makes it dx^2. Columns stand
 along y, a sqrt(3) / 2 apart in x, so that the face towards the other body is flat. Discs have a node at

@@ -1,4 +1,4 @@
-"""Particles spread evenly inside any shape: moved under a repulsion until their distances are even.
+"""Relaxed particle arrangement in any shape, by repulsion until the distances are uniform.
 
 N = round(volume / dx^dim) particles start on a close-packed lattice inside the shape, those nearest to its surface left
 out or doubled to make the number. Every pair closer than 1.5 of the close-packed distance a pushes

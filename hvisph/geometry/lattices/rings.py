@@ -1,4 +1,4 @@
-"""Particles of a disc on concentric rings, and a square lattice inside two such rings.
+"""Disc of concentric circles of particles, and a square lattice inside two such circles.
 
 The first particle of each ring is at angle 0. A disc 100 dx across holds 8012 particles, the count of
 Farahani et al. 2009. The last ring lies on the disc's circumference, so the particles stand for a

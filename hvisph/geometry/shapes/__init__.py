@@ -1,4 +1,4 @@
-"""Shapes of bodies, one frozen dataclass a shape, families of them a file."""
+"""Shapes of bodies as frozen dataclasses."""
 
 from .basic import Box, Cylinder, Disc, Interval, Sphere
 from .combined import Difference, Intersection, Placed, Repeat, Union

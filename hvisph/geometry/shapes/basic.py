@@ -1,4 +1,4 @@
-"""The basic shapes: interval, disc, sphere, box and cylinder.
+"""Basic shapes: interval, disc, sphere, box and cylinder.
 
 One frozen dataclass a shape. Sizes that are not positive and finite raise `CaseError`.
 """

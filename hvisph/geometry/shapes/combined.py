@@ -1,4 +1,4 @@
-"""Shapes made of shapes: placed and turned, united, cut out of each other, repeated on a lattice."""
+"""Combined shapes: placed and rotated, union, difference, lattice of copies."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Closed surfaces of triangles: STL, OBJ and whatever else `trimesh` reads (`pip install hvisph[mesh]`).
+"""Closed triangle surfaces: STL, OBJ and other formats of `trimesh` (`pip install hvisph[mesh]`).
 
 A point is inside where a ray towards +x crosses the surface an odd number of times. Triangles are sorted into bins
 of the y-z plane. A ray that hits an edge or a corner is moved aside by an infinitesimal amount, first along

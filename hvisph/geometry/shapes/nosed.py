@@ -1,4 +1,4 @@
-"""Shapes about an axis: cone, frustum, ogive, dome and rounded cylinder; their sections in the plane.
+"""Shapes about an axis: cone, frustum, ogive, dome and rounded cylinder, and their plane sections.
 
 Each is a profile, the region below a radius R(x) in the half-plane (x, r), whose nose points towards +x. In 3D it is
 turned about its axis and has the volume pi int R^2 dx; in the plane it is the section through the axis, twice the

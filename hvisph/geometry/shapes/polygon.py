@@ -1,4 +1,4 @@
-"""Polygons in the plane, and what is made of a plane shape: prisms, and rings about an axis."""
+"""Polygons, and solids from plane shapes: prisms and solids of revolution."""
 
 from __future__ import annotations
 

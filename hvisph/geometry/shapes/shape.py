@@ -1,4 +1,4 @@
-"""What every shape knows: its box, its volume, and how far a point lies from its surface.
+"""Interface of shapes: bounding box, volume and signed distance.
 
 A shape has its own coordinates, with the origin where `position` puts it and about which it is turned; that is
 the centre of all shapes but those given by points, by a file or by parts. All lengths in metres (or in

@@ -1,4 +1,4 @@
-"""Damage and spall models, one a file."""
+"""Damage and spall models."""
 
 from __future__ import annotations
 

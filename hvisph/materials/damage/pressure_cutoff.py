@@ -1,4 +1,4 @@
-"""Spall by pressure cut-off: the pressure stays above p_min.
+"""Spall by pressure cut-off p >= p_min.
 
     p >= p_min,    p_min <= 0
 

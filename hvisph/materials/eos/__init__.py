@@ -1,4 +1,4 @@
-"""Equations of state, one a file, and the compiled choice between them."""
+"""Equations of state, and the compiled selection among them."""
 
 from __future__ import annotations
 

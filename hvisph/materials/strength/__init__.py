@@ -1,4 +1,4 @@
-"""Strength models, one a file, and the compiled choice between them."""
+"""Strength models, and the compiled selection among them."""
 
 from __future__ import annotations
 

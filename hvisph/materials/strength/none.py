@@ -1,4 +1,4 @@
-"""No strength: the material is a fluid, its deviator is zero and its shear modulus too."""
+"""No strength: a fluid without deviator and shear modulus."""
 
 from __future__ import annotations
 

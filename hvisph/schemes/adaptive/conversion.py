@@ -1,4 +1,4 @@
-"""AdapTLE: when Total Lagrangian particles turn Eulerian, for good (Young 2021 sec. 2.3).
+"""Conversion of Total Lagrangian particles to Eulerian ones (Young 2021 sec. 2.3).
 
     strain   deviatoric Green-Lagrange equivalent strain sqrt(2/3 E':E') at or above a limit (eps_33 = 0 in 2D)
     damage   damage of 1

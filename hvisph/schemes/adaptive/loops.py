@@ -1,4 +1,4 @@
-"""Compiled loops of composite bodies, Total Lagrangian and Eulerian."""
+"""Compiled loops of bodies of Total Lagrangian and Eulerian particles."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The contact pass of bodies in pieces: forces, energy of its own, and whether bodies pass through each other.
+"""Penalty contact pass of connected components: forces, contact energy and detection of interpenetration.
 
 A body in pieces is one that meets others, its own failed particles, or with a face one of its own that was far from
 it. Who is near a part of its own body that was far is looked up every few evaluations.

@@ -1,4 +1,4 @@
-"""The spatial pass of a composite body: the law of Eulerian particles, over them and who is near, at present places."""
+"""Spatial pass: the law of Eulerian particles over them and the particles near them, at present positions."""
 
 from __future__ import annotations
 

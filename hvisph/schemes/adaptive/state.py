@@ -1,4 +1,4 @@
-"""What a composite body has of each of its particles: made, carried between processes, kept and taken back."""
+"""Particle state of the adaptive scheme: creation, migration, storage and restoration."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One step of bodies that meet: Total Lagrangian and Eulerian particles, and contact.
+"""Step of the adaptive scheme: Total Lagrangian and Eulerian particles, and contact.
 
 An evaluation runs, each only where it is needed,
 1. `deform` over reference neighbours: F, stress, density of Total Lagrangian particles;

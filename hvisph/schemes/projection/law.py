@@ -1,4 +1,4 @@
-"""Sums of SPH-projection over a particle's neighbours (Farahani 2009), one a pass.
+"""Neighbour sums of SPH-projection (Farahani 2009), one a pass.
 
     velocity_gradient    L_a = - sum_b V_b u_ab (x) grad W_ab                                 and f_ab, kept
     stress_divergence    T_a =   sum_b m_b (S_a/rho_a^2 + S_b/rho_b^2) . grad W_ab            eq. 21

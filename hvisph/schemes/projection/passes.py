@@ -1,4 +1,4 @@
-"""The loops of SPH-projection: what a particle does with its sums, pass by pass (Farahani 2009, eqs. 20-32).
+"""Particle loops of SPH-projection, pass by pass (Farahani 2009, eqs. 20-32).
 
 Each template is a pass over all particles. It takes the sum of its pair law from `rows`, which
 neighbours read, and writes the row of the next pass into `following`: row i is written by i alone.

@@ -1,4 +1,4 @@
-"""The rows that the passes of SPH-projection show each other, and the list of neighbours that they are summed over."""
+"""Particle rows and neighbour list of the passes of SPH-projection."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""SPH-projection (Farahani 2009): a pressure from a Poisson equation brings density back at every step.
+"""SPH-projection (Farahani 2009): a pressure Poisson equation restores the density at every step.
 
 Passes, all with the kernels at the start of the step (`schemes.projection.law`, `projection_passes`):
 

@@ -1,4 +1,4 @@
-"""A step of SPH-projection: four passes over a list of neighbours that lasts for many of its small steps."""
+"""Step of SPH-projection: four passes over a neighbour list that lasts for many steps."""
 
 from __future__ import annotations
 

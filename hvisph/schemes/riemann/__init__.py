@@ -1,1 +1,1 @@
-"""Contact (Riemann) SPH."""
+"""Riemann (contact) SPH."""

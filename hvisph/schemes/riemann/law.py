@@ -1,4 +1,4 @@
-"""Contact (Riemann) SPH of elastic-plastic solids, CON.
+"""Pair law of Riemann SPH for elastic-plastic solids, CON.
 
 Each pair solves the acoustic Riemann problem along its line of centres e = (x_b - x_a)/r, which yields a contact
 velocity u* and a traction t* (`sph.terms.riemann_solver`), from states that a limited reconstruction moves to the

@@ -1,4 +1,4 @@
-"""The row of contact SPH (`schemes.riemann.law`), and the pass before its pairs that writes into it.
+"""Particle row of Riemann SPH (`schemes.riemann.law`), and the pass that completes it before the pairs.
 
 Gradients of velocity and stress, renormalised, for the reconstruction, and where bodies lie, for those that meet
 (`sph.contact.contact_normal`).

@@ -1,4 +1,4 @@
-"""Contact SPH (CON): the scheme without artificial viscosity and artificial stress.
+"""Riemann SPH (CON): scheme without artificial viscosity and artificial stress.
 
 Passes: with reconstruction, gradients of velocity and stress into each row; then the
 Riemann problem of every pair (`schemes.riemann.law`).

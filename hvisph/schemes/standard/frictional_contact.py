@@ -1,4 +1,4 @@
-"""Contact of bodies that press on each other, slide and part, beside a formulation of the kernel sums.
+"""Frictional contact of bodies: pressure, sliding and separation, for formulations by kernel sums.
 
 The pairs of different bodies, which its own pair law leaves out, meet as those of `riemann` do (`schemes.riemann.law`,
 SEPARATING): only particles near another body, and their neighbours, are packed and visited.

@@ -1,4 +1,4 @@
-"""Passes over single particles between standard SPH and the contact beside it: its rows, and what it adds."""
+"""Particle passes between standard SPH and frictional contact: rows and added rates."""
 
 from __future__ import annotations
 

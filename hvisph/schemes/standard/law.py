@@ -1,4 +1,4 @@
-"""SPH of solids: symmetric stress sum, Monaghan viscosity (whole or by shares), Gray's artificial stress.
+"""Pair law of standard SPH: symmetric stress sum, Monaghan viscosity, Gray's artificial stress.
 
     L_a  = - sum_b m_b/rho_b u_ab (x) grad_a W_ab
     a_a  =   sum_b m_b (sigma_a/rho_a^2 + sigma_b/rho_b^2 - Pi_ab I + f^n (R_a + R_b)) . grad_a W_ab

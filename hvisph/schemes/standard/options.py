@@ -1,4 +1,4 @@
-"""Options of the standard form as objects, "none" among them: what each adds to state, rows and coefficients."""
+"""Options of standard SPH as objects, with their additions to state, rows and coefficients."""
 
 from __future__ import annotations
 

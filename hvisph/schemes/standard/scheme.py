@@ -1,4 +1,4 @@
-"""Eulerian (updated Lagrangian) SPH in its standard form: Mehra & Chaturvedi's SAV family.
+"""Standard SPH in updated Lagrangian form: the SAV family of Mehra & Chaturvedi.
 
 One pass: `schemes.standard.law` with Monaghan's viscosity and, as options, Balsara's or Morris and Monaghan's
 shares of it (BAL, MON), Gray's artificial stress and Zisis's density dissipation. Shares follow from the

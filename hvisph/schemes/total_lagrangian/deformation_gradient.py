@@ -1,4 +1,4 @@
-"""Deformation gradients and stress of Total Lagrangian particles, from their reference neighbours.
+"""Deformation gradient and stress of Total Lagrangian particles from reference neighbours.
 
     F_a = 1 + sum_b [(x_b - x_a) - (X_b - X_a)] (x) V0_b g_ab,   J = chi det F,   L = Fdot F^-1,   rho = rho0 / J
     P = J sigma F^-T,      Q = P A,  q = P B        (A, B: the corrections, see `sph.neighbours.reference_neighbours`)

@@ -1,4 +1,4 @@
-"""Total Lagrangian pair forces over reference neighbours, and the row that a particle shows for them.
+"""Total Lagrangian pair forces over reference neighbours, and the particle row for them.
 
     f_ab  = V0_a V0_b (P_a g_ab - P_b g_ba) = V0_a ((Q_a + Q_b) s (X_a - X_b) + (q_a - q_b) w)
     e_a   : own stress power V0_a P_a : Fdot_a, and half of the work of viscosity and hourglass control

@@ -1,4 +1,4 @@
-"""The reference of Total Lagrangian particles: built, and changed where some leave the lists or all take new places.
+"""Reference configuration: creation, removal of particles, and update to present positions.
 
 leave   the list of a particle is cut. Its chi takes det F(list before)/det F(list after) at the same places, so that
 J = chi det F goes on without a jump. A neighbour whose remaining list spans no volume leaves, too.

@@ -1,4 +1,4 @@
-"""Where bodies meet: the normal of the interface between two of them, and whether they touch.
+"""Contact normal of two bodies, and detection of contact.
 
     N_a = sum over other bodies V_b |dW/dr| e          points to where they lie
     O_a = - sum over the own body V_b |dW/dr| e        points out of it

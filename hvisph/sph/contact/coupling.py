@@ -1,4 +1,4 @@
-"""How much of a spatial pair counts where bodies, or Total Lagrangian and Eulerian particles, meet.
+"""Weights of pairs between bodies, and between Total Lagrangian and Eulerian particles.
 
     force     1 for two Eulerian particles, 0 for two Total Lagrangian ones of a body; of one of each 1/2 if they
               are each other's reference neighbours (the other half is their reference force), else 1

@@ -1,4 +1,4 @@
-"""Contact of bodies in pieces that starts unloaded: they press on each other where one fills the other's room.
+"""Penalty contact of connected components, unloaded at the start: pressure where volumes overlap.
 
     phi_a = sum over particles b of other bodies V_b W_ab              how far they fill what surrounds a
     p_a   = max(phi_a - phi0_a, 0),    E = sum V_a K_a p_a^2 / 2

@@ -1,4 +1,4 @@
-"""Contact of bodies by Riemann problems: compression along the normal, Coulomb friction along the interface.
+"""Riemann contact of bodies: compression along the normal, Coulomb friction along the interface.
 
 With the normal n and the gate of `sph.contact.contact_normal`, without reconstruction,
 

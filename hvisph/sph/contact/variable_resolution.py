@@ -1,4 +1,4 @@
-"""Contact of bodies whose spacings, and so smoothing lengths, are unlike: distances in the measure of each side.
+"""Contact of bodies with different spacings and smoothing lengths: distances scaled to each side.
 
     d_a   how deep a lies under the face of its body, from what it lacks of its kernel's sum, |O_a|
     k     = (d_a/h_a + d_b/h_b) / (d_a + d_b)           1/h along the normal n, each side's distance over its own length

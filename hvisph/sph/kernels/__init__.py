@@ -1,4 +1,4 @@
-"""Smoothing kernels in one, two and three dimensions, one a file.
+"""Smoothing kernels in one, two and three dimensions.
 
     W(r, h) = norm_d / h^d w(q),   q = r / h,   support radius `reach` h
 

@@ -1,4 +1,4 @@
-"""What a kernel family is: its shape, slope, reach and normalisation."""
+"""Kernel family: shape, slope, support and normalization."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cell grid: particles sorted into cells, so that neighbours are contiguous runs of rows.
+"""Cell grid: particles sorted into cells, so that neighbours are contiguous runs of rows.
 
 The grid is a torus: cell coordinates are taken modulo a power of two along each axis.
 Debris may fly anywhere without growing the grid, and no bounding box is needed; two

@@ -1,4 +1,4 @@
-"""Pieces of a body: particles that are connected, each to the next within the kernel's reach.
+"""Connected components of a body: particles linked within the kernel support.
 
 Pieces that are farther apart than kernels reach feel nothing of each other, so that to call them bodies of their own
 changes nothing then; when they meet again, they meet as bodies do. Pieces of a few particles, dust, are no bodies:

@@ -1,4 +1,4 @@
-"""Which particles a pass over current neighbours concerns: those near another body or an Eulerian particle.
+"""Contact candidates: particles near another body or an Eulerian particle.
 
 Cells of the kernel's reach are marked with the bodies and Eulerian particles that they hold. A particle may be chosen
 in vain, but none that has such a neighbour is missed.

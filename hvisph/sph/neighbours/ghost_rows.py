@@ -1,4 +1,4 @@
-"""Rows behind a process's own: images at planes of symmetry, and rows of other processes, are two kinds of one thing.
+"""Ghost rows behind a process's own: images at planes of symmetry, and rows of other processes.
 
 Copies are appended before rows are sorted, and brought up to date after a pass that wrote into rows. Nothing is
 summed for them: their own particle, or the process that has it, does that.

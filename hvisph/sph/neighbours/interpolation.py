@@ -1,4 +1,4 @@
-"""Interpolation at a point: which particles' kernels reach it, and with what weights."""
+"""Kernel interpolation at a point: particles within the support and their weights."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Neighbours kept from step to step, for schemes of small steps and several passes over the same pairs.
+"""Neighbour lists that last for several steps, for schemes of small steps and several passes.
 
 The list is made by the one traversal with a margin beyond the kernel's reach, and serves until the
 particles may have crossed it. Pairs in the margin weigh nothing: the kernel ends before them.

@@ -1,4 +1,4 @@
-"""The pairs of one stage: rows sorted into cells, and passes of pair laws over them."""
+"""Pairs of one stage: rows sorted into cells, and passes of pair laws over them."""
 
 from __future__ import annotations
 

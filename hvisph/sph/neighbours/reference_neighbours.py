@@ -1,4 +1,4 @@
-"""Neighbours in the reference configuration: found once, with the kernel and the corrections there.
+"""Neighbours in the reference configuration, with kernels and kernel corrections there.
 
 Row i of the lists holds the neighbours b of particle i within the kernel's support at the start, same body
 alone, padded to whole vectors with the far row. For each stands

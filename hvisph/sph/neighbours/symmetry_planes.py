@@ -1,4 +1,4 @@
-"""Symmetry planes: particles near a plane have images, packed as rows like any other."""
+"""Planes of symmetry: mirror images of particles as additional rows."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The one traversal of pairs: every pair law runs inside it.
+"""Traversal of pairs, in which every pair law is evaluated.
 
 The particles of a cell share their candidates: those of its 3, 9 or 27 cells that are near the box around them are
 copied once, and each particle filters the copy into a list of neighbours, which is filled up to whole vectors with

@@ -1,1 +1,1 @@
-"""Pair laws, one a file."""
+"""Pair laws."""

@@ -1,4 +1,4 @@
-"""Rings: what pairs and particles add where the plane is the half-plane (x, r) of solids of revolution about x.
+"""Axisymmetric terms of pairs and particles in the half-plane (x, r).
 
 A particle is a whole ring of mass m. In the plane it has the mass M = m / (2 pi r) and the area A = M / rho, with which
 the laws of the plane hold, and images over the axis, of which s = -1 (s = 1 of all others). A pair's force takes both

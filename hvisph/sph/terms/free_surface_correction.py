@@ -1,4 +1,4 @@
-"""Velocity gradient and rate of density where a neighbourhood is open: at free faces, edges and corners.
+"""Velocity gradient and density rate in incomplete neighbourhoods: free faces, edges and corners.
 
     B = sum_b V_b |dW/dr| r e (x) e,    K = B^-1,    w = clip((0.95 - det B)/0.2, 0, 1) max(0, 1 - 20 mu/c_l)
     L <- L (1 + w (K - 1)),             div <- (1 - w) div + w tr L

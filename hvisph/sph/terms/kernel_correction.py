@@ -1,4 +1,4 @@
-"""Corrections of the kernel and its gradient: Shepard's, the gradient's, or both (mixed).
+"""Corrections of the kernel and its gradient: Shepard, gradient, or both (mixed).
 
     s_a     = sum_b V_b W_ab, the particle itself included               (Shepard's sum)
     G~_ab   = grad_a (W_ab / s_a) = grad_a W_ab / s_a - W_ab (sum_b V_b grad_a W_ab) / s_a^2

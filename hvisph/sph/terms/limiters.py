@@ -1,4 +1,4 @@
-"""Limiters of a reconstruction: means of two slopes that vanish where their signs differ.
+"""Slope limiters: means of two slopes that vanish where their signs differ.
 
 Each is given as a share of the first, limit(a, b)/a for a >= 0, so that it serves numbers and vectors alike: a is the
 square of one and b its product with the other. Numerator and denominator come apart, so that several are divided at

@@ -1,4 +1,4 @@
-"""The inverse of a neighbourhood's shape matrix, sum_b V_b (x_b - x_a) (x) grad W: one rule for all that divides by it.
+"""Inverse of the shape matrix sum_b V_b (x_b - x_a) (x) grad W, regularized where it is ill-conditioned.
 
 Inside a body the matrix is near the identity. Where it has less than SINGULAR of a round one's determinant
 (of a particle with one or two neighbours, or of a string of them), or next to no trace, there is no sound inverse,
