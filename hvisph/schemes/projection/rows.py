@@ -55,12 +55,12 @@ class ProjectionRows:
         """What the pair laws read: neighbours, first and last place of each particle's, kernels of the pairs."""
         return self.list.listed, self.list.first, self.list.last, self._kernels
 
-    def replace_particles(self, rows: np.ndarray) -> None:
+    def replace_rows(self, rows: np.ndarray) -> None:
         """Take the `rows` (n, width) of these particles for the first pass in place of all others."""
         self._count = len(rows)
         self._make_room(self._count + 1)
         self.pair[0][: self._count] = rows
-        self.list.replace_particles(self._count)
+        self.list.resize(self._count)
 
     def make_list(self, positions: np.ndarray, lengths: np.ndarray, longest: float, numbers: np.ndarray) -> None:
         """List the neighbours, see `NeighbourList.make`, and make room for what hangs on the list."""
