@@ -133,7 +133,7 @@ def test_passes_follow_the_formulas(dim, printed):
     particles = block(dim)
     min_support = 0.45
     force = np.array([3e9, -1e9, 2e9])[:dim]
-    made = stepper_of(particles, printed=printed, min_support=min_support, body_force=tuple(force))
+    made = stepper_of(particles, original_gradient=printed, min_support=min_support, body_force=tuple(force))
     before = {name: particles[name].copy() for name in particles.names}
     made.predict(STEP)
     made.evaluate()

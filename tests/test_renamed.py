@@ -132,7 +132,9 @@ def test_renamed_commands(name):
 @pytest.mark.parametrize("name", OPTIONS)
 def test_renamed_options(name):
     command = {"--dry": "sweep", "--work": "sweep", "--second": "validate", "--across": "validate"}
-    assert f"`{name}` is now `{OPTIONS[name]}`" in answer(command.get(name, "ballistic-limit"), "al_al_coarse", name, "1")
+    assert f"`{name}` is now `{OPTIONS[name]}`" in answer(
+        command.get(name, "ballistic-limit"), "al_al_coarse", name, "1"
+    )
 
 
 def test_help_of_an_old_key_names_the_present_one():

@@ -272,7 +272,9 @@ def same(one, other):
 def test_killed_workers_lose_nothing(tmp_path):
     vary = {"type": "grid", "values": {SPEED: {"from": "2 km/s", "to": "4 km/s", "count": 4}}}
     settings = SMALL | {"time.end": "1.5 us", "output.every": "0.5 us", "output.checkpoint_every": 0.02}
-    folder = begin({"case": "al_al_coarse", "set": settings, "vary": vary, "record": ["penetration"]}, tmp_path / "sweep")
+    folder = begin(
+        {"case": "al_al_coarse", "set": settings, "vary": vary, "record": ["penetration"]}, tmp_path / "sweep"
+    )
     command = [sys.executable, "-m", "hvisph", "sweep", str(folder.path), "--worker", "--threads", "1"]
     for _ in range(2):
         begun = len(list((folder.path / "claims").glob("*.jsonl")))
@@ -366,7 +368,8 @@ def test_a_sweep_of_other_cases_is_not_overwritten(tmp_path):
 
 def test_what_a_begun_sweep_does_not_have_is_told(tmp_path):
     begin(
-        {"case": "al_al_coarse", "set": SMALL, "vary": {"type": "grid", "values": {SPEED: ["2 km/s"]}}}, tmp_path / "one"
+        {"case": "al_al_coarse", "set": SMALL, "vary": {"type": "grid", "values": {SPEED: ["2 km/s"]}}},
+        tmp_path / "one",
     )
     for only, said in (("3", "numbers go from 0 to 0"), ("3..1", "holds no number"), ("some", "neither failed")):
         with pytest.raises(CaseError, match=said):

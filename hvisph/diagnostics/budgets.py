@@ -36,29 +36,12 @@ CONTACT_COLUMN = "contact_energy"
 
 
 class Budget:
-    """Energy and momentum of the whole, against the start; what was retired still counts.
+    """Energy and momentum since the start, including retired particles.
 
-    Parameters
-    ----------
-    setup
-        The run, with its forces evaluated once.
-
-    Attributes
-    ----------
-    plastic_work, shock_heating
-        Work of plastic flow; what viscosity, Riemann fluxes and friction dissipated [J].
-    slip_work
-        Work of the friction between bodies, which is heat in their internal energy [J].
-    impulse
-        Momentum given to the clamped particles (3,) [kg m/s].
-    retired
-        Particles [1], mass [kg], momentum (3) [kg m/s] and energy [J] that left the domain, in one row (6,).
-    highest_pressure
-        Of any particle so far [Pa].
-    angular_momentum
-        At the start [kg m^2/s]; none where no account of it is kept.
-    pending
-        Momentum (3) and energy that the next step takes from retired particles, per time [N, W] (4,).
+    `plastic_work`, `shock_heating` (viscosity, Riemann fluxes, friction) and `slip_work` in J; `impulse` on the clamped
+    particles (3,) [kg m/s]; `retired` number, mass [kg], momentum (3) and energy [J] of particles that left the domain
+    (6,); `highest_pressure` [Pa]; initial `angular_momentum` [kg m^2/s], None where it is not recorded; `pending`
+    momentum (3) and energy that the next step removes from retired particles, per time (4,).
     """
 
     def __init__(self, setup: Setup):
@@ -146,7 +129,7 @@ class Budget:
 
 
 def angular_momentum(setup: Setup) -> np.ndarray:
-    """Return the angular momentum about the origin [kg m^2/s]: none in 1D and of rings, about z in 2D, (3,) in 3D."""
+    """Return the angular momentum about the origin [kg m^2/s]: about z in 2D, (3,) in 3D, else none."""
     stepper = setup.stepper
     # a sum in whole numbers of the unit of momentum, a million smoothing lengths away
     unit = float(stepper.totals.units[column.MOMENTUM] * 2.0 ** (20.0 + np.floor(np.log2(stepper.support))))
@@ -169,7 +152,7 @@ def turning(particles: Particles, some: slice = slice(None)) -> np.ndarray:
 
 
 def _turns(particles: Particles) -> int:
-    """Return the dimensions in which the particles can turn: rings about an axis cannot."""
+    """Return the dimensions of rotation; none of axisymmetric particles."""
     return 1 if particles.kinematics.revolved else particles.dim
 
 

@@ -8,27 +8,14 @@ from hvisph.setup.build import Setup
 
 
 class Followed:
-    """Rows that follow the particles, into new orders and to other processes.
-
-    Parameters
-    ----------
-    setup
-        The run.
-    rows
-        One row a particle (n, ...).
-
-    Attributes
-    ----------
-    rows
-        The rows in the order that the particles have.
-    """
+    """Rows `rows` (n, ...), one a particle, that are reordered and migrate with the particles."""
 
     def __init__(self, setup: Setup, rows: np.ndarray):
         self.rows = rows
         setup.subdomain.follow(lambda: self.rows, self._replace)
 
     def permute(self, order: np.ndarray) -> None:
-        """Follow the particles into a new order."""
+        """Reorder the rows with the particles."""
         self.rows[:] = self.rows.take(order, axis=0)
 
     def _replace(self, rows: np.ndarray) -> None:
@@ -36,13 +23,7 @@ class Followed:
 
 
 class Peaks(Followed):
-    """Highest pressures [Pa].
-
-    Parameters
-    ----------
-    setup
-        The run, evaluated at its start.
-    """
+    """Maximum pressure of each particle [Pa]."""
 
     def __init__(self, setup: Setup):
         super().__init__(setup, np.full(setup.particles.count, -np.inf))
@@ -50,9 +31,9 @@ class Peaks(Followed):
 
     @property
     def highest(self) -> np.ndarray:
-        """One of each particle [Pa]."""
+        """Maximum of each particle [Pa]."""
         return self.rows
 
     def record(self) -> None:
-        """Take account of the pressures of the last evaluation."""
+        """Update the maxima with the last pressures."""
         np.maximum(self.rows, self._setup.stepper.pressures, out=self.rows)

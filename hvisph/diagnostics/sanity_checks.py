@@ -26,19 +26,7 @@ TORN = (
 
 
 class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever reads about it
-    """A run that stopped itself: what, where and when.
-
-    Parameters
-    ----------
-    criterion
-        Name of the watcher.
-    message
-        What happened and its likely cause.
-    particle, body, position
-        Permanent number, body and place [m] of the particle at fault.
-    time, step
-        When [s], and after how many steps.
-    """
+    """Stop of a run by a sanity check: criterion, message with the likely cause, particle, time [s] and step."""
 
     def __init__(self, criterion: str, message: str, particle: int | None, body: str | None,
                  position: list[float] | None, time: float, step: int):  # fmt: skip
@@ -47,7 +35,7 @@ class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever r
         self.position, self.time, self.step = position, time, step
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the plain form for the summary."""
+        """Return the failure as plain values for the summary."""
         facts: dict[str, Any] = {"particle": self.particle, "body": self.body}
         if self.position is not None:
             facts["position"] = [x if np.isfinite(x) else None for x in self.position]
@@ -60,15 +48,7 @@ class Failure(RunError):  # noqa: N818 - a failed run, not an error of whoever r
 
 
 class Watch:
-    """Stops a run that has failed; every method raises `Failure` when it has.
-
-    Parameters
-    ----------
-    setup
-        The run, with its forces evaluated once.
-    limits
-        The case's `watch`.
-    """
+    """Sanity checks of a run; every method raises `Failure` for an unphysical state."""
 
     def __init__(self, setup: Setup, limits: Any):
         self._setup, self._limits = setup, limits
@@ -82,7 +62,7 @@ class Watch:
         self._warned = False
 
     def check_step(self, limit: GlobalLimit, time: float, step: int) -> None:
-        """Judge what limits the next step: rates that are not finite, a step that has collapsed."""
+        """Check the step limit: finite rates, no collapse of the step."""
         if limit.criterion == "not_finite":
             raise self._failure(
                 "not_finite", self._setup.subdomain.look_up(limit.number), time, step, "a rate is not finite"
@@ -110,7 +90,7 @@ class Watch:
             )  # fmt: skip
 
     def check_state(self, drift: float | None, time: float, step: int) -> None:
-        """Judge the state after a step: finite, no runaway, densities, total energy kept but for `drift` of it."""
+        """Check the state after a step: finite, bounded speeds and densities, total energy conserved."""
         sums = self._setup.stepper.sums
         if not all(map(isfinite, sums[: column.FASTEST + 1].tolist())):
             bad = self._first_of(np.logical_not(np.isfinite(self._setup.particles.data).all(axis=1)))
@@ -147,7 +127,7 @@ class Watch:
             )  # fmt: skip
 
     def warning(self, time: float) -> str:
-        """Return what is to be said loudly, once, after a step; empty where all is well."""
+        """Return a warning on the state after a step, each once; empty if there is none."""
         missing = self._missing_energy()
         if self._warned or not missing > UNNOTICED:
             return ""
@@ -159,7 +139,7 @@ class Watch:
         )
 
     def _missing_energy(self) -> float:
-        """Return by how much the internal energy is below zero, or below that at the start, over the energy then."""
+        """Return the energy below zero, or below the initial one, relative to the energy."""
         if not (self._setup.stepper.has_energy and self._energy > 0.0):
             return 0.0
         return (self._floor - float(self._setup.stepper.sums[column.INTERNAL])) / self._energy
@@ -189,11 +169,11 @@ class Watch:
             )  # fmt: skip
 
     def _first_of(self, chosen: Any) -> ParticleReport | None:
-        """Return of the `chosen` particles (n,), bool, of all processes that of the smallest number."""
+        """Return the particle of smallest number among the `chosen` (n,), bool, of all processes."""
         return self._setup.subdomain.worst(np.where(chosen, 1.0, -np.inf))
 
     def describe_collapse(self, error: RunError, time: float, step: int) -> Failure:
-        """Return the failure of an evaluation that found too many neighbours, at the most crowded place."""
+        """Return the failure of an evaluation with too many neighbours, at the most crowded particle."""
         position = self._setup.particles["position"]
         edge = self._setup.stepper.support
         finite = np.isfinite(position).all(axis=1) & (np.abs(position) < 1e15 * edge).all(axis=1)

@@ -34,27 +34,7 @@ def summarise(case: Case, text: str, *, status: str, time: float, failure: dict[
               snapshots: Sequence[Path] = (), energies: Mapping[str, float | None] | None = None,
               highest_pressure: float = 0.0,
               ) -> dict[str, Any]:  # fmt: skip
-    """Return the content of ``summary.json``, as ``schemas/summary.schema.json`` describes it.
-
-    Parameters
-    ----------
-    case, text
-        The effective case and its text.
-    status, time, failure
-        ``done``, ``failed`` or ``interrupted``; time reached [s]; what stopped the run, if anything did.
-    particles, steps, threads, wall_seconds
-        Size and cost; the wall time is that of the steps [s].
-    conservation
-        Changes from the start to the end.
-    start, now, history
-        First and last snapshot, and the columns of the history.
-    snapshots
-        Files of all snapshots, in order of time: they tell when layers were perforated.
-    energies
-        By kind, of what was computed [J; per metre in 2D].
-    highest_pressure
-        Of any particle up to the end [Pa].
-    """
+    """Return the content of ``summary.json``, as ``schemas/summary.schema.json`` describes it."""
     try:
         measured = measure_in_time(now, snapshots, start, history)
     except HvisphError as error:

@@ -31,20 +31,10 @@ PIECE, CUT = 0.25, 0.5
 
 def remarks(now: Snapshot, start: Snapshot, bodies: Sequence[str], whole: Sequence[bool], spacing: float,
             holds: Sequence[Holds] = (), moments: Iterable[Snapshot] = ()) -> list[str]:  # fmt: skip
-    """Return what should be said of the state in which a run ended.
+    """Return warnings on the final state of a run.
 
-    Parameters
-    ----------
-    now, start
-        The last and the first state.
-    bodies
-        Names of the bodies.
-    whole
-        Whether each body is a solid without a model of damage, which has no way to fail but by tearing.
-    spacing
-        dx [m].
-    holds, moments
-        Where the material of each body holds, and the moments of the run before `now`, over which that is looked at.
+    `whole` says which bodies are solids without a model of damage, `holds` where the material of each body is valid;
+    `moments` are earlier states of the run.
     """
     told = []
     left = validity_notes(chain(moments, [now]), bodies, holds) if holds else {}
@@ -101,20 +91,20 @@ def _tearing(position: np.ndarray, before: np.ndarray, strain: np.ndarray, spaci
 
 
 def _links(position: np.ndarray, spacing: float) -> np.ndarray:
-    """Return the pairs (n, 2) of particles that hang together at `position`."""
+    """Return the pairs (n, 2) of connected particles at `position`."""
     from scipy.spatial import cKDTree
 
     return cKDTree(position.reshape(len(position), -1)).query_pairs(LINK * spacing, output_type="ndarray")
 
 
 def _is_cut(piece: np.ndarray, links: np.ndarray, strain: np.ndarray) -> bool:
-    """Whether a piece was cut off by flow: what a penetrator parts has flowed, what tears in tension hardly has."""
+    """Return whether a fragment was separated by plastic flow, not by numerical fracture in tension."""
     broken = links[piece[links[:, 0]] != piece[links[:, 1]]]
     return len(broken) > 0 and float(np.median(strain[broken])) >= CUT
 
 
 def _at_start(start: Snapshot) -> float:
-    """Return the energy with which a run began, without signs [J]."""
+    """Return the initial energy without signs [J]."""
     squared = (start.fields["velocity"].reshape(start.count, -1) ** 2).sum(axis=1)
     mass = start.fields["mass"]
     return float(0.5 * (mass * squared).sum() + np.abs(mass * start.fields["internal_energy"]).sum())

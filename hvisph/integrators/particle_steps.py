@@ -1,6 +1,6 @@
 """Steps of the particle update: load, move, strain and store.
 
-Templates; `PARTS` are what a stepper binds.
+The functions are templates; `PARTS` lists those that a stepper binds.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def load_rates(rates, k):
 
 
 def remember(state, i, u, rate):
-    """Keep the rates of an evaluation, and the velocity `u` that it was made with, for the step after."""
+    """Store the rates of an evaluation, and its velocity `u`, for the next step."""
     put(state, i, S_PREVIOUS_VELOCITY, u)
     put(state, i, S_PREVIOUS_ACCELERATION, rate.a)
     state[i, S_PREVIOUS_POWER] = rate.power
@@ -98,7 +98,7 @@ def remember(state, i, u, rate):
 
 
 def move(state, i, now, rate, free, u, dt):
-    """Carry position, velocity and energy over a step: return them in a state, and gradient, swelling, hoop's rate.
+    """Advance position, velocity and energy by a step; return the state, velocity gradient, swelling and hoop rate.
 
     `u` is the velocity of the evaluation, with which power and gradient were found. The step's rates are those of
     the evaluation or, with PREVIOUS, the means of them and of the one before. `free` is 0 of a particle that is held.
@@ -126,7 +126,7 @@ def move(state, i, now, rate, free, u, dt):
 
 
 def sparsest(mass, ring, h, thickness):
-    """Return the least density [kg/m^3] that particles of `mass`, rings of a radius, can have: of one alone, m W(0)."""
+    """Return the least density [kg/m^3] of particles of `mass`: that of an isolated one, m W(0)."""
     least = SPARSEST * mass / thickness
     for _ in range(DIM):
         least /= h
@@ -159,7 +159,7 @@ def strain(now, dt, l, swelling, hoop, least, table, models, m, h_low, h_high):
 
 
 def works(before, now, l, p, dt):
-    """Return what a step did to a particle, per mass [J/kg]: plastic work, and what was dissipated beside it.
+    """Return plastic work and other dissipation of a particle in a step, per mass [J/kg].
 
     The energy that its own pressure `p` and deviator did not do, at its strain, came from viscosity, from the fluxes
     of Riemann problems or from friction. `l` is the full velocity gradient, `p` the pressure of the evaluation.
@@ -174,13 +174,13 @@ def works(before, now, l, p, dt):
 
 @inline
 def ring_radius(x, h):
-    """Return the radius of the ring at `x` [m], at the axis that of a tenth of a spacing or so."""
+    """Return the radius of the axisymmetric particle at `x` [m], bounded below near the axis."""
     return max(abs(radial_part(x)), ON_AXIS * h)
 
 
 @inline
 def hoop_signal(h, ring):
-    """Return the speed of signals of a ring over that of sound: near the axis its hoop swings the faster.
+    """Return the factor of the signal speed of axisymmetric particles from hoop oscillation near the axis.
 
     Elastic rods of rings stay still up to steps c dt/r of 0.86, 0.70 and 0.63 where h/r is 2.4, 4.8 and 9.6 (c that of
     longitudinal waves), whatever the spacings are: 1/(1.75 (1 - 0.8 r/h)). At the Courant number of rings, 0.3, this
@@ -190,7 +190,7 @@ def hoop_signal(h, ring):
 
 
 def viscous_share(share, l, c, h, dt, coefficients):
-    """Return the share of the viscosity that a particle takes, from its full velocity gradient."""
+    """Return the factor of the viscosity of a particle, from its full velocity gradient."""
     if SWITCH == MORRIS_MONAGHAN:
         return relaxed_share(share, divergence(l), c, h, dt, coefficients[5], coefficients[6])
     return balsara_share(l, c, h)

@@ -38,29 +38,11 @@ AFAR = 0.5
 
 def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, h_limits, rows, limits, counted, most,
             rounders):  # fmt: skip
-    """Carry LANES particles on, of one material and all held or all free.
+    """Advance LANES particles of one material, all clamped or all free.
 
-    Parameters
-    ----------
-    particles
-        Their rows of the state, of tags and of rates.
-    here
-        The lanes that count: others repeat the last of these.
-    alike
-        Their material and whether they are held.
-    materials, coefficients, times_ahead, h_limits, rows, limits
-        See `update`; rows and limits of these particles.
-    counted
-        Whole numbers of each lane and finer ones (2, COUNTED, LANES), which their sums are added to.
-    most
-        Largest speed squared, largest smoothing length and sum of the sizes of energies so far, a lane each.
-    rounders
-        What rounds energies, momenta, forces and powers.
-
-    Returns
-    -------
-    tuple
-        `most` with these particles.
+    `here` are the valid lanes; others repeat the last of these. `alike` are material and clamp. `counted` (2, COUNTED,
+    LANES) receives the integer sums, `most` the largest speed squared and smoothing length and the sum of energy sizes;
+    returns `most`. Other arguments as of `update`.
     """
     state, tags, rates = particles
     m, held = alike
@@ -158,7 +140,7 @@ def advance_lanes(particles, here, alike, materials, coefficients, times_ahead, 
 
 def update(chunk, count, state, tags, place, rates, materials, coefficients, times_ahead, h_limits, rows, limits, sums,
            rounders):  # fmt: skip
-    """Complete a step and pack the stage of the next one for a chunk of particles: the template.
+    """Complete a step and pack the stage of the next one for a chunk of particles (template).
 
     Bound names: DIM, PREVIOUS (1 for schemes that use the rates of the step before), VARIABLE_H,
     SPARSEST (least rho h^dim/m, 0 for none), DENSITY_RATE (1 where the rates hold one of ln(rho)),

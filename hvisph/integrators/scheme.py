@@ -30,18 +30,10 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Scheme:
-    """A one-evaluation integrator.
+    """Integrator with one evaluation a step.
 
-    Parameters
-    ----------
-    name
-        Name in case files.
-    stage
-        theta: place of the evaluation within the step.
-    previous
-        w: weight of the rates of the step before.
-    drift
-        kappa: share of the acceleration in the predicted positions.
+    Stage theta within the step, weight w of the previous rates (`previous`), and share kappa of the acceleration in the
+    predicted positions (`drift`).
     """
 
     name: str
@@ -50,11 +42,11 @@ class Scheme:
     drift: float = 0.5
 
     def stepper_options(self) -> dict[str, float]:
-        """Return what a stepper must be told beside theta and w."""
+        """Return the options of a stepper beside theta and w."""
         return {} if self.drift == 0.5 else {"drift": self.drift}
 
     def extra_fields(self, revolved: bool = False) -> tuple[str, ...]:
-        """Return the state that the scheme carries from step to step, of rings (`revolved`) and others."""
+        """Return the state fields of the scheme, for axisymmetric (`revolved`) and other particles."""
         if self.previous == 0.0:
             return ()
         rates = ("previous_velocity", "previous_acceleration", "previous_power", "previous_gradient")

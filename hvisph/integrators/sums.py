@@ -26,29 +26,11 @@ SLOWEST = 2.0**-12
 
 
 class Sums:
-    """Whole-number sums and extremes of chunks of particles, and what they amount to.
+    """Integer sums and extremes of chunks of particles.
 
-    Parameters
-    ----------
-    particles
-        The state at the start: its mass and energy set the units.
-    sound_speed
-        Largest sound speed of the materials at rest [m/s]: the whole holds a share of M c^2 at least.
-    h
-        Smoothing length [m].
-    chunk
-        Particles in a chunk.
-
-    Attributes
-    ----------
-    wholes, extremes
-        What compiled loops write: whole numbers and finer ones (chunks, 2, COUNTED), and floats (chunks, 3).
-    units
-        Of the columns (COUNTED,), see `compiler.exact_sum`.
-    over
-        Makes sums and extremes of this process those of all.
-    exact
-        Returns the sum of terms (n,) of all processes, rounded once.
+    Mass and energy of `particles` and the largest `sound_speed` at rest [m/s] define the `units` (COLUMNS,), see
+    `compiler.exact_sum`. Compiled loops write `wholes` (chunks, 2, COUNTED) and `extremes` (chunks, 3). `over` reduces
+    them over all processes; `exact` returns the sum of terms (n,) of all processes, rounded once.
     """
 
     over: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
@@ -61,7 +43,7 @@ class Sums:
         self.resize(particles.count)
 
     def begin(self, particles: Particles) -> None:
-        """Set the units by the state at the start, mass and energy of the whole."""
+        """Set the units by mass and energy of the initial state."""
         mass, sound_speed, h = particles["mass"], self._sound_speed, self._h
         whole = self.exact(mass)
         energy = mass * (0.5 * (particles["velocity"] ** 2).sum(axis=1) + np.abs(particles["internal_energy"]))
@@ -75,17 +57,17 @@ class Sums:
         self._rounders = tuple(float(rounding_constant(self.units[k])) for k in (KINETIC, MOMENTUM, SUPPORT, SLIPPING))
 
     def resize(self, count: int) -> None:
-        """Make room for `count` particles."""
+        """Allocate arrays for `count` particles."""
         chunks = -(-count // self._chunk)
         self.wholes, self.extremes = np.zeros((chunks, 2, COUNTED), np.int64), np.zeros((chunks, 3))
 
     @property
     def loops(self) -> tuple[tuple[np.ndarray, np.ndarray], tuple[float, ...]]:
-        """What compiled loops take: sums and extremes, and what rounds energies, momenta, forces and powers."""
+        """Arguments of compiled loops: sums, extremes, and units of energy, momentum, force and power."""
         return (self.wholes, self.extremes), self._rounders
 
     def total(self) -> np.ndarray:
-        """Return the sums (SUMS,): whole numbers count as none where a particle's are none or too large."""
+        """Return the sums (SUMS,); integers count as zero where a particle's are invalid or too large."""
         extremes = np.zeros(3)
         if len(self.extremes):
             extremes = self.extremes.max(axis=0)
@@ -100,11 +82,11 @@ class Sums:
         return sums
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return what `total` returned was made of, by name."""
+        """Return the operands of the last `total`, by name."""
         return {"whole_sums": self._parts, "extremes": self._extremes}
 
     def restore(self, history: dict[str, Any]) -> np.ndarray:
-        """Go back to where `history` was taken; return its sums."""
+        """Restore the operands of `history`; return the sums."""
         self.wholes[...], self.extremes[...] = 0, 0.0
         if len(self.wholes):
             self.wholes[0], self.extremes[0] = history["whole_sums"], history["extremes"]

@@ -25,7 +25,7 @@ VISCOUS_SIGNAL = 1.2  # weight of the artificial viscosity in the signal speed [
 
 @dataclass
 class Limit:
-    """What limits the step: time [s], criterion, the particle (index) that set it, and by what it was compared."""
+    """Limit of the step: time [s], criterion, particle (index), and unrounded value for comparison."""
 
     dt: float
     criterion: str
@@ -34,7 +34,7 @@ class Limit:
 
 
 def _limits_of(lengths, signals, rates, place, viscous, s):
-    """Return what the criteria allow particle `s`, the second to the fourth power, and a sum that shows its health."""
+    """Return the criteria of particle `s`, the second to the fourth as powers, and a sum that detects NaN."""
     k = np.uint64(place[s])
     h = lengths[s]
     a2 = 0.0
@@ -47,7 +47,7 @@ def _limits_of(lengths, signals, rates, place, viscous, s):
 
 
 def _limits(chunk, count, lengths, signals, rates, place, viscous, least):
-    """Find the least of a chunk."""
+    """Find the minima of a chunk."""
     first = chunk * np.uint64(CHUNK)
     by_signal = by_acceleration = np.inf
     whole = 0.0
@@ -60,7 +60,7 @@ def _limits(chunk, count, lengths, signals, rates, place, viscous, least):
 
 
 def _limiting_particle(lengths, signals, rates, place, viscous, numbers, chunk, criterion, value):
-    """Return which particle of a chunk it is, that of the smallest number of several: of `value`, or not finite."""
+    """Return the particle of a chunk that attains `value`, or is not finite, with the smallest number."""
     chosen = np.uint64(NOBODY)
     first = np.uint64(chunk) * np.uint64(CHUNK)
     for s in range(first, min(first + np.uint64(CHUNK), np.uint64(len(signals)))):
@@ -73,19 +73,7 @@ def _limiting_particle(lengths, signals, rates, place, viscous, numbers, chunk, 
 
 
 class Criteria:
-    """Finds the step that the particles allow.
-
-    Parameters
-    ----------
-    dim
-        Number of dimensions.
-    count
-        Number of particles.
-    cfl
-        Share of the allowed time that a step may take.
-    viscous
-        Factor of max|mu| in the signal speed: 1.2 beta.
-    """
+    """Time-step criteria for `count` particles, with Courant number `cfl` and factor `viscous` 1.2 beta of max|mu|."""
 
     def __init__(self, dim: int, count: int, cfl: float, viscous: float):
         self.cfl, self.viscous = cfl, viscous
@@ -95,26 +83,15 @@ class Criteria:
         self.resize(count)
 
     def resize(self, count: int) -> None:
-        """Make room for `count` particles."""
+        """Allocate arrays for `count` particles."""
         self._least = np.empty((-(-count // CHUNK), 3))
 
     def limit(self, lengths: np.ndarray, signals: np.ndarray, rates: np.ndarray, place: np.ndarray,
               numbers: np.ndarray) -> Limit:  # fmt: skip
-        """Return what limits the next step; of particles that limit it alike that of the smallest number does.
+        """Return the limit of the next step, of the particle of smallest number among equals.
 
-        Parameters
-        ----------
-        lengths, signals
-            Smoothing length [m] and speed of signals without viscosity [m/s], (n,).
-        rates, place
-            Rows of rates in cell order, and the row of each particle.
-        numbers
-            Permanent numbers (n,).
-
-        Returns
-        -------
-        Limit
-            With `criterion` ``not_finite`` and the particle, where a rate is not finite.
+        `signals` (n,) are signal speeds without viscosity [m/s]; `rates` are in cell order, row `place`.
+        The criterion is ``not_finite`` where a rate is not finite.
         """
         given = (lengths, signals, rates, place, self.viscous)
         self._loop(len(signals), *given, self._least)
@@ -130,6 +107,6 @@ class Criteria:
         return Limit(self.cfl * times[kind], NAMES[kind], who, least[kind])
 
     def _first(self, given: Any, numbers: np.ndarray, chunks: np.ndarray, criterion: int, value: float) -> int:
-        """Return the particle of the smallest number that is meant in any of `chunks`, or NOBODY."""
+        """Return the particle of smallest number at the limit in `chunks`, or NOBODY."""
         chosen = [self._which(*given, numbers, chunk, criterion, value) for chunk in chunks]
         return int(min((s for s in chosen if s != NOBODY), key=lambda s: numbers[s], default=NOBODY))

@@ -84,10 +84,10 @@ class Subdomain(Collectives):
         stepper = self._stepper
         if not self._asks or steps % MOVE_EVERY:
             return
-        settled = stepper.keeps_order
-        cut = steps % (SELDOM * CUT_EVERY if settled else CUT_EVERY) == 0
-        anew = cut and self._cut_again(SETTLED if settled else BALANCED)
-        if not settled or anew:
+        fixed_owners = stepper.keeps_order
+        cut = steps % (SELDOM * CUT_EVERY if fixed_owners else CUT_EVERY) == 0
+        anew = cut and self._cut_again(SETTLED if fixed_owners else BALANCED)
+        if not fixed_owners or anew:
             self._move(cut)
 
     def sort_out(self) -> None:

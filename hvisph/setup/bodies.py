@@ -33,26 +33,11 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True)
 class PlacedBody:
-    """A body's particles where they start.
+    """Body at its initial position.
 
-    Parameters
-    ----------
-    name
-        Name in the case.
-    model
-        Its `hvisph.case.bodies.Body`.
-    filling
-        Particles of the whole body about its origin, turned.
-    positions
-        Particles at their place (n, dim) [m], those kept by symmetry planes.
-    volumes
-        Their volumes (n,) [m^dim].
-    spacing
-        Their spacing (n,) [m].
-    middle
-        Middle of the mass of the whole body (dim,) [m], on the axis of rings.
-    surface
-        Its surface at its place; None for particles from a file.
+    `filling` are the particles of the whole body about its origin, rotated; `positions` (n, dim) [m], `volumes` (n,)
+    [m^dim] and `spacing` (n,) [m] those kept by symmetry planes. `middle` is the centre of mass of the whole body [m],
+    `surface` None for particles from a file.
     """
 
     name: str
@@ -66,14 +51,14 @@ class PlacedBody:
 
     @property
     def breadth(self) -> np.ndarray:
-        """Side of a square or cube of each particle's volume, of rings of their section, (n,) [m]."""
+        """Side of the square or cube of each particle's volume, of its section if axisymmetric, (n,) [m]."""
         if isinstance(getattr(self.surface, "shape", None), Section):
             return np.sqrt(self.volumes / (2.0 * np.pi * self.positions[:, 1]))
         return np.asarray(self.volumes ** (1.0 / self.positions.shape[1]))
 
     @property
     def velocity(self) -> np.ndarray:
-        """Velocity of each particle at the start, (n, dim) [m/s]; refused with its place where a table is wrong."""
+        """Initial velocity of each particle, (n, dim) [m/s]."""
         try:
             return initial_velocity(self.model, self.positions, self.middle)
         except CaseError as error:
@@ -81,12 +66,12 @@ class PlacedBody:
 
     @property
     def mean_velocity(self) -> np.ndarray:
-        """Velocity of the middle of its mass at the start, (dim,) [m/s]."""
+        """Initial velocity of the centre of mass, (dim,) [m/s]."""
         return np.asarray(self.volumes @ self.velocity / self.volumes.sum())
 
     @property
     def requested_volume(self) -> float:
-        """Volume of the shape, or of its part that symmetry planes keep [m^dim]."""
+        """Volume of the shape, or of its part kept by symmetry planes [m^dim]."""
         whole = float(self.filling.volumes.sum())
         shape = whole if self.surface is None else _solid(self.surface.shape).volume
         return shape * float(self.volumes.sum()) / whole
@@ -153,7 +138,7 @@ def placed_bodies(case: Case) -> list[PlacedBody]:
 def _fill_body(
     case: Case, model: Any, turn: np.ndarray | None, mirrors: Sequence[Mirror]
 ) -> tuple[Shape | None, Filling]:
-    """Return a body's shape and its particles about its origin."""
+    """Return the shape and the particles of a body about its origin."""
     dx = model.spacing(case)
     if model.shape.type == "particles":
         try:  # porous or warm, they weigh what the file says
@@ -180,7 +165,7 @@ def _fill_body(
 def _split_by(
     shape: Shape, turn: np.ndarray | None, position: Sequence[float] | None, mirrors: Sequence[Mirror], dx: float
 ) -> tuple[int, ...]:
-    """Return the body's own axes across whose middle a symmetry plane lies."""
+    """Return the body axes across whose middle a symmetry plane lies."""
     centre = np.zeros(shape.dim) if position is None else np.asarray(position)
     low, high = Placed(shape, centre, turn).bounds()
     parts = []
@@ -196,12 +181,12 @@ def _split_by(
 
 
 def _solid(shape: object) -> Any:
-    """Return the solid of which `shape` is the half-plane section; itself of any other."""
+    """Return the solid of a half-plane section, any other shape unchanged."""
     return shape.solid if isinstance(shape, Section) else shape
 
 
 def _refuse_distance(name: str, positions: np.ndarray, spacing: float, units: str) -> None:
-    """Refuse a body so far out that its particles' places are rounded to a noticeable part of the spacing."""
+    """Raise an error where round-off of the positions is a noticeable part of the spacing."""
     rounding = float(np.spacing(np.abs(positions).max()))
     if rounding > ROUNDING * spacing:
         unit = " m" if units == "si" else ""
@@ -213,7 +198,7 @@ def _refuse_distance(name: str, positions: np.ndarray, spacing: float, units: st
 
 
 def _refuse_disorder(bodies: list[PlacedBody]) -> None:
-    """Refuse layers that do not stand from left to right: projectile and target are told by their order."""
+    """Raise an error unless layers are ordered from left to right."""
     for before, body in pairwise(bodies):
         if body.positions.min() < before.positions.min():
             raise CaseError(
@@ -224,7 +209,7 @@ def _refuse_disorder(bodies: list[PlacedBody]) -> None:
 
 
 def _refuse_overlaps(bodies: list[PlacedBody], units: str) -> None:
-    """Refuse bodies that stand in each other."""
+    """Raise an error where bodies overlap."""
     for overlap in overlaps([_standing(body) for body in bodies]):
         first, second = (bodies[i] for i in overlap.bodies)
         scale, unit = (1e3, " mm") if units == "si" else (1.0, "")
@@ -238,5 +223,5 @@ def _refuse_overlaps(bodies: list[PlacedBody], units: str) -> None:
 
 
 def _standing(body: PlacedBody) -> Standing:
-    """Return what tells whether `body` stands in another."""
+    """Return a predicate on the overlap of `body` with another."""
     return Standing(body.positions, body.breadth, (body.filling.finest, float(body.spacing.max())), body.surface)

@@ -27,28 +27,11 @@ if TYPE_CHECKING:
 
 @dataclass
 class Setup:
-    """What a run works with.
+    """Objects of a run.
 
-    Parameters
-    ----------
-    stepper, criteria
-        Particles with their forces, and the limits of the step.
-    bodies, materials
-        Names, in the order of the particles' tags.
-    planes
-        Planes of symmetry.
-    gauges
-        What is recorded where.
-    density_limits
-        Density [kg/m^3] of each material below which its equation of state holds, infinite for most.
-    subdomain
-        What of it this process has.
-    notes
-        Which sizes had to give way to the spacing of particles.
-    watched
-        As that of `Beginning`.
-    bears_any_tension
-        Of each body, whether its equation of state alone limits the tension that it bears.
+    `bodies` and `materials` are names in the order of the particles' tags, `density_limits` the density [kg/m^3] at
+    which the equation of state of each material ends, `notes` the sizes adjusted to the spacing, `watched` as of
+    `Beginning`, `bears_any_tension` whether the equation of state alone limits the tension in a body.
     """
 
     stepper: AnyStepper
@@ -65,17 +48,17 @@ class Setup:
 
     @property
     def particles(self) -> Particles:
-        """The state."""
+        """Particles of the run."""
         return self.stepper.particles
 
 
 def build(case: Case, bodies: list[PlacedBody] | None = None) -> Setup:
-    """Build the objects of a run; arguments and errors as of `beginning.begin`."""
+    """Build the objects of a run; arguments and errors as of `initial_state.begin`."""
     return set_up(case, begin(case, bodies))
 
 
 def set_up(case: Case, start: Beginning) -> Setup:
-    """Return the objects of a run of what it begins with, all of it or a part."""
+    """Return the objects of a run from its initial state, all of it or a part."""
     scheme, particles, formulation = SCHEMES[case.time.integrator], start.particles, start.formulation
     stepper = formulation.stepper(
         particles, formulation, start.materials, scheme.stage, scheme.previous, start.longest, start.planes,

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def formulation_of(case: Case) -> AnyFormulation:
-    """Return the scheme that a case's formulation describes."""
+    """Return the scheme of a case's formulation."""
     model: Any = case.formulation
     length = model.smoothing_length
     shared: dict[str, Any] = {
@@ -78,7 +78,7 @@ def formulation_of(case: Case) -> AnyFormulation:
 
             return Projection(
                 **shared,
-                printed=model.pressure_gradient == "original",
+                original_gradient=model.pressure_gradient == "original",
                 min_support=model.min_support,
                 body_force=model.body_force,
                 pressure_average=model.pressure_average,
@@ -87,7 +87,7 @@ def formulation_of(case: Case) -> AnyFormulation:
 
 
 def _frictional(model: Any, case: Case) -> dict[str, Any]:
-    """Return the options of frictional contact: between bodies, or within a single one on request."""
+    """Return the options of frictional contact between bodies, or within a single one."""
     contact = model.contact
     if contact.type != "frictional" or (len(case.bodies) < 2 and contact.self_contact in (None, "none")):
         return {}
@@ -124,14 +124,14 @@ def _viscosity(model: Any) -> MonaghanViscosity:
 
 
 def contact_of(model: Any) -> Pressing | Contact:
-    """Return the repulsion between bodies that a case's contact describes."""
+    """Return the repulsion or penalty of a case's contact."""
     if model.type == "frictional":
         return Pressing(model.stiffness or 1.0, friction=model.friction, self_contact=model.self_contact != "none")
     return Contact(model.stiffness, model.exponent, model.absolute_stiffness)
 
 
 def _composite(model: Any, case: Case) -> TotalLagrangian:
-    """Return the scheme of bodies that meet: Total Lagrangian, adaptive, or Eulerian ones in contact."""
+    """Return the scheme of Total Lagrangian, adaptive, or Eulerian bodies in contact."""
     from hvisph.schemes.adaptive.conversion import Conversion
     from hvisph.schemes.total_lagrangian.scheme import TotalLagrangian
 

@@ -37,20 +37,10 @@ NEAR = 1.0
 
 @dataclass(frozen=True)
 class PlacedGauge:
-    """One gauge in its place.
+    """Gauge at its position.
 
-    Parameters
-    ----------
-    columns
-        Names of the components that it records.
-    every
-        Steps between records, None for every line of the history.
-    point
-        Its place in space, where it is fixed [m].
-    particle
-        Permanent number of the particle that it rides with, where it does.
-    normal
-        Outward direction of the free surface that it watches.
+    `columns` are the components recorded, every `every` steps (None for every line of the history), at a fixed `point`
+    [m] or of the particle of permanent number `particle`; `normal` is the outward normal of an observed free surface.
     """
 
     columns: tuple[str, ...]
@@ -61,24 +51,12 @@ class PlacedGauge:
 
 
 class Gauges:
-    """All gauges of a run.
-
-    Parameters
-    ----------
-    gauges
-        The gauges by name, in their places.
-    stepper
-        What is recorded.
-
-    Attributes
-    ----------
-    columns
-        Columns of the history, ``gauge.<name>.<field>``.
+    """Gauges of a run by name, with `columns` ``gauge.<name>.<field>`` of the history.
 
     Raises
     ------
     CaseError
-        For a field that the formulation has not.
+        For a field that the formulation does not have.
     """
 
     def __init__(self, gauges: dict[str, PlacedGauge], stepper: AnyStepper):
@@ -100,16 +78,16 @@ class Gauges:
 
     @property
     def surfaces(self) -> dict[str, tuple[int, np.ndarray]]:
-        """Permanent number of the particle, and outward direction, of every gauge of a free surface by its name."""
+        """Particle number and outward normal of every gauge of a free surface, by name."""
         own = zip(self._names, self._gauges, strict=True)
         return {name: (gauge.particle, gauge.normal) for name, gauge in own if gauge.normal is not None}
 
     def due(self, step: int) -> bool:
-        """Whether a gauge asks for a record after `step` steps."""
+        """Return whether a gauge records after `step` steps."""
         return any(g.every is not None and step % g.every == 0 for g in self._gauges)
 
     def record(self, step: int, subdomain: Subdomain) -> list[float]:
-        """Return the values of `columns`; NaN for gauges that are not due, see nothing or are retired."""
+        """Return the values of `columns`; NaN for gauges that are not due, have no particles or are retired."""
         due = [g.every is None or step % g.every == 0 for g in self._gauges]
         riding = [g.particle for g, now in zip(self._gauges, due, strict=True) if now and g.point is None]
         particles, numbers = self._stepper.particles, np.array(riding, np.int64)
@@ -151,7 +129,7 @@ class Gauges:
 
 
 class _Values:
-    """All fields of a few particles."""
+    """Fields of a few particles."""
 
     def __init__(self, stepper: AnyStepper, data: np.ndarray, tags: np.ndarray):
         self._particles = stepper.particles.like(len(data))
@@ -170,7 +148,7 @@ class _Values:
         return values if values.ndim == 1 else values[:, component_names(name, dim).index(column)]
 
     def component(self, column: str, row: int, normal: np.ndarray | None) -> float:
-        """Return a component at one particle, NaN if it is retired; a surface lies half a spacing outwards."""
+        """Return a component of a particle, NaN if retired; a surface lies half a spacing outwards."""
         if self._particles.tags[row, FLAGS] & RETIRED:
             return float("nan")
         value = float(self.column(column)[row])
@@ -185,16 +163,7 @@ class _Values:
 
 
 def placed_gauges(models: dict[str, Gauge], bodies: list[PlacedBody], dx: float) -> dict[str, PlacedGauge]:
-    """Put gauges in their places.
-
-    Parameters
-    ----------
-    models
-        The case's gauges by name.
-    bodies
-        The bodies where they start; particles are numbered in their order.
-    dx
-        Spacing of the case [m]; that of a coarser body counts where it is that body's.
+    """Place the case's gauges by name on `bodies`, whose particles are numbered in order, with spacing `dx` [m].
 
     Raises
     ------
@@ -210,7 +179,7 @@ def placed_gauges(models: dict[str, Gauge], bodies: list[PlacedBody], dx: float)
 
 
 def _place_gauge(name: str, model: Gauge, positions: np.ndarray, owner: np.ndarray, spacing: np.ndarray) -> PlacedGauge:
-    """Return a gauge in its place."""
+    """Return a gauge at its position."""
     dim = positions.shape[1]
     at = np.array(model.at, dtype=float)
     columns = tuple(c for field in model.fields for c in component_names(field, dim))

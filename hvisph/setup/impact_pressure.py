@@ -29,7 +29,7 @@ def impact_pressure(projectile: Material, target: Material, speed: float) -> flo
 
 
 def expected_pressure(materials: Sequence[Material], velocities: Sequence[np.ndarray]) -> float:
-    """Return the largest pressure [Pa] of impacts between bodies, each with its material and mean velocity [m/s]."""
+    """Return the largest pressure [Pa] of impacts between bodies, from materials and mean velocities [m/s]."""
     speeds: dict[tuple[int, int], float] = {}
     known = list(dict.fromkeys(materials))
     kinds = [known.index(one) for one in materials]
@@ -40,17 +40,7 @@ def expected_pressure(materials: Sequence[Material], velocities: Sequence[np.nda
 
 
 def stiff_enough(formulation: Any, given: Any, materials: Sequence[Material], velocities: Sequence[np.ndarray]) -> Any:
-    """Return a formulation whose unloaded contact carries the impact, unless the case has `given` a stiffness.
-
-    Parameters
-    ----------
-    formulation
-        That of the run.
-    given
-        The contact of the case, None for none.
-    materials, velocities
-        Of each body its material and its mean velocity [m/s].
-    """
+    """Return a formulation with a contact stiffness for the impact pressure, unless the case has `given` one."""
     contact: Any = getattr(formulation, "contact", None)
     if not getattr(contact, "stores", False) or given.stiffness is not None:
         return formulation

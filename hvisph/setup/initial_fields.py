@@ -21,7 +21,7 @@ MEMORY = ("history_variable", "flaw_strain", "flaw_exponent", "flaws", "strain_r
 
 
 def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
-    """Return the material of a body, with what hangs on its particles: growth of cracks, width of the burn."""
+    """Return the material of a body, with the parameters that depend on the spacing: crack growth, burn width."""
     material = material_of(body.model.material, body.model.internal_energy)
     material = with_cracks(material, float(body.volumes.mean()) * dx ** (3 - dim))
     detonation = getattr(body.model.material.eos, "detonation", None)
@@ -33,7 +33,7 @@ def body_material(body: PlacedBody, dim: int, dx: float) -> Material:
 
 
 def with_cracks(material: Material, volume: float) -> Material:
-    """Return a material whose cracks, if it has any, grow through particles of a volume [m^3]."""
+    """Return a material with crack growth through particles of a volume [m^3]."""
     if not isinstance(material.damage, GradyKipp):
         return material
     speed = GradyKipp.speed_share * material.longitudinal_sound_speed
@@ -43,7 +43,7 @@ def with_cracks(material: Material, volume: float) -> Material:
 
 
 def initial_history(body: PlacedBody, material: Material, dim: int, drawn: int, dx: float) -> np.ndarray:
-    """Return the memory that the particles of a body start with, of shape (count, 5)."""
+    """Return the initial history variables of a body's particles, (count, 5)."""
     memory = np.tile(np.array(NOTHING), (len(body.positions), 1))
     memory[:, 0] = 0.0 if material.porosity is None else material.porosity.distension
     detonation = getattr(body.model.material.eos, "detonation", None)

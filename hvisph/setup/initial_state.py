@@ -34,7 +34,7 @@ EULERIAN = "eulerian"
 
 
 def in_region(particles: Particles, region: Region, names: list[str]) -> np.ndarray:
-    """Return which particles stand in a case's region, a `box` and `bodies` (n,)."""
+    """Return which particles lie in a case's region, a `box` and `bodies` (n,)."""
     inside = in_box(region.box, particles["position"])
     if region.bodies:
         inside &= np.isin(particles.body, [names.index(name) for name in region.bodies])
@@ -54,7 +54,7 @@ def in_box(box: BoxRegion, positions: np.ndarray) -> np.ndarray:
 
 
 def held_particles(clamps: Sequence[Region], name: str, positions: np.ndarray) -> np.ndarray:
-    """Return which particles of the body `name` a case's clamps hold (n,)."""
+    """Return which particles of the body `name` are clamped (n,)."""
     held = np.zeros(len(positions), bool)
     for clamp in clamps:
         if not clamp.bodies or name in clamp.bodies:
@@ -63,7 +63,7 @@ def held_particles(clamps: Sequence[Region], name: str, positions: np.ndarray) -
 
 
 def filled_region(particles: Particles, region: Region, names: list[str], where: str) -> np.ndarray:
-    """Return which particles stand in a region; raises `CaseError` where none does."""
+    """Return which particles lie in a region; raise `CaseError` for an empty one."""
     inside = in_region(particles, region, names)
     if not inside.any():
         raise CaseError("this region holds no particle; check its corners and bodies", where=where)
@@ -71,7 +71,7 @@ def filled_region(particles: Particles, region: Region, names: list[str], where:
 
 
 def set_kernel_types(particles: Particles, case: Case, names: list[str]) -> None:
-    """Set the kernel type of every particle, where the formulation has one."""
+    """Set the kernel type of every particle, for formulations with several."""
     if "kernel_type" not in particles.names:
         return
     kinds = [body.formulation or case.formulation.type for body in case.bodies.values()]
@@ -82,13 +82,13 @@ def set_kernel_types(particles: Particles, case: Case, names: list[str]) -> None
 
 
 def set_loads(stepper: Any, case: Case, names: list[str]) -> None:
-    """Load the particles of the case's initial loads."""
+    """Apply the case's initial loads."""
     for load in case.initial_loads:
         stepper.loads[in_region(stepper.particles, load, names)] += load.pressure
 
 
 def refuse_outside(particles: Particles, domain: BoxRegion | None, names: list[str]) -> None:
-    """Raise `CaseError` where particles start outside of a case's `domain`."""
+    """Raise `CaseError` where particles start outside the case's `domain`."""
     outside = np.flatnonzero(~in_box(domain, particles["position"])) if domain is not None else np.zeros(0, int)
     if len(outside):
         body = names[int(particles.body[outside[0]])]
@@ -106,28 +106,11 @@ SEVERAL = ("union", "intersection", "difference", "repeat", "prism", "mesh", "pa
 
 @dataclass
 class Beginning:
-    """What a run begins with.
+    """Initial state of a run: particles of all bodies or of a part.
 
-    Parameters
-    ----------
-    particles
-        The state, of all bodies or of a part of them.
-    formulation, materials, planes
-        The published scheme, the materials in the order of the particles' tags, the planes of symmetry.
-    longest, spread
-        Largest smoothing length [m], and the smallest over it.
-    bodies
-        Names of the bodies, in the order of the particles' tags.
-    gauges
-        What is recorded where.
-    notes
-        Which sizes had to give way to the spacing of particles.
-    count
-        Number of particles of all bodies.
-    watched
-        Numbers of the particles whose pressures the history holds, by column, where the particles are a part of all.
-    sequence
-        Places of the particles in the order of all (n,), where they are a part of them and the scheme keeps an order.
+    `longest` is the largest smoothing length [m] and `spread` the ratio of smallest to largest; `count` is the number
+    of particles of all bodies. For a part, `watched` has the numbers of particles whose pressures the history records,
+    by column, and `sequence` (n,) their places in the order of all, if the scheme keeps an order.
     """
 
     particles: Particles
@@ -145,19 +128,12 @@ class Beginning:
 
 
 def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
-    """Make the particles of a case and give them what they begin with.
-
-    Parameters
-    ----------
-    case
-        The case.
-    bodies
-        Its bodies, where they are already placed.
+    """Create the particles of a case and their initial fields.
 
     Raises
     ------
     CaseError
-        Where the case cannot be built: overlapping bodies, a clamp that holds nothing, a domain that is too small.
+        For overlapping bodies, a clamp without particles, a domain that is too small.
     """
     placed = bodies or placed_bodies(case)
     formulation = formulation_of(case)
@@ -195,7 +171,7 @@ def begin(case: Case, bodies: list[PlacedBody] | None = None) -> Beginning:
 
 
 def _in_pieces(case: Case, contact: Any, placed: list[PlacedBody]) -> bool:
-    """Whether the only body of a case begins in several pieces in frictional contact."""
+    """Return whether the only body of a case has several components in frictional contact."""
     if len(placed) > 1 or contact is None or contact.type != "frictional" or contact.self_contact is not None:
         return False
     (body,) = placed
@@ -207,7 +183,7 @@ def _in_pieces(case: Case, contact: Any, placed: list[PlacedBody]) -> bool:
 
 def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
            made: list[Material]) -> tuple[Particles, list[Material]]:  # fmt: skip
-    """Return the particles of `placed` bodies, each of its own material, and the materials, each once."""
+    """Return the particles of `placed` bodies, and the distinct materials."""
     dim, dx, kinematics = case.dim, case.resolution, KINEMATICS[case.kinematics]
     extra = (*fields, *SCHEMES[case.time.integrator].extra_fields(kinematics.revolved))
     if any(material.remembers for material in made):
@@ -239,7 +215,7 @@ def _state(case: Case, fields: tuple[str, ...], placed: list[PlacedBody],
 
 
 def _hold(case: Case, particles: Particles, names: list[str]) -> None:
-    """Hold the clamped particles, and set the kernels; refuse regions without a particle."""
+    """Clamp particles and set kernel types; raise an error for regions without particles."""
     for number, clamp in enumerate(case.clamped):
         held = filled_region(particles, clamp, names, f"clamped.{number}")
         particles.tags[held, FLAGS] |= CLAMPED
@@ -250,7 +226,7 @@ def _hold(case: Case, particles: Particles, names: list[str]) -> None:
 
 
 def _refuse_memory(case: Case, made: list[Material]) -> None:
-    """Refuse materials with a memory where a formulation's pressure has none."""
+    """Raise an error for materials with history variables in formulations without their pressure."""
     if case.formulation.type != "projection" and case.kinematics != "plane_stress":
         return
     name, _ = next((n, m) for n, m in zip(case.bodies, made, strict=True) if m.remembers)

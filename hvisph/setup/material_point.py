@@ -1,7 +1,6 @@
 """Material point under a prescribed strain path: the stress update in plain Python.
 
-For choosing a model and for testing one: no neighbours, no waves, nothing compiled. The energy takes the work of the
-stress, de = (S:D - p tr D) dt/rho, and the density follows the volume.
+The energy changes by the work of the stress, de = (S:D - p tr D) dt/rho, and the density by the volume.
 """
 
 from __future__ import annotations
@@ -30,14 +29,10 @@ _SIDEWAYS = 40  # secant steps for stress-free sides
 
 @dataclass(frozen=True)
 class PointRecord:
-    """What a material point went through.
+    """History of a material point.
 
-    Parameters
-    ----------
-    strain
-        Strain along the path (n,): shear gamma = integral of du_x/dy, else logarithmic; in a rotation the angle.
-    values
-        `COLUMNS` at each, (n, 13): Cauchy stress, tension positive, and state.
+    `strain` (n,) is the shear integral of du_x/dy, else logarithmic, or the angle of a rotation; `values` (n, 13) are
+    `COLUMNS`, with Cauchy stress positive in tension.
     """
 
     strain: np.ndarray
@@ -69,7 +64,7 @@ class _Point:
         self.p = 0.0
 
     def try_step(self, l: np.ndarray, dt: float) -> tuple:
-        """Return what a step at the gradient `l` would make of it."""
+        """Return the result of a step at the velocity gradient `l`."""
         trace = l[0, 0] + l[1, 1] + l[2, 2]
         rho = self.rho * np.exp(-dt * trace)
         d = 0.5 * (l + l.T)
@@ -102,7 +97,7 @@ def _matrix(s: tuple[float, ...]) -> np.ndarray:
 
 
 def _sideways(point: _Point, rate: float, dt: float, before: float) -> float:
-    """Return the lateral strain rate [1/s] that leaves the sides without stress."""
+    """Return the lateral strain rate [1/s] of stress-free sides."""
 
     def stress(sideways: float) -> float:
         _, _, answer = point.try_step(np.diag([rate, sideways, sideways]), dt)
@@ -119,14 +114,14 @@ def _sideways(point: _Point, rate: float, dt: float, before: float) -> float:
 
 
 def knows_heat(material: Material) -> bool:
-    """Whether the material has a heat capacity, hence a temperature."""
+    """Return whether the material has a heat capacity, hence a temperature."""
     return bool(material.row()[INVERSE_HEAT_CAPACITY] > 0.0)
 
 
 def flow_at(
     material: Material, temperature: float | None, plastic_strain: float, rate: float, pressure: float = 0.0
 ) -> float:
-    """Return the yield stress at a temperature [K], that of rest where None, strain, rate [1/s] and pressure [Pa]."""
+    """Return the yield stress at temperature [K] (None for that at rest), strain, rate [1/s] and pressure [Pa]."""
     table, models = pack([material])
     e = material.eos.ambient_energy
     if temperature is not None:

@@ -44,15 +44,7 @@ KEYS: Mapping[type, Mapping[str, str]] = {
 
 
 def material_of(model: MaterialModel, internal_energy: float = 0.0) -> Material:
-    """Return the material that a case's `model` describes.
-
-    Parameters
-    ----------
-    model
-        A `hvisph.case.materials.material.Material`.
-    internal_energy
-        Specific internal energy that its body starts with [J/kg]: an ideal gas at rest is known by it.
-    """
+    """Return the material of a case's `model`; `internal_energy` [J/kg] defines an ideal gas at rest."""
     heat, law = model.temperature, model.melting
     heat_of_melting = None
     if heat.type == "isentrope" and heat.melting_point is not None and heat.heat_of_melting is not None:
@@ -105,7 +97,7 @@ def _of_eos(model: EosModel, density: float, internal_energy: float) -> dict[str
 
 
 def _spall(model: DamageModel) -> dict[str, float]:
-    """Return spall strength [Pa], infinite where none is given, its exponent [-] and the rate of it [1/s]."""
+    """Return spall strength [Pa], infinite if absent, its exponent [-] and its rate [1/s]."""
     exponent: float = getattr(model, "spall_exponent", 0.0)
     if model.type == "pressure_cutoff":
         spall = -model.pressure if exponent else inf
@@ -121,12 +113,12 @@ def _failed_friction(model: DamageModel) -> float:
 
 
 def start_of(name: str, model: Any, material: Material) -> tuple[float, float]:
-    """Return density [kg/m^3] and specific internal energy [J/kg] that a body of the case starts with.
+    """Return initial density [kg/m^3] and specific internal energy [J/kg] of a body.
 
     Raises
     ------
     CaseError
-        For a temperature that the material cannot have at no pressure.
+        For a temperature without a state of zero pressure.
     """
     rest = material.density_at_rest
     if model.temperature is None:

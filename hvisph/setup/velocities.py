@@ -13,17 +13,7 @@ UNLIKE = 1e-6
 
 
 def initial_velocity(model: Any, positions: np.ndarray, middle: np.ndarray) -> np.ndarray:
-    """Return the velocity of every particle of a body at the start, (n, dim) [m/s].
-
-    Parameters
-    ----------
-    model
-        The body of the case.
-    positions
-        Its particles at their place, (n, dim) [m].
-    middle
-        Middle of the mass of the whole body (dim,) [m], about which fields turn and spread unless they say otherwise.
-    """
+    """Return the initial velocity of particles (n, dim) [m/s]; fields are centred at `middle` [m] by default."""
     velocity = np.tile(np.asarray(model.velocity, dtype=float), (len(positions), 1))
     for number, field in enumerate(model.initial_velocity):
         centre = getattr(field, "centre", None)
@@ -36,7 +26,7 @@ def initial_velocity(model: Any, positions: np.ndarray, middle: np.ndarray) -> n
 
 
 def refuse_unlike_halves(model: Any, positions: np.ndarray, middle: np.ndarray, axis: int, at: float) -> None:
-    """Refuse a field whose halves at the symmetry plane `at` [m] across `axis`, which cuts the body, are no images.
+    """Raise an error for a field that is not symmetric about the plane `at` [m] across `axis`.
 
     Raises
     ------

@@ -10,7 +10,7 @@
 grad W_ab = f_ab x_ab, and all four passes use the kernels at the start of the step: f is found once.
 
 The last one has two forms. The conjugate of the divergence, w = V, is (P_a + P_b)/(rho_a rho_b); eq. 31
-as printed has P_a/rho_a^2 + P_b/rho_b^2, which is the same for equal densities only. What a particle shows
+has P_a/rho_a^2 + P_b/rho_b^2, which is the same for equal densities only. What a particle shows
 (`w`, `wp`) and its own factor make the one or the other of the same loop.
 """
 

@@ -52,7 +52,7 @@ def velocity(i, state, tags, near, rows, following, rates, dt, body_force):
     following[i, RHO], following[i, P] = state[i, S_DENSITY], state[i, S_PRESSURE]
 
 
-def pressure(i, state, near, rows, following, dt, eta2, fullness, min_support, printed):
+def pressure(i, state, near, rows, following, dt, eta2, fullness, min_support, original):
     """Pass 3: the pressure that brings the density back, from those of the step before."""
     listed, first, last, kernels = near
     loss, diagonal, others = poisson(listed, first[i], last[i], rows, i, kernels, eta2)
@@ -60,18 +60,18 @@ def pressure(i, state, near, rows, following, dt, eta2, fullness, min_support, p
     if diagonal < 0.0 and not -diagonal * rho * h * h * fullness < min_support:
         p = (others - loss / dt) / diagonal
     state[i, S_PRESSURE] = p
-    w = state[i, S_MASS] if printed else state[i, S_MASS] / rho
+    w = state[i, S_MASS] if original else state[i, S_MASS] / rho
     put(following, i, 0, own_vector(rows, i, 0, DIM))
     following[i, W] = w
-    following[i, WP] = w * p / (rho * rho) if printed else w * p
+    following[i, WP] = w * p / (rho * rho) if original else w * p
 
 
-def acceleration(i, state, near, rows, rates, printed):
+def acceleration(i, state, near, rows, rates, original):
     """Pass 4: pressure gradient, and with it the whole acceleration."""
     listed, first, last, kernels = near
     inverse, p = 1.0 / state[i, S_DENSITY], state[i, S_PRESSURE]
-    push = pressure_gradient(listed, first[i], last[i], rows, i, kernels, p * inverse * inverse if printed else p)
-    push = multiply(1.0 if printed else inverse, push)
+    push = pressure_gradient(listed, first[i], last[i], rows, i, kernels, p * inverse * inverse if original else p)
+    push = multiply(1.0 if original else inverse, push)
     put(rates, i, R_ACCELERATION, subtract(own_vector(rates, i, R_ACCELERATION, DIM), push))
 
 

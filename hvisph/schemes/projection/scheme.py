@@ -31,8 +31,8 @@ class Projection:
     ----------
     kernel, h_over_dx, smoothing
         Kernel, smoothing length over spacing, and how it varies.
-    printed
-        Whether the pressure gradient is eq. 31 as printed, P_a/rho_a^2 + P_b/rho_b^2, in place of
+    original_gradient
+        Whether the pressure gradient is eq. 31 P_a/rho_a^2 + P_b/rho_b^2, in place of
         the conjugate of the divergence, (P_a + P_b)/(rho_a rho_b).
     min_support
         A particle whose neighbourhood is less full than this has no pressure; see `fullness`.
@@ -45,7 +45,7 @@ class Projection:
     kernel: Kernel = CUBIC_SPLINE
     h_over_dx: float = 1.5
     smoothing: Smoothing = field(default_factory=Smoothing)
-    printed: bool = False
+    original_gradient: bool = False
     min_support: float = 0.3
     body_force: tuple[float, ...] = ()
     pressure_average: float = 2e-7

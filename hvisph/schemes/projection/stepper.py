@@ -39,7 +39,7 @@ class ProjectionNumbers(AnyFormulation, Protocol):
 
     @property
     def original_gradient(self) -> bool:
-        """Whether the pressure gradient is the printed one."""
+        """Whether the pressure gradient is that of eq. 31."""
 
     @property
     def min_support(self) -> float:
@@ -87,7 +87,7 @@ class ProjectionStepper:
         Reach of the kernel at the start [m].
     """
 
-    has_energy = settled = False
+    has_energy = keeps_order = False
     workspace = None
     stored_energy = contact_energy = 0.0
 

@@ -99,7 +99,7 @@ class Pairs:
         Packed rows (n, packed) of the stage, and their permanent numbers (n,) uint64, each once.
     halo, images
         Copies that are appended to them: rows of other processes, images at the planes.
-    room
+    workspace
         All numbers (k,) of the sorted rows and their columns. Who is done with an evaluation may use it until the next.
     """
 
@@ -141,9 +141,9 @@ class Pairs:
             self._room = count if count == self.count else count + count // 4
             dim, width = self.layout.dim, self.layout.width
             rows, along = (self._room + 1) * width, self._room + EIGHT
-            self.room = aligned_zeros(1, rows + (dim + 1) * along)[0]
-            self.sorted = self.room[:rows].reshape(-1, width)
-            self.columns = self.room[rows:].reshape(-1, along)
+            self.workspace = aligned_zeros(1, rows + (dim + 1) * along)[0]
+            self.sorted = self.workspace[:rows].reshape(-1, width)
+            self.columns = self.workspace[rows:].reshape(-1, along)
             self.rates = np.zeros((self._room, particle_layout.width(dim) + self._further))
             self.cells = np.zeros(self._room, np.uint32)
             self.order = np.zeros(self._room, np.uint32)
@@ -151,7 +151,7 @@ class Pairs:
         self.present = count
 
     def _put_far(self) -> None:
-        """Put the far row behind the sorted ones, whose room may have served others since."""
+        """Put the far row behind the sorted ones, whose storage may have been overwritten."""
         far = self.sorted[self.present]
         far[:] = 0.0
         far[: self.layout.dim] = traversal.FAR
