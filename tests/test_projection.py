@@ -175,7 +175,7 @@ def test_deviator_is_that_of_the_stress_update(dim):
     assert np.abs(particles["deviator"][:, :3].sum(axis=1)).max() < 1e-6 * 1e9
 
 
-@pytest.mark.parametrize(("dim", "options"), [(1, {}), (2, {}), (2, {"printed": True}), (3, {}),
+@pytest.mark.parametrize(("dim", "options"), [(1, {}), (2, {}), (2, {"original_gradient": True}), (3, {}),
                                               (2, {"smoothing": Smoothing(True)})])  # fmt: skip
 def test_momentum_stays(dim, options):
     particles = block(dim)
