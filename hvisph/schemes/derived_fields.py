@@ -31,8 +31,7 @@ def _diagnose(s, state, tags, table, models, pressure, sound_speed, von_mises, t
 def diagnose(particles: Particles, table: np.ndarray, models: np.ndarray) -> dict[str, np.ndarray]:
     """Return pressure [Pa], sound speed [m/s], von Mises stress [Pa] and temperature [K] of the state, each (n,).
 
-    The pressure is that of the state where it carries one, otherwise that of the equation of state. The temperature is
-    not a number in a material without a heat capacity, and left out where none has one.
+    The temperature is NaN without a heat capacity, and omitted where no material has one.
     """
     fields = {name: np.zeros(particles.count) for name in NAMES}
     options = {"remembered_state": bind_models(thermodynamics.remembered_state, table, models),

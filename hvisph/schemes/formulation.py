@@ -18,59 +18,54 @@ from .protocol import AnyFormulation
 
 
 class Formulation(AnyFormulation, Protocol):
-    """A published scheme whose step is one evaluation of pair laws and one pass over single particles."""
+    """Published scheme with one evaluation of pair laws and one particle update a step."""
 
     @property
     def smoothing(self) -> Smoothing:
-        """How its smoothing length follows the flow."""
+        """Evolution of the smoothing length."""
 
     @property
     def switch(self) -> int:
-        """Which share of the viscosity particles take, of those in `integrators.particle_steps`."""
+        """Viscosity switch, of those in `integrators.particle_steps`."""
 
     @property
     def softens(self) -> bool:
-        """Whether particles in shear flow show their neighbours less of the linear viscosity."""
+        """Whether the linear viscosity is reduced in shear flow."""
 
     @property
     def fragment_contact(self) -> bool:
-        """Whether pieces that have come apart from a body are told from it."""
+        """Whether detached components of a body are in contact with it."""
 
     def layout(self, dim: int) -> RowLayout:
-        """Return the widest row that its passes need."""
+        """Return the widest row of the passes."""
 
     def passes(self, dim: int) -> Sequence[Pass]:
-        """Return its passes over the pairs, in order."""
+        """Return the passes over the pairs, in order."""
 
     def coefficients(self) -> np.ndarray:
-        """Return the numbers that its laws and its `pack` read."""
+        """Return the parameters of the laws and of `pack`."""
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
-        """Return the function that packs a particle's row, and the constants to bind into it."""
+        """Return the packing function and its bound constants."""
 
     def sparsest(self, dim: int) -> float:
-        """Return the least rho h^dim/m of a particle, 0 where nothing keeps density from falling."""
+        """Return the least rho h^dim/m of a particle, 0 for no limit."""
 
     def limits(self) -> tuple[Any, dict[str, Any]] | None:
-        """Return the function that packs what a particle bears, and its constants; None where no law asks for it."""
+        """Return the packing function of strength limits and its constants, or None."""
 
     def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact | SeparatingContact:
-        """Return the contact between bodies beside its passes, at the smoothing length `h` [m]."""
+        """Return the contact between bodies beside the passes, at smoothing length `h` [m]."""
 
     def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
-        """Keep in the packed rows what the next evaluation asks of this one; `lengths` (n,) are smoothing lengths."""
+        """Store data of this evaluation in the rows for the next one; `lengths` (n,) are smoothing lengths."""
 
 
 @dataclass(frozen=True)
 class Smoothing:
-    """How the smoothing length follows the flow.
+    """Evolution of the smoothing length: dh/dt = h/d div u if `variable`, within limits relative to the start.
 
-    Parameters
-    ----------
-    variable
-        Whether dh/dt = h/d div u (Farahani 2009 eq. 19; Zisis 2013 eq. 20) or h stays.
-    smallest, largest
-        Limits of h over its start.
+    Sources: Farahani 2009 eq. 19; Zisis 2013 eq. 20.
     """
 
     variable: bool = False

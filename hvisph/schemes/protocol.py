@@ -15,26 +15,12 @@ from hvisph.sph.neighbours.particle_layout import RowLayout
 
 
 class AnyStepper(Protocol):
-    """Particles, and what carries them on from step to step.
+    """Particles, and the algorithm that advances them by steps of `evaluate` and `complete`.
 
-    Made from the particles at the start, the formulation, the materials, the integrator's two shares, the
-    smoothing length at the start and the planes of symmetry. Its step is `evaluate`, then `complete`.
-
-    Attributes
-    ----------
-    particles, formulation
-        The state, and the published scheme.
-    table, models
-        Packed materials.
-    lengths, sums, totals
-        Smoothing lengths (n,) [m]; sums over the completed state, columns as named in `integrators.sums`, and what
-        makes them.
-    h_max
-        The largest smoothing length of all processes [m].
-    has_energy
-        Whether the scheme has an energy equation, so that total energy can be kept account of.
-    keeps_order
-        Whether particles stay with their process until space is cut anew.
+    Created from initial particles, formulation, materials, the integrator's stage and weight, smoothing length and
+    planes of symmetry. `table` and `models` are the packed materials, `lengths` (n,) smoothing lengths [m], `sums` the
+    columns of `integrators.sums` from `totals`, `h_max` the largest smoothing length of all processes [m]. With
+    `keeps_order` particles migrate only when the decomposition is repeated.
     """
 
     particles: Particles
@@ -54,7 +40,7 @@ class AnyStepper(Protocol):
 
     @property
     def stored_energy(self) -> float:
-        """Energy that is in no particle [J]."""
+        """Energy outside of the particles [J]."""
 
     @property
     def contact_energy(self) -> float:
@@ -62,67 +48,67 @@ class AnyStepper(Protocol):
 
     @property
     def support(self) -> float:
-        """The largest distance at which two particles can ever be neighbours [m]."""
+        """Largest distance of two neighbours [m]."""
 
     @property
     def pressures(self) -> np.ndarray:
-        """Pressure of every particle, as the history records it (n,) [Pa]."""
+        """Pressure of every particle for the history (n,) [Pa]."""
 
     @property
     def workspace(self) -> np.ndarray | None:
-        """Numbers (k,) that nobody reads from an evaluation to the next; None where there are none."""
+        """Unused storage (k,) between evaluations; None if there is none."""
 
     @property
     def rates(self) -> np.ndarray:
-        """Rows of rates as `hvisph.sph.neighbours.particle_layout` lays them out."""
+        """Rows of rates in the layout of `hvisph.sph.neighbours.particle_layout`."""
 
     @property
     def place(self) -> np.ndarray:
         """Row of each particle's rates (n,)."""
 
     def start(self) -> None:
-        """Prepare the first step from the state as it stands."""
+        """Prepare the first step."""
 
     def evaluate(self) -> None:
-        """Evaluate the rates of the step that was announced last."""
+        """Evaluate the rates of the step announced last."""
 
     def complete(self, dt: float, following: float) -> None:
-        """Carry the state over `dt` [s] with these rates, and announce the step `following`."""
+        """Advance the state by `dt` [s] with these rates, and announce the step `following`."""
 
     def predict(self, following: float) -> None:
-        """Announce the step `following` [s] from a state that may have been changed."""
+        """Announce the step `following` [s] after a change of the state."""
 
     def limits(self) -> list[tuple[float, str, int]]:
-        """Return further limits: times [s] of which a step takes the Courant share, names, particles."""
+        """Return further limits: times [s] to be multiplied by the Courant number, names, particles."""
 
     def permute(self) -> np.ndarray:
-        """Put the state into cell order; return the order taken. Call it between steps only."""
+        """Sort the state into cell order between steps; return the order."""
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
+        """Return the data of each particle beside its state that the next step needs, a row a particle."""
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return what the next step needs of the whole, between steps, by name."""
+        """Return the global data that the next step needs, by name."""
 
     @property
     def owner_positions(self) -> np.ndarray:
-        """Places (n, dim) [m] by which particles belong to a part of space."""
+        """Positions (n, dim) [m] that decide the owner of each particle."""
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
 
     def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
-        """Have these particles in place of all others, between steps; see `get_carried`."""
+        """Replace all particles between steps; `carried` as of `get_carried`."""
 
     def fit_grid(self) -> None:
-        """Make the grids of cells anew, around the particles that there are now."""
+        """Make the cell grids anew around the particles."""
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        """Restore the state of `carried` and `history`; the particles must be the same, in the same order."""
+        """Restore `carried` and `history` of the same particles in the same order."""
 
 
 class AnyFormulation(Protocol):
-    """A published scheme, ready for the step loop."""
+    """Published scheme, ready for the step loop."""
 
     @property
     def name(self) -> str:
@@ -138,7 +124,7 @@ class AnyFormulation(Protocol):
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """State fields that it needs beside `hvisph.core.particles.BASE_FIELDS`."""
+        """State fields beside `hvisph.core.particles.BASE_FIELDS`."""
 
     @property
     def viscous_factor(self) -> float:
@@ -146,16 +132,16 @@ class AnyFormulation(Protocol):
 
     @property
     def corrects(self) -> bool:
-        """Whether its kernels are corrected in the current configuration, so that fall-backs can be counted."""
+        """Whether kernels are corrected in the current configuration."""
 
     @property
     def slips(self) -> bool:
-        """Whether bodies slide on each other, so that slip does work."""
+        """Whether bodies slide on each other with friction."""
 
     @property
     def repels(self) -> bool:
-        """Whether bodies meet by a contact algorithm whose work is kept account of."""
+        """Whether contact is an algorithm with an energy of its own."""
 
     @property
     def stepper(self) -> Any:
-        """What moves its particles: a class, made as `AnyStepper` says."""
+        """Stepper class."""

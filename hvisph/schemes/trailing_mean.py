@@ -9,15 +9,7 @@ PARTS = 20
 
 
 class TrailingMean:
-    """Mean over a window that ends now; before the run the field was zero.
-
-    Parameters
-    ----------
-    count
-        Number of particles.
-    window
-        Length of the window [s].
-    """
+    """Mean over the last `window` [s]; the field is zero before the run."""
 
     def __init__(self, count: int, window: float):
         self._part_length = window / PARTS
@@ -28,7 +20,7 @@ class TrailingMean:
         self._time = 0.0
 
     def add(self, values: np.ndarray, dt: float) -> None:
-        """Take account of the `values` (n,) that held for `dt` [s]."""
+        """Add `values` (n,) that applied for `dt` [s]."""
         self._now += dt * values
         self._time += dt
         # a part that ends on a step must not wait for the next by round-off
@@ -45,23 +37,23 @@ class TrailingMean:
         return mean
 
     def permute(self, order: np.ndarray) -> None:
-        """Follow the state into a new order."""
+        """Reorder with the state."""
         self._parts = self._parts.take(order, axis=1)
         self._full, self._now = self._full[order], self._now[order]
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        """Return what there is of each particle, by name, a row a particle."""
+        """Return the data of each particle by name, a row a particle."""
         return {"parts": self._parts.T, "part": self._now}
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return the times of the parts, by name."""
+        """Return the durations of the window's intervals, by name."""
         return {"part_times": self._times, "part_time": np.array([self._time])}
 
     def replace_particles(self, carried: dict[str, np.ndarray]) -> None:
-        """Take what is `get_carried` of the particles that there are now."""
+        """Set the data of `get_carried` for the present particles."""
         self._parts, self._now = np.ascontiguousarray(carried["parts"].T), np.array(carried["part"])
         self._full = self._parts.sum(axis=0)
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Go back to where `history` was taken."""
+        """Restore the data of `history`."""
         self._times[...], self._time = history["part_times"], float(history["part_time"][0])

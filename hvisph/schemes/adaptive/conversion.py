@@ -18,14 +18,14 @@ import numpy as np
 
 
 class Neighbours(Protocol):
-    """What a conversion asks of reference neighbours, and of other processes."""
+    """Queries of reference neighbours, and of other processes."""
 
     @property
     def dim(self) -> int:
         """Number of dimensions."""
 
     def anywhere(self, here: bool | np.bool_) -> bool:
-        """Tell whether something is so on any process: all of them ask at the same place."""
+        """Return whether a condition holds on any process."""
 
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
         """Return which particles have one of `chosen` (n,) among their reference neighbours (n,), bool."""
@@ -33,24 +33,20 @@ class Neighbours(Protocol):
 
 @dataclass(frozen=True)
 class Conversion:
-    """Parameters of the conversion.
+    """Parameters of the conversion to Eulerian particles.
 
     Parameters
     ----------
-    strain
-        Limit of the equivalent strain; None for none, 0 for Eulerian from the first step on.
-    damage
-        Whether failed particles turn.
+    strain, damage
+        Limit of the equivalent strain, None for none, 0 for Eulerian from the start; whether failed particles convert.
     neighbours
-        Whether the reference neighbours of a particle that turns do, too.
+        Whether reference neighbours of a converted particle convert, too.
     bodies
-        Indices of the bodies that turn; None for all.
-    fallback
-        Whether the interface is guarded.
-    fallback_strain
-        Strain above which the fallback acts; None for 1.5 in 1D and 2D and 1.0 in 3D.
+        Indices of the bodies that convert; None for all.
+    fallback, fallback_strain
+        Whether the fallback is active, and above which strain; None for 1.5 in 1D and 2D and 1.0 in 3D.
     fallback_damage
-        Whether it acts on the neighbours of Eulerian particles that have failed, where failed particles turn.
+        Whether it acts on the neighbours of failed Eulerian particles, where failed particles convert.
     """
 
     strain: float | None = None
@@ -65,22 +61,15 @@ class Conversion:
 
     @property
     def is_off(self) -> bool:
-        """Whether no particle turns by itself."""
+        """Whether no particle converts by itself."""
         return self.strain is None and not self.damage
 
     def turning(self, lagrangian: np.ndarray, convertible: np.ndarray, active: np.ndarray, jacobians: np.ndarray,
                 strains: np.ndarray, damage: np.ndarray, beside: Neighbours) -> np.ndarray:  # fmt: skip
-        """Return which particles turn Eulerian now (n,), bool.
+        """Return which particles convert to Eulerian now (n,), bool.
 
-        Parameters
-        ----------
-        lagrangian, convertible, active
-            Which particles are Total Lagrangian, which may turn by their own strain or damage, and of
-            which F is known (n,), bool.
-        jacobians, strains, damage
-            J, equivalent strain and damage (n,).
-        beside
-            What is known of the neighbours.
+        `convertible` may convert by their own strain or damage; the deformation gradient of `active` ones is known.
+        `jacobians`, `strains` and `damage` are J, equivalent strain and damage (n,).
         """
         turns = np.zeros(len(lagrangian), bool)
         own = lagrangian & convertible

@@ -24,7 +24,7 @@ from hvisph.sph.neighbours import particle_layout as rate_slots
 
 
 def spatial_rows(k, rows, chosen, bodies, pressures, loads, coefficients, out):
-    """Pack the rows of the `chosen` particles for the standard law: a template."""
+    """Pack the rows of the `chosen` particles for the standard law (template)."""
     i = np.uint64(chosen[k])
     x = own_vector(rows, i, 0, DIM)
     put(out, k, TO_D, subtract(x, own_vector(rows, i, X0, DIM)))
@@ -39,10 +39,9 @@ def spatial_rows(k, rows, chosen, bodies, pressures, loads, coefficients, out):
 
 
 def add_rates(k, spatial, place, chosen, eulerian, rates):
-    """Add what the spatial pass made, `spatial`, to the `rates` of the `chosen` particles: a template.
+    """Add the rates of the spatial pass to those of the `chosen` particles (template).
 
-    Accelerations and powers add up, of max|mu| the larger stays, and an Eulerian particle's velocity gradient
-    is the spatial one.
+    The larger max|mu| remains, and an Eulerian particle takes the spatial velocity gradient.
     """
     i, at = np.uint64(chosen[k]), np.uint64(place[k])
     a = add(own_vector(rates, i, R_ACCELERATION, DIM), own_vector(spatial, at, R_ACCELERATION, DIM))
@@ -57,15 +56,7 @@ def add_rates(k, spatial, place, chosen, eulerian, rates):
 
 @dataclass(frozen=True)
 class Loops:
-    """The passes over reference neighbours, as templates of `sph.terms` with everything bound.
-
-    Parameters
-    ----------
-    move, deform, map_particles
-        Displacements and velocities; F, stress and density; F alone.
-    sums
-        Pair forces, of particles without and with an Eulerian neighbour.
-    """
+    """Passes over reference neighbours: displacements and velocities; F, stress and density; F alone; pair forces."""
 
     move: Any
     deform: Any
@@ -74,23 +65,13 @@ class Loops:
 
 
 def motion_width(dim: int) -> int:
-    """Return how many numbers a row of motions has: displacement and velocity, in whole vectors."""
+    """Return the width of a row of displacement and velocity, in whole vectors."""
     return -(-2 * dim // LANES) * LANES
 
 
 def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np.ndarray, np.ndarray],
                      slots: dict[str, int], read: int) -> dict[str, Any]:  # fmt: skip
-    """Return what the loops may name: options, slots of the row, columns of rates and of the state.
-
-    Parameters
-    ----------
-    formulation, particles
-        As those of `CompositeStepper`.
-    materials
-        Packed materials: table and models.
-    slots, read
-        Where what stands in a packed row, and how many slots of it pairs read.
-    """
+    """Return the names available to loops: options, row slots, columns of rates and of the state."""
     dim, kernel = particles.dim, formulation.kernel
     moving = motion_width(dim)
     options = {
@@ -112,7 +93,7 @@ def offered_to_loops(formulation: Any, particles: Particles, materials: tuple[np
 
 
 def loops(formulation: Any, offered: dict[str, Any]) -> Loops:
-    """Return the loops over reference neighbours, compiled with what is `offered`."""
+    """Return the compiled loops over reference neighbours."""
     collect, mapped = deformation_gradient.collect, deformation_gradient.load_deformation
     return Loops(
         particle_loop(bind(deformation_gradient.move, {}, offered)),

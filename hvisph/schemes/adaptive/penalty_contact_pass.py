@@ -37,32 +37,20 @@ FULL = 0.9
 class BodyContact:
     """Contact forces between bodies.
 
-    Parameters
-    ----------
-    particles, formulation, materials, h, planes
-        As those of the stepper.
-    power_unit
-        Unit in which its power is counted [W], see `compiler.exact_sum`.
-    at
-        Positions at the start (n, dim) [m].
-    fullness
-        Kernel sums of the reference lists at the start (n,), which show who stands within a body, and the largest of
-        each body (bodies,).
+    `at` are initial positions [m]; `fullness` are the kernel sums of the reference lists (n,) and their maxima by body.
 
     Attributes
     ----------
     energy
-        What the contact holds [J]: work against it since the start. A repulsion that starts unloaded keeps it apart
-        from the bodies' heat, any other has put it there.
+        Work against the contact since the start [J].
     starts
-        phi0 of each particle, see `sph.contact.penalty_contact` (n,). It falls to that of bodies that touch as soon
-        as phi does.
+        phi0 of each particle, see `sph.contact.penalty_contact` (n,); decreases with phi.
     folded, leaving
-        Who is near a part of its own body that was far in the reference, and who has just left its body (n,), bool.
+        Particles near a distant part of their own body, and those just detached (n,), bool.
     omega
         Square of the frequency of each particle's contacts [1/s^2] (n,).
     passed
-        Which particles stand inside a body that their own passes through (k,); none as long as none does.
+        Particles inside a body that their own interpenetrates (k,); None if there are none.
     """
 
     def __init__(self, particles: Particles, formulation: Any, materials: list[Material], at: np.ndarray, h: float,
@@ -94,19 +82,19 @@ class BodyContact:
         self._bodies_in_all = len(fullest)
 
     def _tell_apart(self) -> None:
-        """Take note of what the particles are that there are now."""
+        """Update the arrays for the present particles."""
         particles = self.particles
         self._stiffness = self._of_material[particles.material]
         self._bodies, self._numbers = particles.body.astype(np.float64), particles.numbers()
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
         for pairs in (self.pairs, self._looking):
             pairs.halo = halo_for(pairs.layout)
 
     @property
     def stored_energy(self) -> float:
-        """Energy [J] that is in no particle."""
+        """Energy [J] outside of the particles."""
         return self.energy if self.law.stores else 0.0
 
     def begin(self, rows: np.ndarray, slots: dict[str, int]) -> None:
@@ -117,24 +105,15 @@ class BodyContact:
             self.starts = np.maximum(self._touching, phi * (1.0 + 1e-12))  # round-off must not load what touches
 
     def leave(self, leaves: np.ndarray) -> None:
-        """Take note that the particles `leaves` (n,), bool, have left their bodies."""
+        """Detach the particles `leaves` (n,), bool, from their bodies."""
         self.leaving |= leaves
         self._pieces[leaves] = self._bodies_in_all + self.particles.id[leaves]
 
     def add(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], loose: np.ndarray,
             rates: np.ndarray) -> None:  # fmt: skip
-        """Add the contact's accelerations, and power where it is heat, to `rates`.
+        """Add contact accelerations, and power where it is heat, to `rates`.
 
-        Parameters
-        ----------
-        chosen
-            Particles near another piece.
-        rows, slots
-            Packed rows of the stage, and where what stands in them.
-        loose
-            Who has left its body (n,), bool.
-        rates
-            Rows of rates in the particles' order.
+        `chosen` are particles near another component, `loose` (n,), bool, those detached from their bodies.
         """
         halo = self.pairs.halo
         self.omega[:], self._power = 0.0, 0.0
@@ -190,7 +169,7 @@ class BodyContact:
         self.folded[tied] = self._find_overlap(tied, rows, slots, self._bodies)[1] > 0.0
 
     def _unload(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> None:
-        """Have particles that leave their bodies press on the rest from where they stand."""
+        """Take the present overlap of particles that leave their bodies as unloaded."""
         before = np.where(self.leaving, self._bodies, self._pieces)
         phi, more = (self._find_overlap(chosen, rows, slots, one)[0] for one in (before, self._pieces))
         self.starts[chosen] += (more - phi) * (1.0 + 1e-12)
@@ -199,7 +178,7 @@ class BodyContact:
     def _find_overlap(
         self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], bodies: np.ndarray
     ) -> np.ndarray:
-        """Return phi and whether a far part is near (2, k) of the `chosen` particles, of `bodies` (n,)."""
+        """Return phi and whether a distant part is near (2, k) of the `chosen` particles."""
         dim, pairs, to = self.particles.dim, self._looking, self._looking.slots
         packed = np.zeros((len(chosen), pairs.layout.used_width))
         self._place(chosen, rows, slots, packed, to)
@@ -211,7 +190,7 @@ class BodyContact:
 
     def _place(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int], packed: np.ndarray,
                to: dict[str, int]) -> None:  # fmt: skip
-        """Write places, lengths and volumes of the `chosen` particles into `packed` rows."""
+        """Write positions, lengths and volumes of the `chosen` particles into `packed` rows."""
         dim, own = self.particles.dim, rows[chosen]
         packed[:, :dim] = own[:, :dim]
         packed[:, to["H"]] = self.h
@@ -224,7 +203,7 @@ class BodyContact:
             packed[:, to["V"]] /= 2.0 * np.pi * own[:, slots["RING"]]
 
     def _get_displacements(self, chosen: np.ndarray, rows: np.ndarray, slots: dict[str, int]) -> np.ndarray:
-        """Return how far the `chosen` particles are from their places in the reference (k, dim) [m]."""
+        """Return the displacements of the `chosen` particles from the reference (k, dim) [m]."""
         dim, x0 = self.particles.dim, slots["X0"]
         return np.asarray(rows[chosen, :dim] - rows[chosen, x0 : x0 + dim])
 
@@ -247,22 +226,22 @@ class BodyContact:
         return packed
 
     def complete(self, dt: float, averaged: bool) -> None:
-        """Take account of a step [s] with the last forces, or with the mean of them and of those before."""
+        """Add the work of a step [s] by the last forces, or by the mean with the previous ones."""
         self.energy += dt * (0.5 * (self._power + self._power_before) if averaged else self._power)
         self._power_before = self._power
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return what the next step needs of the whole, by name."""
+        """Return the global data that the next step needs, by name."""
         return {"contact": np.array([self.energy, self._power, self._power_before, float(self._evaluations)])}
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        """Return what the next step needs of each particle, by name."""
+        """Return the data of each particle that the next step needs, by name."""
         return {"contact_starts": self.starts, "contact_omega": self.omega, "contact_volume": self._volume,
                 "contact_inner": self._inner, "contact_pieces": self._pieces, "contact_folded": self.folded,
                 "contact_leaving": self.leaving}  # fmt: skip
 
     def replace_particles(self, carried: dict[str, np.ndarray]) -> None:
-        """Take what is `get_carried` of the particles that there are now."""
+        """Set the data of `get_carried` for the present particles."""
         self.starts, self.omega, self._volume, self._inner = (
             np.array(carried[f"contact_{name}"]) for name in ("starts", "omega", "volume", "inner")
         )
@@ -273,16 +252,16 @@ class BodyContact:
         self._tell_apart()
 
     def fit_grid(self) -> None:
-        """Make the grids of cells anew, around the particles that there are now."""
+        """Make the cell grids anew around the particles."""
         for pairs in (self.pairs, self._looking):
             pairs.grid = Grid.from_positions(self.particles["position"], pairs.grid.edge)
 
     @property
     def pieces(self) -> np.ndarray:
-        """The bodies (n,) uint32, those that have left theirs as one each."""
+        """Components (n,) uint32; each detached particle is one."""
         return self._pieces.astype(np.uint32)
 
     def restore(self, history: dict[str, np.ndarray]) -> None:
-        """Go back to where `history` was taken."""
+        """Restore the data of `history`."""
         self.energy, self._power, self._power_before, evaluations = (float(one) for one in history["contact"])
         self._evaluations = int(evaluations)

@@ -22,22 +22,7 @@ from . import loops as composite_passes
 
 
 class SpatialPass:
-    """Who is near another body or an Eulerian particle, and the pairs of the latter.
-
-    Parameters
-    ----------
-    formulation, planes, h
-        As those of `CompositeStepper`.
-    at
-        Positions at the start (n, dim) [m].
-    offered
-        What its loops may name, see `composite_loops.offered_to_loops`.
-
-    Attributes
-    ----------
-    pairs
-        The pairs of the particles chosen last.
-    """
+    """Selection of particles near another body or an Eulerian particle, and pairs of the latter."""
 
     def __init__(self, formulation: Any, at: np.ndarray, h: float, planes: tuple[Plane, ...], offered: dict[str, Any]):
         dim, kernel, euler, self._h = at.shape[1], formulation.kernel, formulation.eulerian, h
@@ -62,20 +47,12 @@ class SpatialPass:
 
     @property
     def paired_rows(self) -> np.ndarray:
-        """Sorted rows of `pairs` of the particles that the last evaluation paired."""
+        """Sorted rows of the particles paired in the last evaluation."""
         return self.pairs.place[: self._chosen]
 
     def find_near(self, rows: np.ndarray, numbers: np.ndarray, eulerian: np.ndarray,
              bodies: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-        """Return which particles are near another body, and which near an Eulerian one (n,), bool.
-
-        Parameters
-        ----------
-        rows
-            Packed rows, those of the n own particles first.
-        numbers, eulerian, bodies
-            Permanent numbers, who is Eulerian (uint8) and bodies (uint32) of the own particles (n,).
-        """
+        """Return which particles are near another body, and which near an Eulerian one (n,), bool."""
         own = len(numbers)
         if self._seen is not None:
             dim = self.pairs.layout.dim
@@ -88,25 +65,13 @@ class SpatialPass:
         return near_body[:own], near_eulerian[:own]
 
     def rest(self) -> None:
-        """Have no particle paired in this evaluation."""
+        """Clear the pairs of this evaluation."""
         self._chosen = 0
 
     def add(self, chosen: np.ndarray, rows: np.ndarray, numbers: np.ndarray,
             shown: tuple[np.ndarray, np.ndarray, np.ndarray], eulerian: np.ndarray,
             rates: np.ndarray) -> None:  # fmt: skip
-        """Add the pairs of the `chosen` particles to `rates`.
-
-        Parameters
-        ----------
-        chosen
-            Particles (k,).
-        rows, numbers, eulerian
-            As those of `find_near`.
-        shown
-            Bodies, pressures and loads [Pa] of all particles (n,), float64.
-        rates
-            Rows of rates in the particles' order.
-        """
+        """Add the pairs of the `chosen` particles (k,) to `rates`; `shown`: bodies, pressures and loads [Pa] (n,)."""
         pairs = self.pairs
         packed = np.zeros((len(chosen), pairs.layout.used_width))
         self._pack(len(chosen), rows, chosen, *shown, pairs.coefficients, packed)
@@ -116,15 +81,15 @@ class SpatialPass:
         self._add_rates(len(chosen), pairs.rates, self.paired_rows, chosen, eulerian, rates)
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
         self._seen = halo_for(_selection_layout(self.pairs.layout.dim))
         self.pairs.halo = halo_for(self.pairs.layout)
 
     def fit_grid(self, positions: np.ndarray) -> None:
-        """Make the grid that chooses anew, around `positions` (n, dim) [m]."""
+        """Make the selection grid anew around `positions` (n, dim) [m]."""
         self._selection.fit(positions)
 
 
 def _selection_layout(dim: int) -> RowLayout:
-    """Return the layout of what decides who is near another body, or near an Eulerian particle."""
+    """Return the row layout of the selection."""
     return RowLayout(dim, (("x", "vector"), ("body", "scalar"), ("eulerian", "scalar")))

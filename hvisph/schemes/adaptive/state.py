@@ -22,7 +22,7 @@ KEPT = ("lengths", "signals", "pressures", "jacobians", "strains", "latest", "lo
 
 
 class CompositeState(ReferenceChanges, Stepper):
-    """Part of `CompositeStepper`: arrays with a row for each particle, and what becomes of them between steps."""
+    """Particle arrays of `CompositeStepper`, and their migration and restoration."""
 
     formulation: Any
     spatial: SpatialPass
@@ -37,7 +37,7 @@ class CompositeState(ReferenceChanges, Stepper):
         raise NotImplementedError
 
     def _make_room(self) -> None:
-        """Make the arrays that have a row for each of the particles that there are now."""
+        """Allocate the arrays of the present particles."""
         particles, formulation, dim = self.particles, self.formulation, self.particles.dim
         count, body = particles.count, self.particles.body
         at = rate_slots.slots(dim)
@@ -59,24 +59,24 @@ class CompositeState(ReferenceChanges, Stepper):
         self._undamaged, self._none = np.zeros(count), np.zeros(count, bool)
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
+        """Return the data of each particle beside its state that the next step needs, a row a particle."""
         renewed = {"before": self.before} if self.formulation.renew_strain is not None else {}
         return {name: getattr(self, name) for name in KEPT} | renewed | {
             "rows": self.rows_[: self.particles.count], "rates": self._rates,
         } | (self.contact.get_carried() if self.contact is not None else {})  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return what the next step needs of the whole, between steps, by name."""
+        """Return the global data that the next step needs, by name."""
         return self.totals.history() | {"stage": np.array([self._stage])} | (
             self.contact.history() if self.contact is not None else {}
         )  # fmt: skip
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """See what other processes have from the start on, by the halos that `halo_for` makes of layouts of rows."""
+        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
         self.copies.halo, self._halo_for = halo_for(self.copies.layout), halo_for
 
     def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
-        """Have these particles in place of all others, between steps; see `get_carried`."""
+        """Replace all particles between steps; `carried` as of `get_carried`."""
         particles, stage = self.particles, self._stage
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.totals.resize(len(data))
@@ -85,7 +85,7 @@ class CompositeState(ReferenceChanges, Stepper):
         self._stage = stage
 
     def _take(self, carried: dict[str, np.ndarray]) -> None:
-        """Take what is `get_carried` of the particles that there are now, and build what follows from it."""
+        """Set the data of `get_carried` and build all that depends on them."""
         kept = {name: np.array(carried[name], getattr(self, name).dtype) for name in KEPT}
         self.volume, self.alone, self.sequence = (kept[name] for name in ("volume", "alone", "sequence"))
         self._build_reference()
@@ -103,7 +103,7 @@ class CompositeState(ReferenceChanges, Stepper):
         self._classify()
 
     def fit_grid(self) -> None:
-        """Make the grids of cells anew, around the particles that there are now."""
+        """Make the cell grids anew around the particles."""
         if self.particles.count:
             super().fit_grid()
             self.spatial.fit_grid(self.particles["position"])
@@ -111,7 +111,7 @@ class CompositeState(ReferenceChanges, Stepper):
                 self.contact.fit_grid()
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        """Restore the state of `carried` and `history`; the particles must be the same, in the same order."""
+        """Restore `carried` and `history` of the same particles in the same order."""
         self._set_up()
         self._take(carried)
         if self.contact is not None:

@@ -82,16 +82,16 @@ class CompositeStepper(CompositeState):
         self._halo_for: Callable[[RowLayout], Halo] | None = None
 
     def keep_order(self, sequence: np.ndarray) -> None:
-        """Take the particles as a part of more, which have the places `sequence` (n,) in the order of all."""
+        """Take the particles as a part with the places `sequence` (n,) in the order of all."""
         self.sequence = sequence.astype(np.uint64)
 
     @property
     def owner_positions(self) -> np.ndarray:
-        """Places (n, dim) [m] by which particles belong to a part of space."""
+        """Positions (n, dim) [m] that decide the owner of each particle."""
         return self.particles["reference_position"]
 
     def _set_up(self) -> None:
-        """Build all that follows from state and reference positions, of all particles."""
+        """Build all that depends on state and reference positions."""
         particles, formulation = self.particles, self.formulation
         self._moduli = np.array([(one.young_modulus, 1.0 / one.first_yield) for one in self.materials])
         bodies = particles.body.astype(float)
@@ -136,7 +136,7 @@ class CompositeStepper(CompositeState):
 
     @property
     def place(self) -> np.ndarray:
-        """Row of each particle's rates: its own number."""
+        """Row of each particle's rates: its own index."""
         return self._place
 
     @property
@@ -151,7 +151,7 @@ class CompositeStepper(CompositeState):
 
     @property
     def stored_energy(self) -> float:
-        """Energy that is in no particle [J]: that of a contact which keeps it."""
+        """Energy outside of the particles [J]."""
         return self.contact.stored_energy if self.contact is not None else 0.0
 
     @property
@@ -160,7 +160,7 @@ class CompositeStepper(CompositeState):
         return self._lagrangian
 
     def _classify(self) -> None:
-        """Find which particles need a deformation gradient, and bring the rows' kinds up to date."""
+        """Find the particles that need a deformation gradient, and update the kinds in the rows."""
         kinds = self.particles["kernel_type"]
         self.rows_[:-1, self.slots["KIND"]] = self.copies.extend_rows(kinds)
         tied = (kinds == 1.0) & ~self.loose
@@ -175,7 +175,7 @@ class CompositeStepper(CompositeState):
         self._any_active, self._any_tied = self.anywhere(self._active.any()), self.anywhere(tied.any())
 
     def start(self) -> None:
-        """Evaluate the forces of the state as it stands, without a step."""
+        """Evaluate the initial forces."""
         self.totals.begin(self.particles)
         self._set_up()  # not before: lists and their corrections take time and compiled loops
         self._turn()
@@ -216,14 +216,14 @@ class CompositeStepper(CompositeState):
                 self.contact.add(np.flatnonzero(near_body), self.rows_, self.slots, self.loose, self._rates)
 
     def _add_spatial(self, near: np.ndarray) -> None:
-        """Add the pairs of Eulerian particles, and where no contact parts them of bodies, in the present places."""
+        """Add the pairs of Eulerian particles, and of bodies in bonded contact, at present positions."""
         if (self._any_eulerian or not self.spatial.parted) and self.anywhere(near.any()):
             chosen = np.flatnonzero(near & ~self.loose)
             self.spatial.add(chosen, self.rows_, self._numbers, (self._bodies, self.pressures, self.loads),
                              self._eulerian, self._rates)  # fmt: skip
 
     def _mirror(self) -> None:
-        """Bring places and velocities of copies up to date."""
+        """Update positions and velocities of images and copies."""
         until = self.slots["RING"] + 1 if "RING" in self.slots else 2 * self.particles.dim
         self.copies.refresh(self.rows_, self.layout, slice(0, until))
 
@@ -232,7 +232,7 @@ class CompositeStepper(CompositeState):
         self._stage = stage
 
     def complete(self, dt: float, following: float) -> None:
-        """Carry the state over `dt` [s], predict the next stage, and turn the particles that must."""
+        """Advance the state by `dt` [s], predict the next stage, and convert particles."""
         super().complete(dt, following)
         if self.contact is not None:
             self.contact.complete(dt, self._averages)
@@ -247,7 +247,7 @@ class CompositeStepper(CompositeState):
             self._classify()
 
     def _turn(self) -> None:
-        """Let particles turn Eulerian, or leave the lists."""
+        """Convert particles to Eulerian, or remove them from the lists."""
         particles, formulation = self.particles, self.formulation
         quiet = formulation.conversion.is_off and not self._any_eulerian
         if not self._any_tied or (quiet and not self._can_fail):
@@ -269,13 +269,13 @@ class CompositeStepper(CompositeState):
         self._classify()
 
     def _part(self, leaves: np.ndarray) -> None:
-        """Have particles that left their lists meet the rest of their body as one of another."""
+        """Treat particles that left their lists as another body in contact."""
         if self.contact is not None and self.formulation.contact.self_contact:
             self.contact.leave(leaves)
             self._body_indices, self._one_piece = self.contact.pieces, False
 
     def limits(self) -> list[tuple[float, str, int]]:
-        """Return what else limits the step: inverted particles, hourglass control and contact. See `Stepper`."""
+        """Return further limits of the step: inverted particles, hourglass control and contact. See `Stepper`."""
         inverted = self._tied[~(self.jacobians[self._tied] > 0.0)]
         if len(inverted):
             return [(0.0, "inverted", self._first(inverted))]
@@ -286,11 +286,11 @@ class CompositeStepper(CompositeState):
         return self._held + self._swinging("contact", self.contact.omega)
 
     def permute(self) -> np.ndarray:
-        """Leave the particles where they are: reference lists hold their numbers."""
+        """Keep the order, which reference lists depend on."""
         return np.arange(self.particles.count)
 
 
 def order_of(particles: Particles, edge: float) -> np.ndarray:
-    """Return the order of cells of an `edge` [m], body by body, and within a cell by number (n,)."""
+    """Return the order by body, by cell of an `edge` [m], and by number (n,)."""
     cells = np.floor(particles["position"] / edge).astype(np.int64)
     return np.lexsort((particles.id, *cells.T, particles.body))

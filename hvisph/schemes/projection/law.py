@@ -39,7 +39,7 @@ from hvisph.sph.neighbours.particle_layout import RowLayout
 
 
 def layouts(dim: int) -> list[RowLayout]:
-    """Return what each sum reads: of the stress divergence T is S/rho^2, of the pressure gradient w and w P."""
+    """Return the row layouts of the sums: T is S/rho^2 for the stress divergence, w and w P for the gradient."""
     return [RowLayout(dim, fields) for fields in (
         (("x", "vector"), ("u", "vector"), ("h", "scalar"), ("v", "scalar")),
         (("x", "vector"), ("m", "scalar"), ("t", "symmetric")),
@@ -49,7 +49,7 @@ def layouts(dim: int) -> list[RowLayout]:
 
 
 def velocity_gradient(near, first, last, rows, i, kernels):
-    """Return L [1/s], and keep f of each pair in `kernels`."""
+    """Return L [1/s], and store f of each pair in `kernels`."""
     x, u, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, H]
     l = broadcast(no_gradient(DIM))
     for k in range(first, last, np.uint64(LANES)):
@@ -78,7 +78,7 @@ def stress_divergence(near, first, last, rows, i, kernels):
 
 
 def poisson(near, first, last, rows, i, kernels, eta2):
-    """Return D [1/s], the rate at which density is lost over density, A [m/kg] and Q [1/s^2]."""
+    """Return D [1/s], the relative rate of density loss, A [m/kg] and Q [1/s^2]."""
     x, u, rho = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, RHO]
     loss = diagonal = others = broadcast_lanes(0.0)
     for k in range(first, last, np.uint64(LANES)):

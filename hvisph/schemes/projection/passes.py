@@ -40,7 +40,7 @@ def stress(i, state, tags, near, rows, following, rates, materials, dt):
 
 
 def velocity(i, state, tags, near, rows, following, rates, dt, body_force):
-    """Pass 2: stress divergence, and the velocity that it and the body force alone lead to."""
+    """Pass 2: stress divergence, and the intermediate velocity from it and the body force."""
     listed, first, last, kernels = near
     a = add(stress_divergence(listed, first[i], last[i], rows, i, kernels), body_force)
     put(rates, i, R_ACCELERATION, a)
@@ -53,7 +53,7 @@ def velocity(i, state, tags, near, rows, following, rates, dt, body_force):
 
 
 def pressure(i, state, near, rows, following, dt, eta2, fullness, min_support, original):
-    """Pass 3: the pressure that brings the density back, from those of the step before."""
+    """Pass 3: the pressure that restores the density, from the previous pressures."""
     listed, first, last, kernels = near
     loss, diagonal, others = poisson(listed, first[i], last[i], rows, i, kernels, eta2)
     rho, h, p = state[i, S_DENSITY], state[i, S_SMOOTHING_LENGTH], 0.0
@@ -67,7 +67,7 @@ def pressure(i, state, near, rows, following, dt, eta2, fullness, min_support, o
 
 
 def acceleration(i, state, near, rows, rates, original):
-    """Pass 4: pressure gradient, and with it the whole acceleration."""
+    """Pass 4: pressure gradient and total acceleration."""
     listed, first, last, kernels = near
     inverse, p = 1.0 / state[i, S_DENSITY], state[i, S_PRESSURE]
     push = pressure_gradient(listed, first[i], last[i], rows, i, kernels, p * inverse * inverse if original else p)
@@ -78,7 +78,7 @@ def acceleration(i, state, near, rows, rates, original):
 def carry(
     chunk, count, state, tags, rates, rows, lengths, dt, complete, variable, h_limits, body_force, sums, rounders
 ):
-    """Complete the step (if `complete`) and pack the rows of the next one; chunk by chunk, as `update` does."""
+    """Complete the step (if `complete`) and pack the rows of the next one, for a chunk of particles."""
     h_low, h_high = h_limits
     wholes, extremes = sums
     of_energy, of_momentum, of_force, _ = rounders

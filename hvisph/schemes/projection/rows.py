@@ -18,23 +18,9 @@ MARGIN = 0.1
 
 
 class ProjectionRows:
-    """Rows of one pass and of the next in turn, in two arrays, for a list of neighbours that lasts many steps.
+    """Rows of one pass and of the next in two arrays, and a neighbour list for many steps.
 
-    Parameters
-    ----------
-    kernel, positions, h, planes
-        As those of `NeighbourList`.
-
-    Attributes
-    ----------
-    list
-        The list of neighbours.
-    layouts
-        Of the rows that each of the four passes reads.
-    pair
-        Two arrays of rows; copies and images stand behind the particles, and behind these the far row.
-    listed_at
-        Positions that the list was made at (n, dim) [m]; none before.
+    Behind the particles follow copies, images and the far row; `listed_at` are the positions of the list (n, dim) [m].
     """
 
     def __init__(self, kernel: Kernel, positions: np.ndarray, h: float, planes: tuple[Plane, ...]):
@@ -52,18 +38,18 @@ class ProjectionRows:
 
     @property
     def get_neighbours(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """What the pair laws read: neighbours, first and last place of each particle's, kernels of the pairs."""
+        """Neighbours, first and last index of each particle's, kernels of the pairs."""
         return self.list.listed, self.list.first, self.list.last, self._kernels
 
     def replace_rows(self, rows: np.ndarray) -> None:
-        """Take the `rows` (n, width) of these particles for the first pass in place of all others."""
+        """Replace all rows (n, width) for the first pass."""
         self._count = len(rows)
         self._make_room(self._count + 1)
         self.pair[0][: self._count] = rows
         self.list.resize(self._count)
 
     def make_list(self, positions: np.ndarray, lengths: np.ndarray, longest: float, numbers: np.ndarray) -> None:
-        """List the neighbours, see `NeighbourList.make`, and make room for what hangs on the list."""
+        """Make the neighbour list, see `NeighbourList.make`, and allocate the arrays that depend on it."""
         self.list.make(positions, lengths, longest, numbers)
         self.listed_at = np.array(positions)
         if len(self._kernels) < len(self.list.listed):
@@ -78,7 +64,7 @@ class ProjectionRows:
             rows[present, : positions.shape[1]] = traversal.FAR
 
     def get_pass_rows(self, number: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the rows of pass `number`, 0 to 3, with those of other processes and images, and of the next pass."""
+        """Return the rows of pass `number`, 0 to 3, with ghost rows, and of the next pass."""
         rows, following = self.pair[number % 2], self.pair[1 - number % 2]
         layout, count, listed = self.layouts[number], self._count, self.list
         if listed.halo is not None:
@@ -93,7 +79,7 @@ class ProjectionRows:
         return rows, following
 
     def show_nothing(self) -> None:
-        """Take part in what other processes show each other in the four passes, where this one has failed."""
+        """Take part in the exchanges of the four passes after an error on this process."""
         if self.list.halo is not None:
             for layout in self.layouts:
                 self.list.halo.exchange_again(np.zeros((self._count, layout.used_width)))

@@ -31,11 +31,11 @@ from .rows import MARGIN, ProjectionRows
 
 
 class ProjectionNumbers(AnyFormulation, Protocol):
-    """What the steps need to know of the scheme; `hvisph.schemes.projection.scheme.Projection` says what each means."""
+    """Parameters of the scheme, see `hvisph.schemes.projection.scheme.Projection`."""
 
     @property
     def smoothing(self) -> Smoothing:
-        """How the smoothing length follows the flow."""
+        """Evolution of the smoothing length."""
 
     @property
     def original_gradient(self) -> bool:
@@ -54,37 +54,13 @@ class ProjectionNumbers(AnyFormulation, Protocol):
         """Time over which recorded pressures are averaged [s]."""
 
     def fullness(self, dim: int) -> float:
-        """Return the factor that makes fullness 1 inside a body."""
+        """Return the factor by which fullness is 1 inside a body."""
 
 
 class ProjectionStepper:
-    """Particles under SPH-projection; what `Stepper` offers the step loop.
+    """Particles under SPH-projection, with the field ``pressure``; see `AnyStepper`.
 
-    Parameters
-    ----------
-    particles
-        The state at the start, with the field ``pressure``.
-    formulation
-        The scheme's numbers.
-    materials
-        Materials, in the order of the particles' tags; their equations of state are not used.
-    stage, previous
-        Not used: the scheme has its own order of things in a step.
-    h
-        Smoothing length at the start [m].
-    planes
-        Planes of symmetry.
-
-    Attributes
-    ----------
-    lengths, signals
-        Smoothing length [m] and speed of longitudinal waves at rest [m/s] of every particle.
-    rates, place
-        Rows of rates, and the row of each particle.
-    sums
-        Sums over the completed state, columns as named in `update`.
-    support
-        Reach of the kernel at the start [m].
+    The materials' equations of state are not used, nor are stage and weight of an integrator.
     """
 
     has_energy = keeps_order = False
@@ -132,22 +108,22 @@ class ProjectionStepper:
 
     @property
     def pressures(self) -> np.ndarray:
-        """Pressure of every particle [Pa], as a mean over the time just past: single values ring."""
+        """Running mean of the pressure of every particle [Pa]."""
         return self._averaged.mean()
 
     @property
     def owner_positions(self) -> np.ndarray:
-        """Places (n, dim) [m] by which particles belong to a part of space."""
+        """Positions (n, dim) [m] that decide the owner of each particle."""
         return self.particles["position"]
 
     def start(self) -> None:
-        """Sum up the state as it stands: without a step there is no pressure to find."""
+        """Compute the initial sums; pressures are known after the first step."""
         self.totals.begin(self.particles)
         self.rates[:] = 0.0
         self._carry(0.0, complete=False)
 
     def evaluate(self) -> None:
-        """Run the four passes of the step that was announced by `complete` or `predict`."""
+        """Run the four passes of the announced step."""
         particles, dt = self.particles, self._step
         if self._stale():
             try:
@@ -174,24 +150,24 @@ class ProjectionStepper:
         acceleration(n, data, near, rows.get_pass_rows(3)[0], self.rates, scheme.original_gradient)
 
     def complete(self, dt: float, following: float) -> None:
-        """Carry the state over `dt` [s], and announce the step `following`."""
+        """Advance the state by `dt` [s], and announce the step `following`."""
         self._carry(dt, complete=True)
         self._averaged.add(self.particles["pressure"], dt)
         self._crossed += dt * float(self.sums[column.FASTEST])
         self._step = following
 
     def predict(self, following: float) -> None:
-        """Announce the step `following` [s] from a state that may have been changed."""
+        """Announce the step `following` [s] after a change of the state."""
         self._carry(0.0, complete=False)
         self._crossed = np.inf
         self._step = following
 
     def limits(self) -> list[tuple[float, str, int]]:
-        """Return nothing: the step is fixed."""
+        """Return no limits: the step is fixed."""
         return []
 
     def permute(self) -> np.ndarray:
-        """Put the state into cell order; return the order taken. Call it between `complete` steps only."""
+        """Sort the state into cell order between steps; return the order."""
         order = self._rows.list.order[: self._rows.list.present]
         order = order[order < self.particles.count].copy()
         self.particles.permute(order)
@@ -204,36 +180,36 @@ class ProjectionStepper:
         return order
 
     def get_carried(self) -> dict[str, np.ndarray]:
-        """Return all that the next step needs of each particle beside its state, between steps, a row a particle."""
+        """Return the data of each particle beside its state that the next step needs, a row a particle."""
         listed_at = self._rows.listed_at
         listed_at = listed_at if len(listed_at) else np.zeros_like(self.particles["position"])
         return {"rates": self.rates, "rows": self._rows.pair[0][: self.particles.count], "signals": self.signals,
                 "listed_at": listed_at, **self._averaged.get_carried()}  # fmt: skip
 
     def history(self) -> dict[str, np.ndarray]:
-        """Return what the next step needs of the whole, between steps, by name."""
+        """Return the global data that the next step needs, by name."""
         return self.totals.history() | self._averaged.history() | {
             "step": np.array([self._step]), "crossed": np.array([self._crossed]),
         }  # fmt: skip
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
         self._rows.list.halo = halo_for(self._rows.list.layout)
 
     def replace_particles(self, data: np.ndarray, tags: np.ndarray, carried: dict[str, np.ndarray]) -> None:
-        """Have these particles in place of all others, between steps; see `get_carried`."""
+        """Replace all particles between steps; `carried` as of `get_carried`."""
         particles = self.particles
         particles.data, particles.tags = np.ascontiguousarray(data), np.ascontiguousarray(tags)
         self.totals.resize(len(data))
         self._take(carried)
 
     def fit_grid(self) -> None:
-        """Make the grid of cells anew, around the particles that there are now."""
+        """Make the cell grid anew around the particles."""
         if self.particles.count:
             self._rows.list.fit_grid(self.particles["position"])
 
     def restore(self, carried: dict[str, np.ndarray], history: dict[str, np.ndarray]) -> None:
-        """Restore the state of `carried` and `history`; the particles must be the same, in the same order."""
+        """Restore `carried` and `history` of the same particles in the same order."""
         self._step, self._crossed = float(history["step"][0]), float(history["crossed"][0])
         self.totals.restore(history)
         self._sum_up()
@@ -241,7 +217,7 @@ class ProjectionStepper:
         self._take(carried)
 
     def _take(self, carried: dict[str, np.ndarray]) -> None:
-        """Take what is `get_carried` of the particles that there are now, and list their neighbours as they were."""
+        """Set the data of `get_carried`, and list the neighbours at the stored positions."""
         particles = self.particles
         count = particles.count
         self.place = np.arange(count, dtype=np.uint32)
@@ -269,7 +245,7 @@ class ProjectionStepper:
         self.h_max = float(self.sums[column.LONGEST])
 
     def _stale(self) -> bool:
-        """Whether particles that the list does not pair may have met; growing lengths are not followed."""
+        """Whether unlisted particles may interact; growth of h is not considered."""
         return self.formulation.smoothing.variable or not 2.0 * self._crossed < MARGIN * self.h_max
 
     def _make_list(self, positions: np.ndarray) -> None:

@@ -87,19 +87,19 @@ class Riemann:
 
     @property
     def fields(self) -> tuple[str, ...]:
-        """What particles carry beside the state."""
+        """State fields of the scheme."""
         own = ("previous_density_rate",) if self.consistent else ()
         own = (*own, "density_correction") if self.leads else own
         return (*own, "torque_residual") if self.spins else own
 
     @property
     def follows(self) -> bool:
-        """Whether densities are those of the own kernel, whose h follows them."""
+        """Whether density is that of the kernel at the own h, which follows density."""
         return self.consistent and self.smoothing.variable
 
     @property
     def leads(self) -> bool:
-        """Whether density is given back what it led the number of particles by; one that follows h has no lead."""
+        """Whether density is corrected towards the number density."""
         return self.consistent and not self.smoothing.variable
 
     @property
@@ -114,7 +114,7 @@ class Riemann:
 
     @property
     def meets_unlike(self) -> bool:
-        """Whether bodies of unlike spacings part."""
+        """Whether bodies of different spacing are in frictional contact."""
         return self.parted and self.unlike
 
     def _row(self, dim: int, reconstruct: bool) -> RowLayout:
@@ -122,7 +122,7 @@ class Riemann:
                                   self.meets_unlike, self.face_contact, self.spins, self.leads)  # fmt: skip
 
     def passes(self, dim: int) -> list[Pass]:
-        """Return the passes: what each row needs of its neighbourhood, and the Riemann problems."""
+        """Return the passes: neighbourhood data of each row, then Riemann problems."""
         ways = {
             "RECONSTRUCTION": int(self.reconstruction.acts),
             "CORRECTED_VARIANT": int(self.consistent),
@@ -155,11 +155,11 @@ class Riemann:
         return [*first, flux]
 
     def separating(self, h: float, particles: Particles, planes: tuple[Plane, ...]) -> NoContact:
-        """Return none: the law itself parts bodies."""
+        """Return no contact: the pair law contains it."""
         return NoContact()
 
     def keep(self, pairs: Pairs, lengths: np.ndarray) -> None:
-        """Keep the normals of this evaluation's faces in the rows, where the next one finds them."""
+        """Store the surface normals of this evaluation in the rows for the next one."""
         if self.face_contact:
             at, count, dim = pairs.slots, len(lengths), pairs.layout.dim
             lacking = pairs.sorted[pairs.place[:count], at["N_SURFACE"] : at["N_SURFACE"] + dim]
@@ -169,26 +169,26 @@ class Riemann:
             pairs.rows[:, at["N_PREVIOUS"] : at["N_PREVIOUS"] + dim] = lacking * size[:, None]
 
     def layout(self, dim: int) -> RowLayout:
-        """Return the row of the contact law."""
+        """Return the row layout."""
         return self._row(dim, self.reconstruction.acts)
 
     def coefficients(self) -> np.ndarray:
-        """Return 1 over the kernel's width, the friction, and depths where spacings are unlike."""
+        """Return the inverse kernel width, the friction coefficient, and depths for different spacings."""
         further = variable_resolution.depths(self.kernel, self.h_over_dx) if self.meets_unlike else ()
         return np.array([1.0 / self.kernel.width, self.friction, *further])
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
-        """Return the packing function and what it is bound to."""
+        """Return the packing function and its bound constants."""
         return _pack, {"SEPARATING": int(self.parted), "AXISYMMETRIC": int(self.revolved), "ANGULAR_MOMENTUM":
         int(self.spins),
                        "CORRECTED_VARIANT": int(self.consistent), "DENSITY_CORRECTION": int(self.leads)}  # fmt: skip
 
     def sparsest(self, dim: int) -> float:
-        """Return the least rho h^dim/m: that of a particle alone, W(0), where density is the number of particles."""
+        """Return the least rho h^dim/m: W(0) of an isolated particle, where density is the number density."""
         return float(self.kernel.value(0.0, 1.0, dim)) if self.consistent else 0.0
 
     def limits(self) -> tuple[Any, dict[str, Any]] | None:
-        """Return the function that packs what a particle bears, and what it is bound to; none in the printed form."""
+        """Return the packing function of strength limits and its constants; None in the original variant."""
         ways = {"GRAD_H": self.smoothing.variable, "AXISYMMETRIC": self.revolved, "DENSITY_CORRECTION": self.leads}
         return (_show_limits, {name: int(way) for name, way in ways.items()}) if self.consistent else None
 
@@ -223,7 +223,7 @@ def _pack(rows, s, coefficients, one):
 
 
 def _show_limits(rows, s, coefficients, signal, rho, c, limits):
-    """Write what a particle bears, and make a failed one a liquid; return the speed of signals."""
+    """Write the strength limits of a particle, a liquid once failed; return the signal speed."""
     rows[s, RHO] = rho
     rows[s, TENSION_LIMIT] = limits.tension
     rows[s, SHEAR_LIMIT] = limits.shear

@@ -31,40 +31,20 @@ from . import frictional_passes
 
 
 class NoContact:
-    """No contact beside the kernel sums: bodies are welded, or the pair law itself parts them."""
+    """No contact beside the kernel sums."""
 
     def renumber(self, bodies: np.ndarray) -> None:
-        """Take no note of the bodies."""
+        """Set the bodies of the particles."""
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """Ask nothing of other processes."""
+        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
 
     def add(self, standard: Pairs, h: float) -> None:
-        """Add nothing."""
+        """Add the contact rates to those of the `standard` law; `h` is the largest smoothing length [m]."""
 
 
 class SeparatingContact:
-    """Adds the rates of contact between bodies to those of standard SPH.
-
-    Parameters
-    ----------
-    kernel, h
-        The smoothing kernel, and the smoothing length at the start [m].
-    positions, bodies
-        Positions (n, dim) [m] and bodies (n,) at the start.
-    friction
-        Coulomb's coefficient.
-    planes
-        Planes of symmetry.
-    revolved
-        Whether particles are rings about the axis x.
-    unlike
-        Whether the bodies differ in spacing.
-    h_over_dx
-        Smoothing length over spacing.
-    spins
-        Whether the angular momentum is told that pairs make.
-    """
+    """Rates of frictional contact between bodies, added to those of standard SPH."""
 
     def __init__(self, kernel: Kernel, h: float, positions: np.ndarray, bodies: np.ndarray, friction: float,
                  planes: tuple[Plane, ...], revolved: bool = False, unlike: bool = False,
@@ -91,16 +71,16 @@ class SeparatingContact:
         self._stress = SIZE["symmetric"][dim - 1]
 
     def renumber(self, bodies: np.ndarray) -> None:
-        """Take note of the bodies of particles that were put into another order, or are others."""
+        """Set the bodies of the particles."""
         self._bodies = bodies.astype(np.uint32)
 
     def attach_halo(self, halo_for: Callable[[RowLayout], Halo]) -> None:
-        """See what other processes have, by the halos that `halo_for` makes of layouts of rows."""
+        """Connect to other processes by the halos that `halo_for` makes of row layouts."""
         self._pairs.halo = halo_for(self._pairs.layout)
         self._seen = halo_for(_places(self._pairs.layout.dim))
 
     def _select(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the particles near another body, and those near one that is: more than these do no harm."""
+        """Return the particles near another body, and those near one of these."""
         if self._seen is None:
             return self._selection.near_other_bodies(rows, self._bodies, reach)
         dim, own = self._pairs.layout.dim, len(rows)
@@ -112,7 +92,7 @@ class SeparatingContact:
         return near[near < own], beside[beside < own]
 
     def add(self, standard: Pairs, h: float) -> None:
-        """Add the rates of contact to those of the `standard` law; `h` is the largest smoothing length [m]."""
+        """Add the contact rates to those of the `standard` law; `h` is the largest smoothing length [m]."""
         rows, numbers, rates = standard.rows, standard.numbers, standard.rates
         meeting, beside = self._select(rows, numbers, self._pairs.kernel.reach * h)
         chosen = np.concatenate([meeting, beside])
@@ -130,7 +110,7 @@ class SeparatingContact:
         add(len(meeting), self._pairs.rates, self._pairs.place, meeting, standard.place, rates)
 
     def _bind(self, slots: dict[str, int]) -> tuple[Any, Any, tuple[np.ndarray, np.ndarray]]:
-        """Return the passes that pack and add, and slots of contact with those of the standard law, `slots`."""
+        """Return the passes that pack and add, and the common slots of both laws."""
         to, dim = self._pairs.slots, self._pairs.layout.dim
         widths = {"X": dim, "U": dim, "T": self._stress, "H": 1, "ZN": 1, "ZT": 1, "BODY": 1}
         if "RING" in to:
@@ -145,5 +125,5 @@ class SeparatingContact:
 
 
 def _places(dim: int) -> RowLayout:
-    """Return the layout of what decides who is near another body."""
+    """Return the row layout of the selection of particles near another body."""
     return RowLayout(dim, (("x", "vector"), ("body", "scalar")))

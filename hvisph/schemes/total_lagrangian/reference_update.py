@@ -30,7 +30,7 @@ STAND_OFF = 1e-6
 
 
 class ReferenceChanges:
-    """Part of `CompositeStepper`: lists that are built and cut, references that are renewed."""
+    """Creation, cutting and renewal of the reference lists of `CompositeStepper`."""
 
     particles: Particles
     formulation: Any
@@ -63,11 +63,11 @@ class ReferenceChanges:
         return self.particles.dim
 
     def anywhere(self, here: bool | np.bool_) -> bool:
-        """Tell whether something is so on any process: all of them ask at the same place."""
+        """Return whether a condition holds on any process."""
         return bool(here) if self.copies.halo is None else self.copies.halo.anywhere(bool(here))
 
     def get_maxima(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest of each of the floats over all processes."""
+        """Return the maximum of each float over all processes."""
         return values if self.copies.halo is None else self.copies.halo.get_maxima(values)
 
     def neighbours_of(self, chosen: np.ndarray) -> np.ndarray:
@@ -78,7 +78,7 @@ class ReferenceChanges:
         raise NotImplementedError
 
     def _build_reference(self) -> None:
-        """Build lists, images and rows of the present reference: places, `volume` and who is `alone`."""
+        """Build lists, images and rows of the reference from positions, `volume` and `alone`."""
         particles, formulation, slots, dim = self.particles, self.formulation, self.slots, self.particles.dim
         count, kernel = particles.count, formulation.kernel
         reach = kernel.reach * self.h
@@ -103,7 +103,7 @@ class ReferenceChanges:
         self._held = self._swinging("hourglass", np.array(of_material)[particles.material] * self.reference.holding)
 
     def _swinging(self, name: str, omega: np.ndarray) -> list[tuple[float, str, int]]:
-        """Return 2/omega [s] of who swings fastest, by squares of frequencies (n,) [1/s^2], as `limits` has it."""
+        """Return 2/omega [s] of the highest frequency, from squares of frequencies (n,) [1/s^2], as a limit."""
         fastest = float(omega.max(initial=0.0))
         if fastest == 0.0:
             return []
@@ -112,20 +112,20 @@ class ReferenceChanges:
         return [(float(time), name, self._first(alike[2.0 / np.sqrt(omega[alike]) == time]))]
 
     def _first(self, chosen: np.ndarray) -> int:
-        """Return of the particles `chosen` that of the smallest permanent number."""
+        """Return the particle of smallest permanent number among `chosen`."""
         return int(chosen[self._numbers[chosen].argmin()])
 
     def _ring_radius(self, position: np.ndarray) -> np.ndarray:
-        """Return the radius [m] of rings at `position` (n, dim) [m], as the pass over single particles has it."""
+        """Return the radius [m] of axisymmetric particles at `position` (n, dim) [m]."""
         return np.maximum(np.abs(position[:, 1]), ON_AXIS * self.h)
 
     def _current_rows(self) -> np.ndarray:
-        """Return displacements and velocities of the rows as they are."""
+        """Return displacements and velocities of the rows."""
         self._loops.move(len(self.rows_), self.rows_, self._motions)
         return self._motions
 
     def _maps(self, chosen: np.ndarray) -> np.ndarray:
-        """Return F of the particles `chosen` at the places of the rows, by the lists as they are, (k, dim, dim)."""
+        """Return F of the particles `chosen` by the present lists, (k, dim, dim)."""
         dim = self.particles.dim
         maps = np.zeros((len(chosen), dim * dim))
         self._loops.map_particles(
@@ -139,7 +139,7 @@ class ReferenceChanges:
         return maps.reshape(-1, dim, dim)
 
     def _leave(self, leaves: np.ndarray) -> None:
-        """Take the particles `leaves` (n,), bool, out of all lists, and those that are left without a list, too."""
+        """Remove the particles `leaves` (n,), bool, and those left without neighbours, from all lists."""
         ref = self.reference
         if not self.formulation.keeps_volume:
             ref.remove(self.copies.extend_rows(leaves))
@@ -160,7 +160,7 @@ class ReferenceChanges:
             leaves[beside[~sound & self._lagrangian[beside]]] = True  # Eulerian ones have the fallback
 
     def _renew(self) -> None:
-        """Take the places of the rows as the reference."""
+        """Take the present positions as the reference."""
         particles, count = self.particles, self.particles.count
         self._mirror()
         tied = np.zeros(count, bool)
@@ -183,16 +183,9 @@ class ReferenceChanges:
 
 
 def stop_at_planes(particles: Particles, planes: tuple[Plane, ...], h: float) -> bool:
-    """Put particles that passed a plane of symmetry back before it; return whether any had.
+    """Return particles beyond a plane of symmetry to it; return whether there were any.
 
-    What they had of velocity into the plane becomes their heat, so energy is kept to round-off.
-
-    Parameters
-    ----------
-    particles
-        The state.
-    planes, h
-        The planes, and the smoothing length [m].
+    The energy of the velocity removed becomes heat.
     """
     passed = False
     x, u = particles["position"], particles["velocity"]

@@ -109,17 +109,17 @@ class TotalLagrangian:
 
     @property
     def slips(self) -> bool:
-        """Whether bodies rub on each other."""
+        """Whether bodies slide on each other with friction."""
         return self.contact.friction > 0.0
 
     @property
     def repels(self) -> bool:
-        """Whether bodies meet by a contact algorithm whose work is kept account of."""
+        """Whether contact is an algorithm with an energy of its own."""
         return self.contact.parts
 
     @property
     def viscous_factor(self) -> float:
-        """1.2 beta, the share of max|mu| in the signal speed."""
+        """Factor 1.2 beta of max|mu| in the signal speed."""
         return VISCOUS_SIGNAL * self.viscosity.beta
 
     @property
@@ -129,7 +129,7 @@ class TotalLagrangian:
 
     @property
     def softens(self) -> bool:
-        """Whether Eulerian particles in shear flow have less of the linear viscosity: as rings, which know no hoops."""
+        """Whether the linear viscosity is reduced in shear flow; not of axisymmetric particles."""
         return self.shears and self.revolved
 
     @property
@@ -157,15 +157,15 @@ class TotalLagrangian:
         )
 
     def passes(self, dim: int) -> list[Pass]:
-        """Return nothing: the stepper of this formulation runs its own passes."""
+        """Return no passes: the stepper has its own."""
         return []
 
     def layout(self, dim: int) -> RowLayout:
-        """Return the row of a particle, of which neighbours read the first part."""
+        """Return the row layout; neighbours read its first part."""
         return self.row(dim)[0]
 
     def row(self, dim: int) -> tuple[RowLayout, int]:
-        """Return the row of a particle, and how many of its slots neighbours read."""
+        """Return the row layout, and the number of slots that neighbours read."""
         ways = self.correction.shepard, self.printed_viscosity, self.hourglass != 0.0
         return reference.row_layout(dim, *ways, self.revolved)
 
@@ -174,16 +174,16 @@ class TotalLagrangian:
         return np.array([self.alpha])
 
     def pack(self, dim: int) -> tuple[Any, dict[str, Any]]:
-        """Return the packing function and what it is bound to."""
+        """Return the packing function and its bound constants."""
         return _pack, {"AXISYMMETRIC": int(self.revolved)}
 
     def sparsest(self, dim: int) -> float:
-        """Return W(0) h^dim, that of a particle alone, where failed particles turn and fly; else 0."""
+        """Return W(0) h^dim of an isolated particle, where failed particles convert; else 0."""
         flies = self.conversion.damage and self.conversion.fallback_damage
         return float(self.kernel.value(0.0, 1.0, dim)) if flies else 0.0
 
     def limits(self) -> None:
-        """Return nothing: no law asks for what a particle bears."""
+        """Return None: no law needs strength limits."""
 
 
 def _pack(rows, s, coefficients, one):
