@@ -106,10 +106,7 @@ class Mesh(Shape):
         return None
 
     def _crossings(self, rays: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-        """Yield crossings of rays along x through (y, z).
-
-        They are numbers of some rays, crossing ones among them, their x, and whether they enter there.
-        """
+        """Yield, for batches of rays along x through (y, z), ray numbers, crossings, their x, whether they enter."""
         bins = self._bins
         cell = bins.bin_of(rays)
         candidates = np.flatnonzero(bins.counts[cell] > 0)
@@ -119,11 +116,11 @@ class Mesh(Shape):
             done = ends[start - 1] if start else 0
             stop = max(start + 1, int(np.searchsorted(ends, done + AT_ONCE, "right")))
             chosen = candidates[start:stop]
-            yield chosen, *self._crossings(rays[chosen], cell[chosen])
+            yield chosen, *self._intersect(rays[chosen], cell[chosen])
             start = stop
 
-    def _crossings(self, rays: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return which rays cross a triangle, one entry a crossing, at which x, and whether they enter there."""
+    def _intersect(self, rays: np.ndarray, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the ray of each crossing with a triangle, its x, and whether the ray enters there."""
         bins = self._bins
         many = bins.counts[cell]
         ray = np.repeat(np.arange(len(rays)), many)

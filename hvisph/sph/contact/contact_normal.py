@@ -53,9 +53,9 @@ FACING_COSINE = 0.5
 
 
 def is_other_body(rows, i, b, dx):
-    """Return 1 of the lanes `b` that row `i` meets, those of other bodies and of faces across from its own, else 0.
+    """Return 1 for lanes `b` of other bodies or of opposite faces, else 0 (template).
 
-    A template: bound are DIM, BODY, SELF_CONTACT and, with that, N_PREVIOUS. `dx` is x_b - x_a.
+    Bound names: DIM, BODY, SELF_CONTACT and, with that, N_PREVIOUS. `dx` is x_b - x_a.
     """
     other = min(abs(rows[i, BODY] - b[BODY]), 1.0)
     if SELF_CONTACT:
@@ -64,7 +64,7 @@ def is_other_body(rows, i, b, dx):
 
 
 def smooth_normals(near, n, rows, i, constants, out):
-    """Write F of particle `i` into its row: the law of a pass over those that meet another body."""
+    """Write F of particle `i` into its row (pass over particles near another body)."""
     x, h, rough = own_vector(rows, i, 0, DIM), rows[i, H], own_vector(rows, i, N_RAW, DIM)
     mean = broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):
@@ -83,14 +83,7 @@ def smooth_normals(near, n, rows, i, constants, out):
 def contact_frame(e, other, fills_a, fills_b, ends_a, ends_b):
     """Return the pair's normal, the cosine that scales its kernel slope, and its gate.
 
-    Parameters
-    ----------
-    e
-        Line of centres, from a to b.
-    other
-        1 for a pair of different bodies, else 0: its normal is `e` then.
-    fills_a, fills_b, ends_a, ends_b
-        F and O of both.
+    `e` is the line of centres from a to b, and the normal where `other` is 0 (same body); then F and O of both sides.
     """
     fills = subtract(fills_a, fills_b)
     size = np.sqrt(dot(fills, fills)) + TINY
@@ -103,14 +96,9 @@ def contact_frame(e, other, fills_a, fills_b, ends_a, ends_b):
 
 @inline
 def faces_each_other(face_a, face_b, dx):
-    """Return 1 where one of two particles of a body lies in front of the other's face, else 0.
+    """Return 1 where a particle lies in front of the other's face of the same body, else 0.
 
-    Parameters
-    ----------
-    face_a, face_b
-        Normals of the faces that they lie under, 1 long in the outermost layer under a flat face.
-    dx
-        x_b - x_a.
+    `face_a`, `face_b` are face normals, of length 1 in the outermost layer of a flat face; `dx` is x_b - x_a.
     """
     of_a, of_b = dot(face_a, dx), -dot(face_b, dx)
     most = max(max(of_a, of_b), of_a + of_b)

@@ -18,7 +18,7 @@ FIELDS = (("kind", "scalar"), ("body", "scalar"), ("d", "vector"))
 
 
 def shares(rows, i, b, dx, reach2):
-    """Return the three shares of the pairs of row `i` and the lanes `b`: a template.
+    """Return the three weights of the pairs of row `i` and the lanes `b` (template).
 
     Bound names: DIM, slots KIND, BODY and D (displacement from the reference position), CONTACT
     and STRESS_AT_INTERFACE (1.0 or 0.0). `dx` is x_a - x_b, `reach2` the square of the reference support [m^2].
@@ -36,6 +36,6 @@ def shares(rows, i, b, dx, reach2):
 
 
 def separate_shares(rows, i, b, dx, reach2):
-    """Return the three shares where bodies are parted and no particle is Total Lagrangian: a template, as `shares`."""
+    """Return the three weights with contact and without Total Lagrangian particles (template)."""
     same = 1.0 - min(abs(rows[i, BODY] - b[BODY]), 1.0)
     return same, same, 1.0

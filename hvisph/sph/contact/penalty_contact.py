@@ -72,18 +72,9 @@ STICKING = 0.5
 
 @dataclass(frozen=True)
 class Pressing:
-    """Parameters of the contact.
+    """Parameters of the penalty contact: stiffness relative to the material, friction coefficient.
 
-    Parameters
-    ----------
-    stiffness
-        At first touch, over that of a spacing of the material.
-    expected
-        Pressure to come [Pa]; the contact is made stiff enough for it.
-    friction
-        Coulomb's coefficient.
-    self_contact
-        Whether faces of one body that meet press on each other.
+    The stiffness is increased for the `expected` pressure [Pa]. With `self_contact` faces of one body are in contact.
     """
 
     stiffness: float = 1.0
@@ -95,37 +86,36 @@ class Pressing:
     stores = True  # its energy is in no particle
 
     def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, carried: float = 1.0) -> float:
-        """Return the stiffness [Pa] of a material with reference density [kg/m^3] and bulk sound speed [m/s].
+        """Return the stiffness [Pa] of a material from reference density [kg/m^3] and bulk sound speed [m/s].
 
-        It is over that of `coefficients`, which makes a contact as stiff as the material. `carried` is the largest
-        pressure that a contact carries, over its stiffness.
+        Relative to that of `coefficients`; `carried` is the largest pressure of a contact over its stiffness.
         """
         return max(self.stiffness * density * sound_speed**2, RESERVE * self.expected / carried)
 
     def carried_over_stiffness(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
-        """Return about the largest pressure that a plane contact carries, over its stiffness."""
+        """Return the approximate largest pressure of a plane contact over its stiffness."""
         filled, slope = _facing(kernel, h_over_dx, dim)
         pressed = 2.0 * (filled - filled[0]) * slope
         return float(pressed.max() / (2.0 * slope[0] ** 2))
 
     def closer(self, kernel: Kernel, h_over_dx: float, dim: int, dx: float) -> float:
-        """Return omega^2 rho/(2 K) of a particle that faces a lattice half a spacing closer than at rest [m^-2]."""
+        """Return omega^2 rho/(2 K) of a particle half a spacing too close to a lattice [m^-2]."""
         filled, slope = _facing(kernel, h_over_dx, dim)
         half = len(slope) // 2
         pressed = 3.0 * (filled[half] - filled[0]) * kernel.value(0.0, h_over_dx, dim) / h_over_dx**2
         return float((2.0 * slope[half] ** 2 + pressed) / (2.0 * slope[0] ** 2)) / dx**2
 
     def touching(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
-        """Return phi0, of lattices that face each other a spacing apart."""
+        """Return phi0 of lattices at one spacing."""
         return float(_facing(kernel, h_over_dx, dim)[0][0])
 
     def coefficients(self, kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
-        """Return K over the stiffness, 3 w(0), friction and the kernel's reach squared, which the laws read."""
+        """Return K over the stiffness, 3 w(0), friction and the square of the support."""
         slope = _facing(kernel, h_over_dx, dim)[1][0]
         return np.array([0.5 / slope**2, 3.0 * kernel.shape.py_func(0.0), self.friction, kernel.reach**2])
 
     def passes(self, dim: int, revolved: bool) -> list[Pass]:
-        """Return the passes: how bodies fill each other's room, then forces."""
+        """Return the passes: overlap of bodies, then forces."""
         layout = self.row_layout(dim, revolved)
         ways = {"SELF_CONTACT": int(self.self_contact), "FRICTION": int(self.friction > 0.0)}
         ways |= {"AXISYMMETRIC": int(revolved)}
@@ -133,10 +123,10 @@ class Pressing:
                 Pass(accumulate, layout, ways, (against,), slips=True)]  # fmt: skip
 
     def row_layout(self, dim: int, revolved: bool) -> RowLayout:
-        """Return what a particle shows its neighbours.
+        """Return the particle row.
 
-        K is its stiffness [Pa], START its phi0, D its displacement from the reference, TIED whether reference kernels
-        hold it in its body; P, G, the gradient of phi, and in START's place phi are written by the first pass.
+        K is the stiffness [Pa], START phi0, D the displacement from the reference, TIED whether the particle has
+        reference neighbours; the first pass writes P, G, the gradient of phi, and phi into START.
         """
         return RowLayout(dim, select_fields(
             ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
@@ -162,13 +152,13 @@ def _facing(kernel: Kernel, h_over_dx: float, dim: int) -> tuple[np.ndarray, np.
 
 @inline
 def was_outside_reach(dx, d_a, d_b, reach2):
-    """Return 1 where a pair, `dx` apart now with displacements `d_a`, `d_b`, was beyond `reach2` in the reference."""
+    """Return 1 for a pair that was beyond `reach2` in the reference, else 0."""
     then = subtract(dx, subtract(d_a, d_b))
     return max(np.copysign(1.0, dot(then, then) - reach2), 0.0)
 
 
 def against(rows, i, b, dx, reach2):
-    """Return 1 of the lanes `b` that press on row `i`, of another body or another face of its own, else 0: a template.
+    """Return 1 for lanes `b` in contact with row `i`, else 0 (template).
 
     `dx` is x_a - x_b, `reach2` the square of the reference support [m^2].
     """
@@ -208,10 +198,7 @@ def fill(near, n, rows, i, constants, out):
 
 
 def accumulate(near, n, rows, i, constants, out):
-    """Sum contact force, half of its work and omega^2 of particle `i`; the row's |mu| slot takes omega^2.
-
-    The heat of friction stands by itself, where that of slip does.
-    """
+    """Sum contact force, half of its work and omega^2 (in the slot of |mu|) of particle `i`, friction heat apart."""
     x, u, h = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM), rows[i, H]
     own_k, own_m, scale_own = constants[0] * rows[i, K], rows[i, M], rows[i, V] / rows[i, M]
     own_p, own_g = own_k * rows[i, P], rows[i, G]
@@ -263,7 +250,7 @@ def contact_search(dim: int, kernel: Kernel) -> tuple[RowLayout, np.ndarray, Pas
 
 
 def look(near, n, rows, i, constants, out):
-    """Find phi of particle `i`, in place of power, and whether far parts of its body are near, 1 in place of |mu|."""
+    """Find phi of particle `i` (slot of power), and whether distant parts of its body are near (slot of |mu|)."""
     x, d, h, body = own_vector(rows, i, 0, DIM), own_vector(rows, i, D, DIM), rows[i, H], rows[i, BODY]
     filled, folded, reach2 = broadcast_lanes(0.0), broadcast_lanes(0.0), constants[0] * h * h
     for k in range(np.uint64(0), n, np.uint64(LANES)):

@@ -57,16 +57,9 @@ CARRIED = {1: 10.0, 2: 20.0, 3: 40.0}
 
 @dataclass(frozen=True)
 class Contact:
-    """Parameters of the contact.
+    """Parameters of the repulsion: dimensionless k with K = k rho0 c0^2 / dx^d, exponent n >= 2.
 
-    Parameters
-    ----------
-    stiffness
-        k, dimensionless: K = k rho0 c0^2 / dx^d of each material.
-    exponent
-        n, a whole number of 2 or more.
-    absolute
-        K [Pa/m^d] for all bodies, in place of k; None for none.
+    `absolute` replaces k by K [Pa/m^d] for all bodies; None for none.
     """
 
     stiffness: float = 0.025
@@ -78,17 +71,17 @@ class Contact:
     friction = 0.0
 
     def of_material(self, density: float, sound_speed: float, spacing: float, dim: int, carried: float = 1.0) -> float:
-        """Return K [Pa/m^d] of a material with reference density [kg/m^3] and bulk sound speed [m/s]."""
+        """Return K [Pa/m^d] of a material from reference density [kg/m^3] and bulk sound speed [m/s]."""
         if self.absolute is not None:
             return self.absolute
         return self.stiffness * density * sound_speed**2 / spacing**dim
 
     def carried_over_stiffness(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
-        """Return about the largest pressure that a plane contact carries, over K dx^d."""
+        """Return the approximate largest pressure of a plane contact over K dx^d."""
         return CARRIED[dim]
 
     def closer(self, kernel: Kernel, h_over_dx: float, dim: int, dx: float) -> float:
-        """Return omega^2 rho/(2 K) of a particle that faces a lattice half a spacing closer than at rest [m^(d-2)]."""
+        """Return omega^2 rho/(2 K) of a particle half a spacing too close to a lattice [m^(d-2)]."""
         h, n = h_over_dx * dx, self.exponent
         at_spacing = kernel.value(dx, h, dim)
         reach = int(kernel.reach * h_over_dx) + 1
@@ -101,21 +94,21 @@ class Contact:
         return stiffness * dx**dim
 
     def touching(self, kernel: Kernel, h_over_dx: float, dim: int) -> float:
-        """Return nothing: what touches repels."""
+        """Return None: bodies at one spacing repel each other."""
         return 0.0
 
     def coefficients(self, kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
-        """Return 1 / w(dx/h) and w(0) / w(dx/h), which the law reads."""
+        """Return 1 / w(dx/h) and w(0) / w(dx/h)."""
         at_spacing = kernel.shape.py_func(1.0 / h_over_dx)
         return np.array([1.0 / at_spacing, kernel.shape.py_func(0.0) / at_spacing])
 
     def passes(self, dim: int, revolved: bool) -> list[Pass]:
-        """Return the pass of the contact."""
+        """Return the contact pass."""
         ways = {"EXPONENT": self.exponent, "AXISYMMETRIC": int(revolved)}
         return [Pass(accumulate, self.row_layout(dim, revolved), ways)]
 
     def row_layout(self, dim: int, revolved: bool) -> RowLayout:
-        """Return what a particle shows its neighbours; K is its stiffness [Pa/m^d]."""
+        """Return the particle row; K is the stiffness [Pa/m^d]."""
         return RowLayout(dim, select_fields(
             ("x", "vector"), ("u", "vector"), ("h", "scalar"), ("m", "scalar"), ("v", "scalar"), ("body", "scalar"),
             ("k", "scalar"), revolved and ("ring", "radius"),
@@ -124,14 +117,14 @@ class Contact:
 
 @dataclass(frozen=True)
 class Welded:
-    """No contact: bodies meet through the kernel sums, as one."""
+    """Bonded contact through the kernel sums."""
 
     parts = stores = self_contact = False
     friction = 0.0
 
 
 def accumulate(near, n, rows, i, constants, out):
-    """Sum contact force, half of its work and omega^2 of particle `i`; the row's |mu| slot takes omega^2."""
+    """Sum contact force, half of its work and omega^2 (in the slot of |mu|) of particle `i`."""
     inverse_w0, at_zero = constants[0], constants[1]
     x, u = own_vector(rows, i, 0, DIM), own_vector(rows, i, U, DIM)
     h, body, stiffness = rows[i, H], rows[i, BODY], rows[i, K]

@@ -65,7 +65,7 @@ def depths(kernel: Kernel, h_over_dx: float) -> np.ndarray:
 
 
 def kernel_deficit(kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
-    """Return what the layers under a flat face lack of their kernel's sum, |O| h, the outermost first."""
+    """Return the missing kernel sum |O| h of the layers under a flat face, outermost first."""
     dx = 1.0 / h_over_dx
     layers, aside = kernel.layers(h_over_dx, dim, dx)
     of_layer = [sum(-kernel.derivative(r, 1.0, dim) * x / r for r in np.hypot(x, aside)) for x in layers[1:]]
@@ -73,7 +73,7 @@ def kernel_deficit(kernel: Kernel, h_over_dx: float, dim: int) -> np.ndarray:
 
 
 def _at_face(kernel: Kernel, dim: int) -> float:
-    """Return the integral of W over a plane through its middle [1/h]."""
+    """Return the integral of W over a plane through its centre [1/h]."""
     t = (np.arange(400) + 0.5) * (kernel.reach / 400)
     if dim == 1:
         return kernel.value(0.0, 1.0, 1)
@@ -84,7 +84,7 @@ def _at_face(kernel: Kernel, dim: int) -> float:
 
 @inline
 def depth(ends, h, table):
-    """Return the depth [m] under its body's face of what lacks `ends` [1/m] of its kernel's sum, at most the reach."""
+    """Return the depth [m] under the face of a particle with missing kernel sum `ends` [1/m], at most the support."""
     lacks = np.sqrt(dot(ends, ends)) * h / table[0]
     faint = np.sqrt(2.0 * max(-np.log(lacks + TINY), 0.0)) * ((DEPTHS - 1) / FAINTEST)
     step = min(int(faint), DEPTHS - 2)
@@ -107,7 +107,7 @@ def stretched_distance(dx, n, inverse_length, inverse_mean):
 
 
 def unequal_normals(near, n, rows, i, constants, out):
-    """Write N, how the other bodies fill what particle `i` lacks, into its row: the law of a pass over what meets."""
+    """Write N, the contribution of other bodies, into the row of particle `i` (pass over contact particles)."""
     x, h, under, ends = own_vector(rows, i, 0, DIM), rows[i, H], rows[i, DEPTH], own_vector(rows, i, N_SURFACE, DIM)
     fills = broadcast(no_vector(DIM))
     for k in range(np.uint64(0), n, np.uint64(LANES)):

@@ -12,7 +12,7 @@ from hvisph.core.kernels import REACH
 
 
 def scale(inverse_h):
-    """Return norm_d / h^(d + 1), the factor of w'(q) in dW/dr: a template with the free names NORM and DIM."""
+    """Return norm_d / h^(d + 1), the factor of w'(q) in dW/dr (template with the free names NORM and DIM)."""
     power = inverse_h * inverse_h
     if DIM > 1:
         power = power * inverse_h
@@ -23,17 +23,7 @@ def scale(inverse_h):
 
 @dataclass(frozen=True)
 class Kernel:
-    """A kernel family.
-
-    Parameters
-    ----------
-    name
-        Name in case files.
-    norms
-        Normalisation in 1D, 2D and 3D, so that the kernel integrates to 1.
-    shape, slope
-        Compiled w(q) and w'(q).
-    """
+    """Kernel family: name, normalization in 1D, 2D and 3D, compiled shape w(q) and slope w'(q)."""
 
     name: str
     norms: tuple[float, float, float]
@@ -63,10 +53,7 @@ class Kernel:
         return self.norm(dim) / h ** (dim + 1) * self.slope.py_func(r / h)
 
     def layers(self, h_over_dx: float, dim: int, dx: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-        """Return how far a lattice's layers that reach one of them lie from it, and their places from its normal.
-
-        Distances (layers,), its own 0 first, and (places,), where the spacing is `dx`.
-        """
+        """Return the distances (layers,) and positions (places,) of lattice layers within the support."""
         last = int(self.reach * h_over_dx) + 1
         side = np.arange(-last, last + 1) * dx
         aside = np.sqrt(sum(np.meshgrid(*[side**2] * (dim - 1)), np.zeros(1)).ravel()) if dim > 1 else np.zeros(1)

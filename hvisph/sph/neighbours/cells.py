@@ -23,14 +23,9 @@ CHUNK = 1024
 
 @dataclass
 class Grid:
-    """A toroidal grid of cells and the order that it puts particles in.
+    """Periodic grid of cells: numbers of cells along the axes (powers of two, at least 4) and edge [m].
 
-    Parameters
-    ----------
-    shape
-        Number of cells along x, y, z: powers of two, 4 or more along used axes, 1 along others.
-    edge
-        Edge of a cell [m]: at least the largest distance at which two particles are neighbours.
+    The edge is at least the largest distance of neighbours.
     """
 
     shape: tuple[int, int, int]
@@ -63,7 +58,7 @@ def wrap_cell(x, inverse_edge, count):
 
 @inline
 def cell_at(x, inverse_edge, nx, ny, nz):
-    """Return the coordinates of the cell of the place `x`, a vector, along all axes: 0 where there is but one."""
+    """Return the cell coordinates of the position `x`; 0 along unused axes."""
     cx = wrap_cell(x[0], inverse_edge, nx)
     cy = wrap_cell(x[1], inverse_edge, ny) if len(x) > 1 else np.uint64(0)
     cz = wrap_cell(x[2], inverse_edge, nz) if len(x) > 2 else np.uint64(0)
@@ -72,13 +67,13 @@ def cell_at(x, inverse_edge, nx, ny, nz):
 
 @inline
 def number_of(cell, nx, ny):
-    """Return the number of the cell with these coordinates."""
+    """Return the number of a cell."""
     return cell[0] + nx * (cell[1] + ny * cell[2])
 
 
 @inline
 def place_of(cell, nx, ny):
-    """Return the coordinates of the cell numbered `cell`."""
+    """Return the coordinates of a cell."""
     row = cell // nx
     return cell & (nx - np.uint64(1)), row & (ny - np.uint64(1)), row // ny
 
@@ -97,12 +92,12 @@ def adjacent_cell(place, shift, nx, ny, nz):
 
 
 def find_cells(i, rows, inverse_edge, nx, ny, nz, cells):
-    """Find the number of the cell of each row: a template."""
+    """Find the cell number of each row (template)."""
     cells[i] = number_of(cell_at(own_vector(rows, i, 0, DIM), inverse_edge, nx, ny, nz), nx, ny)
 
 
 def count_and_place(cells, starts, order):
-    """Count the rows of each cell, and put the rows in the order of their cells: a template."""
+    """Count the rows of each cell, and sort the rows by cell (template)."""
     n = np.uint64(cells.shape[0])
     one = np.uint64(1)
     starts[:] = 0

@@ -65,16 +65,9 @@ def label_components(position: np.ndarray, lengths: np.ndarray, reach: float, bo
 
 
 def connect_components(position: np.ndarray, labels: np.ndarray, link: float) -> np.ndarray:
-    """Return of each particle one that stands for all that it is connected with (n,).
+    """Return the root of each particle's component (n,); different `labels` (n,) uint32 are not connected.
 
-    Parameters
-    ----------
-    position
-        Positions (n, dim) [m].
-    labels
-        Particles of different labels (n,) uint32 are not connected.
-    link
-        Distance below which two particles are connected [m].
+    `link` is the distance below which two particles are connected [m].
     """
     count, dim = position.shape
     grid = Grid.from_positions(position, link / np.sqrt(dim + 3.0))
@@ -100,7 +93,7 @@ def connect_components(position: np.ndarray, labels: np.ndarray, link: float) ->
 
 @inline
 def root_of(parent, i):
-    """Return what stands for all that `i` is connected with so far."""
+    """Return the root of `i` in the forest of connected particles."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
         i = parent[i]
@@ -109,14 +102,14 @@ def root_of(parent, i):
 
 @inline
 def merge_roots(parent, i, j):
-    """Connect `i` and `j`; the smaller of their roots stands for both."""
+    """Connect `i` and `j` under the smaller of their roots."""
     a, b = root_of(parent, i), root_of(parent, j)
     parent[max(a, b)] = min(a, b)
     return min(a, b)
 
 
 def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent):
-    """Connect each particle with one of its cell, and with one of each cell that is next along an axis."""
+    """Connect each particle with one of its cell, and with one of each adjacent cell along an axis."""
     for i in range(position.shape[0]):
         x, place = own_vector(position, i, 0, DIM), place_of(np.uint64(cells[i]), nx, ny)
         for side in range(DIM + 1):
@@ -132,7 +125,7 @@ def _link_near(position, labels, cells, starts, order, nx, ny, nz, link2, parent
 
 
 def _search(position, labels, cells, starts, order, nx, ny, nz, link2, left, parent):
-    """Connect the particles that are `left` with all that are near."""
+    """Connect the particles that are `left` with all neighbours."""
     for i in range(position.shape[0]):
         if left[i] == 0:
             continue

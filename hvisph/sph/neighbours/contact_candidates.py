@@ -51,7 +51,7 @@ def _locate(chunk, count, rows, inverse_edge, nx, ny, nz, eulerian, bodies, cell
 
 
 def _tell(i, cells, lowest, highest, spatial, meets, near, of_meets, of_near):
-    """Tell each particle what was found of its cell, and wipe the cell's marks for the next time."""
+    """Write the marks of each particle's cell to the particle, and clear the cell's marks."""
     cell = np.uint64(cells[i])
     of_meets[i], of_near[i] = meets[cell], near[cell] != 0
     lowest[cell], highest[cell], spatial[cell] = np.uint32(NO_BODY), np.uint32(0), np.uint8(0)

@@ -15,10 +15,10 @@ from .symmetry_planes import Images, Plane, image_numbers, mirror, with_images
 
 
 class Copies(Protocol):
-    """Rows that stand for particles elsewhere."""
+    """Ghost rows of particles elsewhere."""
 
     def append(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return rows (n, width) and numbers (n,) with those of all copies that can meet one, `reach` [m] away."""
+        """Return rows (n, width) and numbers (n,) with those of all ghost rows within `reach` [m]."""
 
     def refresh(self, sorted_rows: np.ndarray, place: np.ndarray) -> None:
         """Bring the copies among sorted rows up to date; `place` is the sorted place of each row."""
@@ -28,36 +28,30 @@ class Halo(Copies, Protocol):
     """Rows of other processes."""
 
     def anywhere(self, here: bool) -> bool:
-        """Tell whether something is so on any process: all of them ask at the same place."""
+        """Return whether a condition holds on any process."""
 
     def total(self, counts: np.ndarray) -> np.ndarray:
-        """Return the sums of whole numbers over all processes."""
+        """Return the sums of integers over all processes."""
 
     def get_maxima(self, values: np.ndarray) -> np.ndarray:
-        """Return the largest of each of the floats over all processes."""
+        """Return the maximum of each float over all processes."""
 
     def stand_for(self, chosen: np.ndarray) -> None:
-        """Take the rows that `append` was given as those `chosen` of more rows, whose values `exchange_again` shows."""
+        """Declare the rows given to `append` as those `chosen` of more rows, for `exchange_again`."""
 
     def exchange_again(self, values: np.ndarray) -> np.ndarray:
-        """Return for the rows that the last `append` brought the `values` (n, ...) that others have of them."""
+        """Return `values` (n, ...) of the rows received by the last `append`."""
 
 
 class ImageCopies:
-    """The images of all rows, those of other processes included, at planes of symmetry.
-
-    Parameters
-    ----------
-    planes, layout
-        The planes, and the layout of the rows.
-    """
+    """Images of all rows at planes of symmetry, including rows of other processes."""
 
     def __init__(self, planes: tuple[Plane, ...], layout: RowLayout):
         self._planes, self._layout = planes, layout
         self._made: list[Images] = []
 
     def append(self, rows: np.ndarray, numbers: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return rows and numbers followed by those of the images."""
+        """Return rows (n, width) and numbers (n,) with those of all ghost rows within `reach` [m]."""
         rows, self._made = with_images(rows, self._planes, self._layout, reach)
         return rows, image_numbers(numbers, self._made)
 
@@ -69,18 +63,7 @@ class ImageCopies:
 
 
 class FixedCopies:
-    """What stands behind the own rows of a reference: rows of other processes, then the images of all, found once.
-
-    Parameters
-    ----------
-    planes, dim
-        The planes, and the number of dimensions.
-
-    Attributes
-    ----------
-    halo
-        How rows of other processes come; None for one process.
-    """
+    """Ghost rows of a reference configuration, found once: rows of other processes, then images of all."""
 
     def __init__(self, planes: tuple[Plane, ...], dim: int):
         self._planes = planes
@@ -89,16 +72,9 @@ class FixedCopies:
 
     def find(self, position: np.ndarray, numbers: np.ndarray, reach: float,
              alone: np.ndarray) -> tuple[np.ndarray, np.ndarray]:  # fmt: skip
-        """Find the copies; return places (m, dim) [m] and numbers (m,), each once, with theirs.
+        """Find the ghost rows of reference positions; return positions (m, dim) [m] and numbers (m,) with theirs.
 
-        Parameters
-        ----------
-        position, numbers
-            Reference positions (n, dim) [m] and numbers (n,) uint64 of the own rows.
-        reach
-            Distance of a copy that can meet a row [m].
-        alone
-            Who meets nobody, and needs no copy (n,), bool.
+        `alone` (n,), bool, marks particles without neighbours.
         """
         dim, count = self.layout.dim, len(position)
         if self.halo is not None:
@@ -116,7 +92,7 @@ class FixedCopies:
         return extended[:, :dim], image_numbers(numbers, self._images)
 
     def extend_rows(self, values: np.ndarray) -> np.ndarray:
-        """Return the `values` (n, ...) of the own rows followed by those of all copies, as they are, not mirrored."""
+        """Return the `values` (n, ...) of the own rows followed by those of all ghost rows, not mirrored."""
         if self.halo is not None:
             values = np.concatenate([values, self.halo.exchange_again(values)])
         return np.concatenate([values, values[self._origin]]) if len(self._origin) else values

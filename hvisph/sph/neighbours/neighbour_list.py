@@ -29,7 +29,7 @@ NO_COEFFICIENTS = np.zeros(1)
 
 
 def record(near, n, rows, i, constants, out):
-    """Keep the neighbours of sorted particle `i` under the numbers of the state: the law of the traversal."""
+    """Record the neighbours of sorted particle `i` by their numbers in the state (pair law)."""
     listed, order, first, last, used, room = out
     chunk = i // np.uint64(CHUNK)
     if i % np.uint64(CHUNK) == np.uint64(0):
@@ -92,17 +92,17 @@ class NeighbourList:
         self.resize(self.count)
 
     def resize(self, count: int) -> None:
-        """Make room for lists of `count` particles."""
+        """Allocate lists for `count` particles."""
         self.count = count
         self.first, self.last = np.zeros(count, np.uint64), np.zeros(count, np.uint64)
         self._make_room(count)
 
     def fit_grid(self, positions: np.ndarray) -> None:
-        """Make the grid of cells anew, around particles at `positions` (n, dim) [m]."""
+        """Make the cell grid anew around `positions` (n, dim) [m]."""
         self._grid = cells.Grid.from_positions(positions, self._grid.edge)
 
     def _make_room(self, count: int) -> None:
-        """Make the work arrays hold `count` rows."""
+        """Allocate work arrays of `count` rows."""
         if count > self._made:
             self._made = count if count == self.count else count + count // 4
             self._sorted = np.zeros((self._made + 1, self.layout.width))

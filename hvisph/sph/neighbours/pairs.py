@@ -69,7 +69,7 @@ class Pass:
     spins: bool = False
 
     def count_further_rates(self, dim: int) -> int:
-        """Return how many rates it writes behind the velocity gradient."""
+        """Return the number of rates behind the velocity gradient."""
         if self.spins:
             return 3 + SIZE["axial"][dim - 1]
         return 4 * self.rings or 3 * self.slips or 2 * self.leads or int(self.density_rate)
@@ -136,7 +136,7 @@ class Pairs:
             self._sweeps.append((traversal.loop(dim, self.slots["H"], law, only, one.own_reach), one.into_rows))
 
     def _make_room(self, count: int) -> None:
-        """Make the arrays hold `count` rows, and the far row behind them."""
+        """Allocate arrays for `count` rows and the far row."""
         if count > self._room:
             self._room = count if count == self.count else count + count // 4
             dim, width = self.layout.dim, self.layout.width
@@ -203,7 +203,7 @@ class Pairs:
             raise failure
 
     def replace_rows(self, rows: np.ndarray, numbers: np.ndarray) -> None:
-        """Take these packed rows (n, width) and their numbers in place of all others, sorted in the order given."""
+        """Replace all packed rows (n, width) and their numbers, sorted in the order given."""
         self.rows, self.numbers, self.count = rows, numbers, len(rows)
         if self._room > 2 * self.count:  # many have gone to other processes
             self._room = 0

@@ -46,14 +46,14 @@ def _components(rank: str, dim: int) -> list[str]:
 
 
 def aligned_zeros(count: int, width: int) -> np.ndarray:
-    """Return zeros (count, width) that start on a cache line: a row of eight slots lies in one, of twelve in two."""
+    """Return zeros (count, width) aligned to cache lines."""
     raw = np.zeros(count * width + 7)
     start = -(raw.ctypes.data // 8) % 8
     return raw[start : start + count * width].reshape(count, width)
 
 
 def select_fields(*fields: tuple[str, str] | bool) -> tuple[tuple[str, str], ...]:
-    """Return the fields that there are: `wanted and ("name", "rank")` is one, or none."""
+    """Return the `("name", "rank")` of each wanted field."""
     return tuple(field for field in fields if not isinstance(field, bool))
 
 
@@ -77,7 +77,7 @@ class RowLayout:
     made: tuple[tuple[str, str], ...] = ()
 
     def slots(self) -> dict[str, int]:
-        """Return the first slot of each field, by its name in capitals."""
+        """Return the slot of each field or rate by name."""
         slots, place = {}, 0
         for name, rank in (*self.fields, *self.made):
             slots[name.upper()] = place
@@ -86,7 +86,7 @@ class RowLayout:
 
     @cached_property
     def packed_width(self) -> int:
-        """Number of slots that a particle packs."""
+        """Number of slots packed by a particle."""
         return sum(len(_components(rank, self.dim)) for _, rank in self.fields)
 
     @cached_property
@@ -96,7 +96,7 @@ class RowLayout:
 
     @cached_property
     def width(self) -> int:
-        """Length of a row: `used_width`, rounded up to whole halves of a cache line."""
+        """Return the length of a row of rates, without a rate of ln(rho)."""
         return -(-self.used_width // 4) * 4
 
     def mirror_signs(self, axis: int) -> np.ndarray:
@@ -114,7 +114,7 @@ def width(dim: int) -> int:
 
 @cache
 def slots(dim: int) -> dict[str, int]:
-    """Return where each rate stands, as constants for compiled loops."""
+    """Return the slot of each field or rate by name."""
     end = width(dim)
     return {"R_ACCELERATION": 0, "R_POWER": dim, "R_APPROACH": dim + 1, "R_GRADIENT": dim + 2, "R_DENSITY": end,
             "R_CORRECTION": end + 1, "R_SLIP": end + 2, "R_HOOP": end + 3, "R_SPIN": end + 3}  # fmt: skip
@@ -131,5 +131,5 @@ def _write(out, i, a, power, mu, l):
 
 
 def writer(dim: int, slips: bool) -> Any:
-    """Return the compiled function by which a pair law, or one that `slips`, writes its rates in `dim` dimensions."""
+    """Return the compiled function that writes the rates of a pair law in `dim` dimensions."""
     return bind(_write, {"SLIPS": int(slips)}, slots(dim))

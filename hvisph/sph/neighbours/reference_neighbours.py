@@ -62,7 +62,7 @@ OWN_ROW = 0xFFFFFFFF
 
 
 def _count(near, n, rows, i, constants, out):
-    """Count the neighbours of sorted particle `i`: the law of a traversal."""
+    """Count the neighbours of sorted particle `i` (pair law)."""
     lengths, order, members = out
     s, found = members[order[i]], np.uint64(0)
     if s < np.uint32(lengths.shape[0]):
@@ -72,7 +72,7 @@ def _count(near, n, rows, i, constants, out):
 
 
 def _enter(near, n, rows, i, constants, out):
-    """Enter the neighbours of sorted particle `i` in rising order: the law of a traversal."""
+    """List the neighbours of sorted particle `i` in order of their numbers (pair law)."""
     listed, starts, order, members = out
     s, one = np.uint64(members[order[i]]), np.uint64(1)
     if s + one < np.uint64(starts.shape[0]):
@@ -90,7 +90,7 @@ def _enter(near, n, rows, i, constants, out):
 
 
 def _measure(k, first, position, lists, ih, apart):
-    """Find what the entries of particle `first` + k are apart by, over h and in parts of `FINEST`; 0 of the far row."""
+    """Find the separations of the entries of particle `first` + k over h, in units of `FINEST`; 0 of the far row."""
     starts, near = lists
     i, far = np.uint64(first + k), np.uint32(position.shape[0])
     for entry in range(np.uint64(starts[i]), np.uint64(starts[i + np.uint64(1)])):
@@ -100,7 +100,7 @@ def _measure(k, first, position, lists, ih, apart):
 
 
 def _fill(k, apart, volume, ih, kernels):
-    """Compute slope and shape of neighbours of these volumes, so far `apart` over h; at no distance they are zero."""
+    """Compute slope and shape of neighbours from volumes and separations over h; zero at no distance."""
     d = own_vector(apart, k, 0, DIM)
     r = np.sqrt(dot(d, d))
     if r > 0.0:
@@ -213,7 +213,7 @@ class Reference:
         self._update_corrections(np.arange(count))
 
     def _tabulate(self, measure: Any, fill: Any) -> None:
-        """Find the code of each entry and its kernel; code 0 is that of no neighbour."""
+        """Find the code of each entry and its kernel; code 0 is no neighbour."""
         dim, volume = self.dim, np.append(self.volume, 0.0)  # the far row has none
         volumes, steps, kinds = _Numbered(MOST_VOLUMES), _Numbered(MOST_STEPS), _Numbered(MOST_CODES)
         self.codes = np.empty(len(self.near), np.uint32)
@@ -259,7 +259,7 @@ class Reference:
         return marked
 
     def remove(self, chosen: np.ndarray) -> None:
-        """Take the particles `chosen` (n,), bool, out of all lists, empty their own, and correct what remains."""
+        """Remove the particles `chosen` (n,), bool, from all lists, and update the corrections."""
         affected = np.flatnonzero(self.neighbours_of(chosen) | chosen[: self.count])
         gone = np.append(chosen, False)
         for i in affected:
@@ -271,14 +271,14 @@ class Reference:
 
 
 class _Numbered:
-    """Up to `get_maxima` values that are common, numbered in the order in which they are met; 0 is the first."""
+    """Up to `get_maxima` common values, numbered in order of appearance; 0 is the first."""
 
     def __init__(self, most: int) -> None:
         self._most, self.met = most, np.zeros(1)
         self._sorted, self._numbers = self.met, np.zeros(1, np.int64)
 
     def number(self, values: np.ndarray) -> np.ndarray:
-        """Return the numbers of `values` (n,), -1 of those that have none."""
+        """Return the numbers of `values` (n,), -1 for values without one."""
         numbers = self._look_up(values)
         unknown = np.flatnonzero(numbers < 0)
         new, counts = np.unique(values[unknown], return_counts=True)
@@ -316,7 +316,7 @@ def _lists(position: np.ndarray, body: np.ndarray, numbers: np.ndarray, count: i
 
 
 class _Swept:
-    """Particles of a body in cells, for laws of the traversal; `members` are their indices, in the order listed."""
+    """Particles of a body in cells, for pair laws; `members` are their indices in the order listed."""
 
     def __init__(self, position: np.ndarray, members: np.ndarray, reach: float):
         (n, self._dim), self._reach, self.members = (len(members), position.shape[1]), reach, members
@@ -332,7 +332,7 @@ class _Swept:
         self._capacity = 64 * 4 ** (dim - 1)
 
     def run(self, law: Any, out: Any) -> None:
-        """Run a law over all particles."""
+        """Run a pair law over all particles."""
         n, sweep = len(self.members), traversal.loop(self._dim, self._dim, specialise(law))
         given = sweep, self._rows, self._columns, self.order, (n, n), self._grid, self._reach, np.zeros(1)
         self._capacity = traversal.complete_sweep(*given, self._capacity, lambda capacity: out)

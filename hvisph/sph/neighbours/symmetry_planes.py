@@ -31,7 +31,7 @@ class Plane:
     side: float = 1.0
 
     def distance_beyond(self, x: np.ndarray) -> np.ndarray:
-        """Return how far positions (n, dim) [m] lie beyond the plane [m], below zero for those that do not."""
+        """Return the signed distance of positions (n, dim) [m] beyond the plane [m]."""
         return self.side * (self.at - x[:, self.axis])
 
 
