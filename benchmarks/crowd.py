@@ -22,7 +22,17 @@ from hvisph.precheck.cost import available_threads
 
 def small_run(folder: str, number: int, settings: list[str]) -> None:
     """Run the al_al_coarse's impact in a process of its own."""
-    command = [sys.executable, "-m", "hvisph", "run", "al_al_coarse", "--out", f"{folder}/{number}", "--force", "--quiet"]
+    command = [
+        sys.executable,
+        "-m",
+        "hvisph",
+        "run",
+        "al_al_coarse",
+        "--out",
+        f"{folder}/{number}",
+        "--force",
+        "--quiet",
+    ]
     done = subprocess.run([*command, *settings], capture_output=True, text=True, check=False)
     if done.returncode not in (0, 1):  # 1: a coarse run misses what a fine one is expected to give
         sys.exit(f"run {number} failed:\n{done.stderr[-3000:]}")
