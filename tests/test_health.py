@@ -101,7 +101,7 @@ def test_a_negative_energy_is_said_once():
             signals = np.ones(1)
 
         class subdomain:  # noqa: N801
-            most = staticmethod(np.atleast_1d)  # of one process: its own
+            get_maxima = staticmethod(np.atleast_1d)  # of one process: its own
 
     Setup.stepper.sums[0] = 100.0
     watch = Watch(Setup, load_case(CASE).limits)

@@ -114,7 +114,7 @@ def test_limits_are_the_cases(tmp_path):
     outcome = spoiled(case, tmp_path / "held", spoil_with("velocity", 820.0))
     assert "give it a damage" not in outcome.summary["failure"]["message"]
     loose = {"speed_over_initial": None, "energy_drift": None, "density": False}
-    case = row_of([METAL, METAL], watch=loose, **EULERIAN)
+    case = row_of([METAL, METAL], limits=loose, **EULERIAN)
     assert spoiled(case, tmp_path / "off", spoil_with("internal_energy", 1e8)).summary["status"] == "done"
 
 
