@@ -60,7 +60,7 @@ class Standing:
 
     @property
     def uniform(self) -> bool:
-        """Whether its spacing is the same everywhere."""
+        """Whether the spacing is uniform."""
         return self.spacing[1] <= self.spacing[0] * (1 + 1e-9)
 
     @property

@@ -295,7 +295,7 @@ def pack(materials: Sequence[Material]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def bind_models(function: object, table: np.ndarray, models: np.ndarray) -> Any:
-    """Return a compiled function of materials without the models that none of the packed ones has, see `present`."""
+    """Return a compiled function without the branches of models absent from the table, see `model_flags`."""
     most = models.max(axis=0, initial=0)
     return bind_constants(
         function,

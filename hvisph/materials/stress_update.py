@@ -226,7 +226,7 @@ def update_stress(table, models, m, dt, rho, e, s, plastic_strain, damage, memor
 
 @inline
 def _smooth_rate(rate, before, dt, row):
-    """Strain rate [1/s] as the mean of the past that forgets a share of itself every step."""
+    """Return the strain rate [1/s] as an exponential running mean."""
     if dt > 0.0:
         before += row[RATE_WEIGHT] * (rate - before)
     return min(max(before, _SLOWEST), _FASTEST)

@@ -44,7 +44,7 @@ def felt_damage(damage, row):
 
 @inline
 def damaged_pressure(damage_tag, p, felt, row):
-    """Pressure [Pa] that the material bears: limited in tension, and less or none where it is damaged."""
+    """Return the pressure [Pa] limited by the tensile strength, reduced by damage."""
     p = limited_pressure(p, row)
     if p < 0.0:
         if felt >= 1.0:

@@ -26,7 +26,7 @@ DISORDER = 0.2
 
 @inline
 def has_failed(table, models, m, damage):
-    """Whether `damage` has left the material without stress but pressure."""
+    """Return whether damage has reduced the stress to pressure alone."""
     if damage < 1.0 or table[m, FAILED_FRICTION] != 0.0:
         return False
     return models[m, STRENGTH_TAG] != tags.ROCK and models[m, STRENGTH_TAG] != tags.JOHNSON_HOLMQUIST

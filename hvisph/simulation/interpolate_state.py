@@ -1,4 +1,4 @@
-"""States between two steps, and the release of a finished run's arrays.
+"""Interpolation of the state within a step, and release of a finished run's arrays.
 
 So snapshots may show any moment, and no step is cut for them. Velocity, density, energy, stress and damage are
 linear in time, as the integrator takes them to be, and a stress between two on the yield surface is not beyond it.

@@ -114,7 +114,7 @@ class OfParts(Measured):
         return np.array(lows), np.array(highs)
 
     def _reduce_distance(self, points: np.ndarray, of_two: np.ufunc) -> np.ndarray:
-        """Return `of_two` distances at a time of all those of `points` (n, dim) to the parts (n,) [m]."""
+        """Return the signed distances to the parts reduced by `of_two` (n,) [m]."""
         found = self.parts[0].distance(points)
         for part in self.parts[1:]:
             of_two(found, part.distance(points), out=found)
@@ -289,7 +289,7 @@ class Repeat(Measured):
         return least
 
     def _nearest_copy(self, points: np.ndarray) -> np.ndarray:
-        """Return the index of the copy whose middle is nearest to `points` about that of all: (n, vectors)."""
+        """Return the index of the copy with the nearest centre (n, vectors)."""
         steps, last = np.asarray(self.vectors), np.array(self.counts) - 1
         free = np.rint(points @ self._inverse + last / 2)
         cell = np.clip(free, 0, last)

@@ -159,7 +159,7 @@ class Mesh(Shape):
         return away, (apart, facing), (apart * facing).sum(axis=1)
 
     def _is_near_face(self, away: np.ndarray) -> np.ndarray:
-        """Tell which distances to a sample are those of points beside the face that it is of."""
+        """Return which distances to a sample are those of points beside its face."""
         return np.asarray(away < self._sample_spacing * 2)
 
     @cached_property

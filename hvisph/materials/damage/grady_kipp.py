@@ -108,7 +108,7 @@ class GradyKipp:
 
 @inline
 def grow_damage(damage, strain, dt, least, exponent, number, row):
-    """Damage after `dt` at the tensile `strain`, of a particle with these flaws."""
+    """Return the damage after `dt` at the tensile `strain`, for the flaws of a particle."""
     if strain <= least or number <= 0.0 or damage >= 1.0:
         return damage
     active = max(min((strain / least) ** exponent, number), row[FLAWS] * strain ** row[EXPONENT])

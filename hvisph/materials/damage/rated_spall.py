@@ -31,7 +31,7 @@ def pack(row: np.ndarray, strength: float, exponent: float, rate: float, bulk_mo
 
 @inline
 def grow_damage(damage, p, dt, row):
-    """Damage after `dt` [s] at the pressure `p` [Pa] that the material would bear unbroken."""
+    """Return the damage after `dt` [s] at the pressure `p` [Pa] of the undamaged material."""
     over = -p * row[SPALL_INVERSE]
     if over <= 1.0:
         return damage

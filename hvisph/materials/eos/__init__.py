@@ -49,7 +49,7 @@ MODULES = {name: sys.modules[model.__module__] for name, model in REGISTRY.items
 
 @noinline
 def _state_of_rare_models(tag, rho, e, row):
-    """Pressure [Pa] and square of the sound speed [m^2/s^2] of the models that are seldom in the same loop."""
+    """Return pressure [Pa] and squared sound speed [m^2/s^2] of the rare models."""
     if tag == tags.POLYNOMIAL:
         p, p_rho, p_e = polynomial.state(rho, e, row)
     elif tag == tags.MURNAGHAN:

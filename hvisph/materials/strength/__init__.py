@@ -71,7 +71,7 @@ def shear_share(tag, rho, p, temperature, melt, row):
 
 @noinline
 def _conditions_of_rare_models(tag, rho, e, p, temperature, melt, rate, damage, row):
-    """Return what `conditions` does, of the models that are seldom in the same loop."""
+    """Return the result of `conditions` for the rare models."""
     share = shear_share(tag, rho, p, temperature, melt, row)
     if tag in (tags.STEINBERG_GUINAN, tags.STEINBERG_LUND):
         thermal = 0.0
